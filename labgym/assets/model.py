@@ -1,0 +1,180 @@
+"""What the catalogue says of an entity: geometry, semantics, hazards and, for a reagent, its chemistry."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from labgym.documents import Record
+from labgym.geometry import OrientedBox
+
+Kind = Literal["reagent", "instrument", "facility"]
+Placing = Literal["floor", "desktop", "wall"]
+HeatClass = Literal["flame", "hot_surface", "bath", "oven", "instrument"]
+StorageClass = Literal[
+    "Flammable", "Acid", "Base", "Oxidizer", "Toxic", "WaterReactive", "Refrigerator", "Gas", "General", "Glassware", "Waste"
+]
+Metres = Annotated[float, Field(ge=0.0, le=10.0)]
+Length = Annotated[float, Field(gt=0.0, le=10.0)]
+
+SHELL = 0.02
+"""Thickness of a hollow asset's walls, doors and shelves where its cavity leaves no more, metres."""
+
+
+class Size(Record):
+    """Bounding box in metres: width along x, depth along y (the front looks along +y), height along z."""
+
+    width: Length
+    depth: Length
+    height: Length
+
+    @property
+    def short(self) -> float:
+        """The shorter horizontal side."""
+        return min(self.width, self.depth)
+
+    @property
+    def long(self) -> float:
+        """The longer horizontal side."""
+        return max(self.width, self.depth)
+
+
+class Hazards(Record):
+    """The nine flags of the paper (appendix A, phase 3)."""
+
+    flammable: bool = False
+    explosive: bool = False
+    volatile_or_toxic: bool = False
+    glass_container: bool = False
+    heat_source: bool = False
+    acid: bool = False
+    base: bool = False
+    oxidizer: bool = False
+    active_metal: bool = False
+
+
+class Surface(Record):
+    """A horizontal rectangle that things stand on, in the asset's frame (origin: centre of its bottom face).
+
+    Attributes:
+        x, y: centre. width, depth: extents. z: height. headroom: free height above, None where open.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    z: Metres
+    width: Length
+    depth: Length
+    headroom: Length | None = None
+
+
+class Cavity(Record):
+    """The hollow of a cabinet, hood or glove box: an axis-aligned box in the asset's frame.
+
+    Attributes:
+        open_front: whether the front has no door (open shelving).
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    width: Length
+    depth: Length
+    z0: Metres
+    z1: Length
+    open_front: bool = False
+
+
+class Shape(Record):
+    """Name of a parametric shape of `labgym.assets.shapes` and its parameters."""
+
+    name: str
+    parameters: dict[str, float | str | bool] = Field(default_factory=dict)
+
+
+class Chemistry(Record):
+    """Identity, physical data and hazards of a reagent. Temperatures in degrees Celsius, density in g/mL."""
+
+    cas: str | None = None
+    smiles: str | None = None
+    formula: str | None = None
+    molar_mass: float | None = None
+    state: Literal["solid", "liquid", "gas"]
+    density: float | None = None
+    boiling_point: float | None = None
+    flash_point: float | None = None
+    nfpa: tuple[int, int, int] | None = None
+    h_codes: tuple[str, ...] = ()
+    water_reactive: bool = False
+    peroxide_former: bool = False
+    groups: tuple[str, ...] = ()
+    storage_class: StorageClass
+    confidence: Literal["high", "medium", "low"] = "medium"
+    notes: str = ""
+
+
+class Asset(Record):
+    """One entity of the catalogue.
+
+    Attributes:
+        name: canonical CamelCase name.
+        kind: reagent, instrument or facility (furniture, storage, safety and building elements).
+        surfaces: what can stand on or in it, slot by slot: a bench has one, a cabinet one a shelf.
+        cavity: set for hollow assets; their solids are then walls, floor, top and shelves.
+        storage_class: what a storage cabinet is for.
+        heat_class: class of heat source; None where it gives no heat.
+        clearance: free depth wanted in front, metres.
+        mount_height: height of the bottom above the floor of a wall-mounted asset, metres.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9]{1,63}$")]
+    kind: Kind
+    category: str
+    subtype: str
+    synonyms_en: tuple[str, ...] = ()
+    synonyms_zh: tuple[str, ...] = ()
+    description: str
+    caption: str
+    size: Size
+    mass: Annotated[float, Field(gt=0.0, le=5000.0)]
+    placing: Placing
+    hazards: Hazards = Hazards()
+    surfaces: tuple[Surface, ...] = ()
+    cavity: Cavity | None = None
+    storage_class: StorageClass | None = None
+    heat_class: HeatClass | None = None
+    fume_hood: bool = False
+    clearance: Metres = 0.0
+    mount_height: Metres = 0.0
+    shape: Shape
+    specs: dict[str, float | str] = Field(default_factory=dict)
+    chemistry: Chemistry | None = None
+    core: bool = False
+
+    def solids(self) -> tuple[OrientedBox, ...]:
+        """Return the boxes that are solid, in the asset's frame: the bounding box, or a hollow one's shell."""
+        size, cavity = self.size, self.cavity
+        if cavity is None:
+            return (OrientedBox(0.0, 0.0, size.width, size.depth, 0.0, 0.0, size.height),)
+        left, right = cavity.x - cavity.width / 2.0, cavity.x + cavity.width / 2.0
+        back, front = cavity.y - cavity.depth / 2.0, cavity.y + cavity.depth / 2.0
+        half_width, half_depth = size.width / 2.0, size.depth / 2.0
+        spans = [
+            (-half_width, half_width, -half_depth, half_depth, 0.0, cavity.z0),
+            (-half_width, half_width, -half_depth, half_depth, cavity.z1, size.height),
+            (-half_width, left, -half_depth, half_depth, cavity.z0, cavity.z1),
+            (right, half_width, -half_depth, half_depth, cavity.z0, cavity.z1),
+            (left, right, -half_depth, back, cavity.z0, cavity.z1),
+        ]
+        if not cavity.open_front:
+            spans.append((left, right, front, half_depth, cavity.z0, cavity.z1))
+        spans.extend(
+            (left, right, back, front, surface.z - SHELL, surface.z)
+            for surface in self.surfaces
+            if cavity.z0 + SHELL < surface.z < cavity.z1
+        )
+        return tuple(
+            OrientedBox((x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0, y1 - y0, 0.0, z0, z1)
+            for x0, x1, y0, y1, z0, z1 in spans
+            if x1 - x0 > 1e-6 and y1 - y0 > 1e-6 and z1 - z0 > 1e-6
+        )

@@ -1,0 +1,150 @@
+"""Upright boxes: oriented rectangles times a z interval, and exact overlaps and distances between them.
+
+Every box is a vertical prism, so the separating-axis test needs only the four side normals and z, and the
+3D distance is the hypotenuse of the planar distance and the z gap.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.geometry.frames import rotate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class OrientedBox:
+    """An upright box.
+
+    Attributes:
+        x, y: centre in the plane, metres.
+        width, depth: full extents along the box's own x and y, metres.
+        yaw: rotation about +Z, radians.
+        z0, z1: bottom and top, metres.
+    """
+
+    x: float
+    y: float
+    width: float
+    depth: float
+    yaw: float = 0.0
+    z0: float = 0.0
+    z1: float = 1.0
+
+    @property
+    def front(self) -> tuple[float, float]:
+        """Unit vector that the box faces: +y at yaw 0."""
+        return -math.sin(self.yaw), math.cos(self.yaw)
+
+    def corners(self) -> Array:
+        """Return the footprint's corners, shape (4, 2), counter-clockwise, the first at local (-, -)."""
+        hx, hy = self.width / 2.0, self.depth / 2.0
+        local = ((-hx, -hy), (hx, -hy), (hx, hy), (-hx, hy))
+        turned = [rotate(px, py, self.yaw) for px, py in local]
+        return np.array([(self.x + px, self.y + py) for px, py in turned])
+
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Return the axis-aligned bounds (x_min, y_min, x_max, y_max) of the footprint."""
+        cosine, sine = abs(math.cos(self.yaw)), abs(math.sin(self.yaw))
+        ex = (self.width * cosine + self.depth * sine) / 2.0
+        ey = (self.width * sine + self.depth * cosine) / 2.0
+        return self.x - ex, self.y - ey, self.x + ex, self.y + ey
+
+    def to_local(self, x: float, y: float) -> tuple[float, float]:
+        """Express a world point in the box's frame, origin at its centre."""
+        return rotate(x - self.x, y - self.y, -self.yaw)
+
+    def to_world(self, x: float, y: float) -> tuple[float, float]:
+        """Express a point of the box's frame in the world."""
+        px, py = rotate(x, y, self.yaw)
+        return self.x + px, self.y + py
+
+
+@dataclass(frozen=True)
+class BoxArray:
+    """n upright boxes as arrays, for pairwise questions.
+
+    Attributes:
+        centre: (n, 2). half: (n, 2). yaw: (n,). z: (n, 2), bottom and top.
+    """
+
+    centre: Array
+    half: Array
+    yaw: Array
+    z: Array
+
+    @classmethod
+    def of(cls, boxes: Sequence[OrientedBox]) -> BoxArray:
+        """Stack boxes."""
+        rows = np.array(
+            [(b.x, b.y, b.width / 2.0, b.depth / 2.0, b.yaw, b.z0, b.z1) for b in boxes], dtype=np.float64
+        ).reshape(-1, 7)
+        return cls(rows[:, 0:2], rows[:, 2:4], rows[:, 4], rows[:, 5:7])
+
+    def __len__(self) -> int:
+        return len(self.yaw)
+
+    def axes(self) -> Array:
+        """Return the side normals, shape (n, 2, 2): [i, k] is box i's axis k."""
+        cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
+        return np.stack([np.stack([cosine, sine], -1), np.stack([-sine, cosine], -1)], axis=1)
+
+    def corners(self) -> Array:
+        """Return the footprints' corners, shape (n, 4, 2)."""
+        signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+        local = signs[None, :, :] * self.half[:, None, :]
+        return self.centre[:, None, :] + np.einsum("nck,nkd->ncd", local, self.axes())
+
+
+def pairwise_penetration(a: BoxArray, b: BoxArray) -> Array:
+    """Return the least overlap over all separating axes, shape (n, m): positive where boxes interpenetrate."""
+    axes_a, axes_b = a.axes(), b.axes()
+    offset = b.centre[None, :, :] - a.centre[:, None, :]
+    least = np.minimum(a.z[:, None, 1], b.z[None, :, 1]) - np.maximum(a.z[:, None, 0], b.z[None, :, 0])
+    for k in range(2):
+        for normal in (np.broadcast_to(axes_a[:, None, k, :], offset.shape), np.broadcast_to(axes_b[None, :, k, :], offset.shape)):
+            reach_a = _reach(a.half[:, None, :], axes_a[:, None], normal)
+            reach_b = _reach(b.half[None, :, :], axes_b[None, :], normal)
+            gap = np.abs(np.einsum("nmd,nmd->nm", offset, normal))
+            least = np.minimum(least, reach_a + reach_b - gap)
+    return least
+
+
+def pairwise_distance(a: BoxArray, b: BoxArray) -> Array:
+    """Return surface-to-surface 3D distances in metres, shape (n, m); 0 where boxes touch or overlap."""
+    planar = np.minimum(_corner_distance(a, b), _corner_distance(b, a).T)
+    flat = BoxArray(a.centre, a.half, a.yaw, np.tile([0.0, 1e6], (len(a), 1)))
+    flat_b = BoxArray(b.centre, b.half, b.yaw, np.tile([0.0, 1e6], (len(b), 1)))
+    planar = np.where(pairwise_penetration(flat, flat_b) > 0.0, 0.0, planar)
+    gap = np.maximum(a.z[:, None, 0], b.z[None, :, 0]) - np.minimum(a.z[:, None, 1], b.z[None, :, 1])
+    return np.hypot(planar, np.maximum(gap, 0.0))
+
+
+def penetration(a: OrientedBox, b: OrientedBox) -> float:
+    """Return the least overlap of two boxes over all separating axes, metres; negative where they are apart."""
+    return float(pairwise_penetration(BoxArray.of([a]), BoxArray.of([b]))[0, 0])
+
+
+def distance(a: OrientedBox, b: OrientedBox) -> float:
+    """Return the surface-to-surface 3D distance of two boxes, metres."""
+    return float(pairwise_distance(BoxArray.of([a]), BoxArray.of([b]))[0, 0])
+
+
+def _reach(half: Array, axes: Array, normal: Array) -> Array:
+    """Half extent of boxes along unit normals, broadcast to (n, m)."""
+    along = np.abs(np.einsum("...kd,...d->...k", axes, normal))
+    return np.einsum("...k,...k->...", half, along)
+
+
+def _corner_distance(a: BoxArray, b: BoxArray) -> Array:
+    """Least planar distance from a's corners to b's rectangles, shape (n, m)."""
+    offset = a.corners()[:, None, :, :] - b.centre[None, :, None, :]
+    local = np.abs(np.einsum("nmcd,mkd->nmck", offset, b.axes()))
+    outside = np.maximum(local - b.half[None, :, None, :], 0.0)
+    return np.linalg.norm(outside, axis=-1).min(axis=-1)

@@ -1,0 +1,117 @@
+"""A protocol: what is done, with what, where, in which order, and what must hold."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from labgym.documents import Document, Record
+
+ReactionType = Literal[
+    "substitution",
+    "protection_deprotection",
+    "condensation",
+    "cyclization",
+    "redox",
+    "functional_group_transformation",
+    "alkylation_acylation",
+]
+Name = Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9]{1,63}$")]
+
+
+class ReagentUse(Record):
+    """A reagent of the protocol: asset name, role and amount as written."""
+
+    name: Name
+    role: str
+    amount: str = ""
+
+
+class Step(Record):
+    """One operation at one location.
+
+    Attributes:
+        location: asset name of the furniture or hood where the step happens.
+        uses: asset names of the reagents and instruments that it takes.
+        temperature: degrees Celsius. duration: minutes.
+    """
+
+    index: Annotated[int, Field(ge=1, le=200)]
+    location: Name
+    action: str
+    text: str
+    uses: tuple[Name, ...] = ()
+    temperature: Annotated[float, Field(ge=-273.15, le=3000.0)] | None = None
+    duration: Annotated[float, Field(ge=0.0, le=100_000.0)] | None = None
+
+
+class ChemicalConstraint(Record):
+    """A chemical rule that the layout must respect.
+
+    Attributes:
+        kind: separate_heat (subject from object), separate_incompatible, store (subject in storage class object),
+            or ventilate (subject is handled at location object).
+    """
+
+    kind: Literal["separate_heat", "separate_incompatible", "store", "ventilate"]
+    subject: str
+    object: str
+    reason: str = ""
+
+
+class SpatialConstraint(Record):
+    """A spatial rule: `near` (subject wants to be close to object) or `on` (subject stands on object)."""
+
+    kind: Literal["near", "on"]
+    subject: str
+    object: str
+    reason: str = ""
+
+
+class Protocol(Document):
+    """A complete protocol, every name grounded in the catalogue.
+
+    Attributes:
+        reaction: reaction SMILES.
+        instruments: a multiset of asset names.
+        synonyms: other names that a search should find it by, in English and Chinese.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.protocol/1"
+
+    id: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
+    name: str
+    reaction_type: ReactionType
+    reaction: str = ""
+    product: str = ""
+    description: str = ""
+    synonyms: tuple[str, ...] = ()
+    reagents: Annotated[tuple[ReagentUse, ...], Field(min_length=1, max_length=60)]
+    instruments: Annotated[tuple[Name, ...], Field(min_length=1, max_length=100)]
+    steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=100)]
+    chemical_constraints: Annotated[tuple[ChemicalConstraint, ...], Field(max_length=2000)] = ()
+    spatial_constraints: Annotated[tuple[SpatialConstraint, ...], Field(max_length=2000)] = ()
+
+    @property
+    def route(self) -> tuple[str, ...]:
+        """Locations in the order in which they are visited, repeats in a row merged."""
+        stops: list[str] = []
+        for step in self.steps:
+            if not stops or stops[-1] != step.location:
+                stops.append(step.location)
+        return tuple(stops)
+
+    @property
+    def moves(self) -> int:
+        """Number of transitions from one location to another."""
+        return len(self.route) - 1
+
+    @property
+    def locations(self) -> tuple[str, ...]:
+        """Distinct locations in the order of their first visit."""
+        return tuple(dict.fromkeys(step.location for step in self.steps))
+
+    def required_assets(self) -> tuple[str, ...]:
+        """Return the multiset of asset names that a layout must hold: reagents, instruments, locations."""
+        return tuple(reagent.name for reagent in self.reagents) + self.instruments + self.locations
