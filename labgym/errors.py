@@ -48,7 +48,9 @@ class MissingDependencyError(LabgymError, ImportError):
     """An optional package is needed and not installed."""
 
     def __init__(self, package: str, needed_for: str, extra: str) -> None:
-        super().__init__(f"{needed_for} needs the package {package!r}; install it with: pip install 'labgym-nav[{extra}]'")
+        super().__init__(
+            f"{needed_for} needs the package {package!r}; install it with: pip install 'labgym-nav[{extra}]'"
+        )
 
 
 class InfeasibleError(LabgymError):

@@ -13,7 +13,17 @@ Kind = Literal["reagent", "instrument", "facility"]
 Placing = Literal["floor", "desktop", "wall"]
 HeatClass = Literal["flame", "hot_surface", "bath", "oven", "instrument"]
 StorageClass = Literal[
-    "Flammable", "Acid", "Base", "Oxidizer", "Toxic", "WaterReactive", "Refrigerator", "Gas", "General", "Glassware", "Waste"
+    "Flammable",
+    "Acid",
+    "Base",
+    "Oxidizer",
+    "Toxic",
+    "WaterReactive",
+    "Refrigerator",
+    "Gas",
+    "General",
+    "Glassware",
+    "Waste",
 ]
 Metres = Annotated[float, Field(ge=0.0, le=10.0)]
 Length = Annotated[float, Field(gt=0.0, le=10.0)]

@@ -99,7 +99,8 @@ class BoxArray:
         """Return the footprints' corners, shape (n, 4, 2)."""
         signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
         local = signs[None, :, :] * self.half[:, None, :]
-        return self.centre[:, None, :] + np.einsum("nck,nkd->ncd", local, self.axes())
+        turned: Array = np.einsum("nck,nkd->ncd", local, self.axes())
+        return self.centre[:, None, :] + turned
 
 
 def pairwise_penetration(a: BoxArray, b: BoxArray) -> Array:
@@ -108,7 +109,10 @@ def pairwise_penetration(a: BoxArray, b: BoxArray) -> Array:
     offset = b.centre[None, :, :] - a.centre[:, None, :]
     least = np.minimum(a.z[:, None, 1], b.z[None, :, 1]) - np.maximum(a.z[:, None, 0], b.z[None, :, 0])
     for k in range(2):
-        for normal in (np.broadcast_to(axes_a[:, None, k, :], offset.shape), np.broadcast_to(axes_b[None, :, k, :], offset.shape)):
+        for normal in (
+            np.broadcast_to(axes_a[:, None, k, :], offset.shape),
+            np.broadcast_to(axes_b[None, :, k, :], offset.shape),
+        ):
             reach_a = _reach(a.half[:, None, :], axes_a[:, None], normal)
             reach_b = _reach(b.half[None, :, :], axes_b[None, :], normal)
             gap = np.abs(np.einsum("nmd,nmd->nm", offset, normal))
@@ -123,7 +127,8 @@ def pairwise_distance(a: BoxArray, b: BoxArray) -> Array:
     flat_b = BoxArray(b.centre, b.half, b.yaw, np.tile([0.0, 1e6], (len(b), 1)))
     planar = np.where(pairwise_penetration(flat, flat_b) > 0.0, 0.0, planar)
     gap = np.maximum(a.z[:, None, 0], b.z[None, :, 0]) - np.minimum(a.z[:, None, 1], b.z[None, :, 1])
-    return np.hypot(planar, np.maximum(gap, 0.0))
+    separation: Array = np.hypot(planar, np.maximum(gap, 0.0))
+    return separation
 
 
 def penetration(a: OrientedBox, b: OrientedBox) -> float:
@@ -139,7 +144,8 @@ def distance(a: OrientedBox, b: OrientedBox) -> float:
 def _reach(half: Array, axes: Array, normal: Array) -> Array:
     """Half extent of boxes along unit normals, broadcast to (n, m)."""
     along = np.abs(np.einsum("...kd,...d->...k", axes, normal))
-    return np.einsum("...k,...k->...", half, along)
+    reach: Array = np.einsum("...k,...k->...", half, along)
+    return reach
 
 
 def _corner_distance(a: BoxArray, b: BoxArray) -> Array:
@@ -147,4 +153,5 @@ def _corner_distance(a: BoxArray, b: BoxArray) -> Array:
     offset = a.corners()[:, None, :, :] - b.centre[None, :, None, :]
     local = np.abs(np.einsum("nmcd,mkd->nmck", offset, b.axes()))
     outside = np.maximum(local - b.half[None, :, None, :], 0.0)
-    return np.linalg.norm(outside, axis=-1).min(axis=-1)
+    least: Array = np.linalg.norm(outside, axis=-1).min(axis=-1)
+    return least

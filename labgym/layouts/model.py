@@ -125,7 +125,9 @@ class Layout(Document):
                 parent = self.placement(placement.support)
                 slots = len(self.asset(parent.id).surfaces)
                 if placement.slot is None or placement.slot >= slots:
-                    raise LabgymError(f"{placement.id!r} names slot {placement.slot} of {parent.id!r}, which has {slots}")
+                    raise LabgymError(
+                        f"{placement.id!r} names slot {placement.slot} of {parent.id!r}, which has {slots}"
+                    )
                 if parent.id in seen:
                     raise LabgymError(f"supports of {placement.id!r} form a cycle")
                 seen.add(parent.id)
