@@ -1,0 +1,158 @@
+"""The robot: a differential-drive base with a column, an arm and a sensor head, as an MjSpec to attach to a scene.
+
+The base moves in the plane on two slides and a hinge. Three velocity servos act in its own frame: forward, sideways and
+turn. The sideways servo always asks for zero: it is the grip of the wheels. Each servo's force is limited, which limits
+the acceleration and the push against an obstacle alike, so nothing outside the physics shapes the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+
+from labgym.envs.robot_look import dress
+
+PREFIX = "robot/"
+"""What `attach_robot` puts before every name of the robot."""
+
+
+@dataclass(frozen=True)
+class RobotSpec:
+    """Dimensions and limits of the robot, SI units.
+
+    Attributes:
+        chassis_radius: radius of the round base that touches things, metres.
+        planning_radius: radius that planners keep clear, metres.
+        height: top of the sensor head, metres.
+        mass: kilograms. yaw_inertia: about the vertical axis, kg m2.
+        v_min, v_max: forward velocity limits, m/s. w_max: limit of the turn rate either way, rad/s.
+        acceleration: limit of the forward acceleration either way, m/s2. turn_acceleration: likewise, rad/s2.
+        grip: sideways acceleration that the wheels hold before they slip, m/s2.
+        lag: time constant of the servos below their limits, seconds.
+        control_dt: time between two actions, seconds. timestep: physics step, seconds.
+        lidar_height: height of the lidar's plane, metres.
+        camera_height, camera_forward: the level camera's place in the robot frame (x ahead), metres.
+        camera_hfov: horizontal field of view, radians.
+    """
+
+    chassis_radius: float = 0.27
+    planning_radius: float = 0.30
+    height: float = 1.32
+    mass: float = 50.0
+    yaw_inertia: float = 2.0
+    v_min: float = -0.3
+    v_max: float = 1.0
+    w_max: float = 1.5
+    acceleration: float = 1.5
+    turn_acceleration: float = 4.0
+    grip: float = 3.0
+    lag: float = 0.02
+    control_dt: float = 0.1
+    timestep: float = 0.005
+    lidar_height: float = 0.25
+    camera_height: float = 0.5
+    camera_forward: float = 0.2
+    camera_hfov: float = math.radians(68.0)
+
+    @property
+    def substeps(self) -> int:
+        """Physics steps in one control step."""
+        return round(self.control_dt / self.timestep)
+
+    def twist(self, forward: float, turn: float) -> tuple[float, float]:
+        """Return the (v, w) in m/s and rad/s that an action asks for.
+
+        Both components lie in [-1, 1] (values beyond are clipped): [-1, 0] maps onto [v_min, 0], [0, 1] onto
+        [0, v_max], and turn onto [-w_max, w_max], counter-clockwise positive.
+        """
+        forward = min(max(forward, -1.0), 1.0)
+        turn = min(max(turn, -1.0), 1.0)
+        return forward * (self.v_max if forward >= 0.0 else -self.v_min), turn * self.w_max
+
+
+ROBOT = RobotSpec()
+
+
+def robot_spec(robot: RobotSpec = ROBOT) -> mujoco.MjSpec:
+    """Return the robot alone: one body `base` at the floor's height, heading along +x at yaw 0.
+
+    Joints `x`, `y` (m) and `yaw` (rad) are its pose. Actuators `forward` (m/s), `turn` (rad/s) are its commands;
+    `grip` stays at 0. Geoms `chassis` and `column` (group 3) collide; the rest is to look at.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = "robot"
+    base = spec.worldbody.add_body(name="base")
+    base.explicitinertial = True
+    base.mass = robot.mass
+    base.ipos = [0.0, 0.0, 0.3]
+    base.inertia = [3.0, 3.0, robot.yaw_inertia]
+    for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
+        base.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    base.add_joint(name="yaw", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
+    base.add_site(name="centre", pos=[0, 0, 0], group=4)
+    _add_hull(base, "chassis", robot.chassis_radius, 0.02, 0.40)
+    _add_hull(base, "column", 0.21, 0.40, robot.height)
+    _add_servo(spec, "forward", 0, robot.mass, robot.acceleration, robot.lag, (robot.v_min, robot.v_max))
+    _add_servo(spec, "grip", 1, robot.mass, robot.grip, robot.timestep, (0.0, 0.0))
+    _add_servo(spec, "turn", 5, robot.yaw_inertia, robot.turn_acceleration, robot.lag, (-robot.w_max, robot.w_max))
+    base.add_camera(
+        name="camera",
+        pos=[robot.camera_forward, 0.0, robot.camera_height],
+        xyaxes=[0, -1, 0, 0, 0, 1],
+        fovy=math.degrees(2.0 * math.atan(math.tan(robot.camera_hfov / 2.0) * 9.0 / 16.0)),
+        resolution=[640, 360],
+    )
+    dress(spec, base, robot.chassis_radius, robot.height)
+    return spec
+
+
+def attach_robot(scene: mujoco.MjSpec, robot: RobotSpec = ROBOT) -> None:
+    """Attach the robot to a scene at the room's origin, its names prefixed by `robot/`, and set the physics step.
+
+    The scene's floor must lie at z = 0; joints start at 0, so set qpos to the start pose.
+    """
+    scene.attach(robot_spec(robot), prefix=PREFIX, frame=scene.worldbody.add_frame())
+    scene.option.timestep = robot.timestep
+    scene.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    scene.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+
+
+def _add_hull(base: mujoco.MjsBody, name: str, radius: float, bottom: float, top: float) -> None:
+    """Add an invisible colliding cylinder; its stiff, slippery contact overrules the other geom's."""
+    base.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[radius, (top - bottom) / 2.0, 0.0],
+        pos=[0.0, 0.0, (top + bottom) / 2.0],
+        rgba=[0.9, 0.5, 0.1, 0.4],
+        group=3,
+        priority=1,
+        friction=[0.2, 0.005, 0.0001],
+        solref=[0.01, 1.0],
+        solimp=[0.95, 0.99, 0.001, 0.5, 2.0],
+    )
+
+
+def _add_servo(
+    spec: mujoco.MjSpec, name: str, axis: int, inertia: float, limit: float, lag: float, commands: tuple[float, float]
+) -> None:
+    """Add a velocity servo along one of the six axes of the base's own frame.
+
+    A site without a reference site has the velocity along its gear as its actuator velocity, in its own frame.
+    """
+    gain = inertia / lag
+    servo = spec.add_actuator(name=name)
+    servo.trntype = mujoco.mjtTrn.mjTRN_SITE
+    servo.target = "centre"
+    servo.gear = [1.0 if index == axis else 0.0 for index in range(6)]
+    servo.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+    servo.gainprm[0] = gain
+    servo.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    servo.biasprm[2] = -gain
+    servo.forcelimited = True
+    servo.forcerange = [-inertia * limit, inertia * limit]
+    if commands[1] > commands[0]:
+        servo.ctrllimited = True
+        servo.ctrlrange = list(commands)
