@@ -1,0 +1,31 @@
+"""Occupancy, grid search, exact shortest paths, and the goal poses and drives that a protocol asks for."""
+
+from labgym.navigation.feasibility import Transition, feasibility, transitions
+from labgym.navigation.goals import GoalPair, Pose, goal_pairs, goal_pose, goal_poses
+from labgym.navigation.grid_search import astar, distance_field
+from labgym.navigation.occupancy import RESOLUTION, OccupancyGrid, occupancy
+from labgym.navigation.plan import OBSTACLE_HEIGHT, PLANNING_RADIUS, STAND_OFF, FloorPlan
+from labgym.navigation.visibility import ShortestPath, ShortestPaths, shortest_path
+
+__all__ = [
+    "OBSTACLE_HEIGHT",
+    "PLANNING_RADIUS",
+    "RESOLUTION",
+    "STAND_OFF",
+    "FloorPlan",
+    "GoalPair",
+    "OccupancyGrid",
+    "Pose",
+    "ShortestPath",
+    "ShortestPaths",
+    "Transition",
+    "astar",
+    "distance_field",
+    "feasibility",
+    "goal_pairs",
+    "goal_pose",
+    "goal_poses",
+    "occupancy",
+    "shortest_path",
+    "transitions",
+]

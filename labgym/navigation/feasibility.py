@@ -1,0 +1,113 @@
+"""Whether the drives that a protocol asks for can be made, and what is wrong with those that cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from labgym.navigation.goals import GoalPair, Pose, location_pose, resolve_protocol, same_place
+from labgym.navigation.occupancy import RESOLUTION, OccupancyGrid, occupancy
+from labgym.navigation.plan import PLANNING_RADIUS, FloorPlan
+from labgym.protocols import Protocol
+
+Failure = Literal["missing", "outside_room", "endpoint_invalid", "unreachable"]
+End = Literal["start", "goal"]
+
+
+@dataclass(frozen=True)
+class Transition:
+    """The verdict on one drive.
+
+    Attributes:
+        start_location, goal_location: asset names.
+        start, goal: (x, y, yaw); None where the location is not placed.
+        failure: None where a path exists; else, the first of these that applies: missing (a location is not
+            placed), outside_room (an end lies outside the room's interior), endpoint_invalid (the robot does
+            not fit at an end), unreachable (both ends are good and no path joins them).
+        ends: the ends at fault; empty for unreachable.
+    """
+
+    start_location: str
+    goal_location: str
+    start: Pose | None
+    goal: Pose | None
+    failure: Failure | None
+    ends: tuple[End, ...] = ()
+
+    @property
+    def feasible(self) -> bool:
+        """Whether a collision-free path exists."""
+        return self.failure is None
+
+
+def feasibility(
+    plan: FloorPlan,
+    pairs: Iterable[GoalPair],
+    radius: float = PLANNING_RADIUS,
+    resolution: float = RESOLUTION,
+    grid: OccupancyGrid | None = None,
+) -> tuple[Transition, ...]:
+    """Judge drives on the occupancy grid dilated by a disc (8-connected, no corner cutting).
+
+    A path exists exactly where both ends lie in one connected region, so that no search is run.
+
+    Args:
+        plan: the layout.
+        pairs: drives, as from `goal_pairs`.
+        radius: of the disc, metres.
+        resolution: of the grid, metres.
+        grid: the dilated grid, where it is at hand; radius and resolution then do nothing.
+    """
+    grid = grid if grid is not None else occupancy(plan, resolution).dilated(radius)
+    return tuple(_judge(plan, grid, pair.start_location, pair.goal_location, pair.start, pair.goal) for pair in pairs)
+
+
+def transitions(
+    plan: FloorPlan,
+    protocol: Protocol | str | None = None,
+    radius: float = PLANNING_RADIUS,
+    resolution: float = RESOLUTION,
+) -> tuple[Transition, ...]:
+    """Judge every drive of a protocol, those to locations that are not placed included.
+
+    Unlike `goal_pairs` this takes any layout: a missing location is a failure, not an error. Drives of no
+    length are dropped.
+
+    Raises:
+        UnknownNameError: there is no such protocol.
+        LabgymError: no protocol is given and the layout names none.
+    """
+    protocol = resolve_protocol(plan, protocol)
+    grid = occupancy(plan, resolution).dilated(radius)
+    poses: dict[str, Pose | None] = {
+        location: location_pose(plan, location) if plan.find(location) is not None else None
+        for location in protocol.locations
+    }
+    verdicts: list[Transition] = []
+    for here, there in zip(protocol.route, protocol.route[1:], strict=False):
+        start, goal = poses[here], poses[there]
+        if start is None or goal is None or not same_place(start, goal):
+            verdicts.append(_judge(plan, grid, here, there, start, goal))
+    return tuple(verdicts)
+
+
+def _judge(
+    plan: FloorPlan, grid: OccupancyGrid, here: str, there: str, start: Pose | None, goal: Pose | None
+) -> Transition:
+    ends: tuple[tuple[End, Pose | None], ...] = (("start", start), ("goal", goal))
+    at_fault = tuple(end for end, pose in ends if pose is None)
+    if start is None or goal is None:
+        return Transition(here, there, start, goal, "missing", at_fault)
+    at_fault = tuple(end for end, pose in ends if pose is not None and not _in_room(plan, pose))
+    if at_fault:
+        return Transition(here, there, start, goal, "outside_room", at_fault)
+    at_fault = tuple(end for end, pose in ends if pose is not None and not grid.free(pose[0], pose[1]))
+    if at_fault:
+        return Transition(here, there, start, goal, "endpoint_invalid", at_fault)
+    joined = grid.connected((start[0], start[1]), (goal[0], goal[1]))
+    return Transition(here, there, start, goal, None if joined else "unreachable")
+
+
+def _in_room(plan: FloorPlan, pose: Pose) -> bool:
+    return 0.0 < pose[0] < plan.room.width and 0.0 < pose[1] < plan.room.depth

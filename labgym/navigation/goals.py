@@ -1,0 +1,119 @@
+"""Where the robot stands to work at a device, and the drives that a protocol asks for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from labgym.errors import LabgymError, UnknownNameError
+from labgym.geometry import OrientedBox, wrap_angle
+from labgym.navigation.plan import STAND_OFF, FloorPlan
+from labgym.protocols import Protocol
+
+Pose = tuple[float, float, float]
+
+SAME_PLACE = 1e-3
+"""Two goal poses nearer than this are one place, metres."""
+
+
+@dataclass(frozen=True)
+class GoalPair:
+    """One drive: from the goal pose of one step's location to that of the next.
+
+    Attributes:
+        index: position in the tuple that `goal_pairs` returns.
+        start, goal: (x, y, yaw) in the room frame; metres, radians; yaw is the robot's heading.
+        start_location, goal_location: asset names.
+    """
+
+    index: int
+    start: Pose
+    goal: Pose
+    start_location: str
+    goal_location: str
+
+
+def goal_pose(target: OrientedBox, parent: OrientedBox | None = None) -> Pose:
+    """Return the pose from which the robot works at a device (paper, appendix on navigation pose generation).
+
+    The robot's centre is 0.60 m in front of the middle of the device's front, and it looks at the device: with
+    front = (-sin yaw, cos yaw), position = c + (depth / 2 + 0.60) front and heading = -front. Where the device
+    stands on something with a larger footprint, the robot stands in front of that.
+
+    Args:
+        target: the device.
+        parent: what carries it, None where it stands on the floor.
+
+    Returns:
+        (x, y, yaw): metres, and the heading in (-pi, pi].
+    """
+    box = target
+    if parent is not None and parent.width * parent.depth > target.width * target.depth:
+        box = parent
+    reach = box.depth / 2.0 + STAND_OFF
+    fx, fy = box.front
+    return box.x + reach * fx, box.y + reach * fy, wrap_angle(box.yaw - math.pi / 2.0)
+
+
+def location_pose(plan: FloorPlan, location: str) -> Pose:
+    """Return the goal pose of the placement whose asset is the location.
+
+    Raises:
+        UnknownNameError: nothing of that asset is placed.
+    """
+    placed = plan.find(location)
+    if placed is None:
+        raise UnknownNameError("location placed in the layout", location, ())
+    root = plan.root(placed.id)
+    return goal_pose(plan.box(placed.id), None if root.id == placed.id else plan.box(root.id))
+
+
+def goal_poses(plan: FloorPlan, protocol: Protocol | str | None = None) -> dict[str, Pose]:
+    """Return the goal pose of each of a protocol's locations, in the order of their first visit.
+
+    Args:
+        plan: the layout.
+        protocol: a protocol or its id; None takes the one that the layout names.
+
+    Raises:
+        UnknownNameError: a location is not placed, or there is no such protocol.
+        LabgymError: no protocol is given and the layout names none.
+    """
+    return {location: location_pose(plan, location) for location in resolve_protocol(plan, protocol).locations}
+
+
+def goal_pairs(plan: FloorPlan, protocol: Protocol | str | None = None) -> tuple[GoalPair, ...]:
+    """Return the drives between the locations of consecutive steps; those of no length are dropped.
+
+    Args and errors as in `goal_poses`.
+    """
+    protocol = resolve_protocol(plan, protocol)
+    poses = goal_poses(plan, protocol)
+    pairs: list[GoalPair] = []
+    for here, there in zip(protocol.route, protocol.route[1:], strict=False):
+        start, goal = poses[here], poses[there]
+        if not same_place(start, goal):
+            pairs.append(GoalPair(len(pairs), start, goal, here, there))
+    return tuple(pairs)
+
+
+def same_place(start: Pose, goal: Pose) -> bool:
+    """Whether a drive has no length to speak of: its ends are within 1 mm."""
+    return math.dist(start[:2], goal[:2]) <= SAME_PLACE
+
+
+def resolve_protocol(plan: FloorPlan, protocol: Protocol | str | None) -> Protocol:
+    """Return the protocol that is meant: the given one, the one of that id, or the one that the layout names.
+
+    Raises:
+        UnknownNameError: there is no protocol of that id.
+        LabgymError: none is given and the layout names none.
+    """
+    if isinstance(protocol, Protocol):
+        return protocol
+    name = plan.protocol if protocol is None else protocol
+    if name is None:
+        raise LabgymError("the layout names no protocol; pass one: a Protocol or the id of one of labgym.protocols")
+    from labgym import protocols
+
+    return protocols.get(name)

@@ -1,0 +1,116 @@
+"""Shortest paths over a grid's free cells: eight neighbours, and no cutting of corners."""
+
+from __future__ import annotations
+
+import heapq
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from labgym.navigation.occupancy import OccupancyGrid
+
+Point = tuple[float, float]
+DIAGONAL = math.sqrt(2.0)
+
+
+def astar(grid: OccupancyGrid, start: Point, goal: Point) -> NDArray[np.float64] | None:
+    """Return a shortest path between the cells that hold two points, or None where there is none.
+
+    A* with the octile distance. A diagonal step is allowed only where both cells beside it are free. Give it a
+    grid that is dilated by the robot's radius. Ties are broken by the cell's number: the same input gives the
+    same path.
+
+    Returns:
+        (n, 2) room coordinates of the cells' centres from start to goal, both included (n = 1 in the same cell).
+    """
+    if not grid.connected(start, goal):
+        return None
+    width = grid.shape[1] + 2
+    blocked = np.pad(grid.occupied, 1, constant_values=True).ravel().tolist()
+    (r0, c0), (r1, c1) = grid.cell_of(*start), grid.cell_of(*goal)
+    source, target = (r0 + 1) * width + c0 + 1, (r1 + 1) * width + c1 + 1
+    came = _search(blocked, width, source, target)
+    cells = [target]
+    while cells[-1] != source:
+        cells.append(came[cells[-1]])
+    rows, columns = np.divmod(np.array(cells[::-1]), width)
+    xs, ys = grid.centres()
+    return np.column_stack([xs[columns - 1], ys[rows - 1]])
+
+
+def distance_field(grid: OccupancyGrid, source: Point) -> NDArray[np.float64]:
+    """Return the length of the shortest grid path from every cell to a point's cell, same moves as `astar`.
+
+    Returns:
+        (ny, nx) metres; inf where there is no path, everywhere when the source is not free.
+    """
+    field = np.full(grid.shape, np.inf)
+    if grid.free(*source):
+        row, column = grid.cell_of(*source)
+        graph = _graph(grid)
+        field = dijkstra(graph, directed=False, indices=row * grid.shape[1] + column).reshape(grid.shape)
+    return field
+
+
+def _search(blocked: list[bool], width: int, source: int, target: int) -> dict[int, int]:
+    """Run A* on flat cell numbers of a padded grid; return each reached cell's predecessor. The target is reachable."""
+    rows, columns = divmod(target, width)
+    straight = (1, -1, width, -width)
+    diagonal = ((width + 1, width, 1), (width - 1, width, -1), (1 - width, -width, 1), (-1 - width, -width, -1))
+    cost = {source: 0.0}
+    came: dict[int, int] = {}
+    done: set[int] = set()
+    heap = [(0.0, source)]
+    push, pop = heapq.heappush, heapq.heappop
+    infinity = math.inf
+
+    def estimate(cell: int) -> float:
+        row, column = divmod(cell, width)
+        dy, dx = abs(row - rows), abs(column - columns)
+        return dx + dy + (DIAGONAL - 2.0) * (dx if dx < dy else dy)
+
+    while heap:
+        cell = pop(heap)[1]
+        if cell == target:
+            break
+        if cell in done:
+            continue
+        done.add(cell)
+        here = cost[cell]
+        for step in straight:
+            near = cell + step
+            if not blocked[near] and here + 1.0 < cost.get(near, infinity):
+                cost[near] = here + 1.0
+                came[near] = cell
+                push(heap, (here + 1.0 + estimate(near), near))
+        for step, beside, along in diagonal:
+            near = cell + step
+            if blocked[near] or blocked[cell + beside] or blocked[cell + along]:
+                continue
+            if here + DIAGONAL < cost.get(near, infinity):
+                cost[near] = here + DIAGONAL
+                came[near] = cell
+                push(heap, (here + DIAGONAL + estimate(near), near))
+    return came
+
+
+def _graph(grid: OccupancyGrid) -> coo_matrix:
+    """Return the graph of allowed moves, each once, weighted in metres."""
+    free = ~grid.occupied
+    ny, nx = grid.shape
+    number = np.arange(ny * nx).reshape(ny, nx)
+    right, up = free[:, :-1] & free[:, 1:], free[:-1] & free[1:]
+    block = free[:-1, :-1] & free[:-1, 1:] & free[1:, :-1] & free[1:, 1:]
+    moves = (
+        (number[:, :-1][right], number[:, 1:][right], 1.0),
+        (number[:-1][up], number[1:][up], 1.0),
+        (number[:-1, :-1][block], number[1:, 1:][block], DIAGONAL),
+        (number[:-1, 1:][block], number[1:, :-1][block], DIAGONAL),
+    )
+    sources = np.concatenate([a for a, _, _ in moves])
+    targets = np.concatenate([b for _, b, _ in moves])
+    weights = np.concatenate([np.full(len(a), length * grid.resolution) for a, _, length in moves])
+    return coo_matrix((weights, (sources, targets)), shape=(ny * nx, ny * nx)).tocsr()

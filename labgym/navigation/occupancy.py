@@ -1,0 +1,157 @@
+"""The floor as a grid of cells that are occupied or free, and its dilation by a disc."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import OptionError
+from labgym.geometry import OrientedBox
+from labgym.navigation.plan import OBSTACLE_HEIGHT, FloorPlan
+
+RESOLUTION = 0.05
+"""Side of a cell, metres."""
+
+MAX_CELLS = 4_000_000
+TOUCH = 1e-9
+"""Lengths under this count as touching, not as overlap, metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class OccupancyGrid:
+    """Square cells over the floor; whatever lies beyond the grid is occupied.
+
+    Attributes:
+        occupied: (ny, nx) bool; row is y, column is x.
+        resolution: side of a cell, metres.
+        origin: room coordinates of the outer corner of cell [0, 0], metres.
+    """
+
+    occupied: NDArray[np.bool_]
+    resolution: float = RESOLUTION
+    origin: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of rows and columns."""
+        return self.occupied.shape[0], self.occupied.shape[1]
+
+    def cell_of(self, x: float, y: float) -> tuple[int, int]:
+        """Return (row, column) of the cell that holds a point; it may lie beyond the grid."""
+        column = math.floor((x - self.origin[0]) / self.resolution)
+        return math.floor((y - self.origin[1]) / self.resolution), column
+
+    def centre_of(self, row: int, column: int) -> tuple[float, float]:
+        """Return the room coordinates (x, y) of a cell's centre."""
+        return self.origin[0] + (column + 0.5) * self.resolution, self.origin[1] + (row + 0.5) * self.resolution
+
+    def centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the x of the columns (nx,) and the y of the rows (ny,), at the cells' centres."""
+        ny, nx = self.shape
+        return (
+            self.origin[0] + (np.arange(nx) + 0.5) * self.resolution,
+            self.origin[1] + (np.arange(ny) + 0.5) * self.resolution,
+        )
+
+    def holds(self, row: int, column: int) -> bool:
+        """Whether a cell is on the grid."""
+        return 0 <= row < self.occupied.shape[0] and 0 <= column < self.occupied.shape[1]
+
+    def free(self, x: float, y: float) -> bool:
+        """Whether the cell that holds a point is on the grid and free."""
+        row, column = self.cell_of(x, y)
+        return self.holds(row, column) and not self.occupied[row, column]
+
+    def dilated(self, radius: float) -> OccupancyGrid:
+        """Return the grid in which a cell is free when a disc at its centre fits.
+
+        The disc is a true one and is held against the occupied cells as squares: a cell becomes occupied when
+        the open disc of that radius about its centre meets an occupied cell or leaves the grid. Obstacles
+        grow by less than a cell in `occupancy`, a position differs from its cell's centre by at most half a
+        cell's diagonal: the whole is conservative but for the latter.
+
+        Raises:
+            OptionError: the radius is negative or not finite.
+        """
+        if not (0.0 <= radius < math.inf):
+            raise OptionError(f"dilation radius {radius} must be a length of at least 0 m")
+        cells = radius / self.resolution
+        reach = max(0, math.ceil(cells + 0.5))
+        gap = np.maximum(np.abs(np.arange(-reach, reach + 1)) - 0.5, 0.0)
+        kernel = np.hypot(gap[:, None], gap[None, :]) < cells - TOUCH / self.resolution
+        kernel[reach, reach] = True
+        grown = cv2.dilate(
+            self.occupied.astype(np.uint8), kernel.astype(np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=(1,)
+        )
+        return OccupancyGrid(grown.astype(bool), self.resolution, self.origin)
+
+    @cached_property
+    def components(self) -> NDArray[np.int32]:
+        """Labels of the connected free regions, (ny, nx): 0 where occupied, 1... elsewhere.
+
+        Regions are joined through sides. A diagonal step that cuts no corner needs both cells beside it free,
+        so these are the regions of the 8-connected search without corner cutting too.
+        """
+        _, labels = cv2.connectedComponents((~self.occupied).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
+        return np.asarray(labels, dtype=np.int32)
+
+    def connected(self, start: tuple[float, float], goal: tuple[float, float]) -> bool:
+        """Whether a path between two points exists: both cells are free and in one region."""
+        if not (self.free(*start) and self.free(*goal)):
+            return False
+        return bool(self.components[self.cell_of(*start)] == self.components[self.cell_of(*goal)])
+
+
+def occupancy(plan: FloorPlan, resolution: float = RESOLUTION, below: float = OBSTACLE_HEIGHT) -> OccupancyGrid:
+    """Rasterise a floor plan.
+
+    A cell is occupied when its interior meets the footprint of an obstacle or reaches outside the room; a
+    footprint that only touches it does not count.
+
+    Args:
+        plan: the layout.
+        resolution: side of a cell, metres.
+        below: what begins above this height is not in the way, metres.
+
+    Raises:
+        OptionError: the resolution is not positive, or gives more than four million cells.
+    """
+    if not (resolution > 0.0) or plan.room.width * plan.room.depth / resolution**2 > MAX_CELLS:
+        raise OptionError(f"resolution {resolution} m must be positive and give at most {MAX_CELLS} cells")
+    nx, ny = _cells(plan.room.width, resolution), _cells(plan.room.depth, resolution)
+    occupied = np.zeros((ny, nx), dtype=bool)
+    occupied[:, math.floor(plan.room.width / resolution + TOUCH) :] = True
+    occupied[math.floor(plan.room.depth / resolution + TOUCH) :, :] = True
+    _mark(occupied, plan.obstacles(below), resolution)
+    return OccupancyGrid(occupied, resolution)
+
+
+def _cells(length: float, resolution: float) -> int:
+    return max(1, math.ceil(length / resolution - TOUCH))
+
+
+def _mark(occupied: NDArray[np.bool_], boxes: Iterable[OrientedBox], resolution: float) -> None:
+    """Set the cells that oriented rectangles overlap, by separating axes between a cell and a rectangle."""
+    ny, nx = occupied.shape
+    for box in boxes:
+        x0, y0, x1, y1 = (edge / resolution for edge in box.bounds())
+        c0, c1 = max(0, math.floor(x0 + TOUCH)), min(nx, math.ceil(x1 - TOUCH))
+        r0, r1 = max(0, math.floor(y0 + TOUCH)), min(ny, math.ceil(y1 - TOUCH))
+        if c0 >= c1 or r0 >= r1:
+            continue
+        cosine, sine = math.cos(box.yaw), math.sin(box.yaw)
+        if min(abs(cosine), abs(sine)) < TOUCH:
+            occupied[r0:r1, c0:c1] = True
+            continue
+        dx = (np.arange(c0, c1) + 0.5)[None, :] * resolution - box.x
+        dy = (np.arange(r0, r1) + 0.5)[:, None] * resolution - box.y
+        reach = resolution / 2.0 * (abs(cosine) + abs(sine)) - TOUCH
+        along = np.abs(dx * cosine + dy * sine) < box.width / 2.0 + reach
+        across = np.abs(dy * cosine - dx * sine) < box.depth / 2.0 + reach
+        occupied[r0:r1, c0:c1] |= along & across
