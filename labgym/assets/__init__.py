@@ -1,0 +1,38 @@
+"""LabForge I: the catalogue of assets, their chemistry and their shapes."""
+
+from labgym.assets.catalog import AssetFile, Catalog
+from labgym.assets.compatibility import Hazard, incompatible, pairs
+from labgym.assets.model import (
+    SHELL,
+    Asset,
+    Cavity,
+    Chemistry,
+    Hazards,
+    HeatClass,
+    Kind,
+    Placing,
+    Shape,
+    Size,
+    StorageClass,
+    Surface,
+)
+
+__all__ = [
+    "SHELL",
+    "Asset",
+    "AssetFile",
+    "Catalog",
+    "Cavity",
+    "Chemistry",
+    "Hazard",
+    "Hazards",
+    "HeatClass",
+    "Kind",
+    "Placing",
+    "Shape",
+    "Size",
+    "StorageClass",
+    "Surface",
+    "incompatible",
+    "pairs",
+]

@@ -1,0 +1,109 @@
+"""The catalogue: every asset that labgym knows, read once from the artefact folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from labgym.artefacts import artefacts
+from labgym.assets.model import Asset, Kind
+from labgym.assets.search import SynonymIndex
+from labgym.documents import Document
+from labgym.errors import DocumentError, UnknownNameError
+
+
+class AssetFile(Document):
+    """A file of the catalogue: assets that belong together."""
+
+    SCHEMA: ClassVar[str] = "labgym.assets/1"
+
+    assets: Annotated[tuple[Asset, ...], Field(max_length=5000)]
+
+
+class Catalog:
+    """All assets by canonical name, with a search over names and synonyms.
+
+    Raises:
+        DocumentError: two assets share a name.
+    """
+
+    def __init__(self, assets: Sequence[Asset], source: object = "catalogue") -> None:
+        self.assets = tuple(sorted(assets, key=lambda asset: asset.name))
+        self._by_name = {asset.name: asset for asset in self.assets}
+        if len(self._by_name) != len(self.assets):
+            names = [asset.name for asset in self.assets]
+            twice = next(name for name in names if names.count(name) > 1)
+            raise DocumentError(source, "assets", f"{twice!r} is defined twice; names must be unique")
+
+    @classmethod
+    def load(cls) -> Catalog:
+        """Return the published catalogue; read once a process."""
+        return _published()
+
+    @classmethod
+    def read(cls, folder: str | Path) -> Catalog:
+        """Read every JSON file below a folder.
+
+        Raises:
+            DocumentError: no such folder, a file that is no asset file, or a name defined twice.
+        """
+        files = sorted(Path(folder).rglob("*.json"))
+        if not files:
+            raise DocumentError(folder, "", "holds no asset files (*.json)")
+        return cls([asset for file in files for asset in AssetFile.load(file).assets], folder)
+
+    def __len__(self) -> int:
+        return len(self.assets)
+
+    def __iter__(self) -> Iterator[Asset]:
+        return iter(self.assets)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._by_name
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Canonical names, sorted."""
+        return tuple(self._by_name)
+
+    def get(self, name: str) -> Asset:
+        """Return the asset of exactly that canonical name.
+
+        Raises:
+            UnknownNameError: there is none; lists the nearest.
+        """
+        try:
+            return self._by_name[name]
+        except (KeyError, TypeError):
+            raise UnknownNameError("asset", name, self._by_name) from None
+
+    def find(self, text: str) -> Asset:
+        """Return the asset that a free text names, in English, Chinese or as a formula.
+
+        Canonical names and synonyms are compared without regard to case, spacing and punctuation; a misspelling
+        is forgiven where one asset is clearly the nearest.
+
+        Raises:
+            UnknownNameError: nothing is near enough; lists the nearest.
+        """
+        name = self._index.lookup(text)
+        if name is None:
+            raise UnknownNameError("asset", text, self._index.nearest(text) or self._by_name)
+        return self._by_name[name]
+
+    def of_kind(self, kind: Kind) -> tuple[Asset, ...]:
+        """Return the assets of a kind."""
+        return tuple(asset for asset in self.assets if asset.kind == kind)
+
+    @cached_property
+    def _index(self) -> SynonymIndex:
+        return SynonymIndex(self.assets)
+
+
+@lru_cache(maxsize=1)
+def _published() -> Catalog:
+    return Catalog.read(artefacts("assets") / "catalog")

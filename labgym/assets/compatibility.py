@@ -1,0 +1,113 @@
+"""Which reagents must be kept apart, and why: rules over reactive groups and hazard flags.
+
+Profile "segregation" applies some twenty rules over reactive groups; "boolean" uses the hazard flags of the
+annotation, closest to what the paper describes. Each rule names two sides, a hazard and a source.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+from typing import Annotated, ClassVar, Literal, get_args
+
+from pydantic import Field
+
+from labgym.artefacts import artefacts
+from labgym.assets.model import Asset
+from labgym.documents import Document, Record
+from labgym.errors import UnknownNameError
+
+Profile = Literal["segregation", "boolean"]
+FLAG_TRAITS = ("flammable", "acid", "base", "oxidizer", "active_metal")
+"""Hazard flags that rules may name beside the reactive groups; `water_reactive` comes from the chemistry."""
+
+
+@dataclass(frozen=True)
+class Hazard:
+    """Why two reagents must not meet: the rule's kind, what would happen, and where that is written."""
+
+    kind: str
+    hazard: str
+    source: str
+
+
+class Rule(Record):
+    """A pair of sides that must be kept apart; each side is any of several traits."""
+
+    kind: Annotated[str, Field(pattern=r"^[a-z][a-z_]+$")]
+    a: Annotated[frozenset[str], Field(min_length=1)]
+    b: Annotated[frozenset[str], Field(min_length=1)]
+    hazard: Annotated[str, Field(min_length=1)]
+    source: Annotated[str, Field(min_length=1)]
+
+    def applies(self, first: frozenset[str], second: frozenset[str]) -> bool:
+        """Say whether two sets of traits stand on opposite sides of the rule."""
+        return bool((first & self.a and second & self.b) or (first & self.b and second & self.a))
+
+
+class RuleBook(Document):
+    """Rules by profile; where several apply, the first in the file is reported."""
+
+    SCHEMA: ClassVar[str] = "labgym.segregation/1"
+
+    profiles: dict[Profile, tuple[Rule, ...]]
+
+
+@lru_cache(maxsize=1)
+def rulebook() -> RuleBook:
+    """Return the published rules; read once a process."""
+    return RuleBook.load(artefacts("assets") / "chemistry" / "segregation.json")
+
+
+def rules(profile: str = "segregation") -> tuple[Rule, ...]:
+    """Return the rules of a profile.
+
+    Raises:
+        UnknownNameError: there is no such profile.
+    """
+    for name, chosen in rulebook().profiles.items():
+        if name == profile:
+            return chosen
+    raise UnknownNameError("compatibility profile", profile, get_args(Profile))
+
+
+def traits(asset: Asset) -> frozenset[str]:
+    """Return the reactive groups and hazard flags of a reagent; empty for anything else."""
+    if asset.chemistry is None:
+        return frozenset()
+    flags = [flag for flag in FLAG_TRAITS if getattr(asset.hazards, flag)]
+    if asset.chemistry.water_reactive:
+        flags.append("water_reactive")
+    return frozenset(asset.chemistry.groups) | frozenset(flags)
+
+
+def incompatible(a: Asset, b: Asset, profile: str = "segregation") -> Hazard | None:
+    """Return why two assets must be kept apart, or None where they may stand together.
+
+    Symmetric; a reagent is compatible with itself, and only reagents can be incompatible.
+
+    Raises:
+        UnknownNameError: there is no such profile.
+    """
+    chosen = rules(profile)
+    if a.name == b.name:
+        return None
+    first, second = traits(a), traits(b)
+    if first and second:
+        for rule in chosen:
+            if rule.applies(first, second):
+                return Hazard(rule.kind, rule.hazard, rule.source)
+    return None
+
+
+def pairs(assets: Iterable[Asset], profile: str = "segregation") -> list[tuple[str, str, Hazard]]:
+    """Return the unordered incompatible pairs among distinct assets, names sorted in and between pairs."""
+    distinct = {asset.name: asset for asset in assets}
+    found = []
+    for name_a, name_b in combinations(sorted(distinct), 2):
+        hazard = incompatible(distinct[name_a], distinct[name_b], profile)
+        if hazard is not None:
+            found.append((name_a, name_b, hazard))
+    return found
