@@ -32,10 +32,15 @@ class Obstacles:
 
     def nearest(self, points: Array) -> Array:
         """Return the distance from points (m, 2) to the nearest rectangle, (m,) metres; inf where there are none."""
-        return self.point_distances(points).min(axis=1, initial=np.inf)
+        return np.asarray(self.point_distances(points).min(axis=1, initial=np.inf))
 
     def segment_distances(self, starts: Array, ends: Array) -> Array:
-        """Return the distance from segments, given by their ends (m, 2), to each rectangle, (m, n) metres; 0 where they meet."""
+        """Return the distance from segments to each rectangle, (m, n) metres; 0 where they meet.
+
+        Args:
+            starts: (m, 2) where the segments begin.
+            ends: (m, 2) where they end.
+        """
         if len(self) == 0 or len(starts) == 0:
             return np.full((len(starts), len(self)), np.inf)
         a, b = self._local(starts), self._local(ends)
@@ -52,12 +57,12 @@ class Obstacles:
 
     def _local(self, points: Array) -> Array:
         """Express points (m, 2) in each rectangle's frame, (m, n, 2)."""
-        return np.einsum("mnd,nkd->mnk", points[:, None, :] - self.boxes.centre, self._axes)
+        return np.asarray(np.einsum("mnd,nkd->mnk", points[:, None, :] - self.boxes.centre, self._axes))
 
 
 def _outside(local: Array, half: Array) -> Array:
     gap = np.maximum(np.abs(local) - half, 0.0)
-    return np.hypot(gap[..., 0], gap[..., 1])
+    return np.asarray(np.hypot(gap[..., 0], gap[..., 1]))
 
 
 def _crosses(start: Array, direction: Array, half: Array) -> NDArray[np.bool_]:
@@ -66,4 +71,4 @@ def _crosses(start: Array, direction: Array, half: Array) -> NDArray[np.bool_]:
     first, second = (-half - start) / steep, (half - start) / steep
     enter = np.minimum(first, second).max(axis=-1)
     leave = np.maximum(first, second).min(axis=-1)
-    return np.maximum(enter, 0.0) <= np.minimum(leave, 1.0)
+    return np.asarray(np.maximum(enter, 0.0) <= np.minimum(leave, 1.0))

@@ -60,7 +60,7 @@ def feasibility(
         grid: the dilated grid, where it is at hand; radius and resolution then do nothing.
     """
     grid = grid if grid is not None else occupancy(plan, resolution).dilated(radius)
-    return tuple(_judge(plan, grid, pair.start_location, pair.goal_location, pair.start, pair.goal) for pair in pairs)
+    return tuple(_judge(plan, grid, (p.start_location, p.goal_location), p.start, p.goal) for p in pairs)
 
 
 def transitions(
@@ -88,25 +88,25 @@ def transitions(
     for here, there in zip(protocol.route, protocol.route[1:], strict=False):
         start, goal = poses[here], poses[there]
         if start is None or goal is None or not same_place(start, goal):
-            verdicts.append(_judge(plan, grid, here, there, start, goal))
+            verdicts.append(_judge(plan, grid, (here, there), start, goal))
     return tuple(verdicts)
 
 
 def _judge(
-    plan: FloorPlan, grid: OccupancyGrid, here: str, there: str, start: Pose | None, goal: Pose | None
+    plan: FloorPlan, grid: OccupancyGrid, locations: tuple[str, str], start: Pose | None, goal: Pose | None
 ) -> Transition:
     ends: tuple[tuple[End, Pose | None], ...] = (("start", start), ("goal", goal))
     at_fault = tuple(end for end, pose in ends if pose is None)
     if start is None or goal is None:
-        return Transition(here, there, start, goal, "missing", at_fault)
+        return Transition(*locations, start, goal, "missing", at_fault)
     at_fault = tuple(end for end, pose in ends if pose is not None and not _in_room(plan, pose))
     if at_fault:
-        return Transition(here, there, start, goal, "outside_room", at_fault)
+        return Transition(*locations, start, goal, "outside_room", at_fault)
     at_fault = tuple(end for end, pose in ends if pose is not None and not grid.free(pose[0], pose[1]))
     if at_fault:
-        return Transition(here, there, start, goal, "endpoint_invalid", at_fault)
+        return Transition(*locations, start, goal, "endpoint_invalid", at_fault)
     joined = grid.connected((start[0], start[1]), (goal[0], goal[1]))
-    return Transition(here, there, start, goal, None if joined else "unreachable")
+    return Transition(*locations, start, goal, None if joined else "unreachable")
 
 
 def _in_room(plan: FloorPlan, pose: Pose) -> bool:

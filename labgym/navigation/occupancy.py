@@ -54,10 +54,8 @@ class OccupancyGrid:
     def centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the x of the columns (nx,) and the y of the rows (ny,), at the cells' centres."""
         ny, nx = self.shape
-        return (
-            self.origin[0] + (np.arange(nx) + 0.5) * self.resolution,
-            self.origin[1] + (np.arange(ny) + 0.5) * self.resolution,
-        )
+        columns, rows = np.arange(nx, dtype=np.float64), np.arange(ny, dtype=np.float64)
+        return self.origin[0] + (columns + 0.5) * self.resolution, self.origin[1] + (rows + 0.5) * self.resolution
 
     def holds(self, row: int, column: int) -> bool:
         """Whether a cell is on the grid."""
@@ -66,7 +64,7 @@ class OccupancyGrid:
     def free(self, x: float, y: float) -> bool:
         """Whether the cell that holds a point is on the grid and free."""
         row, column = self.cell_of(x, y)
-        return self.holds(row, column) and not self.occupied[row, column]
+        return self.holds(row, column) and not bool(self.occupied[row, column])
 
     def dilated(self, radius: float) -> OccupancyGrid:
         """Return the grid in which a cell is free when a disc at its centre fits.

@@ -21,30 +21,42 @@ class Extent(Protocol):
     """The room's interior: x in [0, width], y in [0, depth], metres."""
 
     @property
-    def width(self) -> float: ...
+    def width(self) -> float:
+        """Along x, metres."""
+        ...
 
     @property
-    def depth(self) -> float: ...
+    def depth(self) -> float:
+        """Along y, metres."""
+        ...
 
 
 class Placed(Protocol):
     """Something that has been placed: its id and the asset that it is."""
 
     @property
-    def id(self) -> str: ...
+    def id(self) -> str:
+        """Unique in the plan."""
+        ...
 
     @property
-    def asset(self) -> str: ...
+    def asset(self) -> str:
+        """Name in the catalogue."""
+        ...
 
 
 class FloorPlan(Protocol):
     """The part of a layout that navigation reads; `labgym.layouts.Layout` is one."""
 
     @property
-    def room(self) -> Extent: ...
+    def room(self) -> Extent:
+        """The room's interior."""
+        ...
 
     @property
-    def protocol(self) -> str | None: ...
+    def protocol(self) -> str | None:
+        """Id of the protocol that it was made for."""
+        ...
 
     def obstacles(self, below: float) -> Iterable[OrientedBox]:
         """Yield the boxes of what stands on the floor or hangs on a wall and begins below a height."""

@@ -85,7 +85,7 @@ class FreeSpace:
 
     def holds(self, points: Array) -> NDArray[np.bool_]:
         """Whether points (m, 2) are free."""
-        return self.in_room(points) & (self.obstacles.nearest(points) >= self.radius - TOLERANCE)
+        return np.asarray(self.in_room(points) & (self.obstacles.nearest(points) >= self.radius - TOLERANCE))
 
     def joins(self, starts: Array, ends: Array) -> NDArray[np.bool_]:
         """Whether segments (m, 2)-(m, 2) are free from end to end."""
@@ -97,7 +97,7 @@ class FreeSpace:
 
     def in_room(self, points: Array) -> NDArray[np.bool_]:
         """Whether the disc at points (m, 2) stays between the walls."""
-        return ((points >= self.low - TOLERANCE) & (points <= self.high + TOLERANCE)).all(axis=-1)
+        return np.asarray(((points >= self.low - TOLERANCE) & (points <= self.high + TOLERANCE)).all(axis=-1))
 
 
 def bitangents(corners: Corners) -> tuple[Contacts, Contacts]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,18 +61,17 @@ class ShortestPaths:
         free = self.space.joins(self._points(first), self._points(second))
         self._first, self._second = first.at(free), second.at(free)
 
-    def path(self, start: tuple[float, float], goal: tuple[float, float]) -> ShortestPath | None:
+    def path(self, start: Sequence[float], goal: Sequence[float]) -> ShortestPath | None:
         """Return a shortest path between two points, or None where the disc cannot get from one to the other.
 
-        Args:
-            start, goal: room coordinates, metres; what follows x and y (a yaw) is ignored.
+        Points are room coordinates in metres; what follows x and y (a yaw) is ignored.
         """
         ends = np.array([start[:2], goal[:2]], dtype=np.float64)
         if not self.space.holds(ends).all():
             return None
         if self.space.joins(ends[:1], ends[1:])[0]:
             return ShortestPath(float(math.dist(*ends)), ends)
-        graph = _Graph(ends, self._first, self._second, *(self._seen(end) for end in ends))
+        graph = _Graph(ends, (self._first, self._second, self._seen(ends[0]), self._seen(ends[1])))
         nodes = graph.contacts
         arcs = self._along_arcs(nodes)
         trail, length = graph.search(self._points(nodes), arcs)
@@ -119,10 +119,8 @@ class ShortestPaths:
 class _Graph:
     """Contacts numbered, and the straight edges among them, the start and the goal."""
 
-    def __init__(
-        self, ends: Array, first: Contacts, second: Contacts, near_start: Contacts, near_goal: Contacts
-    ) -> None:
-        parts = (first, second, near_start, near_goal)
+    def __init__(self, ends: Array, parts: tuple[Contacts, Contacts, Contacts, Contacts]) -> None:
+        first, _, near_start, near_goal = parts
         self.ends = ends
         self.contacts = Contacts(
             np.concatenate([part.corner for part in parts]), np.concatenate([part.normal for part in parts])
@@ -152,7 +150,7 @@ class _Graph:
 
 
 def shortest_path(
-    plan: FloorPlan, start: tuple[float, float], goal: tuple[float, float], radius: float = PLANNING_RADIUS
+    plan: FloorPlan, start: Sequence[float], goal: Sequence[float], radius: float = PLANNING_RADIUS
 ) -> ShortestPath | None:
     """Return the shortest path for a disc between two points, or None where there is none.
 
