@@ -1,0 +1,91 @@
+"""OB: objects out of the room, off their support's surface, or above or below it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.geometry import BoxArray
+from labgym.layouts.arrangement import Arrangement
+from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.thresholds import HEIGHT_TOLERANCE, ROOM_TOLERANCE, SURFACE_TOLERANCE, WALL_TOLERANCE
+
+Cause = Literal["room", "surface", "height"]
+
+
+@dataclass(frozen=True)
+class BoundsFault:
+    """One way in which one object is out of bounds.
+
+    Attributes:
+        cause: `room` (outside the interior), `surface` (over the edge of what carries it, or, on the wall, away from
+            every wall), `height` (above or below what carries it).
+        amount: by how much, metres.
+    """
+
+    id: str
+    cause: Cause
+    amount: float
+
+
+def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
+    """Return every fault, in the order room, surface, height; an object can have several and still is one OB.
+
+    A wall-mounted object has no height to keep: it must lie inside the room and have a side along a wall.
+    """
+    if not len(arrangement):
+        return ()
+    rows: dict[Cause, NDArray[np.float64]] = {
+        "room": _outside_room(arrangement),
+        "surface": np.zeros(len(arrangement)),
+        "height": np.zeros(len(arrangement)),
+    }
+    limits = {"room": ROOM_TOLERANCE, "surface": SURFACE_TOLERANCE, "height": HEIGHT_TOLERANCE}
+    supports = np.array([placement.support for placement in arrangement.placements])
+    floor, wall = supports == FLOOR, supports == WALL
+    rows["height"][floor] = np.abs(arrangement.boxes.z[floor, 0])
+    gap = _wall_gap(arrangement)
+    rows["surface"][wall] = np.where(gap[wall] > WALL_TOLERANCE, gap[wall], 0.0)
+    held = arrangement.supported
+    if len(held):
+        surfaces = BoxArray.of([arrangement.surface(int(row)) for row in held])
+        rows["surface"][held] = -edge_margin(arrangement.boxes.corners()[held], surfaces)
+        rows["height"][held] = np.abs(arrangement.boxes.z[held, 0] - surfaces.z[:, 0])
+    return tuple(
+        BoundsFault(arrangement.placements[row].id, cause, float(amounts[row]))
+        for cause, amounts in rows.items()
+        for row in np.flatnonzero(amounts > limits[cause] + 1e-9)
+    )
+
+
+def edge_margin(corners: NDArray[np.float64], surfaces: BoxArray) -> NDArray[np.float64]:
+    """Return how far footprints lie inside rectangles, shape (n,); negative by as much as they stick out.
+
+    Args:
+        corners: (n, 4, 2), the footprints' corners in the room frame.
+        surfaces: n rectangles, one for each footprint.
+    """
+    offset = corners - surfaces.centre[:, None, :]
+    local = np.abs(np.einsum("ncd,nkd->nck", offset, surfaces.axes()))
+    return np.asarray((surfaces.half[:, None, :] - local).min(axis=(1, 2)))
+
+
+def _outside_room(arrangement: Arrangement) -> NDArray[np.float64]:
+    """How far boxes reach out of the room's interior, floor and ceiling included, shape (n,); 0 inside."""
+    room, boxes = arrangement.layout.room, arrangement.boxes
+    corners = boxes.corners()
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    beyond = np.stack(
+        [-low[:, 0], -low[:, 1], high[:, 0] - room.width, high[:, 1] - room.depth, -boxes.z[:, 0], boxes.z[:, 1] - room.height]
+    )
+    return np.asarray(np.maximum(beyond.max(axis=0), 0.0))
+
+
+def _wall_gap(arrangement: Arrangement) -> NDArray[np.float64]:
+    """Distance of each footprint's nearest side to a wall: the farther end of that side counts, shape (n,)."""
+    room, corners = arrangement.layout.room, arrangement.boxes.corners()
+    gaps = np.stack([corners[..., 0], corners[..., 1], room.width - corners[..., 0], room.depth - corners[..., 1]])
+    return np.asarray(np.sort(np.abs(gaps), axis=-1)[..., 1].min(axis=0))

@@ -1,0 +1,83 @@
+"""CN: unordered pairs of objects whose solids interpenetrate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.geometry import BoxArray, OrientedBox
+from labgym.geometry.overlap import overlap_volume, paired_penetration
+from labgym.layouts.arrangement import Arrangement
+from labgym.layouts.thresholds import PENETRATION
+
+
+@dataclass(frozen=True)
+class Collision:
+    """Two objects that interpenetrate.
+
+    Attributes:
+        ids: the two placements, in the layout's order.
+        depth: least overlap over all separating axes of the deepest pair of solids, metres.
+        volume: volume that their solids share, cubic metres.
+    """
+
+    ids: tuple[str, str]
+    depth: float
+    volume: float
+
+
+def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
+    """Return the pairs that overlap by more than 1 mm on every axis.
+
+    Solids are bounding boxes, and of hollow objects the shell, so that an item inside collides with walls and shelves
+    and not with the hollow. Parts of one object never collide; touching is no collision.
+    """
+    first, second = _close_pairs(arrangement.boxes)
+    if not len(first):
+        return ()
+    solids, counts = arrangement.solids
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    pair, a, b = _solid_pairs(first, second, starts, counts)
+    depths = paired_penetration(_rows(solids, a), _rows(solids, b))
+    deepest = np.full(len(first), -np.inf)
+    np.maximum.at(deepest, pair, depths)
+    found = []
+    for k in np.flatnonzero(deepest > PENETRATION + 1e-9):
+        parts = np.flatnonzero((pair == k) & (depths > 0.0))
+        volume = sum(overlap_volume(_box(solids, int(a[p])), _box(solids, int(b[p]))) for p in parts)
+        ids = arrangement.placements[first[k]].id, arrangement.placements[second[k]].id
+        found.append(Collision(ids, float(deepest[k]), volume))
+    return tuple(found)
+
+
+def _close_pairs(boxes: BoxArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Rows i < j whose axis-aligned bounds overlap by more than the permitted depth."""
+    corners = boxes.corners()
+    low = np.column_stack([corners.min(axis=1), boxes.z[:, 0]])
+    high = np.column_stack([corners.max(axis=1), boxes.z[:, 1]])
+    overlap = np.minimum(high[:, None], high[None]) - np.maximum(low[:, None], low[None])
+    first, second = np.nonzero(np.triu((overlap > PENETRATION).all(axis=2), k=1))
+    return first, second
+
+
+def _solid_pairs(
+    first: NDArray[np.intp], second: NDArray[np.intp], starts: NDArray[np.intp], counts: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Expand object pairs to all pairs of their solids: (index of the object pair, solid of first, solid of second)."""
+    sizes = counts[first] * counts[second]
+    pair = np.repeat(np.arange(len(first)), sizes)
+    within = np.arange(len(pair)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    width = counts[second][pair]
+    return pair, starts[first][pair] + within // width, starts[second][pair] + within % width
+
+
+def _rows(boxes: BoxArray, rows: NDArray[np.intp]) -> BoxArray:
+    return BoxArray(boxes.centre[rows], boxes.half[rows], boxes.yaw[rows], boxes.z[rows])
+
+
+def _box(boxes: BoxArray, row: int) -> OrientedBox:
+    (x, y), (half_width, half_depth), (z0, z1) = boxes.centre[row], boxes.half[row], boxes.z[row]
+    yaw = float(boxes.yaw[row])
+    return OrientedBox(float(x), float(y), 2 * float(half_width), 2 * float(half_depth), yaw, float(z0), float(z1))

@@ -1,0 +1,139 @@
+"""What the generator optimises and the score reports: everything about a layout, computed once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from labgym.layouts.arrangement import Arrangement
+from labgym.layouts.bounds import BoundsFault, bounds_faults
+from labgym.layouts.collisions import Collision, collisions
+from labgym.layouts.glass import glass_instances
+from labgym.layouts.model import Layout
+from labgym.layouts.presence import missing_assets
+from labgym.layouts.satisfaction import Instance, penalised
+from labgym.layouts.separation import flammable_instances, incompatible_instances
+from labgym.layouts.storage import storage_instances
+from labgym.layouts.thresholds import Profile, profile
+from labgym.layouts.violations import (
+    Violations,
+    bounds_violations,
+    chemical_violations,
+    collision_violations,
+    navigation_violations,
+)
+from labgym.navigation.feasibility import Transition, transitions
+from labgym.protocols import Protocol
+
+GEOMETRY_WEIGHT = 0.5
+CHEMISTRY_WEIGHT = 0.5
+"""Weights of F; the paper leaves them open."""
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """All rules of one layout under one profile.
+
+    Attributes:
+        flammable, incompatible, storage, glass: instances, the geometry penalty applied.
+        missing: required assets that are not there, None without a protocol.
+        transitions: None where navigation was left out or there is no protocol.
+    """
+
+    profile: Profile
+    arrangement: Arrangement
+    bounds: tuple[BoundsFault, ...]
+    collisions: tuple[Collision, ...]
+    flammable: tuple[Instance, ...]
+    incompatible: tuple[Instance, ...]
+    storage: tuple[Instance, ...]
+    glass: tuple[Instance, ...]
+    missing: tuple[str, ...] | None
+    transitions: tuple[Transition, ...] | None
+
+    @cached_property
+    def out_of_bounds(self) -> frozenset[str]:
+        """Ids of the objects that are out of bounds."""
+        return frozenset(fault.id for fault in self.bounds)
+
+    @cached_property
+    def faulty(self) -> frozenset[str]:
+        """Ids of the objects that are out of bounds or collide."""
+        return self.out_of_bounds.union(*(collision.ids for collision in self.collisions))
+
+    @property
+    def instances(self) -> tuple[Instance, ...]:
+        """All chemical instances."""
+        return self.flammable + self.incompatible + self.storage + self.glass
+
+    @cached_property
+    def v(self) -> int:
+        """Number of hard violations: OB + CN + pairs under d_low + reagents not stored + infeasible transitions."""
+        chemical = sum(instance.hard for instance in self.instances)
+        unreachable = sum(not transition.feasible for transition in self.transitions or ())
+        return len(self.out_of_bounds) + len(self.collisions) + chemical + unreachable
+
+    @cached_property
+    def fitness(self) -> float:
+        """F in [0, 1]: half the share of objects in no violation, half the mean satisfaction."""
+        count, instances = len(self.arrangement), self.instances
+        geometry = 1.0 - len(self.faulty) / count if count else 1.0
+        chemistry = sum(instance.satisfaction for instance in instances) / len(instances) if instances else 1.0
+        return GEOMETRY_WEIGHT * geometry + CHEMISTRY_WEIGHT * chemistry
+
+    @cached_property
+    def violations(self) -> Violations:
+        """The hard violations, described; as many as `v`."""
+        return Violations(
+            (
+                *bounds_violations(self.arrangement, self.bounds),
+                *collision_violations(self.collisions),
+                *chemical_violations(self.instances),
+                *navigation_violations(self.arrangement, self.transitions or ()),
+            )
+        )
+
+    def better_than(self, other: Assessment) -> bool:
+        """Whether to accept this layout over another: fewer violations, or as many and a higher fitness."""
+        return self.v < other.v or (self.v == other.v and self.fitness > other.fitness + 1e-12)
+
+
+def evaluate_layout(
+    layout: Layout, protocol: Protocol | None = None, profile_name: str | Profile = "default", navigation: bool = False
+) -> Assessment:
+    """Apply every rule to a layout.
+
+    Args:
+        navigation: whether to plan the protocol's transitions too, which takes far longer than the rest.
+
+    Raises:
+        UnknownNameError: the profile, an asset or a support does not exist.
+    """
+    thresholds, arrangement = profile(profile_name), Arrangement.of(layout)
+    bounds, found = bounds_faults(arrangement), collisions(arrangement)
+    out_of_bounds = frozenset(fault.id for fault in bounds)
+    faulty = out_of_bounds.union(*(collision.ids for collision in found))
+    return Assessment(
+        profile=thresholds,
+        arrangement=arrangement,
+        bounds=bounds,
+        collisions=found,
+        flammable=penalised(flammable_instances(arrangement, thresholds), faulty),
+        incompatible=penalised(incompatible_instances(arrangement, thresholds), faulty),
+        storage=penalised(storage_instances(arrangement), faulty),
+        glass=penalised(glass_instances(arrangement, thresholds), faulty),
+        missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
+        transitions=transitions(layout, protocol) if navigation and protocol is not None else None,
+    )
+
+
+def violations(
+    layout: Layout, protocol: Protocol | None = None, profile_name: str | Profile = "default", navigation: bool = False
+) -> Violations:
+    """Return the hard violations of a layout; their count is v(L). Arguments and errors as `evaluate_layout`."""
+    return evaluate_layout(layout, protocol, profile_name, navigation).violations
+
+
+def fitness(layout: Layout, protocol: Protocol | None = None, profile_name: str | Profile = "default") -> float:
+    """Return F(L) in [0, 1]. Arguments and errors as `evaluate_layout`."""
+    return evaluate_layout(layout, protocol, profile_name).fitness

@@ -1,0 +1,37 @@
+"""Asset: every asset that the protocol requires is placed, supported and in bounds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import lru_cache
+
+from labgym.assets import Catalog
+from labgym.layouts.arrangement import Arrangement
+from labgym.protocols import Protocol
+
+
+def missing_assets(arrangement: Arrangement, protocol: Protocol, out_of_bounds: frozenset[str]) -> tuple[str, ...]:
+    """Return the required assets that are not there, one name for each piece lacking.
+
+    Required are reagents, instruments and step locations as a multiset, synonyms resolved. An object that is out of
+    bounds is not there.
+    """
+    placed = Counter(
+        asset.name
+        for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True)
+        if placement.id not in out_of_bounds
+    )
+    lacking = Counter(resolved(protocol.required_assets()))
+    lacking.subtract(placed)
+    return tuple(name for name, count in lacking.items() for _ in range(count))
+
+
+@lru_cache(maxsize=1024)
+def resolved(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the canonical names of assets named in any way that the catalogue knows.
+
+    Raises:
+        UnknownNameError: the catalogue knows no such asset.
+    """
+    catalog = Catalog.load()
+    return tuple(catalog.find(name).name for name in names)

@@ -1,0 +1,48 @@
+"""How well one instance of a chemical rule is met, and how instances make a score."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from labgym.layouts.thresholds import WORST
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One instance of a chemical rule: a pair to keep apart, a reagent to store, a glass to keep from the edge.
+
+    Attributes:
+        ids: placements that take part.
+        distance: what the rule measures, metres; None for storage.
+        limit: the distance under which the satisfaction is 0 (d_low), metres; 0 where there is none.
+        satisfaction: in [0, 1]; 0 where a participant is out of bounds or collides.
+        hard: whether it counts in v(L): a pair under d_low, a reagent that is not stored.
+        note: hazard or reason, for messages.
+    """
+
+    rule: str
+    ids: tuple[str, ...]
+    distance: float | None
+    limit: float
+    satisfaction: float
+    hard: bool
+    note: str = ""
+
+
+def penalised(instances: Sequence[Instance], faulty: frozenset[str]) -> tuple[Instance, ...]:
+    """Apply the geometry penalty: an instance with a participant in `faulty` scores 0."""
+    return tuple(
+        replace(instance, satisfaction=0.0) if not faulty.isdisjoint(instance.ids) else instance for instance in instances
+    )
+
+
+def mean(instances: Sequence[Instance]) -> float | None:
+    """Return the mean satisfaction, None where there is no instance."""
+    return sum(instance.satisfaction for instance in instances) / len(instances) if instances else None
+
+
+def worst_mean(instances: Sequence[Instance], worst: int = WORST) -> float | None:
+    """Return the mean of the worst few satisfactions, None where there is no instance."""
+    lowest = sorted(instance.satisfaction for instance in instances)[:worst]
+    return sum(lowest) / len(lowest) if lowest else None

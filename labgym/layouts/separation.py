@@ -1,0 +1,88 @@
+"""Flam and Incomp: reagents kept apart from heat and from each other, surface to surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+from itertools import combinations
+
+from labgym.assets import Asset, Catalog, Hazard, incompatible
+from labgym.geometry import pairwise_distance
+from labgym.layouts.arrangement import Arrangement
+from labgym.layouts.satisfaction import Instance
+from labgym.layouts.storage import closed_cabinet
+from labgym.layouts.thresholds import Band, Profile
+
+HEAT_CLASSES = frozenset({"flame", "hot_surface", "bath", "oven"})
+"""Heat sources that count; an `instrument` merely runs warm."""
+
+
+def heat_band(asset: Asset, profile: Profile) -> Band | None:
+    """Return the distances that a flammable reagent keeps from an asset, None where it is no heat source."""
+    if asset.heat_class not in HEAT_CLASSES:
+        return None
+    return profile.flame if asset.heat_class == "flame" else profile.heat
+
+
+def flammable_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:
+    """Return one instance for each flammable reagent and heat source placed.
+
+    A cabinet's door is no shield: a stored reagent keeps its distance like any other.
+    """
+    bands = [(row, heat_band(asset, profile)) for row, asset in enumerate(arrangement.assets)]
+    sources = [(row, band) for row, band in bands if band is not None]
+    reagents = [row for row in arrangement.reagents if arrangement.assets[row].hazards.flammable]
+    if not sources or not reagents:
+        return ()
+    gaps = pairwise_distance(arrangement.take(reagents), arrangement.take([row for row, _ in sources]))
+    found = []
+    for i, reagent in enumerate(reagents):
+        for j, (source, band) in enumerate(sources):
+            ids = arrangement.placements[reagent].id, arrangement.placements[source].id
+            gap = float(gaps[i, j])
+            note = f"flammable near a heat source ({arrangement.assets[source].heat_class})"
+            found.append(Instance("flammable", ids, gap, band.d_low, band.satisfaction(gap), gap < band.d_low, note))
+    return tuple(found)
+
+
+def incompatible_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:
+    """Return one instance for each pair of placed reagents that must not meet."""
+    reagents = arrangement.reagents
+    names = [arrangement.assets[row].name for row in reagents]
+    pairs = [
+        (i, j, hazard)
+        for i, j in combinations(range(len(reagents)), 2)
+        if (hazard := hazard_between(names[i], names[j], profile.pairs)) is not None
+    ]
+    if not pairs:
+        return ()
+    boxes, band = arrangement.take(reagents), profile.incompatible
+    gaps = pairwise_distance(boxes, boxes)
+    found = []
+    for i, j, hazard in pairs:
+        ids = arrangement.placements[reagents[i]].id, arrangement.placements[reagents[j]].id
+        gap = float(gaps[i, j])
+        hard = gap < band.d_low
+        found.append(Instance("incompatible", ids, gap, band.d_low, band.satisfaction(gap), hard, hazard.hazard))
+    return tuple(found)
+
+
+def contained(arrangement: Arrangement, instances: Sequence[Instance]) -> tuple[Instance, ...]:
+    """Return the containment-aware variant of Incomp: in two separate closed cabinets counts as separated."""
+    return tuple(
+        replace(instance, satisfaction=1.0, hard=False) if _partitioned(arrangement, instance) else instance
+        for instance in instances
+    )
+
+
+@lru_cache(maxsize=65536)
+def hazard_between(first: str, second: str, pairs: str) -> Hazard | None:
+    """Return why two assets must not meet under a rule set, None where they may."""
+    catalog = Catalog.load()
+    return incompatible(catalog.get(first), catalog.get(second), pairs)
+
+
+def _partitioned(arrangement: Arrangement, instance: Instance) -> bool:
+    cabinets = [closed_cabinet(arrangement, arrangement.index[placement]) for placement in instance.ids]
+    return None not in cabinets and len(set(cabinets)) == len(cabinets)

@@ -1,0 +1,77 @@
+"""Store: every reagent's storage place is a cabinet made for reagents."""
+
+from __future__ import annotations
+
+from labgym.layouts.arrangement import Arrangement
+from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.satisfaction import Instance
+from labgym.layouts.thresholds import CONTAINMENT_TOLERANCE, HEIGHT_TOLERANCE
+
+STORAGE_CLASSES = frozenset(
+    {"Flammable", "Acid", "Base", "Oxidizer", "Toxic", "WaterReactive", "Refrigerator", "Gas", "General"}
+)
+"""Classes of cabinets that reagents are stored in; glassware and waste cabinets are not for them."""
+
+
+def storage_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
+    """Return one instance for each placed reagent: 1 where it is stored, else 0."""
+    found = []
+    for row in arrangement.reagents:
+        stored = storage_cabinet(arrangement, row) is not None
+        ids = (arrangement.placements[row].id,)
+        note = "" if stored else "not in a storage cabinet"
+        found.append(Instance("storage", ids, None, 0.0, float(stored), not stored, note))
+    return tuple(found)
+
+
+def storage_cabinet(arrangement: Arrangement, row: int) -> int | None:
+    """Return the row of the reagent cabinet that an object stands in, wholly inside and on a shelf; else None."""
+    support = arrangement.placements[row].support
+    if support in (FLOOR, WALL) or support not in arrangement.index:
+        return None
+    cabinet = arrangement.index[support]
+    asset = arrangement.assets[cabinet]
+    if asset.storage_class not in STORAGE_CLASSES or asset.fume_hood or asset.cavity is None:
+        return None
+    return cabinet if _inside(arrangement, row, cabinet) and _on_shelf(arrangement, row, cabinet) else None
+
+
+def closed_cabinet(arrangement: Arrangement, row: int) -> int | None:
+    """Return the row of the storage cabinet with doors that an object stands in, None where there is none."""
+    cabinet = storage_cabinet(arrangement, row)
+    if cabinet is None:
+        return None
+    cavity = arrangement.assets[cabinet].cavity
+    return cabinet if cavity is not None and not cavity.open_front else None
+
+
+def in_own_class(arrangement: Arrangement) -> float | None:
+    """Return the share of placed reagents stored in a cabinet of their own storage class, None without reagents."""
+    reagents = arrangement.reagents
+    cabinets = [storage_cabinet(arrangement, row) for row in reagents]
+    own = sum(
+        cabinet is not None and (chemistry := arrangement.assets[row].chemistry) is not None
+        and arrangement.assets[cabinet].storage_class == chemistry.storage_class
+        for row, cabinet in zip(reagents, cabinets, strict=True)
+    )
+    return own / len(reagents) if reagents else None
+
+
+def _inside(arrangement: Arrangement, row: int, cabinet: int) -> bool:
+    """Whether an object's bounding box lies in a cabinet's hollow."""
+    cavity = arrangement.assets[cabinet].cavity
+    if cavity is None:
+        return False
+    box = arrangement.take([cabinet])
+    corners = arrangement.take([row]).corners()[0] - box.centre[0]
+    local = corners @ box.axes()[0].T - (cavity.x, cavity.y)
+    half = (cavity.width / 2.0 + CONTAINMENT_TOLERANCE, cavity.depth / 2.0 + CONTAINMENT_TOLERANCE)
+    low, high = arrangement.boxes.z[row] - arrangement.boxes.z[cabinet, 0]
+    upright = low >= cavity.z0 - CONTAINMENT_TOLERANCE and high <= cavity.z1 + CONTAINMENT_TOLERANCE
+    return bool(upright and (abs(local) <= half).all())
+
+
+def _on_shelf(arrangement: Arrangement, row: int, cabinet: int) -> bool:
+    """Whether an object's bottom is at the height of one of a cabinet's shelves."""
+    bottom = arrangement.boxes.z[row, 0] - arrangement.boxes.z[cabinet, 0]
+    return any(abs(bottom - surface.z) <= HEIGHT_TOLERANCE + 1e-9 for surface in arrangement.assets[cabinet].surfaces)

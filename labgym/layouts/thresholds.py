@@ -1,0 +1,118 @@
+"""Every threshold of the layout metrics, in one place, with its source; profiles say which set a report used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from labgym.errors import UnknownNameError
+
+VERSION = "touchstone-v1"
+"""Name of the metric definitions; a report that names another version is not comparable."""
+
+ROOM_TOLERANCE = 0.010
+"""A footprint may reach this far beyond the room's interior, metres: skirting and plaster tolerances."""
+
+SURFACE_TOLERANCE = 0.005
+"""A footprint may hang this far over its support's surface, metres."""
+
+HEIGHT_TOLERANCE = 0.005
+"""A bottom may be this far above or below what carries it, metres."""
+
+WALL_TOLERANCE = 0.020
+"""The back of a wall-mounted object may be this far from the wall, metres: the depth of its brackets."""
+
+CONTAINMENT_TOLERANCE = 0.001
+"""A stored reagent may reach this far into the cabinet's wall: as far as would not yet be a collision, metres."""
+
+PENETRATION = 0.001
+"""Two solids collide when they overlap by more than this on every axis, metres."""
+
+OVERLAP_VOLUME = 1e-4
+"""The further condition of SceneWeaver's collision count, cubic metres."""
+
+WORST = 3
+"""Separation scores are the mean of this many worst instances (LabBuilder, LabTouchstone appendix, metrics 1 and 3)."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """A separation rule: satisfied at `d_min` and beyond, worth nothing under `d_low`, metres."""
+
+    d_min: float
+    d_low: float
+
+    def satisfaction(self, distance: float) -> float:
+        """Map a surface-to-surface distance in metres to [0, 1] (LabTouchstone appendix, metric 1)."""
+        if distance >= self.d_min:
+            return 1.0
+        return distance / self.d_min if distance >= self.d_low else 0.0
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The thresholds that the paper leaves open.
+
+    Attributes:
+        heat: flammable reagent to a hot surface, bath or oven.
+        flame: flammable reagent to an open flame.
+        incompatible: two incompatible reagents.
+        glass: distance to the edge at which glassware is safe (D_safe), metres.
+        pairs: rule set that says which reagents are incompatible, see `labgym.assets.incompatible`.
+    """
+
+    name: str
+    heat: Band
+    flame: Band
+    incompatible: Band
+    glass: float
+    pairs: Literal["segregation", "boolean"]
+
+
+PROFILES = {
+    "default": Profile(
+        name="default",
+        # Fire-code practice keeps combustibles 0.91 m (36 in) from heating appliances; rounded up.
+        heat=Band(d_min=1.0, d_low=0.3),
+        # Laboratory practice: 3.05 m (10 ft) from ignition sources; New York City laboratories: 0.61 m (2 ft) at least.
+        flame=Band(d_min=3.0, d_low=0.6),
+        # Separate benches. IFC 5003.9.8 asks 6.1 m or a partition, small containers exempt.
+        incompatible=Band(d_min=1.0, d_low=0.3),
+        # Prudent Practices: apparatus 0.15 m (6 in) behind the plane of a hood's sash.
+        glass=0.15,
+        pairs="segregation",
+    ),
+    "strict": Profile(
+        name="strict",
+        # Every heat source is treated as the ignition source of the 3.05 m (10 ft) rule; 0.91 m rounded up as the floor.
+        heat=Band(d_min=3.0, d_low=1.0),
+        flame=Band(d_min=3.0, d_low=1.0),
+        incompatible=Band(d_min=1.0, d_low=0.3),
+        # The upper end of the 0.15-0.20 m that hood guides give.
+        glass=0.20,
+        pairs="segregation",
+    ),
+    "paper": Profile(
+        name="paper",
+        # LabBuilder prints no thresholds: the closest guess, from its scores and its boolean hazard flags.
+        heat=Band(d_min=1.0, d_low=0.3),
+        flame=Band(d_min=3.0, d_low=0.6),
+        # One bench module apart.
+        incompatible=Band(d_min=0.5, d_low=0.15),
+        glass=0.30,
+        pairs="boolean",
+    ),
+}
+
+
+def profile(name: str | Profile) -> Profile:
+    """Return the thresholds of that name; a profile of one's own is returned as it is.
+
+    Raises:
+        UnknownNameError: there is no such profile.
+    """
+    if isinstance(name, Profile):
+        return name
+    if name not in PROFILES:
+        raise UnknownNameError("profile", name, PROFILES)
+    return PROFILES[name]

@@ -1,0 +1,125 @@
+"""What is wrong with a layout, one violation at a time: who, by how much, and what would mend it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from labgym.layouts.arrangement import Arrangement
+from labgym.layouts.bounds import BoundsFault
+from labgym.layouts.collisions import Collision
+from labgym.layouts.satisfaction import Instance
+from labgym.navigation.feasibility import Transition
+
+Kind = Literal["bounds", "collision", "flammable", "incompatible", "storage", "navigation"]
+
+
+@dataclass(frozen=True)
+class Violation:
+    """One hard violation.
+
+    Attributes:
+        ids: placements that take part; for navigation, the two locations' placements as far as they exist.
+        amount: metres out of bounds, of penetration or short of the least distance; 1 where it is a count.
+        message: one line that says what is wrong.
+        suggestion: one line that says what would mend it.
+    """
+
+    kind: Kind
+    ids: tuple[str, ...]
+    amount: float
+    message: str
+    suggestion: str
+
+
+@dataclass(frozen=True)
+class Violations:
+    """The hard violations of a layout; `count` is v(L)."""
+
+    items: tuple[Violation, ...]
+
+    @property
+    def count(self) -> int:
+        """v(L)."""
+        return len(self.items)
+
+    def of(self, *kinds: Kind) -> tuple[Violation, ...]:
+        """Return the violations of some kinds."""
+        return tuple(item for item in self.items if item.kind in kinds)
+
+
+def bounds_violations(arrangement: Arrangement, faults: Iterable[BoundsFault]) -> list[Violation]:
+    """One violation for each object out of bounds, with its worst fault first in the message."""
+    by_object: dict[str, list[BoundsFault]] = {}
+    for fault in faults:
+        by_object.setdefault(fault.id, []).append(fault)
+    return [_bounds_violation(arrangement, placement, own) for placement, own in by_object.items()]
+
+
+def collision_violations(found: Iterable[Collision]) -> list[Violation]:
+    """One violation for each colliding pair."""
+    return [
+        Violation(
+            "collision",
+            collision.ids,
+            collision.depth,
+            f"{collision.ids[0]} and {collision.ids[1]} interpenetrate by {collision.depth:.3f} m ({collision.volume:.2g} m3)",
+            f"move one of them by {collision.depth:.3f} m or more",
+        )
+        for collision in found
+    ]
+
+
+def chemical_violations(instances: Iterable[Instance]) -> list[Violation]:
+    """One violation for each pair under its least distance and each reagent that is not stored."""
+    found = []
+    for instance in instances:
+        if not instance.hard:
+            continue
+        if instance.distance is None:
+            reagent = instance.ids[0]
+            message = f"{reagent} is {instance.note}"
+            found.append(Violation("storage", instance.ids, 1.0, message, f"put {reagent} on a shelf of a reagent cabinet"))
+            continue
+        kind: Kind = "flammable" if instance.rule == "flammable" else "incompatible"
+        short = instance.limit - instance.distance
+        first, second = instance.ids
+        message = f"{first} is {instance.distance:.2f} m from {second}, under {instance.limit:g} m: {instance.note}"
+        found.append(Violation(kind, instance.ids, short, message, f"move {first} and {second} {short:.2f} m further apart"))
+    return found
+
+
+def navigation_violations(arrangement: Arrangement, transitions: Iterable[Transition]) -> list[Violation]:
+    """One violation for each transition without a collision-free path."""
+    return [
+        _navigation_violation(arrangement, transition) for transition in transitions if transition.failure is not None
+    ]
+
+
+def _bounds_violation(arrangement: Arrangement, placement_id: str, faults: list[BoundsFault]) -> Violation:
+    x, y, z = arrangement.placements[arrangement.row(placement_id)].position
+    support = arrangement.placements[arrangement.row(placement_id)].support
+    said = {"room": "outside the room", "surface": f"off its support {support}", "height": f"above or below {support}"}
+    mend = {"room": "move it inward", "surface": "move it back onto its support", "height": "set it on its support"}
+    worst = max(faults, key=lambda fault: fault.amount)
+    reasons = ", ".join(f"{fault.amount:.3f} m {said[fault.cause]}" for fault in faults)
+    message = f"{placement_id} at ({x:.2f}, {y:.2f}, {z:.2f}) is {reasons}"
+    return Violation("bounds", (placement_id,), worst.amount, message, f"{mend[worst.cause]} by {worst.amount:.3f} m")
+
+
+def _navigation_violation(arrangement: Arrangement, transition: Transition) -> Violation:
+    here, there = transition.start_location, transition.goal_location
+    said = {
+        "missing": ("a location is not placed", "place it"),
+        "outside_room": ("the robot would stand outside the room", "turn or move the furniture so that its front looks inward"),
+        "endpoint_invalid": ("the robot does not fit in front of it", "free 0.90 m in front of the furniture"),
+        "unreachable": ("no free way joins them", "widen the passages between them to 0.70 m or more"),
+    }
+    problem, mend = said[transition.failure or "unreachable"]
+    named = {"start": here, "goal": there}
+    where = " and ".join(named[end] for end in transition.ends)
+    placed = (arrangement.layout.find(name) for name in (here, there))
+    ids = tuple(dict.fromkeys(placement.id for placement in placed if placement is not None))
+    message = f"{here} -> {there}: {problem}" + (f" ({where})" if where else "")
+    return Violation("navigation", ids, 1.0, message, mend)

@@ -1,0 +1,70 @@
+"""Floor that should stay free: inside doors and in front of furniture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.layouts.arrangement import Arrangement
+from labgym.layouts.model import FLOOR, WALL, Door, Room
+from labgym.layouts.thresholds import ROOM_TOLERANCE
+
+DOOR_AREA = 1.2
+"""Side of the square kept clear inside a door, metres: the leaf's swing and a person beside it."""
+
+HEADROOM = 2.0
+"""What hangs higher than this is in nobody's way, metres (OSHA 1910.36(g)(1): projections above an exit route)."""
+
+
+def door_area(room: Room, door: Door, depth: float = DOOR_AREA) -> OrientedBox:
+    """Return the floor inside a door that stays free, as a box of standing height; it looks into the room."""
+    x, y, yaw = door_pose(room, door)
+    width = max(door.width, DOOR_AREA)
+    return OrientedBox(x - math.sin(yaw) * depth / 2.0, y + math.cos(yaw) * depth / 2.0, width, depth, yaw, 0.0, HEADROOM)
+
+
+def doorway(room: Room, door: Door) -> OrientedBox:
+    """Return the opening itself as a thin box on the wall's inner face."""
+    x, y, yaw = door_pose(room, door)
+    return OrientedBox(x, y, door.width, 0.0, yaw, 0.0, door.height)
+
+
+def door_pose(room: Room, door: Door) -> tuple[float, float, float]:
+    """Return (x, y, yaw) of a doorway's middle on the wall's inner face; yaw looks into the room."""
+    return {
+        "front": (door.offset, 0.0, 0.0),
+        "back": (door.offset, room.depth, math.pi),
+        "left": (0.0, door.offset, -math.pi / 2.0),
+        "right": (room.width, door.offset, math.pi / 2.0),
+    }[door.wall]
+
+
+def front_zone(box: OrientedBox, depth: float) -> OrientedBox:
+    """Return the floor in front of a box, as wide as it is, as a box of standing height with the same yaw."""
+    fx, fy = box.front
+    reach = (box.depth + depth) / 2.0
+    return OrientedBox(box.x + reach * fx, box.y + reach * fy, box.width, depth, box.yaw, 0.0, HEADROOM)
+
+
+def standing_in(arrangement: Arrangement, zone: OrientedBox, ignore: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return the floor and wall objects that reach into a zone by more than 1 cm; seats, which one pushes aside, do not."""
+    skipped = set(ignore)
+    rows = [
+        row
+        for row, placement in enumerate(arrangement.placements)
+        if placement.support in (FLOOR, WALL) and placement.id not in skipped and arrangement.assets[row].subtype != "seat"
+    ]
+    if not rows:
+        return ()
+    depths = pairwise_penetration(arrangement.take(rows), BoxArray.of([zone]))[:, 0]
+    return tuple(arrangement.placements[rows[k]].id for k in np.flatnonzero(depths > ROOM_TOLERANCE))
+
+
+def in_room(room: Room, zone: OrientedBox) -> bool:
+    """Whether a zone lies inside the room."""
+    x0, y0, x1, y1 = zone.bounds()
+    beyond = max(-x0, -y0, x1 - room.width, y1 - room.depth)
+    return beyond <= ROOM_TOLERANCE
