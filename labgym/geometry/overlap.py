@@ -1,4 +1,4 @@
-"""How deep and how much upright boxes overlap, pair by pair: the narrow phase after a broad one."""
+"""How deep and how much upright boxes overlap, and how far inside each other they lie, pair by pair."""
 
 from __future__ import annotations
 
@@ -16,16 +16,18 @@ def paired_penetration(a: BoxArray, b: BoxArray) -> Array:
     Positive where they interpenetrate. Same measure as `pairwise_penetration`, for chosen pairs only.
     """
     least = np.minimum(a.z[:, 1], b.z[:, 1]) - np.maximum(a.z[:, 0], b.z[:, 0])
-    offset = b.centre - a.centre
-    turn = b.yaw - a.yaw
-    cosine, sine = np.abs(np.cos(turn)), np.abs(np.sin(turn))
-    cross = np.stack([np.stack([cosine, sine], -1), np.stack([sine, cosine], -1)], axis=1)  # |axis_a[k] . axis_b[l]|
-    reach_on_a = a.half + np.einsum("nkl,nl->nk", cross, b.half)
-    reach_on_b = b.half + np.einsum("nkl,nk->nl", cross, a.half)
-    gap_on_a = np.abs(np.einsum("nd,nkd->nk", offset, a.axes()))
-    gap_on_b = np.abs(np.einsum("nd,nkd->nk", offset, b.axes()))
-    planar = np.minimum((reach_on_a - gap_on_a).min(axis=1), (reach_on_b - gap_on_b).min(axis=1))
-    return np.asarray(np.minimum(least, planar))
+    on_a = _extent_along(b.half, b.yaw - a.yaw) + a.half - np.abs(_turned_back(b.centre - a.centre, a.yaw))
+    on_b = _extent_along(a.half, a.yaw - b.yaw) + b.half - np.abs(_turned_back(b.centre - a.centre, b.yaw))
+    return np.asarray(np.minimum(least, np.minimum(on_a, on_b).min(axis=1)))
+
+
+def paired_inset(inner: BoxArray, outer: BoxArray) -> Array:
+    """Return how far footprint inner[k] lies inside footprint outer[k], shape (n,).
+
+    The least distance from inner's corners to outer's sides; negative by as much as inner sticks out. z is ignored.
+    """
+    local = np.abs(_turned_back(inner.centre - outer.centre, outer.yaw))
+    return np.asarray((outer.half - local - _extent_along(inner.half, inner.yaw - outer.yaw)).min(axis=1))
 
 
 def overlap_volume(a: OrientedBox, b: OrientedBox) -> float:
@@ -57,3 +59,16 @@ def _clip(polygon: list[tuple[float, float]], axis: int, sign: float, limit: flo
 def _area(polygon: list[tuple[float, float]]) -> float:
     turned = zip(polygon, polygon[1:] + polygon[:1], strict=True)
     return abs(sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in turned)) / 2.0
+
+
+def _turned_back(vectors: Array, yaw: Array) -> Array:
+    """Express vectors (n, 2) in frames turned by yaw (n,)."""
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    x, y = vectors[:, 0], vectors[:, 1]
+    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x])
+
+
+def _extent_along(half: Array, turn: Array) -> Array:
+    """Half extents (n, 2), along the axes of a frame, of rectangles turned in it by `turn` (n,)."""
+    cosine, sine = np.abs(np.cos(turn)), np.abs(np.sin(turn))
+    return np.column_stack([half[:, 0] * cosine + half[:, 1] * sine, half[:, 0] * sine + half[:, 1] * cosine])

@@ -53,6 +53,11 @@ class Arrangement:
         return {placement.id: row for row, placement in enumerate(self.placements)}
 
     @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """Corners of the footprints in the room frame, shape (n, 4, 2)."""
+        return self.boxes.corners()
+
+    @cached_property
     def solids(self) -> tuple[BoxArray, NDArray[np.intp]]:
         """Solid boxes of all objects, m rows in the objects' order, and how many each object has, shape (n,)."""
         parts: list[OrientedBox] = []
@@ -64,10 +69,9 @@ class Arrangement:
         return BoxArray.of(parts), np.array(counts, dtype=np.intp)
 
     @cached_property
-    def supported(self) -> NDArray[np.intp]:
+    def supported(self) -> list[int]:
         """Rows of the objects that stand on or in another object."""
-        rows = [row for row, placement in enumerate(self.placements) if placement.support not in (FLOOR, WALL)]
-        return np.array(rows, dtype=np.intp)
+        return [row for row, placement in enumerate(self.placements) if placement.support not in (FLOOR, WALL)]
 
     @cached_property
     def reagents(self) -> list[int]:

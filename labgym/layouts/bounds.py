@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray
+from labgym.geometry.overlap import paired_inset
 from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.thresholds import HEIGHT_TOLERANCE, ROOM_TOLERANCE, SURFACE_TOLERANCE, WALL_TOLERANCE
@@ -50,9 +51,9 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     gap = _wall_gap(arrangement)
     rows["surface"][wall] = np.where(gap[wall] > WALL_TOLERANCE, gap[wall], 0.0)
     held = arrangement.supported
-    if len(held):
-        surfaces = BoxArray.of([arrangement.surface(int(row)) for row in held])
-        rows["surface"][held] = -edge_margin(arrangement.boxes.corners()[held], surfaces)
+    if held:
+        surfaces = BoxArray.of([arrangement.surface(row) for row in held])
+        rows["surface"][held] = -paired_inset(arrangement.take(held), surfaces)
         rows["height"][held] = np.abs(arrangement.boxes.z[held, 0] - surfaces.z[:, 0])
     return tuple(
         BoundsFault(arrangement.placements[row].id, cause, float(amounts[row]))
@@ -61,31 +62,17 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     )
 
 
-def edge_margin(corners: NDArray[np.float64], surfaces: BoxArray) -> NDArray[np.float64]:
-    """Return how far footprints lie inside rectangles, shape (n,); negative by as much as they stick out.
-
-    Args:
-        corners: (n, 4, 2), the footprints' corners in the room frame.
-        surfaces: n rectangles, one for each footprint.
-    """
-    offset = corners - surfaces.centre[:, None, :]
-    local = np.abs(np.einsum("ncd,nkd->nck", offset, surfaces.axes()))
-    return np.asarray((surfaces.half[:, None, :] - local).min(axis=(1, 2)))
-
-
 def _outside_room(arrangement: Arrangement) -> NDArray[np.float64]:
     """How far boxes reach out of the room's interior, floor and ceiling included, shape (n,); 0 inside."""
-    room, boxes = arrangement.layout.room, arrangement.boxes
-    corners = boxes.corners()
+    room, boxes, corners = arrangement.layout.room, arrangement.boxes, arrangement.corners
     low, high = corners.min(axis=1), corners.max(axis=1)
-    beyond = np.stack(
-        [-low[:, 0], -low[:, 1], high[:, 0] - room.width, high[:, 1] - room.depth, -boxes.z[:, 0], boxes.z[:, 1] - room.height]
-    )
-    return np.asarray(np.maximum(beyond.max(axis=0), 0.0))
+    sides = np.maximum(-low, high - (room.width, room.depth)).max(axis=1)
+    ends = np.maximum(-boxes.z[:, 0], boxes.z[:, 1] - room.height)
+    return np.asarray(np.maximum(np.maximum(sides, ends), 0.0))
 
 
 def _wall_gap(arrangement: Arrangement) -> NDArray[np.float64]:
     """Distance of each footprint's nearest side to a wall: the farther end of that side counts, shape (n,)."""
-    room, corners = arrangement.layout.room, arrangement.boxes.corners()
+    room, corners = arrangement.layout.room, arrangement.corners
     gaps = np.stack([corners[..., 0], corners[..., 1], room.width - corners[..., 0], room.depth - corners[..., 1]])
     return np.asarray(np.sort(np.abs(gaps), axis=-1)[..., 1].min(axis=0))

@@ -34,7 +34,7 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     Solids are bounding boxes, and of hollow objects the shell, so that an item inside collides with walls and shelves
     and not with the hollow. Parts of one object never collide; touching is no collision.
     """
-    first, second = _close_pairs(arrangement.boxes)
+    first, second = _close_pairs(arrangement)
     if not len(first):
         return ()
     solids, counts = arrangement.solids
@@ -52,9 +52,9 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     return tuple(found)
 
 
-def _close_pairs(boxes: BoxArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _close_pairs(arrangement: Arrangement) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows i < j whose axis-aligned bounds overlap by more than the permitted depth."""
-    corners = boxes.corners()
+    corners, boxes = arrangement.corners, arrangement.boxes
     low = np.column_stack([corners.min(axis=1), boxes.z[:, 0]])
     high = np.column_stack([corners.max(axis=1), boxes.z[:, 1]])
     overlap = np.minimum(high[:, None], high[None]) - np.maximum(low[:, None], low[None])

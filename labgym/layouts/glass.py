@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from labgym.geometry import BoxArray
+from labgym.geometry.overlap import paired_inset
 from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.bounds import edge_margin
 from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.satisfaction import Instance
 from labgym.layouts.thresholds import Profile
@@ -26,7 +26,7 @@ def glass_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instanc
     if not standing:
         return ()
     rows = [row for row, _ in standing]
-    margins = edge_margin(arrangement.take(rows).corners(), BoxArray.of([surface for _, surface in standing]))
+    margins = paired_inset(arrangement.take(rows), BoxArray.of([surface for _, surface in standing]))
     found = []
     for row, margin in zip(rows, margins, strict=True):
         gap = max(float(margin), 0.0)
@@ -37,8 +37,10 @@ def glass_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instanc
 
 
 def _standing_on(arrangement: Arrangement, row: int) -> int | None:
-    """The object whose surface is the furniture's own: the glass, or the lowest instrument under it; None on the floor
-    and in a cabinet."""
+    """Row of what touches the furniture: the glass, or the lowest instrument under it.
+
+    None on the floor and in a cabinet.
+    """
     for _ in range(len(arrangement)):
         support = arrangement.placements[row].support
         if support in (FLOOR, WALL):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from labgym.layouts import thresholds
 from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.bounds import BoundsFault, bounds_faults
 from labgym.layouts.collisions import Collision, collisions
@@ -14,7 +15,7 @@ from labgym.layouts.presence import missing_assets
 from labgym.layouts.satisfaction import Instance, penalised
 from labgym.layouts.separation import flammable_instances, incompatible_instances
 from labgym.layouts.storage import storage_instances
-from labgym.layouts.thresholds import Profile, profile
+from labgym.layouts.thresholds import Profile
 from labgym.layouts.violations import (
     Violations,
     bounds_violations,
@@ -99,41 +100,44 @@ class Assessment:
 
 
 def evaluate_layout(
-    layout: Layout, protocol: Protocol | None = None, profile_name: str | Profile = "default", navigation: bool = False
+    layout: Layout, protocol: Protocol | None = None, profile: str | Profile = "default", navigation: bool = False
 ) -> Assessment:
     """Apply every rule to a layout.
 
     Args:
-        navigation: whether to plan the protocol's transitions too, which takes far longer than the rest.
+        layout: the layout.
+        protocol: what has to be there and where the robot goes; None leaves both out.
+        profile: name of the thresholds, or a profile of one's own.
+        navigation: whether to plan the protocol's transitions too, which takes as long as all the rest.
 
     Raises:
         UnknownNameError: the profile, an asset or a support does not exist.
     """
-    thresholds, arrangement = profile(profile_name), Arrangement.of(layout)
+    limits, arrangement = thresholds.profile(profile), Arrangement.of(layout)
     bounds, found = bounds_faults(arrangement), collisions(arrangement)
     out_of_bounds = frozenset(fault.id for fault in bounds)
     faulty = out_of_bounds.union(*(collision.ids for collision in found))
     return Assessment(
-        profile=thresholds,
+        profile=limits,
         arrangement=arrangement,
         bounds=bounds,
         collisions=found,
-        flammable=penalised(flammable_instances(arrangement, thresholds), faulty),
-        incompatible=penalised(incompatible_instances(arrangement, thresholds), faulty),
+        flammable=penalised(flammable_instances(arrangement, limits), faulty),
+        incompatible=penalised(incompatible_instances(arrangement, limits), faulty),
         storage=penalised(storage_instances(arrangement), faulty),
-        glass=penalised(glass_instances(arrangement, thresholds), faulty),
+        glass=penalised(glass_instances(arrangement, limits), faulty),
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
         transitions=transitions(layout, protocol) if navigation and protocol is not None else None,
     )
 
 
 def violations(
-    layout: Layout, protocol: Protocol | None = None, profile_name: str | Profile = "default", navigation: bool = False
+    layout: Layout, protocol: Protocol | None = None, profile: str | Profile = "default", navigation: bool = False
 ) -> Violations:
     """Return the hard violations of a layout; their count is v(L). Arguments and errors as `evaluate_layout`."""
-    return evaluate_layout(layout, protocol, profile_name, navigation).violations
+    return evaluate_layout(layout, protocol, profile, navigation).violations
 
 
-def fitness(layout: Layout, protocol: Protocol | None = None, profile_name: str | Profile = "default") -> float:
+def fitness(layout: Layout, protocol: Protocol | None = None, profile: str | Profile = "default") -> float:
     """Return F(L) in [0, 1]. Arguments and errors as `evaluate_layout`."""
-    return evaluate_layout(layout, protocol, profile_name).fitness
+    return evaluate_layout(layout, protocol, profile).fitness

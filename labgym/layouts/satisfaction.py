@@ -33,7 +33,7 @@ class Instance:
 def penalised(instances: Sequence[Instance], faulty: frozenset[str]) -> tuple[Instance, ...]:
     """Apply the geometry penalty: an instance with a participant in `faulty` scores 0."""
     return tuple(
-        replace(instance, satisfaction=0.0) if not faulty.isdisjoint(instance.ids) else instance for instance in instances
+        instance if faulty.isdisjoint(instance.ids) else replace(instance, satisfaction=0.0) for instance in instances
     )
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+from labgym.geometry import rotate
 from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.satisfaction import Instance
@@ -59,19 +62,24 @@ def in_own_class(arrangement: Arrangement) -> float | None:
 
 def _inside(arrangement: Arrangement, row: int, cabinet: int) -> bool:
     """Whether an object's bounding box lies in a cabinet's hollow."""
-    cavity = arrangement.assets[cabinet].cavity
+    cavity, size = arrangement.assets[cabinet].cavity, arrangement.assets[row].size
     if cavity is None:
         return False
-    box = arrangement.take([cabinet])
-    corners = arrangement.take([row]).corners()[0] - box.centre[0]
-    local = corners @ box.axes()[0].T - (cavity.x, cavity.y)
-    half = (cavity.width / 2.0 + CONTAINMENT_TOLERANCE, cavity.depth / 2.0 + CONTAINMENT_TOLERANCE)
-    low, high = arrangement.boxes.z[row] - arrangement.boxes.z[cabinet, 0]
-    upright = low >= cavity.z0 - CONTAINMENT_TOLERANCE and high <= cavity.z1 + CONTAINMENT_TOLERANCE
-    return bool(upright and (abs(local) <= half).all())
+    item, base = arrangement.placements[row], arrangement.placements[cabinet]
+    x, y = rotate(item.position[0] - base.position[0], item.position[1] - base.position[1], -base.yaw)
+    cosine, sine = abs(math.cos(item.yaw - base.yaw)), abs(math.sin(item.yaw - base.yaw))
+    width, depth = size.width * cosine + size.depth * sine, size.width * sine + size.depth * cosine
+    low = item.position[2] - base.position[2]
+    beyond = (
+        abs(x - cavity.x) + (width - cavity.width) / 2.0,
+        abs(y - cavity.y) + (depth - cavity.depth) / 2.0,
+        cavity.z0 - low,
+        low + size.height - cavity.z1,
+    )
+    return max(beyond) <= CONTAINMENT_TOLERANCE
 
 
 def _on_shelf(arrangement: Arrangement, row: int, cabinet: int) -> bool:
     """Whether an object's bottom is at the height of one of a cabinet's shelves."""
-    bottom = arrangement.boxes.z[row, 0] - arrangement.boxes.z[cabinet, 0]
+    bottom = arrangement.placements[row].position[2] - arrangement.placements[cabinet].position[2]
     return any(abs(bottom - surface.z) <= HEIGHT_TOLERANCE + 1e-9 for surface in arrangement.assets[cabinet].surfaces)

@@ -84,7 +84,7 @@ PROFILES = {
     ),
     "strict": Profile(
         name="strict",
-        # Every heat source is treated as the ignition source of the 3.05 m (10 ft) rule; 0.91 m rounded up as the floor.
+        # Every heat source counts as the ignition source of the 3.05 m (10 ft) rule; at least 0.91 m, rounded up.
         heat=Band(d_min=3.0, d_low=1.0),
         flame=Band(d_min=3.0, d_low=1.0),
         incompatible=Band(d_min=1.0, d_low=0.3),

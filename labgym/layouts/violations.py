@@ -59,16 +59,12 @@ def bounds_violations(arrangement: Arrangement, faults: Iterable[BoundsFault]) -
 
 def collision_violations(found: Iterable[Collision]) -> list[Violation]:
     """One violation for each colliding pair."""
-    return [
-        Violation(
-            "collision",
-            collision.ids,
-            collision.depth,
-            f"{collision.ids[0]} and {collision.ids[1]} interpenetrate by {collision.depth:.3f} m ({collision.volume:.2g} m3)",
-            f"move one of them by {collision.depth:.3f} m or more",
-        )
-        for collision in found
-    ]
+    violations = []
+    for collision in found:
+        (first, second), depth = collision.ids, collision.depth
+        message = f"{first} and {second} interpenetrate by {depth:.3f} m ({collision.volume:.2g} m3)"
+        violations.append(Violation("collision", collision.ids, depth, message, f"move one of them by {depth:.3f} m"))
+    return violations
 
 
 def chemical_violations(instances: Iterable[Instance]) -> list[Violation]:
@@ -79,14 +75,15 @@ def chemical_violations(instances: Iterable[Instance]) -> list[Violation]:
             continue
         if instance.distance is None:
             reagent = instance.ids[0]
-            message = f"{reagent} is {instance.note}"
-            found.append(Violation("storage", instance.ids, 1.0, message, f"put {reagent} on a shelf of a reagent cabinet"))
+            message, mend = f"{reagent} is {instance.note}", f"put {reagent} on a shelf of a reagent cabinet"
+            found.append(Violation("storage", instance.ids, 1.0, message, mend))
             continue
         kind: Kind = "flammable" if instance.rule == "flammable" else "incompatible"
         short = instance.limit - instance.distance
         first, second = instance.ids
         message = f"{first} is {instance.distance:.2f} m from {second}, under {instance.limit:g} m: {instance.note}"
-        found.append(Violation(kind, instance.ids, short, message, f"move {first} and {second} {short:.2f} m further apart"))
+        mend = f"move {first} and {second} {short:.2f} m further apart"
+        found.append(Violation(kind, instance.ids, short, message, mend))
     return found
 
 
@@ -112,7 +109,7 @@ def _navigation_violation(arrangement: Arrangement, transition: Transition) -> V
     here, there = transition.start_location, transition.goal_location
     said = {
         "missing": ("a location is not placed", "place it"),
-        "outside_room": ("the robot would stand outside the room", "turn or move the furniture so that its front looks inward"),
+        "outside_room": ("the robot would stand outside the room", "turn the furniture so that its front looks inward"),
         "endpoint_invalid": ("the robot does not fit in front of it", "free 0.90 m in front of the furniture"),
         "unreachable": ("no free way joins them", "widen the passages between them to 0.70 m or more"),
     }

@@ -22,8 +22,8 @@ HEADROOM = 2.0
 def door_area(room: Room, door: Door, depth: float = DOOR_AREA) -> OrientedBox:
     """Return the floor inside a door that stays free, as a box of standing height; it looks into the room."""
     x, y, yaw = door_pose(room, door)
-    width = max(door.width, DOOR_AREA)
-    return OrientedBox(x - math.sin(yaw) * depth / 2.0, y + math.cos(yaw) * depth / 2.0, width, depth, yaw, 0.0, HEADROOM)
+    x, y = x - math.sin(yaw) * depth / 2.0, y + math.cos(yaw) * depth / 2.0
+    return OrientedBox(x, y, max(door.width, DOOR_AREA), depth, yaw, 0.0, HEADROOM)
 
 
 def doorway(room: Room, door: Door) -> OrientedBox:
@@ -50,12 +50,14 @@ def front_zone(box: OrientedBox, depth: float) -> OrientedBox:
 
 
 def standing_in(arrangement: Arrangement, zone: OrientedBox, ignore: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the floor and wall objects that reach into a zone by more than 1 cm; seats, which one pushes aside, do not."""
+    """Return the floor and wall objects that reach into a zone by more than 1 cm; seats are pushed aside."""
     skipped = set(ignore)
     rows = [
         row
         for row, placement in enumerate(arrangement.placements)
-        if placement.support in (FLOOR, WALL) and placement.id not in skipped and arrangement.assets[row].subtype != "seat"
+        if placement.support in (FLOOR, WALL)
+        and placement.id not in skipped
+        and arrangement.assets[row].subtype != "seat"
     ]
     if not rows:
         return ()
