@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 from labgym.navigation.goals import GoalPair, Pose, location_pose, resolve_protocol, same_place
@@ -85,7 +86,7 @@ def transitions(
         for location in protocol.locations
     }
     verdicts: list[Transition] = []
-    for here, there in zip(protocol.route, protocol.route[1:], strict=False):
+    for here, there in pairwise(protocol.route):
         start, goal = poses[here], poses[there]
         if start is None or goal is None or not same_place(start, goal):
             verdicts.append(_judge(plan, grid, (here, there), start, goal))

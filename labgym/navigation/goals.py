@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
+from labgym import protocols
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.geometry import OrientedBox, wrap_angle
 from labgym.navigation.plan import STAND_OFF, FloorPlan
@@ -90,7 +92,7 @@ def goal_pairs(plan: FloorPlan, protocol: Protocol | str | None = None) -> tuple
     protocol = resolve_protocol(plan, protocol)
     poses = goal_poses(plan, protocol)
     pairs: list[GoalPair] = []
-    for here, there in zip(protocol.route, protocol.route[1:], strict=False):
+    for here, there in pairwise(protocol.route):
         start, goal = poses[here], poses[there]
         if not same_place(start, goal):
             pairs.append(GoalPair(len(pairs), start, goal, here, there))
@@ -114,6 +116,4 @@ def resolve_protocol(plan: FloorPlan, protocol: Protocol | str | None) -> Protoc
     name = plan.protocol if protocol is None else protocol
     if name is None:
         raise LabgymError("the layout names no protocol; pass one: a Protocol or the id of one of labgym.protocols")
-    from labgym import protocols
-
     return protocols.get(name)

@@ -59,7 +59,8 @@ class OccupancyGrid:
 
     def holds(self, row: int, column: int) -> bool:
         """Whether a cell is on the grid."""
-        return 0 <= row < self.occupied.shape[0] and 0 <= column < self.occupied.shape[1]
+        ny, nx = self.shape
+        return 0 <= row < ny and 0 <= column < nx
 
     def free(self, x: float, y: float) -> bool:
         """Whether the cell that holds a point is on the grid and free."""

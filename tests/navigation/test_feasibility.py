@@ -1,0 +1,56 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from labgym.geometry import OrientedBox
+from labgym.navigation import GoalPair, astar, feasibility, occupancy, transitions
+
+HOOD = OrientedBox(2.0, 7.6, 1.5, 0.8, math.pi)
+BENCH = OrientedBox(6.0, 0.4, 1.5, 0.8)
+
+
+def only(make_protocol, plan) -> tuple[str | None, tuple[str, ...]]:
+    (verdict,) = transitions(plan, make_protocol("Hood", "Bench"))
+    return verdict.failure, verdict.ends
+
+
+def test_an_open_drive_is_feasible(make_plan, make_protocol):
+    assert only(make_protocol, make_plan(named={"Hood": HOOD, "Bench": BENCH})) == (None, ())
+
+
+def test_a_location_that_is_not_placed_is_missing(make_plan, make_protocol):
+    assert only(make_protocol, make_plan(named={"Hood": HOOD})) == ("missing", ("goal",))
+
+
+def test_an_end_with_something_in_front_is_invalid(make_plan, make_protocol):
+    crate = OrientedBox(2.0, 6.6, 0.3, 0.3)
+    assert only(make_protocol, make_plan(crate, named={"Hood": HOOD, "Bench": BENCH})) == (
+        "endpoint_invalid",
+        ("start",),
+    )
+
+
+def test_a_device_that_faces_its_wall_has_its_pose_outside_the_room(make_plan, make_protocol):
+    turned = OrientedBox(6.0, 0.4, 1.5, 0.8, math.pi)
+    assert only(make_protocol, make_plan(named={"Hood": HOOD, "Bench": turned})) == ("outside_room", ("goal",))
+
+
+def test_a_wall_between_makes_it_unreachable(make_plan, make_protocol):
+    wall = OrientedBox(4.0, 4.0, 8.0, 0.2)
+    assert only(make_protocol, make_plan(wall, named={"Hood": HOOD, "Bench": BENCH})) == ("unreachable", ())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_feasible_is_what_astar_finds_a_path_for(make_plan, seed):
+    rng = np.random.default_rng(seed)
+    boxes = [OrientedBox(*rng.uniform(0.5, 7.5, 2), *rng.uniform(0.3, 2.2, 2)) for _ in range(14)]
+    plan = make_plan(*boxes)
+    ends = rng.uniform(0.31, 7.69, (30, 2, 2))
+    pairs = [GoalPair(k, (*a, 0.0), (*b, 0.0), "Hood", "Sink") for k, (a, b) in enumerate(ends)]
+    grid = occupancy(plan).dilated(0.3)
+    found = [astar(grid, a, b) is not None for a, b in ends]
+    assert [verdict.feasible for verdict in feasibility(plan, pairs)] == found
+    assert [verdict.feasible for verdict in feasibility(plan, pairs, grid=grid)] == found
