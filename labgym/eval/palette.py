@@ -1,0 +1,78 @@
+"""Colours of the pictures and the report: what a category of object, a storage class or a policy looks like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from labgym.assets import Asset
+
+INK = "#23282d"
+MUTED = "#6b7278"
+WALL = "#3d444b"
+FLOOR = "#faf9f6"
+GRID = "#e9e7e1"
+DOOR = "#a9885f"
+HEAT = "#d1420f"
+FLAME = "#b3001b"
+
+
+@dataclass(frozen=True)
+class Swatch:
+    """A legend entry: fill and edge colour, and what it stands for."""
+
+    label: str
+    fill: str
+    edge: str
+
+
+BENCH = Swatch("bench or table", "#e6d9bf", "#a68f63")
+HOOD = Swatch("fume hood, glove box", "#c3dcea", "#5f8fae")
+STORAGE = Swatch("storage cabinet", "#dcdfe3", "#7f8891")
+COLD = Swatch("cold storage", "#d5ebee", "#6a9ea6")
+SAFETY = Swatch("safety equipment", "#cde8c6", "#5f9a52")
+WASTE = Swatch("waste", "#e7cfc6", "#a4705d")
+OTHER = Swatch("other equipment", "#e2dcec", "#83779b")
+INSTRUMENT = Swatch("instrument on a surface", "#ffffff", "#59626b")
+GLASS = Swatch("glassware", "#e3f4f7", "#4f96a3")
+
+_BY_CATEGORY = {
+    "furniture": BENCH,
+    "containment": HOOD,
+    "storage": STORAGE,
+    "cold_storage": COLD,
+    "safety_equipment": SAFETY,
+    "waste": WASTE,
+}
+
+# The colours that safety cabinets commonly have, and the hazard diamonds' where there is no such custom.
+STORAGE_COLOURS = {
+    "Flammable": "#f0b400",
+    "Acid": "#2f6fb7",
+    "Base": "#7b4fa3",
+    "Oxidizer": "#e36c0a",
+    "Toxic": "#3f8f46",
+    "WaterReactive": "#c2185b",
+    "Refrigerator": "#4aa3b5",
+    "Gas": "#7a8b99",
+    "General": "#8d8d8d",
+    "Glassware": "#4f96a3",
+    "Waste": "#8a5a44",
+}
+
+# Okabe and Ito's palette, told apart with any colour vision.
+_POLICY_COLOURS = ("#0072b2", "#d55e00", "#7d8790", "#cc79a7", "#009e73", "#e69f00", "#56b4e9")
+
+
+def swatch(asset: Asset) -> Swatch:
+    """Return how an object is drawn."""
+    if asset.fume_hood:
+        return HOOD
+    if asset.kind == "instrument":
+        return GLASS if asset.hazards.glass_container else INSTRUMENT
+    return _BY_CATEGORY.get(asset.category, OTHER)
+
+
+def policy_colours(policies: Sequence[str]) -> dict[str, str]:
+    """Return a colour for each policy, by its place in the list."""
+    return {policy: _POLICY_COLOURS[index % len(_POLICY_COLOURS)] for index, policy in enumerate(policies)}
