@@ -92,8 +92,12 @@ class Catalog:
         """
         name = self._index.lookup(text)
         if name is None:
-            raise UnknownNameError("asset", text, self._index.nearest(text) or self._by_name)
+            raise UnknownNameError("asset", text, self._by_name)
         return self._by_name[name]
+
+    def nearest(self, text: str, count: int = 5) -> tuple[str, ...]:
+        """Return the canonical names whose names or synonyms are spelt most like a text, best first."""
+        return self._index.nearest(text, count)
 
     def of_kind(self, kind: Kind) -> tuple[Asset, ...]:
         """Return the assets of a kind."""

@@ -1,15 +1,27 @@
 """LabForge II: protocols, the experiment library and their validation."""
 
+from labgym.protocols.constraints import derive
 from labgym.protocols.library import get, protocols
 from labgym.protocols.model import ChemicalConstraint, Protocol, ReactionType, ReagentUse, SpatialConstraint, Step
+from labgym.protocols.rules import Finding
+from labgym.protocols.statistics import Statistics, Summary, statistics
+from labgym.protocols.validate import ProtocolError, check, validate
 
 __all__ = [
     "ChemicalConstraint",
+    "Finding",
     "Protocol",
+    "ProtocolError",
     "ReactionType",
     "ReagentUse",
     "SpatialConstraint",
+    "Statistics",
     "Step",
+    "Summary",
+    "check",
+    "derive",
     "get",
     "protocols",
+    "statistics",
+    "validate",
 ]

@@ -1,0 +1,62 @@
+"""Hazardous work happens where it may, with devices that can do it (paper, appendix B, check iii)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from labgym.assets import Asset, pairs
+from labgym.protocols.model import Step
+from labgym.protocols.places import is_ventilated, needs_ventilation
+from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules.sequence import PREPARATION
+
+HEATED_ACTIONS = ("Heat", "Reflux", "Distill", "Recrystallize", "DrySolid")
+REMEDY = "move the step to FumeHood, GloveBox or a bench with local exhaust"
+
+
+def vapours_are_carried_off(case: Case) -> Iterator[Finding]:
+    """Volatile, toxic or flammable reagents are opened only where it is ventilated; solids may be weighed."""
+    for step, reagents in _open_steps(case):
+        for reagent in reagents:
+            chemistry = reagent.chemistry
+            weighed = step.action in PREPARATION and chemistry is not None and chemistry.state == "solid"
+            if needs_ventilation(reagent) and not weighed:
+                what = "volatile or toxic" if reagent.hazards.volatile_or_toxic else "flammable"
+                message = (
+                    f"step {step.index} handles {reagent.name} ({what}) at {step.location}, which is not ventilated"
+                )
+                yield Finding("location-safe", step.index, message, REMEDY)
+
+
+def incompatible_reagents_meet_in_the_hood(case: Case) -> Iterator[Finding]:
+    """Reagents that react violently are brought together only where it is ventilated; weighing keeps them apart."""
+    for step, reagents in _open_steps(case):
+        for a, b, hazard in pairs(reagents) if step.action not in PREPARATION else ():
+            message = f"step {step.index} brings {a} and {b} together at {step.location} ({hazard.kind})"
+            yield Finding("location-safe", step.index, message, REMEDY)
+
+
+def heat_has_a_source(case: Case) -> Iterator[Finding]:
+    """A step that heats uses a heat source, and each of its sources reaches the temperature."""
+    for step in case.protocol.steps:
+        used = [asset for name in step.uses if (asset := case.asset(name)) is not None]
+        sources = [asset for asset in used if asset.hazards.heat_source]
+        if step.action in HEATED_ACTIONS and not sources:
+            message = f"step {step.index} ({step.action}) uses no heat source"
+            yield Finding("heat-source", step.index, message, "name the bath, mantle, hotplate or oven in its uses")
+        limits = [float(asset.specs["max_temperature_C"]) for asset in sources if "max_temperature_C" in asset.specs]
+        if step.temperature is not None and limits and step.temperature > min(limits):
+            message = f"step {step.index} wants {step.temperature:g} C, its heat source reaches {min(limits):g} C"
+            yield Finding("heat-source", step.index, message, "choose a hotter device or a lower temperature")
+
+
+def _open_steps(case: Case) -> Iterator[tuple[Step, list[Asset]]]:
+    """Yield steps at places without ventilation, with the reagents that they use."""
+    for step in case.protocol.steps:
+        place = case.asset(step.location)
+        if place is not None and not is_ventilated(place):
+            used = [asset for name in step.uses if (asset := case.asset(name)) is not None]
+            yield step, [asset for asset in used if asset.kind == "reagent"]
+
+
+RULES = (vapours_are_carried_off, incompatible_reagents_meet_in_the_hood, heat_has_a_source)
