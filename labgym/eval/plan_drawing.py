@@ -151,7 +151,7 @@ def draw_routes(axes: Axes, routes: Sequence[Route], colours: dict[str, str]) ->
                 solid_capstyle="round",
                 zorder=ON_TOP,
             )
-            axes.plot(*route.points.T, color=colour, linewidth=width, alpha=0.95, solid_capstyle="round", zorder=order)
+            axes.plot(*route.points.T, color=colour, linewidth=width, solid_capstyle="round", zorder=order)
             if not route.success:
                 axes.plot(*route.points[-1], "x", color=colour, markersize=6, markeredgewidth=1.8, zorder=order)
 

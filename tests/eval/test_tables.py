@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+from html.parser import HTMLParser
+
+import pytest
+
+from labgym.errors import UnknownNameError
+from labgym.eval.paper import paper
+from labgym.eval.report_model import LayoutSummary, MetricMean
+from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure, layout_table
+
+TABLE = Table("T", ("name", "a|b"), (("x", "1.0"), ("<long>", "-")), ("A note.",))
+
+
+class Cells(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.rows: list[list[str]] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag == "tr":
+            self.rows.append([])
+
+    def handle_data(self, data: str) -> None:
+        if self.rows:
+            self.rows[-1].append(data)
+
+
+def summary(**means: float | None) -> LayoutSummary:
+    metrics = {
+        key: MetricMean(mean=means.get(key, 0.5), count=2 if key in means else 3, nulls=1 if key in means else 0)
+        for key, _, _ in LAYOUT_COLUMNS
+    }
+    return LayoutSummary(layouts=3, profiles=("default",), versions=("touchstone-v1",), metrics=metrics)
+
+
+def test_text_columns_have_one_width_and_figures_are_right_aligned():
+    lines = TABLE.text().splitlines()
+    assert lines[2:6] == ["name    a|b", "------  ---", "x       1.0", "<long>    -"]
+
+
+def test_markdown_has_as_many_cells_in_every_row_and_escapes_bars():
+    lines = TABLE.markdown().splitlines()[:4]
+    assert lines[0] == "| name | a\\|b |"
+    assert {line.replace("\\|", "").count("|") for line in lines} == {3}
+
+
+def test_html_shows_the_cells_and_nothing_of_them_is_markup():
+    parser = Cells()
+    parser.feed(TABLE.html())
+    assert parser.rows[0] == ["name", "a|b"]
+    assert parser.rows[1] == ["x", "1.0"]
+    assert parser.rows[2][0] == "<long>"
+
+
+@pytest.mark.parametrize(("value", "printed"), [(None, "-"), (0.07, "0.07"), (23.2, "23.20"), (1, "1.00")])
+def test_figures_have_fixed_digits_and_a_dash_for_none(value, printed):
+    assert figure(value, 2) == printed
+
+
+def test_the_paper_s_row_is_as_printed():
+    rows = layout_table(summary()).rows
+    printed = ("23.2", "0.07", "0.17", "0.833", "0.966", "0.867", "0.725", "0.801", "0.716", "0.364")
+    assert rows[1] == ("LabBuilder (paper)", *printed)
+
+
+def test_our_row_holds_our_means_and_says_over_how_many_layouts():
+    table = layout_table(summary(flam=None, glass=0.97), name="ours")
+    row = dict(zip(table.columns, table.rows[0], strict=True))
+    assert row["Method"] == "ours"
+    assert row["Flam ↑"] == "-"
+    assert row["Glass ↑"] == "0.970"
+    assert "Flam 2 of 3, Glass 2 of 3" in " ".join(table.notes)
+
+
+def test_the_paper_s_tables_agree_where_they_overlap():
+    # Tables 2 and 4 print the full method's figures twice.
+    assert paper().layouts.row("LabBuilder") == paper().ablation.row("LabBuilder")
+    assert paper().navigation.row("NavDP")["sr"] == 0.517
+    with pytest.raises(UnknownNameError, match="available: .*Holodeck"):
+        paper().layouts.row("Holodek")
