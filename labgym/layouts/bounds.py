@@ -72,7 +72,7 @@ def _outside_room(arrangement: Arrangement) -> NDArray[np.float64]:
 
 
 def _wall_gap(arrangement: Arrangement) -> NDArray[np.float64]:
-    """Distance of each footprint's nearest side to a wall: the farther end of that side counts, shape (n,)."""
+    """Distance of each footprint's nearest side to a wall, negative beyond; its farther end counts, shape (n,)."""
     room, corners = arrangement.layout.room, arrangement.corners
     gaps = np.stack([corners[..., 0], corners[..., 1], room.width - corners[..., 0], room.depth - corners[..., 1]])
-    return np.asarray(np.sort(np.abs(gaps), axis=-1)[..., 1].min(axis=0))
+    return np.asarray(np.sort(gaps, axis=-1)[..., 1].min(axis=0))

@@ -5,48 +5,31 @@ from __future__ import annotations
 from labgym.geometry import BoxArray
 from labgym.geometry.overlap import paired_inset
 from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.satisfaction import Instance
 from labgym.layouts.thresholds import Profile
 
 
 def glass_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:
-    """Return one instance for each glass instrument on a bench or in a hood; glass in cabinets does not count.
+    """Return one instance for each glass instrument on a bench, a rack or in a hood; glass in cabinets does not count.
 
-    The distance runs from the footprint to the nearest edge of the furniture's surface, also where the glass stands on
-    another instrument; every edge counts, the one at a hood's sash and the one at a wall.
+    The distance runs from the footprint to the nearest edge of the surface that carries it; every edge counts, also
+    the one at a hood's sash and the one along a wall.
     """
-    standing = []
-    for row, asset in enumerate(arrangement.assets):
-        if asset.kind != "instrument" or not asset.hazards.glass_container:
-            continue
-        below = _standing_on(arrangement, row)
-        if below is not None:
-            standing.append((row, arrangement.surface(below)))
-    if not standing:
+    rows = [row for row in arrangement.supported if _at_risk(arrangement, row)]
+    if not rows:
         return ()
-    rows = [row for row, _ in standing]
-    margins = paired_inset(arrangement.take(rows), BoxArray.of([surface for _, surface in standing]))
+    surfaces = BoxArray.of([arrangement.surface(row) for row in rows])
     found = []
-    for row, margin in zip(rows, margins, strict=True):
+    for row, margin in zip(rows, paired_inset(arrangement.take(rows), surfaces), strict=True):
         gap = max(float(margin), 0.0)
-        satisfaction = min(1.0, gap / profile.glass)
         ids = (arrangement.placements[row].id,)
-        found.append(Instance("glass", ids, gap, 0.0, satisfaction, False, "glass near an edge"))
+        found.append(Instance("glass", ids, gap, 0.0, min(1.0, gap / profile.glass), False, "glass near an edge"))
     return tuple(found)
 
 
-def _standing_on(arrangement: Arrangement, row: int) -> int | None:
-    """Row of what touches the furniture: the glass, or the lowest instrument under it.
-
-    None on the floor and in a cabinet.
-    """
-    for _ in range(len(arrangement)):
-        support = arrangement.placements[row].support
-        if support in (FLOOR, WALL):
-            return None
-        carrier = arrangement.row(support)
-        if arrangement.assets[carrier].kind == "facility":
-            return None if arrangement.assets[carrier].storage_class is not None else row
-        row = carrier
-    return None
+def _at_risk(arrangement: Arrangement, row: int) -> bool:
+    asset = arrangement.assets[row]
+    if asset.kind != "instrument" or not asset.hazards.glass_container:
+        return False
+    carrier = arrangement.row(arrangement.placements[row].support)
+    return arrangement.assets[carrier].storage_class is None

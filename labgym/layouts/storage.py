@@ -53,7 +53,8 @@ def in_own_class(arrangement: Arrangement) -> float | None:
     reagents = arrangement.reagents
     cabinets = [storage_cabinet(arrangement, row) for row in reagents]
     own = sum(
-        cabinet is not None and (chemistry := arrangement.assets[row].chemistry) is not None
+        cabinet is not None
+        and (chemistry := arrangement.assets[row].chemistry) is not None
         and arrangement.assets[cabinet].storage_class == chemistry.storage_class
         for row, cabinet in zip(reagents, cabinets, strict=True)
     )
