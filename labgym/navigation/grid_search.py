@@ -10,29 +10,44 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from labgym.errors import OptionError
 from labgym.navigation.occupancy import OccupancyGrid
 
 Point = tuple[float, float]
 DIAGONAL = math.sqrt(2.0)
 
 
-def astar(grid: OccupancyGrid, start: Point, goal: Point) -> NDArray[np.float64] | None:
+def astar(
+    grid: OccupancyGrid, start: Point, goal: Point, costs: NDArray[np.float64] | None = None
+) -> NDArray[np.float64] | None:
     """Return a shortest path between the cells that hold two points, or None where there is none.
 
-    A* with the octile distance. A diagonal step is allowed only where both cells beside it are free. Give it a
-    grid that is dilated by the robot's radius. Ties are broken by the cell's number: the same input gives the
-    same path.
+    A* with the octile distance. A diagonal step is allowed only where both cells beside it are free. Ties are broken
+    by the cell's number: the same input gives the same path.
+
+    Args:
+        grid: dilated by the robot's radius.
+        start: (x, y), metres.
+        goal: (x, y), metres.
+        costs: (ny, nx), at least 1: what a metre through a cell costs; a step costs its length times the mean of its
+            two cells. None makes every metre cost 1.
 
     Returns:
         (n, 2) room coordinates of the cells' centres from start to goal, both included (n = 1 in the same cell).
+
+    Raises:
+        OptionError: the costs have another shape than the grid, or one is below 1 or not a number.
     """
+    if costs is not None and (costs.shape != grid.shape or not bool((costs >= 1.0).all())):
+        raise OptionError(f"costs of shape {costs.shape} must have the grid's shape {grid.shape} and be at least 1")
     if not grid.connected(start, goal):
         return None
     width = grid.shape[1] + 2
     blocked = np.pad(grid.occupied, 1, constant_values=True).ravel().tolist()
     (r0, c0), (r1, c1) = grid.cell_of(*start), grid.cell_of(*goal)
     source, target = (r0 + 1) * width + c0 + 1, (r1 + 1) * width + c1 + 1
-    came = _search(blocked, width, source, target)
+    prices = np.pad(np.ones(grid.shape) if costs is None else costs, 1, constant_values=1.0).ravel().tolist()
+    came = _search(blocked, prices, width, source, target)
     cells = [target]
     while cells[-1] != source:
         cells.append(came[cells[-1]])
@@ -55,7 +70,7 @@ def distance_field(grid: OccupancyGrid, source: Point) -> NDArray[np.float64]:
     return field
 
 
-def _search(blocked: list[bool], width: int, source: int, target: int) -> dict[int, int]:
+def _search(blocked: list[bool], prices: list[float], width: int, source: int, target: int) -> dict[int, int]:
     """Run A* on flat cell numbers of a padded grid; return each reached cell's predecessor. The target is reachable."""
     rows, columns = divmod(target, width)
     straight = (1, -1, width, -width)
@@ -79,21 +94,25 @@ def _search(blocked: list[bool], width: int, source: int, target: int) -> dict[i
         if cell in done:
             continue
         done.add(cell)
-        here = cost[cell]
+        here, price = cost[cell], prices[cell]
         for step in straight:
             near = cell + step
-            if not blocked[near] and here + 1.0 < cost.get(near, infinity):
-                cost[near] = here + 1.0
+            if blocked[near]:
+                continue
+            there = here + (price + prices[near]) / 2.0
+            if there < cost.get(near, infinity):
+                cost[near] = there
                 came[near] = cell
-                push(heap, (here + 1.0 + estimate(near), near))
+                push(heap, (there + estimate(near), near))
         for step, beside, along in diagonal:
             near = cell + step
             if blocked[near] or blocked[cell + beside] or blocked[cell + along]:
                 continue
-            if here + DIAGONAL < cost.get(near, infinity):
-                cost[near] = here + DIAGONAL
+            there = here + DIAGONAL * (price + prices[near]) / 2.0
+            if there < cost.get(near, infinity):
+                cost[near] = there
                 came[near] = cell
-                push(heap, (here + DIAGONAL + estimate(near), near))
+                push(heap, (there + estimate(near), near))
     return came
 
 

@@ -1,0 +1,17 @@
+"""The Policy interface, the controller that follows paths, and every policy by name."""
+
+from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy
+from labgym.policies.registry import make_policy, policy_names
+from labgym.policies.tracking import PathTracker, TrackingOptions, velocities_to_action
+
+__all__ = [
+    "EpisodeStart",
+    "GroundTruth",
+    "Observation",
+    "PathTracker",
+    "Policy",
+    "TrackingOptions",
+    "make_policy",
+    "policy_names",
+    "velocities_to_action",
+]

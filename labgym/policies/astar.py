@@ -1,0 +1,61 @@
+"""A* on the true map: what a policy could reach that knew everything. The upper bound of the tables."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import LabgymError
+from labgym.geometry import rotate, wrap_angle
+from labgym.navigation import Pose, occupancy
+from labgym.policies.grid_planner import GridPlanner
+from labgym.policies.policy import EpisodeStart, Observation, Policy
+from labgym.policies.tracking import PathTracker, turn_towards
+
+
+class AStarPolicy(Policy):
+    """Plans once on the layout's occupancy grid and follows the path. Privileged.
+
+    Where there is no path it turns on the spot.
+    """
+
+    name: ClassVar[str] = "astar"
+    privileged: ClassVar[bool] = True
+
+    def __init__(self) -> None:
+        self._tracker: PathTracker | None = None
+        self._start: Pose = (0.0, 0.0, 0.0)
+        self._planned: tuple[str, GridPlanner] | None = None
+        self.path: NDArray[np.float64] | None = None
+        """The plan of the episode, (n, 2) in the room frame; None where there is none."""
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Plan from the true start to the true goal.
+
+        Raises:
+            LabgymError: the episode comes without the map.
+        """
+        truth = episode.truth
+        if truth is None:
+            raise LabgymError(f"policy {self.name!r} needs the map: pass an EpisodeStart with truth")
+        if self._planned is None or self._planned[0] != truth.layout.hash:
+            self._planned = truth.layout.hash, GridPlanner(occupancy(truth.layout))
+        self._start = truth.start
+        self.path = self._planned[1].plan(truth.start[:2], truth.pair.goal[:2])
+        self._tracker = None if self.path is None else PathTracker(self.path, episode.robot)
+
+    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+        """Follow the path."""
+        if self._tracker is None:
+            return turn_towards(1.0)
+        return self._tracker.action(
+            compose(self._start, observation["odometry"]), speed=float(observation["velocity"][0])
+        )
+
+
+def compose(frame: Pose, pose: NDArray[Any]) -> Pose:
+    """Return in the outer frame a pose (3,) that is given in a frame whose own pose is known."""
+    x, y = rotate(float(pose[0]), float(pose[1]), frame[2])
+    return frame[0] + x, frame[1] + y, wrap_angle(frame[2] + float(pose[2]))

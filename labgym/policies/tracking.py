@@ -1,0 +1,160 @@
+"""The one controller that follows a path: pure pursuit whose speed respects the turns ahead and the robot's limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.errors import OptionError
+from labgym.geometry import rotate, wrap_angle
+from labgym.navigation import Pose
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TrackingOptions:
+    """How a path is followed.
+
+    Attributes:
+        lookahead: distance along the path to the point that is steered for, at rest, metres.
+        lookahead_time: what is added to it, seconds times the speed.
+        turn_in_place: heading error beyond which the robot stops to turn, radians.
+        drive_on: heading error within which it goes on, radians.
+        lateral_acceleration: what turns at speed may cost, m/s2.
+        braking: deceleration that the speed ahead of turns and of the end is planned with, m/s2.
+        slowest: speed in the sharpest turn and at the end of the path, m/s.
+        window: how far ahead of the last place on the path the next one is looked for, metres.
+    """
+
+    lookahead: float = 0.20
+    lookahead_time: float = 0.25
+    turn_in_place: float = 1.0
+    drive_on: float = 0.35
+    lateral_acceleration: float = 0.7
+    braking: float = 0.8
+    slowest: float = 0.15
+    window: float = 0.6
+
+
+SPACING = 0.02
+"""Distance between the samples that a path is followed by, metres."""
+BEND = 0.20
+"""Length over which the path's turning is measured, metres."""
+
+
+class PathTracker:
+    """Follows one path with the robot's velocities.
+
+    Args:
+        path: (n, 2) points in any fixed frame, metres; the robot may be off it at the start.
+        robot: limits of the robot.
+        options: how it is followed.
+
+    Raises:
+        OptionError: the path is empty, not finite or not of shape (n, 2).
+    """
+
+    def __init__(self, path: ArrayLike, robot: RobotSpec = ROBOT, options: TrackingOptions | None = None) -> None:
+        points = np.asarray(path, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 2 or len(points) == 0 or not np.isfinite(points).all():
+            raise OptionError(f"path of shape {points.shape} must be finite points of shape (n, 2), n at least 1")
+        self._robot, self._options = robot, options or TrackingOptions()
+        self._points = _resampled(points)
+        self._speeds = _speed_limits(self._points, robot, self._options)
+        self._place = 0
+        self._turning = True
+
+    @property
+    def remaining(self) -> float:
+        """Length of the path from the robot's place on it to its end, metres."""
+        return (len(self._points) - 1 - self._place) * self._spacing
+
+    @property
+    def _spacing(self) -> float:
+        return float(np.linalg.norm(self._points[1] - self._points[0])) if len(self._points) > 1 else 0.0
+
+    def off_path(self, pose: Pose) -> float:
+        """Return the distance from the robot to its place on the path, metres."""
+        return float(np.linalg.norm(self._points[self._place] - pose[:2]))
+
+    def action(self, pose: Pose, speed: float = 0.0) -> Array:
+        """Return the action (2,) in [-1, 1] that follows the path from a pose.
+
+        Args:
+            pose: (x, y, yaw) in the path's frame.
+            speed: forward velocity, m/s; the faster, the farther ahead the robot looks.
+        """
+        self._advance(pose)
+        options = self._options
+        ahead = options.lookahead + options.lookahead_time * max(speed, 0.0)
+        target = self._points[min(self._place + max(1, round(ahead / SPACING)), len(self._points) - 1)]
+        x, y = rotate(target[0] - pose[0], target[1] - pose[1], -pose[2])
+        bearing = math.atan2(y, x)
+        if self._must_turn(bearing):
+            return velocities_to_action(0.0, _turn_rate(bearing, self._robot), self._robot)
+        curvature = 2.0 * math.sin(bearing) / max(math.hypot(x, y), options.lookahead / 2.0)
+        v = float(self._speeds[self._place]) * max(math.cos(bearing), 0.2)
+        v = min(v, 0.9 * self._robot.w_max / max(abs(curvature), 1e-9))
+        return velocities_to_action(v, v * curvature, self._robot)
+
+    def _advance(self, pose: Pose) -> None:
+        """Move the place on the path to the nearest sample from the last place on, within the window."""
+        end = self._place + max(2, round(self._options.window / SPACING))
+        nearby = self._points[self._place : end] - np.asarray(pose[:2])
+        self._place += int(np.argmin((nearby**2).sum(axis=1)))
+
+    def _must_turn(self, bearing: float) -> bool:
+        limit = self._options.drive_on if self._turning else self._options.turn_in_place
+        self._turning = abs(bearing) > limit
+        return self._turning
+
+
+def velocities_to_action(v: float, w: float, robot: RobotSpec = ROBOT) -> Array:
+    """Return the action (2,) that asks for v m/s and w rad/s; the inverse of `RobotSpec.twist`, limits kept."""
+    forward = v / robot.v_max if v >= 0.0 else v / -robot.v_min
+    return np.array([min(max(forward, -1.0), 1.0), min(max(w / robot.w_max, -1.0), 1.0)])
+
+
+def turn_towards(bearing: float, robot: RobotSpec = ROBOT) -> Array:
+    """Return the action (2,) that turns in place by a bearing, radians."""
+    return velocities_to_action(0.0, _turn_rate(wrap_angle(bearing), robot), robot)
+
+
+def _turn_rate(bearing: float, robot: RobotSpec) -> float:
+    """Return the fastest turn rate that still comes to rest at the bearing, a tenth of a second late."""
+    rest = math.sqrt(robot.turn_acceleration * abs(bearing))
+    return math.copysign(min(robot.w_max, rest, abs(bearing) / robot.control_dt), bearing)
+
+
+def _resampled(points: Array) -> Array:
+    """Return the polyline at even steps of about 2 cm, ends kept."""
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    if along[-1] < 1e-9:
+        return points[-1:]
+    steps = np.linspace(0.0, along[-1], max(2, math.ceil(along[-1] / SPACING) + 1))
+    return np.column_stack([np.interp(steps, along, points[:, axis]) for axis in range(2)])
+
+
+def _speed_limits(points: Array, robot: RobotSpec, options: TrackingOptions) -> Array:
+    """Return the speed allowed at each sample, (n,) m/s: by curvature, then by what braking can still reach."""
+    if len(points) < 3:
+        return np.full(len(points), options.slowest)
+    step = np.diff(points, axis=0)
+    heading = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
+    half = max(1, round(BEND / SPACING / 2.0))
+    padded = np.pad(heading, half, mode="edge")
+    turning = np.abs(padded[2 * half :] - padded[: -2 * half])
+    curvature = np.append(turning, 0.0) / BEND
+    with np.errstate(divide="ignore"):
+        limit = np.minimum(np.sqrt(options.lateral_acceleration / curvature), 0.8 * robot.w_max / curvature)
+    limit = np.clip(limit, options.slowest, robot.v_max)
+    limit[-1] = options.slowest
+    for k in range(len(limit) - 2, -1, -1):
+        limit[k] = min(limit[k], math.sqrt(limit[k + 1] ** 2 + 2.0 * options.braking * SPACING))
+    return limit
