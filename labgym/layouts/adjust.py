@@ -1,0 +1,137 @@
+"""Adjust by rules and search: commands for what FastRepair cannot mend, each verified before it is kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Literal
+from typing import Protocol as Interface
+
+from labgym.geometry import OrientedBox
+from labgym.layouts.cabinets import CABINETS
+from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.moves import Command, Move, Settle, Swap, apply
+from labgym.layouts.objective import Assessment, evaluate_layout
+from labgym.layouts.satisfaction import Instance
+from labgym.protocols import Protocol
+
+Level = Literal["room", "desktop"]
+SLIDES = (0.1, 0.25, 0.5, 1.0, 1.5)
+"""Distances along a wall that are tried, metres."""
+BUDGET = 60
+"""Commands verified in one adjustment at the most."""
+
+
+class Adjuster(Interface):
+    """Proposes a better layout at one level; the loop verifies it again."""
+
+    def adjust(self, layout: Layout, protocol: Protocol | None, assessment: Assessment, level: Level) -> Layout:
+        """Return a layout, the same one where there is nothing to gain."""
+
+
+class RuleAdjuster:
+    """Slides and swaps furniture between which a hazard is too close, and rearranges what stands on surfaces."""
+
+    def adjust(self, layout: Layout, protocol: Protocol | None, assessment: Assessment, level: Level) -> Layout:
+        """Return the layout after the first command that the acceptance rule takes; the same one where none is."""
+        commands = _room_commands(layout, assessment) if level == "room" else _desktop_commands(layout, assessment)
+        tried: set[Command] = set()
+        for command in commands:
+            if command in tried:
+                continue
+            if len(tried) >= BUDGET:
+                break
+            tried.add(command)
+            candidate = apply(layout, command)
+            if evaluate_layout(candidate, protocol, assessment.profile).better_than(assessment):
+                return candidate
+        return layout
+
+
+def _unsatisfied(assessment: Assessment) -> list[Instance]:
+    """Instances that could be better, the worst first."""
+    poor = [instance for instance in assessment.instances if instance.satisfaction < 1.0]
+    return sorted(poor, key=lambda instance: (instance.satisfaction, instance.rule, instance.ids))
+
+
+def _room_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
+    """Slides along the wall and swaps of the floor objects that carry a poor pair or collide."""
+    pairs = [instance.ids for instance in _unsatisfied(assessment) if len(instance.ids) == 2]
+    pairs += [collision.ids for collision in assessment.collisions]
+    pairs += [(fault.id, fault.id) for fault in assessment.bounds]
+    for ids in pairs:
+        roots = dict.fromkeys(layout.root(item).id for item in ids)
+        for root in roots:
+            yield from _slides(layout, root)
+        for root in roots:
+            yield from _swaps(layout, root)
+
+
+def _slides(layout: Layout, root: str) -> Iterator[Command]:
+    box = layout.box(root)
+    along = (math.cos(box.yaw), math.sin(box.yaw))
+    for distance in SLIDES:
+        for sign in (1.0, -1.0):
+            yield Move(root, round(sign * distance * along[0], 6), round(sign * distance * along[1], 6))
+
+
+def _swaps(layout: Layout, root: str) -> Iterator[Command]:
+    """Other floor objects of about the same footprint, the most alike first."""
+    box = layout.box(root)
+    others = []
+    for placement in layout.placements:
+        if placement.support == FLOOR and placement.id != root:
+            difference = _difference(box, layout.box(placement.id))
+            if difference < 0.6:
+                others.append((difference, placement.id))
+    for _, other in sorted(others):
+        yield Swap(root, other)
+
+
+def _difference(first: OrientedBox, second: OrientedBox) -> float:
+    return abs(first.width - second.width) + abs(first.depth - second.depth)
+
+
+def _desktop_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
+    """Other spots for glass near an edge, things that collide or hang over, and reagents that are not stored."""
+    for instance in _unsatisfied(assessment):
+        if instance.rule == "storage":
+            yield from _cabinet_spots(layout, instance.ids[0])
+        else:
+            for item in instance.ids:
+                yield from _surface_spots(layout, item)
+    for collision in assessment.collisions:
+        for item in collision.ids:
+            yield from _surface_spots(layout, item)
+    for fault in assessment.bounds:
+        yield from _surface_spots(layout, fault.id)
+
+
+def _surface_spots(layout: Layout, item: str) -> Iterator[Command]:
+    """A coarse grid of places on the same surface, its middle line first."""
+    placement = layout.placement(item)
+    if placement.support not in layout.by_id or placement.slot is None:
+        return
+    surface, size = layout.surface(placement.support, placement.slot), layout.asset(item).size
+    reach_x, reach_y = (surface.width - size.width) / 2.0, (surface.depth - size.depth) / 2.0
+    if reach_x < 0.0 or reach_y < 0.0:
+        return
+    rows = (0.0, -0.5, 0.5)
+    for row in rows:
+        for column in range(-4, 5):
+            yield Settle(item, placement.support, placement.slot, reach_x * column / 4.5, reach_y * row)
+
+
+def _cabinet_spots(layout: Layout, reagent: str) -> Iterator[Command]:
+    """Shelves of a cabinet of the reagent's own class, then of any storage cabinet."""
+    chemistry = layout.asset(reagent).chemistry
+    own = CABINETS.get(chemistry.storage_class) if chemistry is not None else None
+    cabinets = [p for p in layout.placements if p.asset in CABINETS.values()]
+    size = layout.asset(reagent).size
+    for cabinet in sorted(cabinets, key=lambda p: (p.asset != own, p.id)):
+        for slot, surface in enumerate(layout.asset(cabinet.id).surfaces):
+            reach = (surface.width - size.width) / 2.0
+            if reach < 0.0 or size.depth > surface.depth or (surface.headroom or 10.0) < size.height:
+                continue
+            for column in range(-2, 3):
+                yield Settle(reagent, cabinet.id, slot, reach * column / 2.0, 0.0)

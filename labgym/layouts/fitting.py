@@ -1,0 +1,178 @@
+"""Finds free spots in a layout for one more thing: on a surface, on a wall, on the floor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from labgym.assets import Asset, Catalog
+from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.layouts.model import FLOOR, WALL, Door, Layout, Placement, Room, placed_box
+from labgym.layouts.stocking import BENCH_MARGIN
+from labgym.layouts.tabletop import Item, Spot, pack
+from labgym.layouts.thresholds import Profile
+from labgym.layouts.zones import door_area, door_pose, front_zone
+from labgym.navigation import PLANNING_RADIUS, goal_pose
+from labgym.protocols import Protocol
+
+BRACKET = 0.01
+"""Gap between a wall-mounted thing and its wall, metres."""
+ELBOW = 0.03
+"""Gap kept to everything else, metres."""
+WALL_STEP = 0.05
+"""Spacing of the places tried along a wall, metres."""
+
+
+@dataclass(frozen=True)
+class Keepouts:
+    """Boxes that dressing must leave free: doors, places where the robot stands, and service zones."""
+
+    doors: tuple[OrientedBox, ...]
+    stands: tuple[OrientedBox, ...]
+    zones: tuple[OrientedBox, ...]
+
+    @classmethod
+    def of(cls, layout: Layout, protocol: Protocol) -> Keepouts:
+        """Collect the keep-outs of a layout."""
+        stands = []
+        for location in protocol.locations:
+            placed = layout.find(location)
+            if placed is not None:
+                x, y, _ = goal_pose(layout.box(placed.id))
+                side = 2.0 * (PLANNING_RADIUS + 0.2)
+                stands.append(OrientedBox(x, y, side, side, 0.0, 0.0, 2.0))
+        zones = [
+            front_zone(layout.box(placement.id), min(layout.asset(placement.id).clearance, 0.9))
+            for placement in layout.placements
+            if placement.support == FLOOR and layout.asset(placement.id).clearance > 0.0
+        ]
+        doors = [door_area(layout.room, door) for door in layout.room.doors]
+        return cls(tuple(doors), tuple(stands), tuple(zones))
+
+
+def on_surface(
+    layout: Layout, asset: Asset, support: str, slot: int, profile: Profile, generator: np.random.Generator
+) -> Placement | None:
+    """Return a placement of an asset on a slot of a support beside what stands there, None where it is full."""
+    surface, catalog = layout.surface(support, slot), Catalog.load()
+    taken = []
+    for child in layout.children(support):
+        if child.slot == slot:
+            size, yaw = catalog.get(child.asset).size, child.yaw - surface.yaw
+            across = abs(math.sin(yaw)) > 0.5
+            x, y = surface.to_local(child.position[0], child.position[1])
+            taken.append(Spot(x, y, yaw, *((size.depth, size.width) if across else (size.width, size.depth))))
+    holder = catalog.get(layout.placement(support).asset)
+    fragile = asset.hazards.glass_container and holder.storage_class is None
+    item = Item(
+        asset.name, asset.size.width, asset.size.depth, asset.size.height, profile.glass if fragile else BENCH_MARGIN
+    )
+    headroom = holder.surfaces[slot].headroom
+    found = pack([item], surface.width, surface.depth, headroom, generator, taken)
+    if not found:
+        return None
+    spot = found[0]
+    if fragile and _edge(spot, surface) < profile.glass - 1e-9:
+        return None
+    x, y = surface.to_world(spot.x, spot.y)
+    return _placement(layout, asset, (x, y, surface.z0), surface.yaw + spot.yaw, support, slot)
+
+
+def on_wall(layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float, float]) -> Placement | None:
+    """Return a placement on the free wall nearest to a point, at the asset's mount height; None where no wall is free."""
+    room = layout.room
+    candidates = [_wall_pose(room, asset, wall, along) for wall, along in _wall_places(room, asset)]
+    candidates.sort(key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
+    boxes = [
+        OrientedBox(
+            x, y, asset.size.width, asset.size.depth, yaw, asset.mount_height, asset.mount_height + asset.size.height
+        )
+        for x, y, yaw in candidates
+    ]
+    doors = [_opening(room, door) for door in room.doors]
+    free = _free(layout, boxes, [*doors, *keepouts.stands])
+    for box, is_free in zip(boxes, free, strict=True):
+        if is_free:
+            return _placement(layout, asset, (box.x, box.y, asset.mount_height), box.yaw, WALL, None)
+    return None
+
+
+def on_floor(
+    layout: Layout, asset: Asset, keepouts: Keepouts, poses: Iterable[tuple[float, float, float]], in_front: bool
+) -> Placement | None:
+    """Return a placement at the first free one of some poses (x, y, yaw).
+
+    Args:
+        in_front: whether it may stand in a service zone (a stool may, a bin may not).
+    """
+    size = asset.size
+    boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in poses]
+    barred = [*keepouts.doors, *keepouts.stands, *(() if in_front else keepouts.zones)]
+    for box, is_free in zip(boxes, _free(layout, boxes, barred), strict=True):
+        x0, y0, x1, y1 = box.bounds()
+        if is_free and x0 >= 0.0 and y0 >= 0.0 and x1 <= layout.room.width and y1 <= layout.room.depth:
+            return _placement(layout, asset, (box.x, box.y, 0.0), box.yaw, FLOOR, None)
+    return None
+
+
+def along_walls(layout: Layout, asset: Asset, near: tuple[float, float]) -> list[tuple[float, float, float]]:
+    """Return floor poses with the back to a wall, the nearest to a point first."""
+    poses = [_wall_pose(layout.room, asset, wall, along) for wall, along in _wall_places(layout.room, asset)]
+    return sorted(poses, key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
+
+
+def _free(layout: Layout, boxes: Sequence[OrientedBox], barred: Sequence[OrientedBox]) -> list[bool]:
+    if not boxes:
+        return []
+    catalog = Catalog.load()
+    standing = [placed_box(placement, catalog.get(placement.asset)) for placement in layout.placements]
+    grown = [
+        OrientedBox(b.x, b.y, b.width + 2 * ELBOW, b.depth + 2 * ELBOW, b.yaw, b.z0 - ELBOW, b.z1 + ELBOW)
+        for b in boxes
+    ]
+    hits = pairwise_penetration(BoxArray.of(grown), BoxArray.of([*standing, *barred])) > 0.0
+    return [not row.any() for row in hits]
+
+
+def _wall_places(room: Room, asset: Asset) -> list[tuple[str, float]]:
+    places = []
+    for wall in ("front", "back", "left", "right"):
+        length = room.width if wall in ("front", "back") else room.depth
+        margin = asset.size.width / 2.0 + 0.05
+        count = int(max(length - 2.0 * margin, 0.0) / WALL_STEP) + 1
+        places += [(wall, margin + WALL_STEP * k) for k in range(count)]
+    return places
+
+
+def _wall_pose(room: Room, asset: Asset, wall: str, along: float) -> tuple[float, float, float]:
+    inset = BRACKET + asset.size.depth / 2.0
+    return {
+        "front": (along, inset, 0.0),
+        "back": (along, room.depth - inset, math.pi),
+        "left": (inset, along, -math.pi / 2.0),
+        "right": (room.width - inset, along, math.pi / 2.0),
+    }[wall]
+
+
+def _opening(room: Room, door: Door) -> OrientedBox:
+    """The doorway and the wall beside it that its frame takes."""
+    x, y, yaw = door_pose(room, door)
+    return OrientedBox(x, y, door.width + 0.2, 0.6, yaw, 0.0, door.height + 0.15)
+
+
+def _edge(spot: Spot, surface: OrientedBox) -> float:
+    return min((surface.width - spot.width) / 2.0 - abs(spot.x), (surface.depth - spot.depth) / 2.0 - abs(spot.y))
+
+
+def _placement(
+    layout: Layout, asset: Asset, position: tuple[float, float, float], yaw: float, support: str, slot: int | None
+) -> Placement:
+    numbers = [p.id.rpartition("_")[2] for p in layout.placements if p.asset == asset.name]
+    number = 1 + max((int(n) for n in numbers if n.isdigit()), default=0)
+    x, y, z = (round(value, 6) for value in position)
+    return Placement(
+        id=f"{asset.name}_{number}", asset=asset.name, position=(x, y, z), yaw=yaw, support=support, slot=slot
+    )

@@ -1,0 +1,339 @@
+"""Places a brief's furniture in a room: a constraint program over centimetres, solved by CP-SAT.
+
+Every wall unit chooses a wall and a place along it, islands choose a place and one of two headings. Footprints
+never meet, the zone in front of each unit is free of footprints, doors keep their swing, hazards keep their
+distance. Deterministic: one worker, a fixed seed and a deterministic time limit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from labgym.layouts.brief import Brief, Unit, Wall
+from labgym.layouts.model import Door, Room
+
+if TYPE_CHECKING:
+    from ortools.sat.python import cp_model
+
+CM = 100
+WALL_GAP = 1
+"""Gap between a unit and its wall, centimetres."""
+SIDE_GAP = 2
+"""Gap between neighbours, centimetres."""
+YAW: dict[Wall, float] = {"front": 0.0, "back": math.pi, "left": -math.pi / 2.0, "right": math.pi / 2.0}
+_Range = tuple[int, int]
+_Ranges = tuple[_Range, _Range, _Range, _Range]
+GROUPS = ("service zones", "aisles", "doors", "separations")
+"""Groups of constraints that can be lifted to find out which of them clash."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Centre of a footprint in the room frame, metres, and yaw, radians."""
+
+    x: float
+    y: float
+    yaw: float
+
+
+class _Edge(NamedTuple):
+    """A coordinate: a linear expression and the numbers that it lies between, centimetres."""
+
+    value: Any
+    low: int
+    high: int
+
+    def moved(self, by: int) -> _Edge:
+        return _Edge(self.value + by, self.low + by, self.high + by)
+
+
+class _Rect(NamedTuple):
+    """Bounds of a rectangle."""
+
+    x0: _Edge
+    y0: _Edge
+    x1: _Edge
+    y1: _Edge
+
+    @classmethod
+    def fixed(cls, *bounds: int) -> _Rect:
+        return cls(*(_Edge(bound, bound, bound) for bound in bounds))
+
+
+@dataclass(frozen=True)
+class _Piece:
+    unit: Unit
+    foot: _Rect
+    zone: _Rect
+    walls: dict[Wall, Any]
+    turned: Any
+
+
+def solve(
+    brief: Brief, room: Room, seed: int, lifted: Iterable[str] = (), effort: float = 1.0
+) -> dict[str, Pose] | None:
+    """Return a pose for every unit, or None where the constraints leave none (within the search limit).
+
+    Args:
+        seed: seed of the search and, through the brief's anchors, of what it prefers.
+        lifted: names of GROUPS to leave out.
+        effort: deterministic search time, in the solver's units (about seconds).
+    """
+    from ortools.sat.python import cp_model
+
+    program = _Program(brief, room, frozenset(lifted))
+    solver = cp_model.CpSolver()
+    solver.parameters.num_workers = 1
+    solver.parameters.random_seed = seed % (2**31)
+    solver.parameters.max_deterministic_time = effort
+    solver.parameters.cp_model_presolve = True
+    solver.parameters.relative_gap_limit = 0.1
+    status = solver.solve(program.model)
+    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+        return None
+    return {piece.unit.id: _pose(piece, solver, room) for piece in program.pieces}
+
+
+class _Program:
+    """The constraint program of a brief."""
+
+    def __init__(self, brief: Brief, room: Room, lifted: frozenset[str]) -> None:
+        from ortools.sat.python import cp_model
+
+        self.model: cp_model.CpModel = cp_model.CpModel()
+        self.brief = brief
+        self.width, self.depth = int(room.width * CM), int(room.depth * CM)
+        self.terms: list[Any] = []
+        self.pieces = [self._wall_piece(u) if u.stance == "wall" else self._island_piece(u) for u in brief.units]
+        self._no_overlap()
+        if "service zones" not in lifted:
+            self._zones_free()
+        if "aisles" not in lifted:
+            self._aisles()
+        if "doors" not in lifted:
+            self._doors(room)
+        if "separations" not in lifted:
+            self._separations()
+        self._preferences()
+        self.model.minimize(sum(self.terms))
+
+    def _corner(self, name: str) -> tuple[Any, Any]:
+        x0 = self.model.new_int_var(WALL_GAP, self.width - WALL_GAP, f"{name}.x0")
+        y0 = self.model.new_int_var(WALL_GAP, self.depth - WALL_GAP, f"{name}.y0")
+        return x0, y0
+
+    def _wall_piece(self, unit: Unit) -> _Piece:
+        model, long, short, front = self.model, _cm(unit.width), _cm(unit.depth), _cm(unit.front)
+        x0, y0 = self._corner(unit.id)
+        walls: dict[Wall, Any] = {wall: model.new_bool_var(f"{unit.id}.{wall}") for wall in unit.walls}
+        model.add_exactly_one(walls.values())
+        across = model.new_bool_var(f"{unit.id}.across")
+        model.add(across == sum(walls[wall] for wall in walls if wall in ("left", "right")))
+        x1 = x0 + long + (short - long) * across
+        y1 = y0 + short + (long - short) * across
+        for wall, chosen in walls.items():
+            edge = {"left": x0 == WALL_GAP, "right": x1 == self.width - WALL_GAP}
+            edge |= {"front": y0 == WALL_GAP, "back": y1 == self.depth - WALL_GAP}
+            model.add(edge[wall]).only_enforce_if(chosen)
+        reach = _union([self._strip(wall, long, short) for wall in unit.walls])
+        foot = self._rect((x0, y0, x1, y1), reach)
+        zone = (
+            x0 - front * walls.get("right", 0),
+            y0 - front * walls.get("back", 0),
+            x1 + front * walls.get("left", 0),
+            y1 + front * walls.get("front", 0),
+        )
+        zones = _union([_fronted(self._strip(wall, long, short), wall, front) for wall in unit.walls])
+        return _Piece(unit, foot, _Rect(*(_Edge(v, *r) for v, r in zip(zone, zones, strict=True))), walls, across)
+
+    def _strip(self, wall: Wall, long: int, short: int) -> _Ranges:
+        """Ranges of x0, y0, x1, y1 of a footprint that stands against a wall."""
+        right, back = self.width - WALL_GAP, self.depth - WALL_GAP
+        slide_x, slide_y = (WALL_GAP, right - long), (WALL_GAP, back - long)
+        return {
+            "front": (slide_x, (WALL_GAP,) * 2, (WALL_GAP + long, right), (WALL_GAP + short,) * 2),
+            "back": (slide_x, (back - short,) * 2, (WALL_GAP + long, right), (back,) * 2),
+            "left": ((WALL_GAP,) * 2, slide_y, (WALL_GAP + short,) * 2, (WALL_GAP + long, back)),
+            "right": ((right - short,) * 2, slide_y, (right,) * 2, (WALL_GAP + long, back)),
+        }[wall]
+
+    def _island_piece(self, unit: Unit) -> _Piece:
+        model, long, short = self.model, _cm(unit.width), _cm(unit.depth)
+        x0, y0 = self._corner(unit.id)
+        turned = model.new_bool_var(f"{unit.id}.turned")
+        x1 = x0 + long + (short - long) * turned
+        y1 = y0 + short + (long - short) * turned
+        walls: dict[Wall, Any] = {}
+        if unit.stance == "peninsula":
+            walls = {wall: model.new_bool_var(f"{unit.id}.{wall}") for wall in unit.walls if wall in ("left", "right")}
+            model.add_exactly_one(walls.values())
+            model.add(turned == 0)
+            if "left" in walls:
+                model.add(x0 == WALL_GAP).only_enforce_if(walls["left"])
+            if "right" in walls:
+                model.add(x1 == self.width - WALL_GAP).only_enforce_if(walls["right"])
+        right, back, least = self.width - WALL_GAP, self.depth - WALL_GAP, min(long, short)
+        low, high = (WALL_GAP, WALL_GAP + least), (right - least, back - least)
+        foot = self._rect((x0, y0, x1, y1), ((low[0], high[0]), (low[0], high[1]), (low[1], right), (low[1], back)))
+        return _Piece(unit, foot, foot, walls, turned)
+
+    def _rect(self, values: tuple[Any, Any, Any, Any], ranges: _Ranges) -> _Rect:
+        self.model.add(values[2] <= self.width - WALL_GAP)
+        self.model.add(values[3] <= self.depth - WALL_GAP)
+        return _Rect(*(_Edge(value, *span) for value, span in zip(values, ranges, strict=True)))
+
+    def _no_overlap(self) -> None:
+        xs, ys = [], []
+        for piece in self.pieces:
+            foot, name = piece.foot, piece.unit.id
+            long, short = _cm(piece.unit.width) + SIDE_GAP, _cm(piece.unit.depth) + SIDE_GAP
+            end_x = self.model.new_int_var(0, self.width + SIDE_GAP, f"{name}.x1")
+            end_y = self.model.new_int_var(0, self.depth + SIDE_GAP, f"{name}.y1")
+            xs.append(
+                self.model.new_interval_var(foot.x0.value, long + (short - long) * piece.turned, end_x, f"{name}.x")
+            )
+            ys.append(
+                self.model.new_interval_var(foot.y0.value, short + (long - short) * piece.turned, end_y, f"{name}.y")
+            )
+        self.model.add_no_overlap_2d(xs, ys)
+
+    def _zones_free(self) -> None:
+        for owner in self.pieces:
+            for other in self.pieces:
+                if owner is not other and owner.unit.stance == "wall" and owner.unit.front > 0.0:
+                    self._apart(owner.zone, other.foot, 0)
+
+    def _aisles(self) -> None:
+        for island in self.pieces:
+            for other in self.pieces:
+                if island.unit.stance == "wall" or island is other:
+                    continue
+                wide = max(self.brief.aisle, other.unit.front if other.unit.stance == "wall" else 0.0)
+                self._apart(island.foot, other.foot, _cm(wide))
+            if island.unit.stance != "wall":
+                self._clear_of_walls(island)
+
+    def _clear_of_walls(self, island: _Piece) -> None:
+        aisle, foot, walls = _cm(self.brief.aisle), island.foot, island.walls
+        self.model.add(foot.y0.value >= aisle)
+        self.model.add(foot.y1.value <= self.depth - aisle)
+        self.model.add(foot.x0.value >= aisle - aisle * walls.get("left", 0))
+        self.model.add(foot.x1.value <= self.width - aisle + aisle * walls.get("right", 0))
+
+    def _doors(self, room: Room) -> None:
+        for door in room.doors:
+            swing = self._door_rect(door, self.brief.door_zone)
+            for piece in self.pieces:
+                self._apart(piece.foot, swing, 0)
+            opening = self._door_rect(door, 0.0)
+            for piece in self.pieces:
+                if piece.unit.id in self.brief.hoods:
+                    self._apart(piece.foot, opening, _cm(self.brief.hood_door))
+
+    def _door_rect(self, door: Door, deep: float) -> _Rect:
+        half, depth = _cm(max(door.width, deep) / 2.0), _cm(deep)
+        low, high = int(door.offset * CM) - half, int(door.offset * CM) + half
+        bounds: dict[str, tuple[int, int, int, int]] = {
+            "front": (low, 0, high, depth),
+            "back": (low, self.depth - depth, high, self.depth),
+            "left": (0, low, depth, high),
+            "right": (self.width - depth, low, self.width, high),
+        }
+        return _Rect.fixed(*bounds[door.wall])
+
+    def _separations(self) -> None:
+        by_id = {piece.unit.id: piece for piece in self.pieces}
+        for rule in self.brief.separations:
+            self._apart(by_id[rule.first].foot, by_id[rule.second].foot, _cm(rule.distance))
+
+    def _apart(self, first: _Rect, second: _Rect, gap: int) -> None:
+        """Two rectangles lie at least a gap apart along x or along y."""
+        sides = ((first.x1, second.x0), (second.x1, first.x0), (first.y1, second.y0), (second.y1, first.y0))
+        if any(before.high + gap <= after.low for before, after in sides):
+            return
+        chosen = []
+        for before, after in sides:
+            if before.low + gap <= after.high:
+                side = self.model.new_bool_var("")
+                self.model.add(before.value + gap <= after.value).only_enforce_if(side)
+                chosen.append(side)
+        self.model.add_bool_or(chosen)
+
+    def _preferences(self) -> None:
+        by_id = {piece.unit.id: piece for piece in self.pieces}
+        for piece in self.pieces:
+            for rank, wall in enumerate(piece.unit.walls):
+                if wall in piece.walls:
+                    self.terms.append(150 * rank * piece.walls[wall])
+            if piece.unit.anchor is not None:
+                self._anchor(piece, piece.unit.anchor)
+        for liking in self.brief.nearness:
+            first, second = by_id[liking.first].foot, by_id[liking.second].foot
+            for low, high in ((0, 2), (1, 3)):
+                doubled = first[low].value + first[high].value - second[low].value - second[high].value
+                self.terms.append(liking.weight * self._absolute(doubled))
+
+    def _anchor(self, piece: _Piece, anchor: float) -> None:
+        foot = piece.foot
+        doubled_x, doubled_y = foot.x0.value + foot.x1.value, foot.y0.value + foot.y1.value
+        wanted_x, wanted_y = int(2 * anchor * self.width), int(2 * anchor * self.depth)
+        if piece.unit.stance == "island":
+            self.terms += [self._absolute(doubled_x - self.width), self._absolute(doubled_y - wanted_y)]
+            return
+        for wall, chosen in piece.walls.items():
+            along = doubled_x - wanted_x if wall in ("front", "back") else doubled_y - wanted_y
+            distance = self.model.new_int_var(0, 4 * max(self.width, self.depth), "")
+            self.model.add(distance >= along).only_enforce_if(chosen)
+            self.model.add(distance >= -along).only_enforce_if(chosen)
+            self.terms.append(distance)
+
+    def _absolute(self, expression: Any) -> Any:
+        value = self.model.new_int_var(0, 4 * max(self.width, self.depth), "")
+        self.model.add(value >= expression)
+        self.model.add(value >= -expression)
+        return value
+
+
+def _union(ranges: list[_Ranges]) -> _Ranges:
+    low = [min(choice[k][0] for choice in ranges) for k in range(4)]
+    high = [max(choice[k][1] for choice in ranges) for k in range(4)]
+    return (low[0], high[0]), (low[1], high[1]), (low[2], high[2]), (low[3], high[3])
+
+
+def _fronted(ranges: _Ranges, wall: Wall, front: int) -> _Ranges:
+    """Ranges of a footprint grown by the zone before it."""
+    (x0, y0, x1, y1) = ranges
+    if wall == "right":
+        return (x0[0] - front, x0[1] - front), y0, x1, y1
+    if wall == "back":
+        return x0, (y0[0] - front, y0[1] - front), x1, y1
+    if wall == "left":
+        return x0, y0, (x1[0] + front, x1[1] + front), y1
+    return x0, y0, x1, (y1[0] + front, y1[1] + front)
+
+
+def _cm(metres: float) -> int:
+    return math.ceil(metres * CM - 1e-6)
+
+
+def _pose(piece: _Piece, solver: cp_model.CpSolver, room: Room) -> Pose:
+    """The exact pose: the solver's centimetres along the wall, the exact gap across."""
+    foot, unit = piece.foot, piece.unit
+    x0, y0 = solver.value(foot.x0.value) / CM, solver.value(foot.y0.value) / CM
+    if unit.stance != "wall":
+        turned = bool(solver.value(piece.turned))
+        width, depth = (unit.depth, unit.width) if turned else (unit.width, unit.depth)
+        return Pose(x0 + width / 2.0, y0 + depth / 2.0, math.pi / 2.0 if turned else 0.0)
+    wall = next(wall for wall, chosen in piece.walls.items() if solver.value(chosen))
+    inset = WALL_GAP / CM + unit.depth / 2.0
+    along = unit.width / 2.0 + (x0 if wall in ("front", "back") else y0)
+    centre = {
+        "front": (along, inset),
+        "back": (along, room.depth - inset),
+        "left": (inset, along),
+        "right": (room.width - inset, along),
+    }[wall]
+    return Pose(*centre, YAW[wall])

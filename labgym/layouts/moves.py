@@ -1,0 +1,137 @@
+"""Edits of a layout: move, rotate, swap, settle. What stands on a thing goes with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from labgym.geometry import OrientedBox, rotate, wrap_angle
+from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+
+
+@dataclass(frozen=True)
+class Move:
+    """Translate a placement in the room frame, metres."""
+
+    id: str
+    dx: float
+    dy: float
+
+
+@dataclass(frozen=True)
+class Rotate:
+    """Turn a placement about its own centre to a yaw, radians."""
+
+    id: str
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Swap:
+    """Exchange the places of two floor objects: each gets the other's back line, middle and yaw."""
+
+    first: str
+    second: str
+
+
+@dataclass(frozen=True)
+class Settle:
+    """Stand a placement on a slot of a support, at a place of that surface's frame (centre 0, 0)."""
+
+    id: str
+    support: str
+    slot: int
+    x: float
+    y: float
+    yaw: float = 0.0
+
+
+Command = Move | Rotate | Swap | Settle
+
+
+def apply(layout: Layout, command: Command) -> Layout:
+    """Return the layout after a command.
+
+    Raises:
+        UnknownNameError: a placement that it names does not exist.
+    """
+    if isinstance(command, Move):
+        return _carried(layout, command.id, layout.placement(command.id).yaw, command.dx, command.dy)
+    if isinstance(command, Rotate):
+        return _carried(layout, command.id, command.yaw, 0.0, 0.0)
+    if isinstance(command, Swap):
+        return _swapped(layout, command)
+    return _settled(layout, command)
+
+
+def descendants(layout: Layout, placement_id: str) -> tuple[str, ...]:
+    """Return the ids of everything that stands on or in a placement, at any depth."""
+    found: list[str] = []
+    for child in layout.children(placement_id):
+        found += [child.id, *descendants(layout, child.id)]
+    return tuple(found)
+
+
+def replaced(layout: Layout, changed: dict[str, Placement]) -> Layout:
+    """Return the layout with some placements exchanged for others of the same id."""
+    return layout.replace(placements=tuple(changed.get(placement.id, placement) for placement in layout.placements))
+
+
+def _carried(layout: Layout, placement_id: str, yaw: float, dx: float, dy: float, dz: float = 0.0) -> Layout:
+    """Move a placement rigidly with everything on it."""
+    anchor = layout.placement(placement_id)
+    turn = yaw - anchor.yaw
+    changed: dict[str, Placement] = {}
+    for item_id in (placement_id, *descendants(layout, placement_id)):
+        item = layout.placement(item_id)
+        rx, ry = rotate(item.position[0] - anchor.position[0], item.position[1] - anchor.position[1], turn)
+        position = (anchor.position[0] + rx + dx, anchor.position[1] + ry + dy, item.position[2] + dz)
+        changed[item_id] = item.model_copy(
+            update={"position": _rounded(position), "yaw": round(wrap_angle(item.yaw + turn), 9)}
+        )
+    return replaced(layout, changed)
+
+
+def _swapped(layout: Layout, command: Swap) -> Layout:
+    first, second = layout.box(command.first), layout.box(command.second)
+    for own, other, box in ((command.first, second, first), (command.second, first, second)):
+        depth = layout.asset(own).size.depth
+        shift = (depth - other.depth) / 2.0
+        x, y = other.x + shift * other.front[0], other.y + shift * other.front[1]
+        layout = _carried(layout, own, other.yaw, x - box.x, y - box.y)
+    return layout
+
+
+def _settled(layout: Layout, command: Settle) -> Layout:
+    """Set a thing on another support, what stands on it included."""
+    surface: OrientedBox = layout.surface(command.support, command.slot)
+    item = layout.placement(command.id)
+    x, y = surface.to_world(command.x, command.y)
+    moved = _carried(
+        layout,
+        command.id,
+        surface.yaw + command.yaw,
+        x - item.position[0],
+        y - item.position[1],
+        surface.z0 - item.position[2],
+    )
+    changed = moved.placement(command.id).model_copy(update={"support": command.support, "slot": command.slot})
+    return replaced(moved, {command.id: changed})
+
+
+def rests_on(layout: Layout, placement: Placement) -> float | None:
+    """Return the height at which a placement's bottom belongs, metres; None on a wall."""
+    if placement.support == WALL:
+        return None
+    if placement.support == FLOOR:
+        return 0.0
+    return layout.surface(placement.support, placement.slot or 0).z0
+
+
+def lifted(layout: Layout, placement_id: str, height: float) -> Layout:
+    """Return the layout with a placement, and what stands on it, raised or lowered to a height in metres."""
+    item = layout.placement(placement_id)
+    return _carried(layout, placement_id, item.yaw, 0.0, 0.0, height - item.position[2])
+
+
+def _rounded(position: tuple[float, float, float]) -> tuple[float, float, float]:
+    return round(position[0], 6), round(position[1], 6), round(position[2], 6)
