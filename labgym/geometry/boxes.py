@@ -105,27 +105,14 @@ class BoxArray:
 
 def pairwise_penetration(a: BoxArray, b: BoxArray) -> Array:
     """Return the least overlap over all separating axes, shape (n, m): positive where boxes interpenetrate."""
-    axes_a, axes_b = a.axes(), b.axes()
-    offset = b.centre[None, :, :] - a.centre[:, None, :]
-    least = np.minimum(a.z[:, None, 1], b.z[None, :, 1]) - np.maximum(a.z[:, None, 0], b.z[None, :, 0])
-    for k in range(2):
-        for normal in (
-            np.broadcast_to(axes_a[:, None, k, :], offset.shape),
-            np.broadcast_to(axes_b[None, :, k, :], offset.shape),
-        ):
-            reach_a = _reach(a.half[:, None, :], axes_a[:, None], normal)
-            reach_b = _reach(b.half[None, :, :], axes_b[None, :], normal)
-            gap = np.abs(np.einsum("nmd,nmd->nm", offset, normal))
-            least = np.minimum(least, reach_a + reach_b - gap)
-    return least
+    along_z = np.minimum(a.z[:, None, 1], b.z[None, :, 1]) - np.maximum(a.z[:, None, 0], b.z[None, :, 0])
+    return np.minimum(along_z, _planar_penetration(a, b))
 
 
 def pairwise_distance(a: BoxArray, b: BoxArray) -> Array:
     """Return surface-to-surface 3D distances in metres, shape (n, m); 0 where boxes touch or overlap."""
     planar = np.minimum(_corner_distance(a, b), _corner_distance(b, a).T)
-    flat = BoxArray(a.centre, a.half, a.yaw, np.tile([0.0, 1e6], (len(a), 1)))
-    flat_b = BoxArray(b.centre, b.half, b.yaw, np.tile([0.0, 1e6], (len(b), 1)))
-    planar = np.where(pairwise_penetration(flat, flat_b) > 0.0, 0.0, planar)
+    planar = np.where(_planar_penetration(a, b) > 0.0, 0.0, planar)
     gap = np.maximum(a.z[:, None, 0], b.z[None, :, 0]) - np.minimum(a.z[:, None, 1], b.z[None, :, 1])
     separation: Array = np.hypot(planar, np.maximum(gap, 0.0))
     return separation
@@ -141,11 +128,25 @@ def distance(a: OrientedBox, b: OrientedBox) -> float:
     return float(pairwise_distance(BoxArray.of([a]), BoxArray.of([b]))[0, 0])
 
 
-def _reach(half: Array, axes: Array, normal: Array) -> Array:
-    """Half extent of boxes along unit normals, broadcast to (n, m)."""
-    along = np.abs(np.einsum("...kd,...d->...k", axes, normal))
-    reach: Array = np.einsum("...k,...k->...", half, along)
-    return reach
+def _planar_penetration(a: BoxArray, b: BoxArray) -> Array:
+    """Least overlap of footprints over the four side normals, shape (n, m)."""
+    dx = b.centre[None, :, 0] - a.centre[:, None, 0]
+    dy = b.centre[None, :, 1] - a.centre[:, None, 1]
+    turn = b.yaw[None, :] - a.yaw[:, None]
+    cosine, sine = np.abs(np.cos(turn)), np.abs(np.sin(turn))
+    own = _frame_penetration(dx, dy, a.yaw[:, None], a.half[:, None, :], b.half[None, :, :], cosine, sine)
+    other = _frame_penetration(dx, dy, b.yaw[None, :], b.half[None, :, :], a.half[:, None, :], cosine, sine)
+    return np.minimum(own, other)
+
+
+def _frame_penetration(
+    dx: Array, dy: Array, yaw: Array, own: Array, other: Array, cosine: Array, sine: Array
+) -> Array:
+    """Least overlap over one box's two normals; cosine and sine are those of the angle between the boxes."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    along_x = own[..., 0] + other[..., 0] * cosine + other[..., 1] * sine - np.abs(c * dx + s * dy)
+    along_y = own[..., 1] + other[..., 0] * sine + other[..., 1] * cosine - np.abs(c * dy - s * dx)
+    return np.minimum(along_x, along_y)
 
 
 def _corner_distance(a: BoxArray, b: BoxArray) -> Array:
