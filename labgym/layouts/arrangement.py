@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,18 @@ from labgym.layouts.model import FLOOR, WALL, Layout, Placement, placed_box
 
 BUILDING = frozenset({"opening", "robot"})
 """Categories that are no objects of the layout: doors and windows belong to the room, the robot to the episode."""
+
+
+@dataclass(frozen=True)
+class Solids:
+    """Solid boxes of n objects: those of object k are the rows `starts[k]` to `starts[k] + counts[k]`.
+
+    Not every row belongs to an object: the bounding box of a hollow one is there and is nobody's solid.
+    """
+
+    boxes: BoxArray
+    starts: NDArray[np.intp]
+    counts: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -58,15 +70,28 @@ class Arrangement:
         return self.boxes.corners()
 
     @cached_property
-    def solids(self) -> tuple[BoxArray, NDArray[np.intp]]:
-        """Solid boxes of all objects, m rows in the objects' order, and how many each object has, shape (n,)."""
-        parts: list[OrientedBox] = []
-        counts: list[int] = []
-        for placement, asset in zip(self.placements, self.assets, strict=True):
-            own = (placed_box(placement, asset),) if asset.cavity is None else self.layout.solids(placement.id)
-            parts.extend(own)
-            counts.append(len(own))
-        return BoxArray.of(parts), np.array(counts, dtype=np.intp)
+    def solids(self) -> Solids:
+        """Solid boxes of all objects."""
+        hollow = [row for row, asset in enumerate(self.assets) if asset.cavity is not None]
+        starts, counts = np.arange(len(self)), np.ones(len(self), dtype=np.intp)
+        if not hollow:
+            return Solids(self.boxes, starts, counts)
+        shells = [_shell(self.assets[row].name) for row in hollow]
+        counts[hollow] = [len(shell) for shell in shells]
+        starts[hollow] = len(self) + np.cumsum(counts[hollow]) - counts[hollow]
+        owner = np.repeat(np.array(hollow), counts[hollow])
+        yaw = self.boxes.yaw[owner]
+        local = np.concatenate([shell.centre for shell in shells])
+        x = np.cos(yaw) * local[:, 0] - np.sin(yaw) * local[:, 1]
+        y = np.sin(yaw) * local[:, 0] + np.cos(yaw) * local[:, 1]
+        z = np.concatenate([shell.z for shell in shells]) + self.boxes.z[owner, :1]
+        boxes = BoxArray(
+            np.concatenate([self.boxes.centre, self.boxes.centre[owner] + np.column_stack([x, y])]),
+            np.concatenate([self.boxes.half, *(shell.half for shell in shells)]),
+            np.concatenate([self.boxes.yaw, yaw]),
+            np.concatenate([self.boxes.z, z]),
+        )
+        return Solids(boxes, starts, counts)
 
     @cached_property
     def supported(self) -> list[int]:
@@ -111,3 +136,9 @@ class Arrangement:
         if placement_id not in self.index:
             raise UnknownNameError("placement", placement_id, self.index)
         return self.index[placement_id]
+
+
+@lru_cache(maxsize=1024)
+def _shell(asset: str) -> BoxArray:
+    """Solid boxes of an asset in its own frame; a shell's boxes are never turned in it."""
+    return BoxArray.of(Catalog.load().get(asset).solids())

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.geometry.overlap import overlap_volume, paired_penetration
-from labgym.layouts.arrangement import Arrangement
+from labgym.layouts.arrangement import Arrangement, Solids
 from labgym.layouts.thresholds import PENETRATION
 
 
@@ -37,9 +37,8 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     first, second = _close_pairs(arrangement)
     if not len(first):
         return ()
-    solids, counts = arrangement.solids
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    pair, a, b = _solid_pairs(first, second, starts, counts)
+    solids = arrangement.solids.boxes
+    pair, a, b = _solid_pairs(first, second, arrangement.solids)
     depths = paired_penetration(_rows(solids, a), _rows(solids, b))
     deepest = np.full(len(first), -np.inf)
     np.maximum.at(deepest, pair, depths)
@@ -63,9 +62,10 @@ def _close_pairs(arrangement: Arrangement) -> tuple[NDArray[np.intp], NDArray[np
 
 
 def _solid_pairs(
-    first: NDArray[np.intp], second: NDArray[np.intp], starts: NDArray[np.intp], counts: NDArray[np.intp]
+    first: NDArray[np.intp], second: NDArray[np.intp], solids: Solids
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """Expand object pairs to all pairs of their solids: (index of the object pair, solid of first, solid of second)."""
+    starts, counts = solids.starts, solids.counts
     sizes = counts[first] * counts[second]
     pair = np.repeat(np.arange(len(first)), sizes)
     within = np.arange(len(pair)) - np.repeat(np.cumsum(sizes) - sizes, sizes)

@@ -10,10 +10,12 @@ import numpy as np
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR, WALL, Door, Room
-from labgym.layouts.thresholds import ROOM_TOLERANCE
 
 DOOR_AREA = 1.2
 """Side of the square kept clear inside a door, metres: the leaf's swing and a person beside it."""
+
+INTRUSION = 0.05
+"""What reaches less far into a zone does not obstruct it, metres: boards on a wall beside it, skirting, pipes."""
 
 HEADROOM = 2.0
 """What hangs higher than this is in nobody's way, metres (OSHA 1910.36(g)(1): projections above an exit route)."""
@@ -50,7 +52,7 @@ def front_zone(box: OrientedBox, depth: float) -> OrientedBox:
 
 
 def standing_in(arrangement: Arrangement, zone: OrientedBox, ignore: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the floor and wall objects that reach into a zone by more than 1 cm; seats are pushed aside."""
+    """Return the floor and wall objects that obstruct a zone; seats are pushed aside."""
     skipped = set(ignore)
     rows = [
         row
@@ -62,11 +64,11 @@ def standing_in(arrangement: Arrangement, zone: OrientedBox, ignore: Iterable[st
     if not rows:
         return ()
     depths = pairwise_penetration(arrangement.take(rows), BoxArray.of([zone]))[:, 0]
-    return tuple(arrangement.placements[rows[k]].id for k in np.flatnonzero(depths > ROOM_TOLERANCE))
+    return tuple(arrangement.placements[rows[k]].id for k in np.flatnonzero(depths > INTRUSION))
 
 
 def in_room(room: Room, zone: OrientedBox) -> bool:
     """Whether a zone lies inside the room."""
     x0, y0, x1, y1 = zone.bounds()
     beyond = max(-x0, -y0, x1 - room.width, y1 - room.depth)
-    return beyond <= ROOM_TOLERANCE
+    return beyond <= INTRUSION

@@ -173,6 +173,21 @@ def test_doors_windows_and_the_robot_are_no_objects() -> None:
     assert collisions(Arrangement.of(layout)) == ()
 
 
+def test_unrolled_solids_are_the_layouts_own() -> None:
+    layout = Layout(id="test", room=ROOM, placements=scattered(0))
+    scene = Arrangement.of(layout)
+    for row, placement in enumerate(layout.placements):
+        first, count = scene.solids.starts[row], scene.solids.counts[row]
+        own = layout.solids(placement.id)
+        assert count == len(own)
+        boxes = scene.solids.boxes
+        expected = [
+            (solid.x, solid.y, solid.width / 2, solid.depth / 2, solid.yaw, solid.z0, solid.z1) for solid in own
+        ]
+        unrolled = np.column_stack([boxes.centre, boxes.half, boxes.yaw, boxes.z])[first : first + count]
+        np.testing.assert_allclose(unrolled, expected, atol=1e-12)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_collisions_are_the_pairs_that_mujoco_finds_in_contact(seed: int) -> None:
     placements = scattered(seed)
