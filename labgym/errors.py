@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from typing import Any
 
 
 class LabgymError(Exception):
     """Base of every error that labgym raises on purpose. Always one line."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Subclasses take other arguments than their message; without this none of them returns from a worker process.
+        return _revived, (type(self), self.args, dict(self.__dict__))
 
 
 class UnknownNameError(LabgymError, KeyError):
@@ -66,3 +71,9 @@ class InfeasibleError(LabgymError):
         self.smallest_preset = smallest_preset
         remedy = f"smallest preset that fits: {smallest_preset}" if smallest_preset else "no preset fits"
         super().__init__(f"{what}: {'; '.join(self.conflicts)}; {remedy}")
+
+
+def _revived(kind: type[LabgymError], arguments: tuple[Any, ...], state: dict[str, Any]) -> LabgymError:
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(state)
+    return error
