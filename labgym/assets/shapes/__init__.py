@@ -1,0 +1,44 @@
+"""Parametric shapes: what each asset of the catalogue looks like, from primitives and revolved profiles."""
+
+from labgym.assets.shapes import (
+    bench_instruments,
+    bench_ware,
+    bottles,
+    building,
+    chromatographs,
+    columns,
+    flasks,
+    furniture,
+    heating,
+    hoods,
+    instruments,
+    machines,
+    safety,
+    storage,
+    vessels,
+)
+from labgym.assets.shapes.materials import MATERIALS, Material
+from labgym.assets.shapes.parts import Part
+from labgym.assets.shapes.registry import SHAPES, build
+from labgym.assets.shapes.tessellate import tessellate
+
+FAMILIES = (
+    bench_instruments,
+    bench_ware,
+    bottles,
+    building,
+    chromatographs,
+    columns,
+    flasks,
+    furniture,
+    heating,
+    hoods,
+    instruments,
+    machines,
+    safety,
+    storage,
+    vessels,
+)
+"""Modules whose import registers their shapes."""
+
+__all__ = ["FAMILIES", "MATERIALS", "SHAPES", "Material", "Part", "build", "tessellate"]

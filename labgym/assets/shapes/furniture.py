@@ -1,0 +1,266 @@
+"""Benches, islands, desks, sinks, stools."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from labgym.assets.model import Asset
+from labgym.assets.shapes.fixtures import castors, drawer_handle
+from labgym.assets.shapes.parts import Part, Point, block, column, revolved, rod, rounded, tube
+from labgym.assets.shapes.registry import count, extents, flag, shape
+
+TOP = 0.034
+"""Thickness of a worktop, metres."""
+KICK = 0.10
+"""Height of a toe kick, metres."""
+OVERHANG = 0.034
+"""How far a worktop reaches beyond the cupboards below, metres: room for their handles."""
+GAP = 0.004
+
+
+def cupboards(x: Point, y: float, top: float, units: int, side: float = 1.0) -> Iterator[Part]:
+    """Doors under drawers on a front at y that looks along `side` * y; handles reach 22 mm further.
+
+    Every third unit is a stack of drawers.
+    """
+    pitch = (x[1] - x[0]) / units
+    front = y + side * 0.018
+    drawer = top - 0.17
+    for k in range(units):
+        left, right = x[0] + k * pitch + GAP, x[0] + (k + 1) * pitch - GAP
+        stack = k % 3 == 1
+        levels = (
+            [KICK + GAP, KICK + (drawer - KICK) * 0.5, drawer, top - GAP] if stack else [KICK + GAP, drawer, top - GAP]
+        )
+        for n, (low, high) in enumerate(pairwise(levels)):
+            yield block("laminate_white", (left, right), (y, front), (low, high - GAP))
+            if stack or n == 1:
+                middle = (left + right) / 2.0
+                reach = min(0.09, pitch * 0.3)
+                yield from _pull((middle - reach, middle + reach), front, side, high - 0.045)
+            else:
+                edge = right - 0.045 if k % 2 == 0 else left + 0.045
+                yield block(
+                    "stainless", (edge - 0.006, edge + 0.006), (front, front + side * 0.016), (high - 0.22, high - 0.05)
+                )
+
+
+def _pull(x: Point, y: float, side: float, z: float) -> Iterator[Part]:
+    if side > 0.0:
+        yield from drawer_handle(x, y, y + 0.016, z)
+    else:
+        yield block("stainless", x, (y, y - 0.016), (z - 0.005, z + 0.005))
+
+
+def worktop(width: float, depth: float, height: float, material: str = "epoxy_white") -> Iterator[Part]:
+    """A full-size worktop with a coloured edge strip along its front."""
+    hw, hd = width / 2.0, depth / 2.0
+    yield block(material, (-hw, hw), (-hd, hd - 0.006), (height - TOP, height))
+    yield block("edge_blue", (-hw, hw), (hd - 0.006, hd), (height - TOP, height))
+
+
+@shape("bench")
+def bench(asset: Asset) -> Iterator[Part]:
+    """A laboratory bench: worktop over cupboards, or a steel frame; `casters` and `stone` vary it."""
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    doors = count(asset, "doors", 2)
+    if flag(asset, "stone"):
+        yield from _balance_table(width, depth, height)
+        return
+    yield from worktop(width, depth, height, "epoxy_white" if doors else "laminate_grey")
+    if not doors:
+        yield from _framed(width, depth, height, flag(asset, "casters"))
+        return
+    front = hd - OVERHANG - 0.018
+    yield block("laminate_grey", (-hw, hw), (-hd, front), (KICK, height - TOP))
+    yield block("powder_dark", (-hw + 0.01, hw - 0.01), (-hd + 0.01, front - 0.05), (0.0, KICK))
+    yield from cupboards((-hw, hw), front, height - TOP, doors)
+
+
+def _framed(width: float, depth: float, height: float, wheels: bool) -> Iterator[Part]:
+    hw, hd, foot = width / 2.0, depth / 2.0, 0.10 if wheels else 0.0
+    if wheels:
+        yield from castors(hw - 0.05, hd - 0.05, foot)
+    for sx in (-1.0, 1.0):
+        for sy in (-1.0, 1.0):
+            yield block(
+                "powder_grey",
+                (sx * (hw - 0.02), sx * (hw - 0.065)),
+                (sy * (hd - 0.02), sy * (hd - 0.065)),
+                (foot, height - TOP),
+            )
+        yield block(
+            "powder_grey", (sx * (hw - 0.02), sx * (hw - 0.065)), (-hd + 0.06, hd - 0.06), (height - 0.10, height - TOP)
+        )
+    for y in (-hd + 0.042, hd - 0.042):
+        yield block("powder_grey", (-hw + 0.06, hw - 0.06), (y - 0.015, y + 0.015), (height - 0.09, height - TOP))
+    # A closed chest below keeps the frame visible to a range finder near the floor.
+    low, high = foot + 0.06, foot + 0.38
+    yield block("laminate_grey", (-hw + 0.03, hw - 0.03), (-hd + 0.03, hd - 0.058), (low, high))
+    units = max(1, round(width / 0.6))
+    pitch = (width - 0.06) / units
+    for k in range(units):
+        left = -hw + 0.03 + k * pitch
+        yield block(
+            "laminate_white", (left + GAP, left + pitch - GAP), (hd - 0.058, hd - 0.044), (low + GAP, high - GAP)
+        )
+        middle = left + pitch / 2.0
+        yield from drawer_handle((middle - 0.07, middle + 0.07), hd - 0.044, hd - 0.026, high - 0.06)
+
+
+def _balance_table(width: float, depth: float, height: float) -> Iterator[Part]:
+    hw, hd = width / 2.0, depth / 2.0
+    yield rounded("granite", (-hw, hw), (-hd, hd), (height - 0.06, height), 0.012)
+    for side in (-1.0, 1.0):
+        yield block("granite", (side * (hw - 0.03), side * (hw - 0.13)), (-hd + 0.03, hd - 0.05), (0.0, height - 0.07))
+        yield block(
+            "rubber", (side * (hw - 0.04), side * (hw - 0.12)), (-hd + 0.05, hd - 0.07), (height - 0.07, height - 0.06)
+        )
+    yield block("granite", (-hw + 0.13, hw - 0.13), (-hd + 0.06, -hd + 0.14), (0.10, height - 0.12))
+    yield block("granite", (-hw + 0.13, hw - 0.13), (hd - 0.13, hd - 0.06), (0.10, 0.36))
+
+
+@shape("island")
+def island(asset: Asset) -> Iterator[Part]:
+    """A double-sided island: cupboards to both sides, a worktop with two coloured edges."""
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    yield block("epoxy_white", (-hw, hw), (-hd + 0.006, hd - 0.006), (height - TOP, height))
+    front = hd - OVERHANG - 0.018
+    yield block("laminate_grey", (-hw + 0.012, hw - 0.012), (-front, front), (KICK, height - TOP))
+    yield block("powder_dark", (-hw + 0.03, hw - 0.03), (-front + 0.05, front - 0.05), (0.0, KICK))
+    for side in (-1.0, 1.0):
+        yield block("edge_blue", (-hw, hw), (side * (hd - 0.006), side * hd), (height - TOP, height))
+        yield from cupboards((-hw + 0.012, hw - 0.012), side * front, height - TOP, count(asset, "doors", 4), side)
+        yield block(
+            "laminate_white", (side * (hw - 0.012), side * (hw - 0.002)), (-front, front), (KICK, height - TOP - GAP)
+        )
+
+
+@shape("desk")
+def desk(asset: Asset) -> Iterator[Part]:
+    """A write-up desk: an oak top over two pedestals of drawers."""
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    yield rounded("oak", (-hw, hw), (-hd, hd), (height - 0.03, height), 0.02)
+    pedestal = width * 0.32
+    for side in (-1.0, 1.0):
+        outer, inner = side * (hw - 0.015), side * (hw - 0.015 - pedestal)
+        yield block("laminate_grey", (outer, inner), (-hd + 0.02, hd - 0.06), (0.03, height - 0.03))
+        for k in range(3):
+            low = 0.05 + k * (height - 0.10) / 3.0
+            high = low + (height - 0.10) / 3.0 - 0.008
+            yield block(
+                "laminate_white", (outer - side * 0.004, inner + side * 0.004), (hd - 0.06, hd - 0.044), (low, high)
+            )
+            middle = (outer + inner) / 2.0
+            yield from drawer_handle((middle - 0.06, middle + 0.06), hd - 0.044, hd - 0.028, high - 0.04)
+        yield block("powder_dark", (outer - side * 0.01, inner + side * 0.01), (-hd + 0.04, hd - 0.09), (0.0, 0.03))
+    yield block("laminate_grey", (-hw + 0.3, hw - 0.3), (-hd + 0.02, -hd + 0.04), (0.25, height - 0.03))
+
+
+def gooseneck(x: float, y: float, low: float, high: float, reach: float) -> Iterator[Part]:
+    """A laboratory tap: a base, an arched spout towards +y, a lever."""
+    radius, bore = reach / 2.0, 0.022
+    high -= bore / 2.0
+    yield column("chrome", 0.05, x, y, (low, low + 0.02))
+    arch = [
+        (x, y + radius - radius * math.cos(a), high - radius + radius * math.sin(a))
+        for a in [math.pi * k / 6 for k in range(7)]
+    ]
+    yield from tube("chrome", bore, [(x, y, low + 0.01), *arch, (x, y + reach, high - radius - 0.05)])
+    yield rod("chrome", 0.012, (x + 0.012, y, low + 0.05), (x + 0.07, y, low + 0.065))
+    yield column("signal_blue", 0.02, x + 0.066, y, (low + 0.055, low + 0.075))
+
+
+def bowl(x: Point, y: Point, rim: float, floor: float, material: str = "stainless") -> Iterator[Part]:
+    """An open rectangular basin: four walls and a floor with a drain."""
+    wall = 0.012
+    yield block(material, x, y, (floor, floor + wall))
+    for edge in (x[0], x[1] - wall):
+        yield block(material, (edge, edge + wall), y, (floor + wall, rim))
+    for edge in (y[0], y[1] - wall):
+        yield block(material, (x[0] + wall, x[1] - wall), (edge, edge + wall), (floor + wall, rim))
+    yield column("cast_iron", 0.05, (x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0, (floor + wall, floor + wall + 0.003))
+
+
+TAP = 0.32
+"""How far a sink bench's tap stands above its worktop, metres."""
+
+
+@shape("sink_bench")
+def sink_bench(asset: Asset) -> Iterator[Part]:
+    """A bench with a bowl let into its right part and a gooseneck tap; `hand` is a hand-wash basin."""
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    if flag(asset, "hand"):
+        yield from _hand_basin(width, depth, height)
+        return
+    # The worktop's free part is the asset's surface; the bowl lies to the right of it.
+    left = max((surface.x + surface.width / 2.0 for surface in asset.surfaces), default=0.0) + 0.03
+    x, y, low = (left, hw - 0.05), (-hd + 0.16, hd - 0.09), height - TOP
+    yield block("epoxy_white", (-hw, x[0]), (-hd, hd - 0.006), (low, height))
+    yield block("epoxy_white", (x[1], hw), (-hd, hd - 0.006), (low, height))
+    yield block("epoxy_white", x, (-hd, y[0]), (low, height))
+    yield block("epoxy_white", x, (y[1], hd - 0.006), (low, height))
+    yield block("edge_blue", (-hw, hw), (hd - 0.006, hd), (low, height))
+    yield from bowl(x, y, height - 0.002, height - 0.26)
+    yield from gooseneck((x[0] + x[1]) / 2.0, -hd + 0.08, height, height + TAP, 0.24)
+    front = hd - OVERHANG - 0.018
+    yield block("laminate_grey", (-hw, hw), (-hd, front), (KICK, height - 0.27))
+    yield block("laminate_grey", (-hw, left - 0.02), (-hd, front), (height - 0.27, low))
+    yield block("laminate_grey", (hw - 0.03, hw), (-hd, front), (height - 0.27, low))
+    yield block("laminate_grey", (left - 0.02, hw - 0.03), (y[1] + 0.002, front), (height - 0.27, low))
+    yield block("powder_dark", (-hw + 0.01, hw - 0.01), (-hd + 0.01, front - 0.05), (0.0, KICK))
+    yield from cupboards((-hw, hw), front, low, 2)
+
+
+def _hand_basin(width: float, depth: float, height: float) -> Iterator[Part]:
+    hw, hd, rim = width / 2.0, depth / 2.0, height - 0.20
+    yield from bowl((-hw, hw), (-hd + 0.02, hd), rim, rim - 0.17, "porcelain")
+    yield block("porcelain", (-hw, hw), (-hd, -hd + 0.12), (rim - 0.17, rim))
+    yield block("laminate_white", (-hw + 0.03, hw - 0.03), (-hd + 0.03, hd - 0.06), (0.08, rim - 0.17))
+    yield block("powder_dark", (-hw + 0.05, hw - 0.05), (-hd + 0.05, hd - 0.10), (0.0, 0.08))
+    yield from drawer_handle((-0.06, 0.06), hd - 0.06, hd - 0.04, rim - 0.24)
+    yield from gooseneck(0.0, -hd + 0.06, rim, height, 0.16)
+
+
+@shape("stool")
+def stool(asset: Asset) -> Iterator[Part]:
+    """A round stool on a five-star base with a foot ring."""
+    width, _, height = extents(asset)
+    r = width / 2.0
+    yield revolved(
+        "seat", [(r * 0.74, height - 0.05), (r * 0.80, height - 0.03), (r * 0.78, height - 0.006), (r * 0.6, height)]
+    )
+    yield column("plastic_dark", r * 1.2, 0.0, 0.0, (height - 0.07, height - 0.05))
+    yield column("chrome", 0.05, 0.0, 0.0, (0.07, height - 0.07))
+    for k in range(5):
+        angle = math.pi / 2.0 + k * 2.0 * math.pi / 5.0
+        tip = (r - 0.024) * math.cos(angle), (r - 0.024) * math.sin(angle)
+        yield rod("plastic_dark", 0.034, (0.0, 0.0, 0.075), (tip[0], tip[1], 0.050))
+        yield column("rubber", 0.046, tip[0], tip[1], (0.0, 0.05))
+    ring, z = r - 0.001, height * 0.38
+    yield hollow_ring(ring, 0.020, z)
+    for k in range(4):
+        angle = math.pi / 4.0 + k * math.pi / 2.0
+        yield rod(
+            "chrome",
+            0.014,
+            (0.0, 0.0, z - 0.04),
+            ((ring - 0.01) * math.cos(angle), (ring - 0.01) * math.sin(angle), z + 0.008),
+        )
+
+
+def hollow_ring(radius: float, thickness: float, z: float) -> Part:
+    """A chrome ring of that outer radius round the z axis, its underside at z."""
+    corners = [
+        (radius - thickness, z),
+        (radius - thickness * 0.3, z),
+        (radius, z + thickness * 0.5),
+        (radius - thickness * 0.3, z + thickness),
+    ]
+    return revolved("chrome", [*corners, (radius - thickness, z + thickness), corners[0]])

@@ -1,0 +1,207 @@
+"""Fume hoods, the glove box and the exhaust arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from labgym.assets.model import Asset
+from labgym.assets.shapes.fixtures import knob, panel_screen
+from labgym.assets.shapes.furniture import GAP, KICK
+from labgym.assets.shapes.parts import (
+    ALONG_X,
+    ALONG_Y,
+    Part,
+    block,
+    column,
+    cylinder,
+    revolved,
+    rod,
+    rounded,
+    side_profile,
+    sphere,
+)
+from labgym.assets.shapes.registry import count, extents, flag, number, shape
+from labgym.assets.shapes.signs import diamond
+from labgym.assets.shapes.storage import cavity
+
+LINING = 0.008
+
+
+@shape("fume_hood")
+def fume_hood(asset: Asset) -> Iterator[Part]:
+    """A fume hood with a raised sash, a dark lined inside, an airfoil sill and posts; `walk_in` opens to the floor."""
+    hollow = cavity(asset)
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    x0, x1 = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
+    back, front = hollow.y - hollow.depth / 2.0, hollow.y + hollow.depth / 2.0
+    post = hd - 0.03
+    for x in ((-hw, x0 - LINING), (x1 + LINING, hw)):
+        yield rounded("powder_grey", x, (front - 0.06, post), (hollow.z0, hollow.z1), 0.012)
+        yield block("powder_white", x, (-hd, front - 0.06), (hollow.z0, hollow.z1))
+    yield block("powder_white", (x0, x1), (-hd, back - 0.03), (hollow.z0, hollow.z1))
+    yield block("powder_white", (-hw, hw), (-hd, post), (hollow.z1, height - 0.05))
+    yield from _inside(x0, x1, back, front, hollow.z0, hollow.z1)
+    yield from _sash(x0, x1, front, hd, hollow.z0 + number(asset, "sash", 0.46), hollow.z1)
+    yield from _fascia(hw, post, hollow.z1, height)
+    yield column("galvanised", 0.25, 0.0, -0.05, (height - 0.06, height))
+    if flag(asset, "walk_in"):
+        yield block("stainless", (-hw, hw), (-hd, hd - 0.03), (0.0, hollow.z0))
+        yield block("safety_yellow", (-hw, hw), (hd - 0.03, hd), (0.0, hollow.z0 * 0.6))
+    else:
+        yield from _base(hw, hd, hollow.z0)
+    yield from _services((x1 + hw) / 2.0, -(x1 + hw) / 2.0, post, hd, hollow.z0)
+
+
+def _inside(x0: float, x1: float, back: float, front: float, low: float, high: float) -> Iterator[Part]:
+    for x in ((x0 - LINING, x0), (x1, x1 + LINING)):
+        yield block("hood_lining", x, (back, front), (low, high))
+    yield block("hood_lining", (x0, x1), (back - 0.03, back - 0.022), (low, high))
+    # Two baffles with an exhaust slot between and above them.
+    slot, middle = 0.025, low + 0.42 * (high - low)
+    yield block("powder_grey", (x0, x1), (back - 0.012, back), (low + slot, middle))
+    yield block("powder_grey", (x0, x1), (back - 0.012, back), (middle + slot, high - 0.06))
+    yield block("hood_lining", (x0, x1), (back, front - 0.05), (high - 0.001, high + 0.004))
+    yield block("lamp", (x0 + 0.2, x1 - 0.2), (-0.06, 0.06), (high - 0.004, high - 0.001))
+
+
+def _sash(x0: float, x1: float, front: float, edge: float, low: float, high: float) -> Iterator[Part]:
+    y = front + 0.006
+    yield block("sash_glass", (x0, x1), (y + 0.004, y + 0.009), (low + 0.03, high))
+    yield block("aluminium", (x0, x1), (y, y + 0.016), (low, low + 0.032))
+    yield block("aluminium", (x0 + 0.15, x1 - 0.15), (y + 0.014, min(y + 0.034, edge)), (low + 0.004, low + 0.016))
+    for x in ((x0 - LINING, x0 + 0.022), (x1 - 0.022, x1 + LINING)):
+        yield block("aluminium", x, (y, y + 0.014), (low, high))
+
+
+def _fascia(hw: float, y: float, low: float, height: float) -> Iterator[Part]:
+    yield block("signal_blue", (-hw, hw), (y - 0.004, y + 0.003), (low, low + 0.03))
+    yield from panel_screen("screen_green", (-hw + 0.09, -hw + 0.20), y, (low + 0.075, low + 0.135))
+    yield block("powder_grey", (-hw * 0.4, hw * 0.4), (y, y + 0.002), (low + 0.07, height - 0.08))
+
+
+def _base(hw: float, hd: float, top: float) -> Iterator[Part]:
+    yield block("phenolic_black", (-hw, hw), (-hd, hd - 0.04), (top - 0.035, top))
+    sill = [(hd - 0.04, top - 0.035), (hd - 0.006, top - 0.035), (hd, top - 0.024), (hd, top - 0.014), (hd - 0.04, top)]
+    yield side_profile("stainless", sill, (-hw, hw))
+    face, crown = hd - 0.045, top - 0.11
+    yield block("powder_grey", (-hw, hw), (-hd, face), (crown, top - 0.035))
+    yield block("powder_white", (-hw, hw), (-hd, face - 0.02), (KICK, crown))
+    yield block("powder_dark", (-hw + 0.01, hw - 0.01), (-hd + 0.01, face - 0.07), (0.0, KICK))
+    doors = max(2, round(2.0 * hw / 0.6))
+    pitch = 2.0 * hw / doors
+    for k in range(doors):
+        left = -hw + k * pitch
+        hazard = k == 0
+        yield block(
+            "safety_yellow" if hazard else "laminate_white",
+            (left + GAP, left + pitch - GAP),
+            (face - 0.02, face),
+            (KICK + GAP, crown - GAP),
+        )
+        x = left + pitch - 0.05 if k % 2 == 0 else left + 0.05
+        yield block("stainless", (x - 0.006, x + 0.006), (face, face + 0.018), (crown - 0.24, crown - 0.06))
+        if hazard:
+            yield from diamond("flammable", 0.14, left + pitch / 2.0, face, (KICK + crown) / 2.0)
+
+
+def _services(right: float, left: float, y: float, edge: float, low: float) -> Iterator[Part]:
+    """Coloured service valves and sockets on the posts."""
+    for k, colour in enumerate(("abs_green", "signal_blue", "safety_yellow")):
+        yield from knob(colour, 0.034, right, y, edge, low + 0.22 + 0.10 * k)
+        yield from knob(("safety_red", "plastic_white", "abs_blue")[k], 0.034, left, y, edge, low + 0.22 + 0.10 * k)
+    for x in (left, right):
+        yield block("plastic_white", (x - 0.035, x + 0.035), (y, y + 0.008), (low + 0.06, low + 0.14))
+        yield cylinder("plastic_dark", 0.036, 0.002, (x, y + 0.008, low + 0.10), ALONG_Y)
+
+
+@shape("glovebox")
+def glove_box(asset: Asset) -> Iterator[Part]:
+    """A glove box on a stand: a sloping look, a window with glove ports, gloves inside, an antechamber at the side."""
+    hollow = cavity(asset)
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    x0, x1 = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
+    back, front = hollow.y - hollow.depth / 2.0, hollow.y + hollow.depth / 2.0
+    side = x0 - (hollow.x - hollow.width / 2.0 - (x0 + hw))
+    left, right, face = -hw, min(x1 + (x0 + hw), hw), hd - 0.03
+    del side
+    yield block("stainless", (left, right), (-hd, face), (hollow.z0 - 0.05, hollow.z0))
+    yield block("stainless", (left, right), (-hd, face), (hollow.z1, hollow.z1 + 0.05))
+    yield block("stainless", (left, right), (-hd, back), (hollow.z0, hollow.z1))
+    yield block("stainless", (left, x0), (back, face), (hollow.z0, hollow.z1))
+    yield block("stainless", (x1, right), (back, face), (hollow.z0, hollow.z1))
+    yield from _window(x0, x1, front, face, hollow.z0, hollow.z1)
+    yield from _ports(asset, (x0, x1), face, hd, hollow.z0 + 0.30 * (hollow.z1 - hollow.z0))
+    yield block("powder_white", (left + 0.2, right - 0.2), (-hd + 0.1, hd - 0.2), (hollow.z1 + 0.05, height - 0.02))
+    yield column("stainless", 0.08, hollow.x, -hd + 0.2, (height - 0.03, height))
+    yield block("lamp", (x0 + 0.15, x1 - 0.15), (front - 0.10, front - 0.06), (hollow.z1 - 0.012, hollow.z1 - 0.002))
+    middle = (right + hw) / 2.0
+    bore, z = min(0.34, depth * 0.5), hollow.z0 + 0.36 * (hollow.z1 - hollow.z0)
+    yield cylinder("stainless", bore, hw - right - 0.03, (middle - 0.015, 0.0, z), ALONG_X)
+    yield cylinder("chrome", bore * 1.15, 0.03, (hw - 0.015, 0.0, z), ALONG_X)
+    yield rod("plastic_black", 0.02, (hw - 0.035, bore * 0.62, z), (hw - 0.035, bore * 0.62, z + 0.12))
+    yield from _stand(left, right, hw, hd, hollow.z0 - 0.05)
+
+
+def _window(x0: float, x1: float, front: float, face: float, low: float, high: float) -> Iterator[Part]:
+    rail = 0.035
+    for x in ((x0, x0 + rail), (x1 - rail, x1)):
+        yield block("powder_dark", x, (front + 0.004, face), (low, high))
+    for z in ((low, low + rail), (high - rail, high)):
+        yield block("powder_dark", (x0 + rail, x1 - rail), (front + 0.004, face), z)
+    yield block("sash_glass", (x0 + rail, x1 - rail), (front + 0.012, front + 0.020), (low + rail, high - rail))
+
+
+def _ports(asset: Asset, x: tuple[float, float], face: float, edge: float, z: float) -> Iterator[Part]:
+    ports = count(asset, "ports", 2)
+    bore, pitch = 0.20, (x[1] - x[0]) / ports
+    for k in range(ports):
+        middle = x[0] + (k + 0.5) * pitch
+        middle += 0.12 * (1.0 if middle < (x[0] + x[1]) / 2.0 else -1.0) if ports == 2 else 0.0
+        ring = [
+            (bore * 0.40, 0.0),
+            (bore * 0.56, 0.0),
+            (bore * 0.56, edge - face + 0.008),
+            (bore * 0.40, edge - face + 0.008),
+            (bore * 0.40, 0.0),
+        ]
+        # The profile's axis runs along +y, so the ring stands out of the window.
+        yield revolved("plastic_black", ring, (middle, face - 0.008, z), ALONG_Y_OUT)
+        yield cylinder("glove", bore * 0.80, 0.012, (middle, face + 0.002, z), ALONG_Y)
+        yield sphere("glove", bore * 0.42, (middle, face - 0.02, z - 0.01))
+
+
+def _stand(left: float, right: float, hw: float, hd: float, top: float) -> Iterator[Part]:
+    for x in (left + 0.05, right - 0.05):
+        for y in (-hd + 0.05, hd - 0.10):
+            yield block("powder_grey", (x - 0.03, x + 0.03), (y - 0.03, y + 0.03), (0.0, top))
+    yield block("powder_grey", (left + 0.05, right - 0.05), (-hd + 0.03, -hd + 0.07), (0.30, 0.36))
+    yield rounded("powder_white", (left + 0.12, right - 0.12), (-hd + 0.12, hd - 0.16), (0.08, 0.62), 0.02)
+    yield block("powder_dark", (left + 0.16, right - 0.16), (hd - 0.162, hd - 0.155), (0.12, 0.34))
+    yield from panel_screen("screen", (right - 0.42, right - 0.20), hd - 0.16, (0.44, 0.56))
+    yield block("powder_grey", (right - 0.1, hw - 0.04), (-0.03, 0.03), (top * 0.5, top * 0.5 + 0.05))
+    yield block("powder_grey", (hw - 0.10, hw - 0.04), (-0.03, 0.03), (0.0, top * 0.95))
+    yield block("plastic_dark", (left + 0.2, right - 0.2), (hd - 0.16, hd - 0.06), (0.02, 0.05))
+
+
+ALONG_Y_OUT = ALONG_Y
+
+
+@shape("arm")
+def exhaust_arm(asset: Asset) -> Iterator[Part]:
+    """An extraction arm on a wall: two jointed tubes along y with a bell at the end."""
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    yield block("powder_grey", (-hw, hw), (-hd, -hd + 0.03), (height * 0.30, height * 0.80))
+    bore, bell = 0.075, min(0.12, hw)
+    elbow, end = (0.0, 0.0, height - bore / 2.0 - 0.02), (0.0, hd - bell, height * 0.5)
+    yield rod("aluminium", bore, (0.0, -hd + 0.02, height * 0.55), elbow, flat=True)
+    yield sphere("signal_blue", bore * 1.45, (0.0, 0.0, height - bore * 0.725))
+    yield rod("aluminium", bore, elbow, end, flat=True)
+    yield sphere("signal_blue", bore * 1.3, end)
+    yield revolved(
+        "polypropylene",
+        [(bell, 0.0), (bell * 0.9, 0.06), (bore * 0.5, height * 0.34), (bore * 0.5, height * 0.5)],
+        (0.0, end[1], 0.0),
+    )

@@ -1,0 +1,185 @@
+"""Named materials of laboratory things: colour and how they answer light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from labgym.errors import UnknownNameError
+
+Rgba = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Material:
+    """How a surface looks.
+
+    Attributes:
+        rgba: colour in sRGB as MuJoCo takes it, and opacity, each in [0, 1].
+        specular: strength of highlights in [0, 1]. shininess: their sharpness in [0, 1].
+        reflectance: share of light mirrored, in [0, 1]. emission: share of its colour that it glows with.
+    """
+
+    rgba: Rgba
+    specular: float = 0.2
+    shininess: float = 0.3
+    reflectance: float = 0.0
+    emission: float = 0.0
+
+
+def _matt(r: float, g: float, b: float) -> Material:
+    return Material((r, g, b, 1.0), specular=0.1, shininess=0.1)
+
+
+def _satin(r: float, g: float, b: float) -> Material:
+    return Material((r, g, b, 1.0), specular=0.3, shininess=0.4)
+
+
+def _gloss(r: float, g: float, b: float) -> Material:
+    return Material((r, g, b, 1.0), specular=0.6, shininess=0.8)
+
+
+def _glass(r: float, g: float, b: float, opacity: float) -> Material:
+    return Material((r, g, b, opacity), specular=0.9, shininess=0.95)
+
+
+def _glow(r: float, g: float, b: float) -> Material:
+    return Material((r, g, b, 1.0), specular=0.2, shininess=0.6, emission=0.55)
+
+
+MATERIALS: dict[str, Material] = {
+    # metals
+    "stainless": Material((0.73, 0.75, 0.77, 1.0), specular=0.7, shininess=0.6, reflectance=0.15),
+    "chrome": Material((0.82, 0.84, 0.87, 1.0), specular=1.0, shininess=0.9, reflectance=0.25),
+    "aluminium": Material((0.66, 0.68, 0.70, 1.0), specular=0.5, shininess=0.5),
+    "cast_iron": _satin(0.24, 0.25, 0.27),
+    "brass": Material((0.80, 0.63, 0.27, 1.0), specular=0.7, shininess=0.7),
+    "galvanised": _satin(0.58, 0.61, 0.63),
+    # glass, liquids, ceramics
+    "borosilicate": _glass(0.82, 0.92, 0.95, 0.34),
+    "thick_glass": _glass(0.74, 0.89, 0.90, 0.50),
+    "window_glass": _glass(0.72, 0.86, 0.92, 0.30),
+    "sash_glass": _glass(0.80, 0.92, 0.94, 0.16),
+    "daylight": Material((0.86, 0.93, 1.0, 1.0), specular=0.2, shininess=0.8, emission=0.35),
+    "amber_glass": _glass(0.46, 0.22, 0.06, 0.90),
+    "blue_liquid": _glass(0.20, 0.48, 0.82, 0.72),
+    "yellow_liquid": _glass(0.93, 0.78, 0.24, 0.72),
+    "clear_liquid": _glass(0.72, 0.85, 0.92, 0.55),
+    "oil": _glass(0.87, 0.70, 0.32, 0.80),
+    "ice": Material((0.88, 0.95, 1.0, 0.92), specular=0.6, shininess=0.7),
+    "porcelain": _gloss(0.94, 0.93, 0.90),
+    "silica": _matt(0.95, 0.94, 0.90),
+    "sand": _matt(0.80, 0.70, 0.52),
+    # worktops and carpentry
+    "epoxy_white": _satin(0.90, 0.91, 0.90),
+    "epoxy_black": _satin(0.15, 0.16, 0.18),
+    "phenolic_black": _satin(0.12, 0.13, 0.14),
+    "laminate_grey": _satin(0.80, 0.82, 0.83),
+    "laminate_white": _satin(0.91, 0.91, 0.89),
+    "oak": _satin(0.72, 0.53, 0.34),
+    "edge_blue": _satin(0.20, 0.44, 0.66),
+    "edge_teal": _satin(0.13, 0.52, 0.52),
+    "hood_lining": _satin(0.66, 0.68, 0.69),
+    "granite": _satin(0.36, 0.36, 0.38),
+    # coated steel and plastics
+    "powder_white": _satin(0.92, 0.93, 0.93),
+    "powder_grey": _satin(0.62, 0.65, 0.68),
+    "powder_dark": _satin(0.28, 0.31, 0.35),
+    "safety_yellow": _satin(0.96, 0.76, 0.08),
+    "safety_red": _satin(0.80, 0.13, 0.12),
+    "safety_orange": _satin(0.93, 0.47, 0.10),
+    "signal_green": _satin(0.06, 0.56, 0.31),
+    "signal_blue": _satin(0.10, 0.34, 0.66),
+    "cabinet_blue": _satin(0.16, 0.40, 0.70),
+    "cabinet_white": _satin(0.93, 0.93, 0.91),
+    "poison_purple": _satin(0.45, 0.27, 0.56),
+    "gas_grey": _satin(0.48, 0.51, 0.54),
+    "gas_black": _satin(0.16, 0.17, 0.18),
+    "gas_dark_green": _satin(0.07, 0.36, 0.22),
+    "gas_red": _satin(0.76, 0.12, 0.12),
+    "plastic_white": _satin(0.93, 0.93, 0.92),
+    "plastic_light": _satin(0.82, 0.84, 0.85),
+    "plastic_grey": _satin(0.55, 0.58, 0.61),
+    "plastic_dark": _satin(0.22, 0.24, 0.27),
+    "plastic_black": _satin(0.10, 0.11, 0.12),
+    "abs_blue": _satin(0.12, 0.36, 0.68),
+    "abs_red": _satin(0.78, 0.17, 0.15),
+    "abs_green": _satin(0.20, 0.56, 0.33),
+    "polyethylene": Material((0.93, 0.95, 0.95, 0.86), specular=0.2, shininess=0.3),
+    "polypropylene": Material((0.86, 0.90, 0.92, 0.70), specular=0.3, shininess=0.4),
+    "ptfe": _matt(0.96, 0.96, 0.96),
+    "rubber": _matt(0.13, 0.13, 0.14),
+    "rubber_orange": _matt(0.74, 0.34, 0.17),
+    "silicone_blue": _matt(0.20, 0.45, 0.75),
+    "glove": _matt(0.17, 0.17, 0.19),
+    "seat": _satin(0.15, 0.25, 0.40),
+    "cork": _matt(0.70, 0.52, 0.34),
+    "foam": _matt(0.93, 0.93, 0.95),
+    # lights, screens, prints
+    "screen": _glow(0.16, 0.42, 0.62),
+    "screen_dark": _gloss(0.06, 0.08, 0.10),
+    "screen_green": _glow(0.22, 0.62, 0.36),
+    "display_lcd": _glow(0.62, 0.74, 0.60),
+    "lamp": Material((1.0, 0.98, 0.92, 1.0), emission=0.9),
+    "lamp_green": Material((0.25, 0.90, 0.40, 1.0), emission=0.8),
+    "lamp_uv": Material((0.48, 0.30, 0.95, 1.0), emission=0.8),
+    "flame_blue": Material((0.30, 0.55, 1.0, 0.75), emission=0.9),
+    "paper": _matt(0.96, 0.96, 0.95),
+    "print_black": _matt(0.07, 0.07, 0.08),
+    "print_red": _matt(0.85, 0.12, 0.12),
+    # the building
+    "wall_paint": _matt(0.88, 0.89, 0.88),
+    "wall_accent": _matt(0.47, 0.62, 0.66),
+    "skirting": _matt(0.36, 0.40, 0.43),
+    "floor_vinyl": Material((0.74, 0.76, 0.77, 1.0), specular=0.2, shininess=0.4, reflectance=0.06),
+    "ceiling": _matt(0.95, 0.95, 0.94),
+    "door_leaf": _satin(0.69, 0.75, 0.78),
+    "door_frame": _satin(0.33, 0.37, 0.41),
+}
+"""Every material a part may name."""
+
+COATINGS = {
+    "yellow": "safety_yellow",
+    "red": "safety_red",
+    "orange": "safety_orange",
+    "green": "signal_green",
+    "blue": "cabinet_blue",
+    "white": "cabinet_white",
+    "grey": "powder_grey",
+    "dark": "powder_dark",
+    "black": "plastic_black",
+    "purple": "poison_purple",
+}
+"""Material that a colour word of a shape parameter stands for."""
+
+SUBSTANCES = {
+    "glass": "borosilicate",
+    "porcelain": "porcelain",
+    "plastic": "plastic_white",
+    "steel": "stainless",
+    "wood": "oak",
+    "cork": "cork",
+    "ptfe": "ptfe",
+}
+"""Material that a substance word of a shape parameter stands for."""
+
+
+def coating(colour: str) -> str:
+    """Return the material of a painted or plastic surface of that colour.
+
+    Raises:
+        UnknownNameError: there is no such colour.
+    """
+    if colour not in COATINGS:
+        raise UnknownNameError("colour", colour, COATINGS)
+    return COATINGS[colour]
+
+
+def substance(word: str) -> str:
+    """Return the material that things of that substance show.
+
+    Raises:
+        UnknownNameError: there is no such substance.
+    """
+    if word not in SUBSTANCES:
+        raise UnknownNameError("substance", word, SUBSTANCES)
+    return SUBSTANCES[word]

@@ -1,0 +1,82 @@
+"""Shapes by name, and the parameters that an asset gives them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from labgym.assets.model import Asset
+from labgym.assets.shapes.parts import Part
+from labgym.errors import OptionError, UnknownNameError
+
+Builder = Callable[[Asset], Iterable[Part]]
+
+SHAPES: dict[str, Builder] = {}
+"""Builder of each shape name."""
+
+
+def shape(name: str) -> Callable[[Builder], Builder]:
+    """Register a builder under a shape name."""
+
+    def register(builder: Builder) -> Builder:
+        SHAPES[name] = builder
+        return builder
+
+    return register
+
+
+def build(asset: Asset) -> tuple[Part, ...]:
+    """Return the visible parts of an asset in its own frame, inside its bounding box.
+
+    Raises:
+        UnknownNameError: no shape, or no colour, of the name that the asset gives.
+        OptionError: a shape parameter of the wrong type.
+    """
+    if asset.shape.name not in SHAPES:
+        raise UnknownNameError("shape", asset.shape.name, SHAPES)
+    return tuple(SHAPES[asset.shape.name](asset))
+
+
+def extents(asset: Asset) -> tuple[float, float, float]:
+    """Return width, depth and height of an asset's bounding box."""
+    return asset.size.width, asset.size.depth, asset.size.height
+
+
+def number(asset: Asset, name: str, default: float) -> float:
+    """Return a numeric shape parameter.
+
+    Raises:
+        OptionError: it is not a number.
+    """
+    value = asset.shape.parameters.get(name, default)
+    if isinstance(value, str | bool):
+        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} must be a number, got {value!r}")
+    return float(value)
+
+
+def count(asset: Asset, name: str, default: int) -> int:
+    """Return a shape parameter that counts something."""
+    return round(number(asset, name, default))
+
+
+def flag(asset: Asset, name: str) -> bool:
+    """Return a yes-or-no shape parameter, no where it is not given.
+
+    Raises:
+        OptionError: it is neither true nor false.
+    """
+    value = asset.shape.parameters.get(name, False)
+    if not isinstance(value, bool):
+        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} must be true or false, got {value!r}")
+    return value
+
+
+def text(asset: Asset, name: str, default: str) -> str:
+    """Return a shape parameter that is a word.
+
+    Raises:
+        OptionError: it is not text.
+    """
+    value = asset.shape.parameters.get(name, default)
+    if not isinstance(value, str):
+        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} must be text, got {value!r}")
+    return value

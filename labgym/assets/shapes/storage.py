@@ -1,0 +1,274 @@
+"""Cabinets, refrigerators, shelves, bins, cylinders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from labgym.assets.model import SHELL, Asset, Cavity
+from labgym.assets.shapes.fixtures import bar_handle, gauge, knob, louvres, panel_screen
+from labgym.assets.shapes.materials import coating, substance
+from labgym.assets.shapes.parts import ALONG_Y, Part, block, column, cylinder, revolved, rod, rounded
+from labgym.assets.shapes.registry import count, extents, flag, shape, text
+from labgym.assets.shapes.signs import diamond, lines
+from labgym.errors import OptionError
+
+DOOR = 0.007
+"""Thickness of a door leaf, metres."""
+PROUD = 0.012
+"""Depth in front of a door that its handle takes, metres."""
+
+
+def cavity(asset: Asset) -> Cavity:
+    """Return the hollow of an asset whose shape needs one.
+
+    Raises:
+        OptionError: the asset is not hollow.
+    """
+    if asset.cavity is None:
+        raise OptionError(
+            f"shape {asset.shape.name!r} of asset {asset.name!r} needs a cavity; give it one, or another shape"
+        )
+    return asset.cavity
+
+
+def carcass(asset: Asset, material: str, lining: str | None = None, front: float | None = None) -> Iterator[Part]:
+    """Sides, back, floor, top and shelves round an asset's hollow, up to `front` along y."""
+    width, depth, height = extents(asset)
+    hw, hd, hollow = width / 2.0, depth / 2.0, cavity(asset)
+    x0, x1 = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
+    back, face = hollow.y - hollow.depth / 2.0, hd if front is None else front
+    yield block(material, (-hw, hw), (-hd, face), (hollow.z1, height))
+    yield block(material, (-hw, x0), (-hd, face), (0.0, hollow.z1))
+    yield block(material, (x1, hw), (-hd, face), (0.0, hollow.z1))
+    yield block(material, (x0, x1), (-hd, back), (0.0, hollow.z1))
+    yield block(lining or material, (x0, x1), (back, face), (hollow.z0 - min(SHELL, hollow.z0), hollow.z0))
+    for surface in asset.surfaces:
+        if hollow.z0 + SHELL < surface.z < hollow.z1:
+            inner = hollow.y + hollow.depth / 2.0
+            yield block(lining or material, (x0, x1), (back, inner - 0.004), (surface.z - SHELL, surface.z))
+
+
+@shape("cabinet")
+def cabinet(asset: Asset) -> Iterator[Part]:
+    """A chemicals cabinet with one or two doors, handles, vents and a hazard diamond; `glass` glazes the doors."""
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    colour = coating(text(asset, "colour", "grey"))
+    hollow = cavity(asset)
+    face = hd - PROUD
+    yield from carcass(asset, colour, "galvanised", face - DOOR)
+    low = max(hollow.z0 - SHELL, 0.04)
+    yield block("powder_dark", (-hw + 0.01, hw - 0.01), (hd - PROUD - DOOR - 0.02, face - DOOR + 0.004), (0.0, low))
+    doors = count(asset, "doors", 2)
+    pitch = width / doors
+    for k in range(doors):
+        x = (-hw + k * pitch + 0.003, -hw + (k + 1) * pitch - 0.003)
+        middle = (x[0] + x[1]) / 2.0
+        # Two doors meet in the middle; a single one opens at its left edge as seen from the front.
+        edge = x[1] - 0.035 if doors == 2 and k == 0 else x[0] + 0.035
+        if flag(asset, "glass"):
+            yield from glazed_door(colour, x, (face - DOOR, face), (low + 0.004, height - 0.008))
+        else:
+            yield block(colour, x, (face - DOOR, face), (low + 0.004, height - 0.008))
+            yield from louvres((middle - 0.06, middle + 0.06), face, (low + 0.03, low + 0.07), 3)
+        grip = min(0.28, height * 0.22)
+        yield from bar_handle(edge, face, hd, (height * 0.52 - grip / 2.0, height * 0.52 + grip / 2.0), "plastic_black")
+        yield cylinder("chrome", 0.018, 0.006, (edge, face + 0.003, height * 0.52 - grip / 2.0 - 0.04), ALONG_Y)
+    if "sign" in asset.shape.parameters:
+        yield from _hazard_front(asset, text(asset, "sign", "warning"), doors, face)
+
+
+def _hazard_front(asset: Asset, symbol: str, doors: int, face: float) -> Iterator[Part]:
+    width, _, height = extents(asset)
+    size = min(0.24, 0.42 * width / doors, 0.34 * height)
+    for k in range(doors):
+        x = -width / 2.0 + (k + 0.5) * width / doors
+        yield from diamond(symbol, size, x, face, height * 0.74)
+    x = -width / 2.0 + 0.5 * width / doors
+    plate = min(0.30, 0.6 * width / doors)
+    z = height * 0.74 - size * 0.5 - 0.06
+    yield block("paper", (x - plate / 2.0, x + plate / 2.0), (face, face + 0.001), (z - 0.028, z + 0.028))
+    yield from lines(plate * 0.86, 0.04, 2, x, face + 0.001, z)
+
+
+def glazed_door(
+    material: str, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]
+) -> Iterator[Part]:
+    """A framed door with a pane."""
+    rail = 0.045
+    yield block(material, (x[0], x[0] + rail), y, z)
+    yield block(material, (x[1] - rail, x[1]), y, z)
+    yield block(material, (x[0] + rail, x[1] - rail), y, (z[0], z[0] + rail))
+    yield block(material, (x[0] + rail, x[1] - rail), y, (z[1] - rail, z[1]))
+    middle = (y[0] + y[1]) / 2.0
+    yield block("sash_glass", (x[0] + rail, x[1] - rail), (middle - 0.001, middle + 0.001), (z[0] + rail, z[1] - rail))
+
+
+@shape("wall_cabinet")
+def wall_cabinet(asset: Asset) -> Iterator[Part]:
+    """A wall cupboard with glazed doors."""
+    width, depth, height = extents(asset)
+    hw, hd, face = width / 2.0, depth / 2.0, depth / 2.0 - PROUD
+    yield from carcass(asset, "laminate_grey", "laminate_white", face - DOOR)
+    doors = count(asset, "doors", 2)
+    pitch = width / doors
+    for k in range(doors):
+        x = (-hw + k * pitch + 0.003, -hw + (k + 1) * pitch - 0.003)
+        yield from glazed_door("laminate_white", x, (face - DOOR, face), (0.004, height - 0.004))
+        edge = x[1] - 0.022 if k % 2 == 0 else x[0] + 0.022
+        yield from bar_handle(edge, face, hd, (0.06, 0.18))
+
+
+@shape("gas_cabinet")
+def gas_cabinet(asset: Asset) -> Iterator[Part]:
+    """A ventilated cylinder cabinet: a door with a wired window, a duct collar on top."""
+    width, depth, height = extents(asset)
+    hw, hd, hollow = width / 2.0, depth / 2.0, cavity(asset)
+    colour, face = coating(text(asset, "colour", "grey")), depth / 2.0 - PROUD
+    roof = height - 0.04
+    x0, x1, back = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0, hollow.y - hollow.depth / 2.0
+    yield block(colour, (-hw, hw), (-hd, face - DOOR), (hollow.z1, roof))
+    for x in ((-hw, x0), (x1, hw)):
+        yield block(colour, x, (-hd, face - DOOR), (0.0, hollow.z1))
+    yield block(colour, (x0, x1), (-hd, back), (0.0, hollow.z1))
+    yield block(colour, (x0, x1), (back, face - DOOR), (0.0, hollow.z0))
+    yield column("galvanised", min(width, depth) * 0.42, 0.0, 0.0, (roof, height))
+    yield block(colour, (-hw + 0.003, hw - 0.003), (face - DOOR, face), (0.05, roof - 0.01))
+    yield block("screen_dark", (-hw * 0.45, hw * 0.45), (face, face + 0.002), (height * 0.62, height * 0.82))
+    yield from bar_handle(-hw + 0.05, face, hd, (height * 0.44, height * 0.56), "plastic_black")
+    yield from louvres((-hw * 0.6, hw * 0.6), face, (0.10, 0.24), 6)
+    yield from diamond("warning", 0.16, 0.0, face, height * 0.50)
+
+
+@shape("fridge")
+def fridge(asset: Asset) -> Iterator[Part]:
+    """A refrigerator, freezer or ice machine with one door."""
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    face = hd - 0.035
+    if flag(asset, "ice"):
+        yield from _ice_machine(width, depth, height)
+        return
+    freezer, hollow = flag(asset, "freezer"), cavity(asset)
+    body = "powder_white"
+    yield from carcass(asset, body, "plastic_light", face - 0.05)
+    base = min(0.12, hollow.z0 * 0.8)
+    yield block("powder_dark", (-hw, hw), (face - 0.052, face - 0.02), (0.0, base))
+    yield from louvres((-hw * 0.8, hw * 0.8), face - 0.02, (base * 0.25, base * 0.85), 4)
+    z = (base + 0.006, height - (0.16 if freezer else 0.10 if height > 1.0 else 0.07))
+    yield block("plastic_light", (-hw, hw), (face - 0.05, face - 0.01), (z[1] + 0.006, height))
+    yield from panel_screen("screen", (-0.07, 0.07), face - 0.01, (z[1] + 0.022, height - 0.016))
+    if flag(asset, "glass_door"):
+        yield from glazed_door("powder_grey", (-hw + 0.002, hw - 0.002), (face - 0.05, face), z)
+        yield block("lamp", (-hw * 0.6, hw * 0.6), (hollow.y, hollow.y + 0.03), (hollow.z1 - 0.008, hollow.z1 - 0.001))
+    else:
+        yield rounded(body, (-hw, hw), (face - 0.05, face), z, 0.012)
+    yield from bar_handle(-hw + 0.05, face, hd, (z[0] + 0.35 * (z[1] - z[0]), z[0] + 0.75 * (z[1] - z[0])))
+    if "sign" in asset.shape.parameters:
+        yield from diamond(text(asset, "sign", "warning"), min(0.16, 0.3 * height), 0.0, face, height * 0.62)
+    if freezer:
+        yield from bar_handle(hw * 0.2, face, hd, (height * 0.42, height * 0.55), "plastic_dark")
+        yield block("signal_blue", (-hw * 0.5, hw * 0.7), (face, face + 0.002), (height * 0.72, height * 0.76))
+
+
+def _ice_machine(width: float, depth: float, height: float) -> Iterator[Part]:
+    hw, hd = width / 2.0, depth / 2.0
+    yield rounded("stainless", (-hw, hw), (-hd, hd - 0.03), (0.05, height), 0.015)
+    for x in (-hw + 0.04, hw - 0.04):
+        for y in (-hd + 0.04, hd - 0.08):
+            yield column("plastic_black", 0.04, x, y, (0.0, 0.05))
+    yield rounded(
+        "plastic_dark", (-hw * 0.85, hw * 0.85), (hd - 0.032, hd - 0.010), (height * 0.50, height * 0.88), 0.01
+    )
+    yield block("stainless", (-hw * 0.4, hw * 0.4), (hd - 0.010, hd), (height * 0.52, height * 0.55))
+    yield from louvres((-hw * 0.8, hw * 0.8), hd - 0.03, (height * 0.12, height * 0.34), 7)
+
+
+@shape("shelf")
+def shelf(asset: Asset) -> Iterator[Part]:
+    """Open shelving of steel or wood, standing on a floor or bench or hung on a wall."""
+    width, depth, height = extents(asset)
+    hw, hd, hollow = width / 2.0, depth / 2.0, cavity(asset)
+    steel = text(asset, "material", "steel") == "steel"
+    board, frame = ("laminate_white", "powder_grey") if steel else (substance("wood"), "powder_dark")
+    x0, x1, back = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0, hollow.y - hollow.depth / 2.0
+    for x in ((-hw, x0), (x1, hw)):
+        yield block(frame, x, (-hd, hd), (0.0, height))
+    yield block(frame, (x0, x1), (-hd, back), (hollow.z0 - SHELL if hollow.z0 > SHELL else 0.0, height))
+    for z in [hollow.z1 + SHELL if height - hollow.z1 >= SHELL - 1e-9 else height, hollow.z0]:
+        yield block(board, (x0, x1), (back, hd), (max(z - SHELL, 0.0), min(z, height)))
+    for surface in asset.surfaces:
+        if hollow.z0 + SHELL < surface.z < hollow.z1:
+            yield block(board, (x0, x1), (back, hd), (surface.z - SHELL, surface.z))
+    for surface in asset.surfaces:
+        yield block("edge_blue" if steel else "powder_dark", (x0, x1), (hd - 0.004, hd), (surface.z - SHELL, surface.z))
+
+
+@shape("bin")
+def waste_bin(asset: Asset) -> Iterator[Part]:
+    """A waste bin: a tapering box, with `lid` a pedal bin with a hazard mark."""
+    width, depth, height = extents(asset)
+    hw, hd, lid = width / 2.0, depth / 2.0, flag(asset, "lid")
+    colour = coating(text(asset, "colour", "grey"))
+    top = height * 0.88 if lid else height
+    if not lid:
+        yield rounded(colour, (-hw * 0.9, hw * 0.9), (-hd * 0.9, hd * 0.9), (0.0, top - 0.02), 0.05)
+        yield rounded(colour, (-hw, hw), (-hd, hd), (top - 0.05, top - 0.006), 0.05)
+        yield rounded("plastic_black", (-hw * 0.86, hw * 0.86), (-hd * 0.86, hd * 0.86), (top - 0.01, top), 0.05)
+        return
+    yield rounded(colour, (-hw * 0.93, hw * 0.93), (-hd * 0.93, hd * 0.90), (0.02, top), 0.04)
+    yield rounded("plastic_dark", (-hw * 0.9, hw * 0.9), (-hd * 0.9, hd * 0.86), (0.0, 0.02), 0.04)
+    yield rounded(colour, (-hw, hw), (-hd, hd * 0.97), (top + 0.004, height - 0.008), 0.04)
+    yield rounded("plastic_dark", (-hw * 0.5, hw * 0.5), (-hd * 0.5, hd * 0.5), (height - 0.008, height), 0.03)
+    yield block("plastic_dark", (-hw * 0.3, hw * 0.3), (hd * 0.8, hd), (0.01, 0.03))
+    yield from diamond("warning", min(width, height) * 0.42, 0.0, hd * 0.90, height * 0.52)
+
+
+@shape("waste_station")
+def waste_station(asset: Asset) -> Iterator[Part]:
+    """A waste bay: a steel tray with shelves, canister bays and a top board."""
+    width, depth, height = extents(asset)
+    hw, hd, hollow = width / 2.0, depth / 2.0, cavity(asset)
+    back, x0, x1 = hollow.y - hollow.depth / 2.0, hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
+    for x in ((-hw, x0), (x1, hw)):
+        yield block("powder_grey", x, (-hd, hd), (0.0, height))
+    yield block("powder_grey", (x0, x1), (-hd, back), (0.0, height))
+    yield block("laminate_grey", (x0, x1), (back, hd), (hollow.z1, height))
+    yield block("safety_yellow", (x0, x1), (hd - 0.008, hd), (hollow.z1, height))
+    for surface in asset.surfaces:
+        yield block("galvanised", (x0, x1), (back, hd - 0.004), (surface.z - SHELL, surface.z))
+        yield block("safety_yellow", (x0, x1), (hd - 0.004, hd), (surface.z - SHELL, surface.z))
+    yield block("powder_dark", (x0, x1), (back, hd - 0.06), (0.0, hollow.z0 - SHELL))
+
+
+SHOULDERS = {"black": "gas_black", "green": "gas_red", "grey": "gas_dark_green"}
+"""Shoulder colours of EN 1089-3 by the catalogue's body colour: nitrogen black, hydrogen red, argon dark green."""
+BODIES = {"black": "gas_grey", "green": "gas_red", "grey": "gas_grey"}
+
+
+@shape("gas_cylinder")
+def gas_cylinder(asset: Asset) -> Iterator[Part]:
+    """A gas cylinder: coloured shoulder, valve with handwheel, regulator with two gauges, label."""
+    width, _, height = extents(asset)
+    radius, colour = width / 2.0, text(asset, "colour", "grey")
+    body, shoulder = BODIES.get(colour, "gas_grey"), SHOULDERS.get(colour, "gas_grey")
+    straight, neck = height * 0.80, height * 0.90
+    yield revolved(body, [(radius * 0.86, 0.0), (radius, 0.02), (radius, straight * 0.9)])
+    yield revolved(
+        shoulder,
+        [
+            (radius, straight * 0.9),
+            (radius, straight),
+            (radius * 0.86, height * 0.85),
+            (radius * 0.5, height * 0.885),
+            (radius * 0.28, neck),
+        ],
+    )
+    yield column("brass", 0.034, 0.0, 0.0, (neck, height - 0.02))
+    yield column("cast_iron", 0.065, 0.0, 0.0, (height - 0.022, height))
+    yield cylinder("brass", 0.022, radius * 0.8, (0.0, radius * 0.4, height * 0.945), ALONG_Y)
+    for side in (-1.0, 1.0):
+        yield from gauge(side * 0.045, radius * 0.55, radius * 0.75, height * 0.955, 0.058)
+        yield rod("brass", 0.010, (0.0, radius * 0.6, height * 0.945), (side * 0.045, radius * 0.6, height * 0.95))
+    yield from knob("plastic_black", 0.04, 0.0, radius * 0.7, radius, height * 0.93)
+    yield column("paper", 2.0 * radius - 0.0, 0.0, 0.0, (height * 0.55, height * 0.64))
