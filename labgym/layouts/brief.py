@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 Wall = Literal["front", "back", "left", "right"]
@@ -18,7 +19,7 @@ class Unit:
         width, depth: footprint in metres, front along the depth. front: free depth wanted before it, metres.
         stance: back against a wall, free on all sides (island), or one short end against a wall (peninsula).
         walls: walls that it may stand against, the liked ones first.
-        anchor: liked place along its wall, 0 to 1 from the wall's start; None where it does not matter.
+        anchors: liked place along each wall, 0 to 1 from the wall's start; an island's is its y. Absent: anywhere.
     """
 
     id: str
@@ -28,7 +29,7 @@ class Unit:
     front: float
     stance: Stance = "wall"
     walls: tuple[Wall, ...] = ("back", "left", "right", "front")
-    anchor: float | None = None
+    anchors: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from labgym.layouts.furnishing import (
     Furnishing,
     Side,
     extra_units,
+    filling_units,
     habitual_unit,
     island_units,
     location_units,
@@ -61,12 +62,14 @@ def write_brief(
         sides |= {"store": "right", "work": "left"}
     cabinets = _numbered(plan_cabinets(protocol, profile))
     units = [
-        *location_units(protocol, sides, generator),
-        *extra_units(furnishing, sides, generator),
-        *(habitual_unit(cabinet.asset, unit_id, sides, generator) for unit_id, cabinet in cabinets.items()),
-        *_floor_instruments(protocol, sides, generator),
+        *location_units(protocol, sides, room, generator),
+        *extra_units(furnishing, sides, room, generator),
+        *(habitual_unit(cabinet.asset, unit_id, sides, room, generator) for unit_id, cabinet in cabinets.items()),
+        *_floor_instruments(protocol, sides, room, generator),
         *island_units(room, furnishing, generator),
     ]
+    if furnishing == "full":
+        units += filling_units(units, sides, room, generator)
     stock = _stock(protocol, units, cabinets, profile, generator)
     ids = {unit.id for unit in units}
     roomy = furnishing == "full"
@@ -94,14 +97,16 @@ def _numbered(cabinets: Iterable[Cabinet]) -> dict[str, Cabinet]:
     return numbered
 
 
-def _floor_instruments(protocol: Protocol, sides: dict[Side, Wall], generator: np.random.Generator) -> list[Unit]:
+def _floor_instruments(
+    protocol: Protocol, sides: dict[Side, Wall], room: Room, generator: np.random.Generator
+) -> list[Unit]:
     catalog = Catalog.load()
     units: list[Unit] = []
     for name in protocol.instruments:
         asset = catalog.find(name)
         if asset.placing == "floor":
             number = 2 + sum(unit.asset == asset.name for unit in units)
-            units.append(habitual_unit(asset.name, f"{asset.name}_{number}", sides, generator))
+            units.append(habitual_unit(asset.name, f"{asset.name}_{number}", sides, room, generator))
     return units
 
 

@@ -82,7 +82,7 @@ def on_surface(
 
 
 def on_wall(layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float, float]) -> Placement | None:
-    """Return a placement on the free wall nearest to a point, at the asset's mount height; None where no wall is free."""
+    """Return a placement on the free wall nearest to a point, at the asset's mount height; None where none is free."""
     room = layout.room
     candidates = [_wall_pose(room, asset, wall, along) for wall, along in _wall_places(room, asset)]
     candidates.sort(key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))

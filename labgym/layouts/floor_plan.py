@@ -268,23 +268,25 @@ class _Program:
             for rank, wall in enumerate(piece.unit.walls):
                 if wall in piece.walls:
                     self.terms.append(150 * rank * piece.walls[wall])
-            if piece.unit.anchor is not None:
-                self._anchor(piece, piece.unit.anchor)
+            self._anchor(piece)
         for liking in self.brief.nearness:
             first, second = by_id[liking.first].foot, by_id[liking.second].foot
             for low, high in ((0, 2), (1, 3)):
                 doubled = first[low].value + first[high].value - second[low].value - second[high].value
                 self.terms.append(liking.weight * self._absolute(doubled))
 
-    def _anchor(self, piece: _Piece, anchor: float) -> None:
-        foot = piece.foot
+    def _anchor(self, piece: _Piece) -> None:
+        foot, anchors = piece.foot, piece.unit.anchors
         doubled_x, doubled_y = foot.x0.value + foot.x1.value, foot.y0.value + foot.y1.value
-        wanted_x, wanted_y = int(2 * anchor * self.width), int(2 * anchor * self.depth)
         if piece.unit.stance == "island":
+            wanted_y = int(2 * anchors["island"] * self.depth)
             self.terms += [self._absolute(doubled_x - self.width), self._absolute(doubled_y - wanted_y)]
             return
         for wall, chosen in piece.walls.items():
-            along = doubled_x - wanted_x if wall in ("front", "back") else doubled_y - wanted_y
+            if wall not in anchors:
+                continue
+            length = self.width if wall in ("front", "back") else self.depth
+            along = (doubled_x if wall in ("front", "back") else doubled_y) - int(2 * anchors[wall] * length)
             distance = self.model.new_int_var(0, 4 * max(self.width, self.depth), "")
             self.model.add(distance >= along).only_enforce_if(chosen)
             self.model.add(distance >= -along).only_enforce_if(chosen)

@@ -7,6 +7,7 @@ cleaning on the other, weighing and analysis on the clean side by the entrance.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -26,33 +27,40 @@ GOAL_FRONT = 1.0
 """Free depth in front of a location: the stand-off of 0.60 m, the robot's 0.30 m, and two cells of the grid."""
 
 
+Span = tuple[float, float]
+
+
 @dataclass(frozen=True)
 class Habit:
     """Where a kind of furniture likes to stand.
 
     Attributes:
         walls: the liked ones first.
-        anchor: range of the liked place along the wall, 0 at the wall's start to 1; None where it does not matter.
-        front: free depth before it, metres; None for the catalogue's clearance.
+        side: liked span of the side walls, 0 at the front to 1 at the back.
+        front: liked span of the front wall, 0 at the end with the door to 1 at the other.
+        back: liked span of the back wall, 0 at the store side to 1 at the work side.
+        clear: free depth before it, metres; None for the catalogue's clearance.
     """
 
     walls: tuple[Side, ...]
-    anchor: tuple[float, float] | None = None
-    front: float | None = None
+    side: Span | None = None
+    front: Span | None = None
+    back: Span | None = None
+    clear: float | None = None
 
 
 HABITS: dict[str, Habit] = {
-    "FumeHood": Habit(("back",), (0.35, 0.65), 1.5),
-    "FumeHood1200": Habit(("back",), (0.25, 0.75), 1.5),
-    "RotaryEvaporatorStation": Habit(("back", "work"), (0.7, 0.9)),
-    "DryingStation": Habit(("work", "store"), (0.55, 0.8)),
-    "GloveBox": Habit(("store", "work", "back"), (0.4, 0.7), 1.2),
-    "PreparationBench": Habit(("front", "store", "work"), (0.75, 0.9)),
-    "ValidationPlatform": Habit(("front", "work", "store"), (0.5, 0.8)),
-    "SinkBench": Habit(("work", "store"), (0.4, 0.7)),
-    "MainWorkbench": Habit(("work", "store", "front"), (0.3, 0.7)),
-    "PurificationBench": Habit(("work", "back", "store"), (0.5, 0.8)),
-    "FlammableCabinet": Habit(("store", "front", "work"), (0.1, 0.5)),
+    "FumeHood": Habit(("back",), back=(0.35, 0.65), clear=1.5),
+    "FumeHood1200": Habit(("back",), clear=1.5),
+    "RotaryEvaporatorStation": Habit(("back", "work"), side=(0.75, 0.9)),
+    "DryingStation": Habit(("work", "store"), side=(0.5, 0.8)),
+    "GloveBox": Habit(("store", "work", "back"), side=(0.4, 0.7), clear=1.2),
+    "PreparationBench": Habit(("front", "store", "work"), side=(0.2, 0.45), front=(0.7, 0.95)),
+    "ValidationPlatform": Habit(("front", "work", "store"), side=(0.2, 0.45), front=(0.4, 0.8)),
+    "SinkBench": Habit(("work", "store"), side=(0.4, 0.7)),
+    "MainWorkbench": Habit(("work", "store", "front"), side=(0.3, 0.7)),
+    "PurificationBench": Habit(("work", "back", "store"), side=(0.6, 0.85)),
+    "FlammableCabinet": Habit(("store", "front", "work"), side=(0.1, 0.5)),
     "AcidCabinet": Habit(("store", "work", "front")),
     "BaseCabinet": Habit(("work", "store", "front")),
     "OxidizerCabinet": Habit(("store", "work", "front")),
@@ -61,15 +69,17 @@ HABITS: dict[str, Habit] = {
     "GeneralCabinet": Habit(("store", "work", "front")),
     "FlammableSafeRefrigerator": Habit(("store", "work", "front")),
     "GasCylinderCabinet": Habit(("store", "work", "front")),
-    "WasteStation": Habit(("back", "store", "work"), (0.1, 0.3)),
-    "EyewashStation": Habit(("work", "store", "back"), (0.6, 0.8)),
-    "EmergencyShower": Habit(("work", "store", "front"), (0.2, 0.6)),
-    "GlasswareCabinet": Habit(("work", "store", "front"), (0.3, 0.6)),
-    "HandWashSink": Habit(("front", "work", "store"), (0.0, 0.3)),
-    "WritingDesk": Habit(("front", "work", "store"), (0.3, 0.9)),
+    "WasteStation": Habit(("back", "store", "work"), side=(0.8, 0.95)),
+    "EyewashStation": Habit(("work", "store", "back"), side=(0.6, 0.85)),
+    "EmergencyShower": Habit(("work", "store", "front"), side=(0.3, 0.6)),
+    "GlasswareCabinet": Habit(("work", "store", "front"), side=(0.3, 0.6)),
+    "HandWashSink": Habit(("front", "work", "store"), side=(0.05, 0.2), front=(0.25, 0.45)),
+    "WritingDesk": Habit(("front", "work", "store"), side=(0.1, 0.3), front=(0.3, 0.9)),
     "SpillKit": Habit(("work", "store", "front", "back")),
-    "NitrogenCylinder": Habit(("store", "back", "work")),
+    "NitrogenCylinder": Habit(("store", "back", "work"), side=(0.6, 0.95)),
     "LabRefrigerator": Habit(("store", "work", "front")),
+    "LabBench1800": Habit(("work", "store", "front"), side=(0.3, 0.8)),
+    "LabBench": Habit(("store", "work", "front"), side=(0.3, 0.8)),
 }
 ANYWHERE = Habit(("store", "work", "front", "back"))
 
@@ -78,39 +88,86 @@ ALWAYS = ("FumeHood", "PreparationBench", "ValidationPlatform", "SinkBench")
 SAFETY = ("EmergencyShower", "EyewashStation", "WasteStation")
 REDUCED = ("SpillKit", "GlasswareCabinet")
 FULL = ("FumeHood1200", "HandWashSink", "WritingDesk", "NitrogenCylinder")
+FILLING = (
+    "LabBench1800",
+    "LabRefrigerator",
+    "EquipmentRack",
+    "LabBench",
+    "IceMachine",
+    "UltraLowFreezer",
+    "LabBench1800",
+)
+"""What a room with wall to spare gets beyond that, in this order."""
+FILLED = 0.7
+"""Share of the wall length up to which a room is filled."""
 ISLANDS = ("IslandBench", "IslandBench2400", "IslandBench1800")
 HEAVY_AISLE = 1.5
 AISLE = 1.2
 """Clear width around islands, metres: 1.5 where it fits, 1.2 at least."""
 
 
-def location_units(protocol: Protocol, sides: dict[Side, Wall], generator: np.random.Generator) -> list[Unit]:
+def location_units(
+    protocol: Protocol, sides: dict[Side, Wall], room: Room, generator: np.random.Generator
+) -> list[Unit]:
     """Return a unit for every location of the protocol and every place that a laboratory always has."""
     names = dict.fromkeys((*ALWAYS, *(location for location in protocol.locations)))
-    return [habitual_unit(name, f"{name}_1", sides, generator, GOAL_FRONT) for name in names]
+    return [habitual_unit(name, f"{name}_1", sides, room, generator, GOAL_FRONT) for name in names]
 
 
-def extra_units(furnishing: Furnishing, sides: dict[Side, Wall], generator: np.random.Generator) -> list[Unit]:
-    """Return what a room gets beside its locations and cabinets."""
+def extra_units(
+    furnishing: Furnishing, sides: dict[Side, Wall], room: Room, generator: np.random.Generator
+) -> list[Unit]:
+    """Return what a room gets beside its locations, cabinets and fillings."""
     names = list(SAFETY)
     if furnishing != "required":
         names += REDUCED
     if furnishing == "full":
         names += FULL
-    return [habitual_unit(name, f"{name}_1", sides, generator) for name in names]
+    return [habitual_unit(name, f"{name}_1", sides, room, generator) for name in names]
+
+
+def filling_units(
+    units: Sequence[Unit], sides: dict[Side, Wall], room: Room, generator: np.random.Generator
+) -> list[Unit]:
+    """Return benches, cold storage and racks for the wall that the other units leave free."""
+    offered = 2.0 * (room.width + room.depth) - sum(max(door.width, 1.2) for door in room.doors)
+    used = sum(unit.width for unit in units if unit.stance == "wall")
+    filling: list[Unit] = []
+    for name in FILLING:
+        number = 1 + sum(unit.asset == name for unit in filling)
+        unit = habitual_unit(name, f"{name}_{number}", sides, room, generator)
+        if used + unit.width <= FILLED * offered:
+            filling.append(unit)
+            used += unit.width
+    return filling
 
 
 def habitual_unit(
-    name: str, unit_id: str, sides: dict[Side, Wall], generator: np.random.Generator, least_front: float = 0.0
+    name: str,
+    unit_id: str,
+    sides: dict[Side, Wall],
+    room: Room,
+    generator: np.random.Generator,
+    least_front: float = 0.0,
 ) -> Unit:
     """Return a wall unit of that catalogue name with the habits of its kind."""
     asset, habit = Catalog.load().get(name), HABITS.get(name, ANYWHERE)
-    anchor = None if habit.anchor is None else float(generator.uniform(*habit.anchor))
+    place = generator.random()
+    anchors: dict[str, float] = {}
+    for span, kinds in ((habit.side, ("left", "right")), (habit.front, ("front",)), (habit.back, ("back",))):
+        if span is not None:
+            liked = span[0] + place * (span[1] - span[0])
+            anchors |= {wall: 1.0 - liked if _turned(wall, sides, room) else liked for wall in kinds}
     walls = tuple(dict.fromkeys(sides[side] for side in habit.walls))
-    if anchor is not None and (sides["store"] == "right") != (name in ("HandWashSink", "WritingDesk")):
-        anchor = _mirrored(anchor, walls[0])
-    front = max(least_front, asset.clearance if habit.front is None else habit.front)
-    return Unit(unit_id, name, asset.size.width, asset.size.depth, front, walls=walls, anchor=anchor)
+    front = max(least_front, asset.clearance if habit.clear is None else habit.clear)
+    return Unit(unit_id, name, asset.size.width, asset.size.depth, front, walls=walls, anchors=anchors)
+
+
+def _turned(wall: str, sides: dict[Side, Wall], room: Room) -> bool:
+    """Whether a span of the wall counts from its end instead of its start."""
+    if wall == "back":
+        return sides["store"] == "right"
+    return wall == "front" and any(door.wall == "front" and door.offset > room.width / 2.0 for door in room.doors)
 
 
 def island_units(room: Room, furnishing: Furnishing, generator: np.random.Generator) -> list[Unit]:
@@ -140,11 +197,7 @@ def island_units(room: Room, furnishing: Furnishing, generator: np.random.Genera
                 0.0,
                 stance=stance,
                 walls=("left", "right") if stance == "peninsula" else (),
-                anchor=anchor if stance == "island" else None,
+                anchors={"island": anchor} if stance == "island" else {},
             )
         )
     return units
-
-
-def _mirrored(anchor: float, wall: Wall) -> float:
-    return 1.0 - anchor if wall in ("front", "back") else anchor

@@ -13,6 +13,8 @@ GRID = 0.01
 """Spacing of the places that are tried, metres."""
 GAP = 0.03
 """Least gap between neighbours, metres."""
+DOUBLE = 1.2
+"""Surfaces from this depth on are used from both sides, metres; others have their back to a wall."""
 TRIES = 6
 """Arrangements tried before a surface counts as full."""
 
@@ -84,7 +86,7 @@ def _place(
         if not free.any():
             continue
         bulky = w * d > 0.03
-        wanted_y = -depth / 2.0 if bulky else 0.0
+        wanted_y = (-depth / 2.0 if depth < DOUBLE else generator.choice((-0.5, 0.5)) * depth) if bulky else 0.0
         wanted_x = generator.uniform(-width / 2.0, width / 2.0)
         cost = np.abs(grid_x - wanted_x) + 2.0 * np.abs(grid_y - wanted_y) + generator.uniform(0.0, 0.05, free.shape)
         row, column = np.unravel_index(np.argmin(np.where(free, cost, np.inf)), free.shape)
