@@ -69,7 +69,7 @@ def _imported(place: str, name: str) -> Callable[..., object]:
         found: Any = importlib.import_module(module_name)
         for part in attribute.split("."):
             found = getattr(found, part)
-    except (ImportError, AttributeError, ValueError) as error:
+    except Exception as error:
         raise LabgymError(
             f"policy {name!r}: cannot import {place!r} ({error}); its module must be on the Python path"
         ) from error

@@ -1,0 +1,84 @@
+"""Suites: which layouts are driven in, and by which rules."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from labgym.artefacts import artefacts
+from labgym.documents import Document
+from labgym.errors import UnknownNameError
+from labgym.layouts import Layout, load_published, published
+
+Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
+
+
+class Suite(Document):
+    """What makes a leaderboard: every goal pair of every layout once, in order.
+
+    Attributes:
+        name, version: reports give both; a change that changes numbers raises the version.
+        description: one sentence.
+        split: the published split that the layouts are from; None for layouts given by hand.
+        layouts: ids of the layouts of the split; None takes all of them.
+        max_steps: control steps (0.1 s) after which an episode has failed.
+        success_distance: an episode succeeds when the robot's centre comes this near to the goal, metres.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.suite/1"
+
+    name: Name
+    version: Annotated[int, Field(ge=1)] = 1
+    description: Annotated[str, Field(max_length=500)] = ""
+    split: Literal["val", "test"] | None = None
+    layouts: Annotated[tuple[str, ...], Field(max_length=10_000)] | None = None
+    max_steps: Annotated[int, Field(ge=1, le=100_000)] = 600
+    success_distance: Annotated[float, Field(gt=0.0, le=5.0)] = 0.5
+
+    @property
+    def label(self) -> str:
+        """Name and version as reports print them."""
+        return f"{self.name}/{self.version}"
+
+    def load_layouts(self) -> tuple[Layout, ...]:
+        """Return the suite's layouts in order.
+
+        Raises:
+            UnknownNameError: the suite names no split, or the split has not one of the layouts.
+            DocumentError: a layout's file is broken.
+        """
+        if self.split is None:
+            raise UnknownNameError(f"split of suite {self.name!r}", None, ("val", "test"))
+        ids = published(self.split) if self.layouts is None else self.layouts
+        return tuple(load_published(self.split, layout_id) for layout_id in ids)
+
+
+def suite_names() -> tuple[str, ...]:
+    """Return the names of the suites that come with the package, sorted."""
+    return tuple(sorted(path.stem for path in _folder().glob("*.json")))
+
+
+def load_suite(name: str | Path) -> Suite:
+    """Return a suite by name, or from a file where the name ends in `.json`.
+
+    Raises:
+        UnknownNameError: no suite has that name.
+        DocumentError: the file cannot be read as a suite.
+    """
+    if str(name).endswith(".json"):
+        return Suite.load(name)
+    if name not in suite_names():
+        raise UnknownNameError("suite", name, suite_names())
+    return Suite.load(_folder() / f"{name}.json")
+
+
+def suite_of(layouts: Sequence[Layout]) -> Suite:
+    """Return the suite of layouts given by hand, with the rules of the published ones."""
+    return Suite(name="layouts", layouts=tuple(layout.id for layout in layouts))
+
+
+def _folder() -> Path:
+    return artefacts("eval") / "suites"
