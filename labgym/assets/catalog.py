@@ -12,6 +12,7 @@ from pydantic import Field
 from labgym.artefacts import artefacts
 from labgym.assets.model import Asset, Kind
 from labgym.assets.search import SynonymIndex
+from labgym.assets.sizes import size_problem
 from labgym.documents import Document
 from labgym.errors import DocumentError, UnknownNameError
 
@@ -49,12 +50,12 @@ class Catalog:
         """Read every JSON file below a folder.
 
         Raises:
-            DocumentError: no such folder, a file that is no asset file, or a name defined twice.
+            DocumentError: no such folder, a file that is no asset file, an implausible size, or a name defined twice.
         """
         files = sorted(Path(folder).rglob("*.json"))
         if not files:
             raise DocumentError(folder, "", "holds no asset files (*.json)")
-        return cls([asset for file in files for asset in AssetFile.load(file).assets], folder)
+        return cls([asset for file in files for asset in _read(file)], folder)
 
     def __len__(self) -> int:
         return len(self.assets)
@@ -63,7 +64,7 @@ class Catalog:
         return iter(self.assets)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._by_name
+        return isinstance(name, str) and name in self._by_name
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -84,13 +85,14 @@ class Catalog:
     def find(self, text: str) -> Asset:
         """Return the asset that a free text names, in English, Chinese or as a formula.
 
-        Canonical names and synonyms are compared without regard to case, spacing and punctuation; a misspelling
-        is forgiven where one asset is clearly the nearest.
+        Canonical names, synonyms and CAS numbers are compared without regard to case, spacing and punctuation. A
+        misspelling is forgiven where one asset is clearly the nearest; for reagents only a slip that cannot be the
+        name of another substance.
 
         Raises:
             UnknownNameError: nothing is near enough; lists the nearest.
         """
-        name = self._index.lookup(text)
+        name = self._index.lookup(text) if isinstance(text, str) else None
         if name is None:
             raise UnknownNameError("asset", text, self._by_name)
         return self._by_name[name]
@@ -106,6 +108,15 @@ class Catalog:
     @cached_property
     def _index(self) -> SynonymIndex:
         return SynonymIndex(self.assets)
+
+
+def _read(file: Path) -> tuple[Asset, ...]:
+    assets = AssetFile.load(file).assets
+    for index, asset in enumerate(assets):
+        problem = size_problem(asset)
+        if problem is not None:
+            raise DocumentError(file, f"assets.{index}.size", problem)
+    return assets
 
 
 @lru_cache(maxsize=1)

@@ -15,13 +15,14 @@ from typing import Annotated, ClassVar, Literal, get_args
 from pydantic import Field
 
 from labgym.artefacts import artefacts
+from labgym.assets.flags import Flag, carried
 from labgym.assets.model import Asset
 from labgym.documents import Document, Record
 from labgym.errors import UnknownNameError
 
 Profile = Literal["segregation", "boolean"]
-FLAG_TRAITS = ("flammable", "acid", "base", "oxidizer", "active_metal")
-"""Hazard flags that rules may name beside the reactive groups; `water_reactive` comes from the chemistry."""
+FLAG_TRAITS: tuple[Flag, ...] = ("flammable", "acid", "base", "oxidizer", "active_metal", "water_reactive")
+"""Flags that rules may name beside the reactive groups."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +49,11 @@ class Rule(Record):
 
 
 class RuleBook(Document):
-    """Rules by profile; where several apply, the first in the file is reported."""
+    """Reactive groups with their meaning, and rules by profile; where several apply, the first is reported."""
 
     SCHEMA: ClassVar[str] = "labgym.segregation/1"
 
+    groups: dict[str, str]
     profiles: dict[Profile, tuple[Rule, ...]]
 
 
@@ -77,10 +79,8 @@ def traits(asset: Asset) -> frozenset[str]:
     """Return the reactive groups and hazard flags of a reagent; empty for anything else."""
     if asset.chemistry is None:
         return frozenset()
-    flags = [flag for flag in FLAG_TRAITS if getattr(asset.hazards, flag)]
-    if asset.chemistry.water_reactive:
-        flags.append("water_reactive")
-    return frozenset(asset.chemistry.groups) | frozenset(flags)
+    flags = carried(asset)
+    return frozenset(asset.chemistry.groups) | frozenset(flag for flag in FLAG_TRAITS if flags[flag])
 
 
 def incompatible(a: Asset, b: Asset, profile: str = "segregation") -> Hazard | None:

@@ -1,0 +1,162 @@
+"""Checks that a catalogue is sound: sizes, geometry of hollows, identities, flags, groups and names.
+
+`check(catalog)` runs them all; `labgym assets --check` and the tests call it. Sizes are also checked on reading.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from labgym.assets import flags
+from labgym.assets.catalog import Catalog
+from labgym.assets.compatibility import rulebook
+from labgym.assets.model import SHELL, Asset
+from labgym.assets.search import normalise, surface_forms
+from labgym.assets.sizes import size_problem
+
+TOLERANCE = 1e-6
+MIN_TEXT = 30
+"""Least length of a description or caption, characters: shorter ones say nothing specific."""
+DENSITY = (0.5, 8000.0)
+"""Bounds of mass over bounding box, kg/m3: a gas balloon to solid steel."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Something wrong in the catalogue: the asset, the field and what is wrong with it."""
+
+    asset: str
+    field: str
+    message: str
+
+
+def check(catalog: Catalog) -> tuple[Problem, ...]:
+    """Return every problem of a catalogue; empty where it is sound."""
+    single = tuple(problem for asset in catalog for rule in RULES for problem in rule(asset))
+    return single + tuple(names_are_unique(catalog))
+
+
+def cas_is_valid(number: str) -> bool:
+    """Say whether a CAS registry number has the right form and check digit.
+
+    The check digit is the sum of the other digits, each times its position from the right, modulo 10.
+    """
+    if re.fullmatch(r"[1-9]\d{1,6}-\d{2}-\d", number) is None:
+        return False
+    *body, last = (int(digit) for digit in number if digit != "-")
+    return sum(place * digit for place, digit in enumerate(reversed(body), start=1)) % 10 == last
+
+
+def sizes_are_plausible(asset: Asset) -> Iterator[Problem]:
+    """Sides and density are what an asset of this category can have."""
+    problem = size_problem(asset)
+    if problem is not None:
+        yield Problem(asset.name, "size", problem)
+    density = asset.mass / (asset.size.width * asset.size.depth * asset.size.height)
+    if not DENSITY[0] <= density <= DENSITY[1]:
+        yield Problem(asset.name, "mass", f"{asset.mass:g} kg in its box is {density:.3g} kg/m3; expected {DENSITY}")
+
+
+def texts_are_given(asset: Asset) -> Iterator[Problem]:
+    """Description and caption say something, and both languages name the asset."""
+    for field in ("description", "caption"):
+        if len(getattr(asset, field).strip()) < MIN_TEXT:
+            yield Problem(asset.name, field, f"shorter than {MIN_TEXT} characters")
+    for field in ("synonyms_en", "synonyms_zh"):
+        if not getattr(asset, field):
+            yield Problem(asset.name, field, "empty; give at least one")
+
+
+def surfaces_fit(asset: Asset) -> Iterator[Problem]:
+    """Surfaces of a solid asset lie within its outline, those of a hollow one within its cavity, without overlap."""
+    size, cavity = asset.size, asset.cavity
+    if cavity is not None:
+        within = abs(cavity.x) + cavity.width / 2.0 <= size.width / 2.0 + TOLERANCE
+        within &= abs(cavity.y) + cavity.depth / 2.0 <= size.depth / 2.0 + TOLERANCE
+        within &= 0.0 <= cavity.z0 < cavity.z1 <= size.height + TOLERANCE
+        if not within:
+            yield Problem(asset.name, "cavity", "reaches outside the bounding box")
+        if not asset.surfaces:
+            yield Problem(asset.name, "surfaces", "a hollow asset needs at least one surface inside")
+    x, y, width, depth = (0.0, 0.0, size.width, size.depth)
+    top = size.height
+    if cavity is not None:
+        x, y, width, depth, top = cavity.x, cavity.y, cavity.width, cavity.depth, cavity.z1
+    for slot, surface in enumerate(asset.surfaces):
+        inside = abs(surface.x - x) + surface.width / 2.0 <= width / 2.0 + TOLERANCE
+        inside &= abs(surface.y - y) + surface.depth / 2.0 <= depth / 2.0 + TOLERANCE
+        if not inside or surface.z > top + TOLERANCE or (cavity is not None and surface.z < cavity.z0 - TOLERANCE):
+            yield Problem(asset.name, f"surfaces.{slot}", "lies outside the outline or the cavity")
+
+
+def headrooms_fit(asset: Asset) -> Iterator[Problem]:
+    """Inside a cavity, each surface's headroom ends below the next shelf's board or the ceiling."""
+    if asset.cavity is None:
+        return
+    levels = sorted(surface.z for surface in asset.surfaces)
+    for slot, surface in enumerate(asset.surfaces):
+        above = [level - SHELL for level in levels if level > surface.z + TOLERANCE]
+        ceiling = min([*above, asset.cavity.z1])
+        if surface.headroom is None or surface.z + surface.headroom > ceiling + TOLERANCE:
+            yield Problem(asset.name, f"surfaces.{slot}.headroom", f"must end at {ceiling:g} m or lower")
+
+
+def kinds_agree(asset: Asset) -> Iterator[Problem]:
+    """Reagents have chemistry and stand on things; heat, glass, storage and hoods say so consistently."""
+    if (asset.kind == "reagent") != (asset.chemistry is not None):
+        yield Problem(asset.name, "chemistry", "given for reagents and only for them")
+    if asset.kind == "reagent" and (asset.placing != "desktop" or asset.hazards.glass_container):
+        yield Problem(asset.name, "placing", "reagents stand on surfaces and are no glass equipment")
+    if asset.hazards.heat_source != (asset.heat_class is not None):
+        yield Problem(asset.name, "heat_class", "given for heat sources and only for them")
+    if asset.category == "glassware" and not asset.hazards.glass_container:
+        yield Problem(asset.name, "hazards.glass_container", "glassware is glass")
+    if asset.storage_class is not None and asset.cavity is None:
+        yield Problem(asset.name, "cavity", "a storage cabinet is hollow")
+    if asset.fume_hood and (asset.cavity is None or not asset.surfaces):
+        yield Problem(asset.name, "cavity", "a fume hood has a work surface inside")
+    if asset.mount_height > 0.0 and asset.placing != "wall":
+        yield Problem(asset.name, "mount_height", "only for what hangs on a wall")
+
+
+def chemistry_is_sound(asset: Asset) -> Iterator[Problem]:
+    """CAS numbers check, ratings are in range, groups are defined, flags follow the data."""
+    chemistry = asset.chemistry
+    if chemistry is None:
+        return
+    if chemistry.cas is not None and not cas_is_valid(chemistry.cas):
+        yield Problem(asset.name, "chemistry.cas", f"{chemistry.cas!r} fails its check digit")
+    if chemistry.nfpa is not None and not all(0 <= rating <= 4 for rating in chemistry.nfpa):
+        yield Problem(asset.name, "chemistry.nfpa", f"{chemistry.nfpa} is not within 0 to 4")
+    for group in chemistry.groups:
+        if group not in rulebook().groups:
+            yield Problem(asset.name, "chemistry.groups", f"{group!r} is not defined in the rule book")
+    carried = flags.carried(asset)
+    for flag, value in flags.expected(asset).items():
+        if carried[flag] != value:
+            message = f"is {carried[flag]}, its data say {value}; change it or list an exception"
+            yield Problem(asset.name, flag, message)
+
+
+def names_are_unique(catalog: Catalog) -> Iterator[Problem]:
+    """No two assets share a surface form."""
+    owners: dict[str, set[str]] = defaultdict(set)
+    for asset in catalog:
+        for form in surface_forms(asset):
+            owners[normalise(form)].add(asset.name)
+    for form, names in owners.items():
+        if len(names) > 1 or not form:
+            yield Problem(min(names), "synonyms", f"{form!r} means {', '.join(sorted(names))}")
+
+
+RULES = (
+    sizes_are_plausible,
+    texts_are_given,
+    surfaces_fit,
+    headrooms_fit,
+    kinds_agree,
+    chemistry_is_sound,
+)

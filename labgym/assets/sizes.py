@@ -1,0 +1,68 @@
+"""Plausible sizes: what a class of asset may measure, and which slip of units explains a size outside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from labgym.assets.model import Asset
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Least and greatest side of a bounding box, metres."""
+
+    least: float
+    greatest: float
+
+
+GLASSWARE = Bounds(0.005, 0.90)
+BENCH_TOP = Bounds(0.004, 1.60)
+CONTAINER = Bounds(0.03, 0.50)
+CYLINDER = Bounds(0.05, 1.80)
+FLOOR_STANDING = Bounds(0.15, 3.50)
+ON_WALL = Bounds(0.01, 3.50)
+
+GLASS_CATEGORIES = ("glassware", "ceramic")
+_SLIPS = {
+    1000.0: "metres divided by 1000",
+    100.0: "metres divided by 100",
+    10.0: "metres divided by 10",
+    0.0254: "inches",
+    0.01: "centimetres",
+    0.001: "millimetres",
+}
+"""Factor that would put the size right, and what was then given instead of metres."""
+
+
+def bounds(asset: Asset) -> Bounds:
+    """Return what the sides of an asset of this kind, category and placing may measure."""
+    if asset.kind == "reagent":
+        return CYLINDER if asset.chemistry is not None and asset.chemistry.state == "gas" else CONTAINER
+    if asset.placing == "floor":
+        return FLOOR_STANDING
+    if asset.placing == "wall":
+        return ON_WALL
+    return GLASSWARE if asset.category in GLASS_CATEGORIES else BENCH_TOP
+
+
+def size_problem(asset: Asset) -> str | None:
+    """Return why an asset's size cannot be right, naming the likely slip of units; None where it is plausible."""
+    allowed = bounds(asset)
+    sides = (asset.size.width, asset.size.depth, asset.size.height)
+    if all(allowed.least <= side <= allowed.greatest for side in sides):
+        return None
+    given = " x ".join(f"{side:g}" for side in sides)
+    what = f"{asset.placing} {asset.kind} of category {asset.category!r}"
+    slips = _likely_slips(sides, allowed)
+    remedy = f"likely given in {' or '.join(slips)}" if slips else "give width, depth and height in metres"
+    expected = f"outside {allowed.least:g} to {allowed.greatest:g} m for a {what}"
+    return f"size {given} m of {asset.name!r} is {expected}; {remedy}"
+
+
+def _likely_slips(sides: tuple[float, ...], allowed: Bounds) -> list[str]:
+    """Name the slips whose undoing brings every side into bounds."""
+    return [
+        name
+        for factor, name in _SLIPS.items()
+        if all(allowed.least <= side * factor <= allowed.greatest for side in sides)
+    ]
