@@ -72,7 +72,7 @@ _GROUPS: dict[Flag, frozenset[str]] = {
         }
     ),
     "oxidizer": frozenset({"strong_oxidizer", "organic_peroxide", "nitrate_nitrite"}),
-    "active_metal": frozenset({"alkali_metal", "active_metal"}),
+    "active_metal": frozenset({"alkali_metal", "metal_powder"}),
     "water_reactive": frozenset({"acyl_halide", "chlorosilane"}),
 }
 

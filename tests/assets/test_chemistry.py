@@ -1,0 +1,135 @@
+"""Identities and hazards of reagents agree with arithmetic and with rules written down a second time."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from labgym.assets import Catalog, flags
+from labgym.assets.checks import cas_is_valid
+
+REAGENTS = Catalog.load().of_kind("reagent")
+ids = pytest.mark.parametrize("asset", REAGENTS, ids=lambda asset: asset.name)
+
+# Standard atomic weights, IUPAC 2021, abridged.
+WEIGHTS = {
+    "H": 1.008, "Li": 6.94, "B": 10.81, "C": 12.011, "N": 14.007, "O": 15.999, "F": 18.998, "Na": 22.990,
+    "Mg": 24.305, "Al": 26.982, "Si": 28.085, "P": 30.974, "S": 32.06, "Cl": 35.45, "Ar": 39.95, "K": 39.098,
+    "Ca": 40.078, "Ti": 47.867, "Cr": 51.996, "Mn": 54.938, "Fe": 55.845, "Ni": 58.693, "Cu": 63.546, "Zn": 65.38,
+    "Br": 79.904, "Pd": 106.42, "Ag": 107.87, "Sn": 118.71, "I": 126.90, "Cs": 132.91,
+}  # fmt: skip
+
+
+@ids
+def test_cas_numbers_pass_their_check_digit(asset):
+    digits = asset.chemistry.cas.replace("-", "")
+    weighted = sum(int(digit) * (len(digits) - 1 - place) for place, digit in enumerate(digits[:-1]))
+    assert weighted % 10 == int(digits[-1])
+    assert cas_is_valid(asset.chemistry.cas)
+
+
+@pytest.mark.parametrize("number", ["64-17-6", "64-71-5", "064-17-5", "64175", "64-17-5 ", "", "12345678-12-1", "乙醇"])
+def test_wrong_cas_numbers_are_told(number):
+    assert not cas_is_valid(number)
+
+
+@pytest.mark.parametrize("number", ["7732-18-5", "58-08-2", "50-00-0", "7440-44-0"])
+def test_right_cas_numbers_are_accepted(number):
+    assert cas_is_valid(number)
+
+
+@ids
+def test_molar_mass_is_that_of_the_formula(asset):
+    chemistry = asset.chemistry
+    if chemistry.formula is None or chemistry.molar_mass is None:
+        assert asset.name in {"PetroleumEther", "Xylene", "Celite", "MolecularSieves"}
+        return
+    parts = re.findall(r"([A-Z][a-z]?)(\d*)", chemistry.formula)
+    assert "".join(element + count for element, count in parts) == chemistry.formula
+    mass = sum(WEIGHTS[element] * int(count or 1) for element, count in parts)
+    assert chemistry.molar_mass == pytest.approx(mass, rel=0.002, abs=0.02)
+
+
+@ids
+def test_physical_data_are_physical(asset):
+    chemistry = asset.chemistry
+    if chemistry.state == "liquid" and asset.name != "BenzylTBSEther":  # its density is not published
+        assert chemistry.density is not None
+        assert 0.6 <= chemistry.density <= 3.2
+    if chemistry.flash_point is not None and chemistry.boiling_point is not None:
+        assert chemistry.flash_point < chemistry.boiling_point
+    if chemistry.nfpa is not None:
+        assert all(0 <= rating <= 4 for rating in chemistry.nfpa)
+    assert all(re.fullmatch(r"(EU)?H\d{3}[A-Za-z]{0,2}", code) for code in chemistry.h_codes)
+
+
+@ids
+def test_low_flash_points_and_fire_statements_mean_flammable(asset):
+    chemistry = asset.chemistry
+    fire = any(re.match(r"H(22[0-8]|25[0-2]|260)", code) for code in chemistry.h_codes)
+    burns = fire or (chemistry.flash_point is not None and chemistry.flash_point <= 60)
+    assert asset.hazards.flammable == burns or (asset.name, "flammable") in flags.exceptions()
+
+
+@ids
+def test_poisons_and_low_boilers_mean_volatile_or_toxic(asset):
+    chemistry = asset.chemistry
+    poison = any(
+        re.match(r"(H(300|301|310|311|330|331|340|350|351|360|361|370|372)|EUH029)", code) for code in chemistry.h_codes
+    )
+    boils = chemistry.state == "liquid" and chemistry.boiling_point is not None and chemistry.boiling_point <= 100
+    expected = poison or (boils and asset.name != "DeionizedWater")
+    assert asset.hazards.volatile_or_toxic == expected or (asset.name, "volatile_or_toxic") in flags.exceptions()
+
+
+@pytest.mark.parametrize(
+    ("flag", "pattern"), [("oxidizer", r"H27[0-2]"), ("explosive", r"H(20[0-5]|24[0-2])"), ("flammable", r"H22[456]")]
+)
+def test_statements_always_show_in_their_flag(flag, pattern):
+    for asset in REAGENTS:
+        if any(re.match(pattern, code) for code in asset.chemistry.h_codes):
+            assert getattr(asset.hazards, flag), asset.name
+
+
+def test_each_exception_is_needed_and_has_a_reason():
+    by_name = {asset.name: asset for asset in REAGENTS}
+    for (name, flag), exception in flags.exceptions().items():
+        assert flags.by_rule(by_name[name].chemistry)[flag] != exception.value
+        assert len(exception.reason) > 10
+
+
+@ids
+def test_storage_fits_the_hazard(asset):
+    hazards, chemistry = asset.hazards, asset.chemistry
+    if chemistry.state == "gas":
+        assert chemistry.storage_class == "Gas"
+    if chemistry.storage_class == "General":
+        assert not hazards.oxidizer
+        assert chemistry.state != "liquid" or not hazards.flammable
+    if chemistry.state == "liquid" and hazards.flammable:
+        assert chemistry.storage_class in {"Flammable", "WaterReactive", "Refrigerator"}
+    if chemistry.storage_class in {"Acid", "Base"}:
+        assert hazards.acid == (chemistry.storage_class == "Acid")
+        assert hazards.base == (chemistry.storage_class == "Base")
+
+
+@ids
+def test_captions_recommend_the_place_that_the_data_name(asset):
+    words = {
+        "Flammable": "flammables cabinet", "Acid": "acid cabinet", "Base": "base cabinet",
+        "Oxidizer": "oxidiser cabinet", "Toxic": "toxics cabinet", "WaterReactive": "water-reactive cabinet",
+        "Refrigerator": "refrigerator", "Gas": "gas cabinet", "General": "general cabinet",
+    }  # fmt: skip
+    assert words[asset.chemistry.storage_class] in asset.caption.lower()
+
+
+@ids
+def test_packs_weigh_what_they_hold(asset):
+    specs, size = asset.specs, asset.size
+    if "pack_mL" in specs:
+        volume = float(specs["pack_mL"]) * 1e-6
+        assert volume < size.width * size.depth * size.height
+        assert asset.mass > volume * 1000 * (asset.chemistry.density or 0.9)
+    if "pack_g" in specs:
+        assert asset.mass > float(specs["pack_g"]) / 1000
