@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 
 import pytest
@@ -104,9 +105,5 @@ JSON = st.recursive(
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(sorted(set(GOOD) - {"schema"})), JSON)
 def test_any_value_is_validated_or_refused(field, value):
-    try:
-        protocol = Protocol.parse({**GOOD, field: value})
-    except DocumentError as error:
-        assert "\n" not in str(error)
-    else:
-        assert isinstance(validate(protocol), tuple)
+    with contextlib.suppress(DocumentError):
+        assert isinstance(validate(Protocol.parse({**GOOD, field: value})), tuple)

@@ -77,7 +77,7 @@ def test_descriptions_and_synonym_lists_differ():
 
 @each
 def test_steps_use_what_their_text_names(protocol):
-    """A reagent whose full name stands in a step's text is used there, unless it waits in its bottle or is what must go."""
+    """A reagent that a step's text names is used there, unless it waits in its bottle or is what must go."""
     waiting = ("stage", "carry", "no ", "residue", "waste", "smell", "layer", "to remove")
     for step in protocol.steps:
         for use in protocol.reagents:
