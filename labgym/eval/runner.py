@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -70,56 +71,63 @@ def evaluate(
         OptionError: an option is not what it may be, or the folder holds another run.
         LabgymError: two layouts have one id, a layout has no protocol, or a worker died.
     """
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise OptionError(f"workers is {workers!r}, expected a whole number of at least 1")
+    _check_at_least("workers", workers, 1)
+    _check_at_least("seed", seed, 0)
     suite, layouts = _resolved(suite)
     source = _source(policy, dict(options or {}))
     made = source.make()
-    record = provenance(made)
-    identity = RunIdentity(suite=suite, policy=source.label, options=source.options, seed=seed, code=record.code)
-    folder = RunFolder(None if out is None else Path(out), identity)
-    run = _Run(source, suite, layouts, seed, made.privileged, record, {"workers": workers, "progress": progress})
+    arguments = {"workers": workers, "progress": progress}
+    run = _Run(source, suite, layouts, seed, made.privileged, provenance(made), arguments)
     if source.instance is None:
         made.close()
+    folder = RunFolder(None if out is None else Path(out), run.identity)
     done = folder.resume(run.expected)
     try:
         run.drive(done, folder, workers, progress)
-    except BaseException:
-        folder.finish(run.report(done).summary, done)
-        raise
-    report = run.report(done)
-    folder.finish(report.summary, done)
+    finally:
+        # Also after Ctrl-C or an error: what is done is then in order, and the summary says that it is not all.
+        report = run.report(done)
+        folder.finish(report.summary, done)
     return report
 
 
+@dataclass(frozen=True)
 class _Run:
     """What is to be driven, and the report on what was."""
 
-    def __init__(
-        self,
-        source: PolicySource,
-        suite: Suite,
-        layouts: tuple[Layout, ...],
-        seed: int,
-        privileged: bool,
-        record: Provenance,
-        arguments: dict[str, Any],
-    ) -> None:
-        self._source, self._suite, self._layouts, self._seed = source, suite, layouts, seed
-        self._privileged, self._record, self._arguments = privileged, record, arguments
-        self.expected: dict[str, tuple[str, int]] = {
-            layout.id: (layout.hash, len(goal_pairs(layout))) for layout in layouts
-        }
+    source: PolicySource
+    suite: Suite
+    layouts: tuple[Layout, ...]
+    seed: int
+    privileged: bool
+    provenance: Provenance
+    arguments: dict[str, Any]
+
+    @cached_property
+    def expected(self) -> dict[str, tuple[str, int]]:
+        """Hash and number of goal pairs of each layout by id."""
+        return {layout.id: (layout.hash, len(goal_pairs(layout))) for layout in self.layouts}
+
+    @property
+    def identity(self) -> RunIdentity:
+        """What its folder is for."""
+        return RunIdentity(
+            suite=self.suite,
+            policy=self.source.label,
+            options=self.source.options,
+            seed=self.seed,
+            code=self.provenance.code,
+        )
 
     def drive(self, done: dict[Key, Drive], folder: RunFolder, workers: int, progress: bool) -> None:
         """Drive what is not done, adding to it layout by layout."""
         total = sum(count for _, count in self.expected.values())
         jobs = [
-            Job(self._source, layout, self._suite, self._seed)
-            for layout in self._layouts
+            Job(self.source, layout, self.suite, self.seed)
+            for layout in self.layouts
             if any((layout.id, pair) not in done for pair in range(self.expected[layout.id][1]))
         ]
-        with tqdm(total=total, initial=len(done), desc=self._source.label, unit="ep", disable=not progress) as bar:
+        with tqdm(total=total, initial=len(done), desc=self.source.label, unit="ep", disable=not progress) as bar:
             for _, drives in run_jobs(jobs, workers):
                 done.update({drive.row.key: drive for drive in drives})
                 folder.append(drives)
@@ -131,20 +139,20 @@ class _Run:
         drives = [done[key] for key in keys if key in done]
         rows = tuple(drive.row for drive in drives)
         summary = NavigationSummary(
-            suite=self._suite,
-            policy=self._source.label,
-            options=self._source.options,
-            privileged=self._privileged,
-            seed=self._seed,
+            suite=self.suite,
+            policy=self.source.label,
+            options=self.source.options,
+            privileged=self.privileged,
+            seed=self.seed,
             layouts={layout: digest for layout, (digest, _) in self.expected.items()},
             episodes=len(rows),
             expected=len(keys),
             errors=sum(row.error is not None for row in rows),
             unreachable=sum(row.shortest_path_length is None for row in rows),
             complete=len(rows) == len(keys),
-            metrics=summarise(rows, self._seed),
-            arguments=self._arguments,
-            provenance=self._record,
+            metrics=summarise(rows, self.seed),
+            arguments=self.arguments,
+            provenance=self.provenance,
         )
         return NavigationReport(summary, rows, {drive.row.key: drive.route for drive in drives})
 
@@ -172,3 +180,8 @@ def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
         return PolicySource(policy, json.loads(json.dumps(options)))
     except TypeError as error:
         raise OptionError(f"options of policy {policy!r} must be plain JSON data: {error}") from error
+
+
+def _check_at_least(name: str, value: object, least: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise OptionError(f"{name} is {value!r}, expected a whole number of at least {least}")
