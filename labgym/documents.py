@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import os
 import tempfile
 from pathlib import Path
@@ -17,6 +16,7 @@ from labgym.errors import DocumentError
 MAX_BYTES = 32 * 1024 * 1024
 MAX_DEPTH = 32
 MAX_MAGNITUDE = 1e9
+MAX_INTEGER = 2**53
 
 
 class Record(BaseModel):
@@ -79,7 +79,7 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
 
     Raises:
         DocumentError: missing, not a regular file, too large, not UTF-8, not JSON, NaN or infinite or beyond
-            1e9 in magnitude, or nested deeper than 32.
+            1e9 in magnitude (2^53 for integers), or nested deeper than 32.
     """
     path = Path(path)
     if not path.is_file():
@@ -150,5 +150,6 @@ def _check_bounds(data: Any, path: Path) -> None:
         elif isinstance(value, list):
             stack.extend((item, f"{field}.{index}"[:200].lstrip("."), depth + 1) for index, item in enumerate(value))
         elif isinstance(value, int | float) and not isinstance(value, bool):
-            if not math.isfinite(value) or abs(value) > MAX_MAGNITUDE:
-                raise DocumentError(path, field, f"number {str(value)[:40]} is beyond {MAX_MAGNITUDE:g} in magnitude")
+            limit = MAX_INTEGER if isinstance(value, int) else MAX_MAGNITUDE
+            if not abs(value) <= limit:
+                raise DocumentError(path, field, f"number {str(value)[:40]} is beyond {limit:g} in magnitude")

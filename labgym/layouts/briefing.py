@@ -129,17 +129,19 @@ def _stock(
         asset = catalog.find(name)
         if asset.placing != "floor":
             waiting.setdefault(_home(protocol, asset.name, units), []).append(asset.name)
-    order = sorted(waiting)
-    spare = [unit.id for unit in units if _is_bench(unit.asset) and unit.id not in order]
-    for unit_id in (*order, *sorted(spare, key=lambda unit_id: (not _is_island(unit_id), unit_id))):
-        names = waiting.pop(unit_id, [])
-        names += [name for name in waiting.pop("", []) if unit_id not in order]
-        furniture = catalog.get(next(unit.asset for unit in units if unit.id == unit_id))
-        placed, left = furnish_surface(furniture, sorted(names, key=_heat_first), profile, generator)
+    furniture = {unit.id: catalog.get(unit.asset) for unit in units}
+    homeless: list[str] = []
+    for unit_id, names in sorted(waiting.items()):
+        placed, left = furnish_surface(furniture[unit_id], sorted(names, key=_heat_first), profile, generator)
         stock[unit_id] = tuple(placed)
-        waiting.setdefault("", []).extend(left)
-    if waiting.get(""):
-        raise InfeasibleError(protocol.id, [f"no work surface has room for {', '.join(waiting[''])}"], None)
+        homeless += left
+    benches = [unit_id for unit_id, asset in furniture.items() if asset.subtype == "workbench" or asset.fume_hood]
+    for unit_id in sorted(benches, key=lambda unit_id: (unit_id in stock, not _is_island(unit_id), unit_id)):
+        standing = stock.get(unit_id, ())
+        placed, homeless = furnish_surface(furniture[unit_id], homeless, profile, generator, standing)
+        stock[unit_id] = (*standing, *placed)
+    if homeless:
+        raise InfeasibleError(protocol.id, [f"no work surface has room for {', '.join(homeless)}"], None)
     return stock
 
 
@@ -157,11 +159,6 @@ def _home(protocol: Protocol, instrument: str, units: list[Unit]) -> str:
 
 def _heat_first(name: str) -> tuple[bool, str]:
     return Catalog.load().get(name).heat_class is None, name
-
-
-def _is_bench(asset: str) -> bool:
-    entry = Catalog.load().get(asset)
-    return entry.subtype == "workbench" or entry.fume_hood
 
 
 def _is_island(unit_id: str) -> bool:

@@ -19,7 +19,7 @@ from labgym.layouts.thresholds import Profile
 from labgym.layouts.thresholds import profile as resolve_profile
 from labgym.protocols import Protocol, get
 
-MAX_SEED = 2**63 - 1
+MAX_SEED = 2**53 - 1
 
 
 def generate(
@@ -35,7 +35,7 @@ def generate(
 
     Args:
         protocol: a protocol, or the id of one of the library.
-        seed: 0 to 2^63 - 1.
+        seed: 0 to 2^53 - 1, what JSON carries exactly.
         room: a room, the name of a preset, or None for the default preset.
         profile: thresholds to satisfy.
         proposer: what makes the first layout; the procedural one by default.

@@ -14,7 +14,7 @@ from labgym.layouts.thresholds import Profile
 from labgym.layouts.walls import choose_walls
 from labgym.protocols import Protocol
 
-EFFORT = 1.0
+EFFORT = 0.4
 
 
 def explain(protocol: Protocol, room: Room, profile: Profile, brief: Brief) -> InfeasibleError:

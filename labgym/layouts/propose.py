@@ -21,7 +21,7 @@ from labgym.protocols import Protocol
 
 ATTEMPTS = 6
 """Briefs tried at each level of furnishing before the next."""
-QUICK, THOROUGH = 0.04, 2.0
+QUICK, THOROUGH = 0.04, 1.0
 """Deterministic search time with walls chosen beforehand, and with walls left to the solver."""
 
 

@@ -76,9 +76,13 @@ def _shelf_spot(
 
 
 def furnish_surface(
-    furniture: Asset, names: Sequence[str], profile: Profile, generator: np.random.Generator
+    furniture: Asset,
+    names: Sequence[str],
+    profile: Profile,
+    generator: np.random.Generator,
+    standing: Sequence[Stocked] = (),
 ) -> tuple[list[Stocked], list[str]]:
-    """Stand instruments on a work surface, glassware `profile.glass` from its edges where the surface allows it.
+    """Stand instruments on a work surface beside what stands there, glassware `profile.glass` from its edges where the surface allows it.
 
     Returns:
         What was placed, and the names that found no room.
@@ -91,7 +95,8 @@ def furnish_surface(
     for name in names:
         asset = catalog.get(name)
         items.append(_item(asset, profile.glass if asset.hazards.glass_container else BENCH_MARGIN))
-    found = pack(items, surface.width, surface.depth, surface.headroom, generator)
+    taken = [item.spot for item in standing]
+    found = pack(items, surface.width, surface.depth, surface.headroom, generator, taken)
     stocked = [Stocked(names[index], 0, spot) for index, spot in sorted(found.items())]
     return stocked, [name for index, name in enumerate(names) if index not in found]
 

@@ -1,0 +1,84 @@
+"""The constraint program and what feeds it, checked by polygons."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from shapely import Polygon, box
+
+from labgym.assets import Catalog, incompatible
+from labgym.geometry import OrientedBox
+from labgym.layouts.brief import Brief, Separation, Unit
+from labgym.layouts.cabinets import plan_cabinets
+from labgym.layouts.floor_plan import solve
+from labgym.layouts.model import Door, Room
+from labgym.layouts.tabletop import GAP, Item, pack
+from labgym.layouts.thresholds import profile
+from labgym.protocols import protocols
+
+ROOM = Room(width=6.0, depth=6.0, doors=(Door(wall="front", offset=1.0),))
+
+
+def outline(unit, pose):
+    return Polygon(OrientedBox(pose.x, pose.y, unit.width, unit.depth, pose.yaw).corners())
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_units_are_apart_inside_and_clear_of_doors(seed):
+    units = tuple(Unit(f"u{k}", "LabBench", 0.8 + 0.1 * k, 0.6, 0.9) for k in range(8))
+    separations = (Separation("u0", "u1", 1.5, "test"), Separation("u2", "u3", 1.5, "test"))
+    poses = solve(Brief(units, separations), ROOM, seed)
+    shapes = {unit.id: outline(unit, poses[unit.id]) for unit in units}
+    assert all(box(0, 0, 6, 6).covers(shape) for shape in shapes.values())
+    assert all(first.distance(second) >= 0.02 - 1e-9 for first, second in combinations(shapes.values(), 2))
+    assert all(shape.intersection(box(0.4, 0, 1.6, 1.2)).area < 1e-9 for shape in shapes.values())
+    assert all(shapes[rule.first].distance(shapes[rule.second]) >= 1.5 - 1e-9 for rule in separations)
+    for unit in units:
+        pose = poses[unit.id]
+        frame = OrientedBox(pose.x, pose.y, unit.width, unit.depth, pose.yaw)
+        half = unit.width / 2.0
+        corners = [(-half, 0.3), (half, 0.3), (half, 1.2), (-half, 1.2)]
+        zone = Polygon([frame.to_world(*corner) for corner in corners])
+        others = [shape for name, shape in shapes.items() if name != unit.id]
+        assert all(zone.intersection(other).area < 1e-9 for other in others)
+
+
+def test_what_cannot_fit_has_no_plan():
+    units = tuple(Unit(f"u{k}", "LabBench", 3.0, 0.75, 1.0) for k in range(9))
+    assert solve(Brief(units), ROOM, 0, effort=0.2) is None
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_things_on_a_surface_keep_their_gaps_and_margins(seed):
+    generator = np.random.default_rng(seed)
+    items = [Item(f"i{k}", *generator.uniform(0.05, 0.2, 2), 0.2, 0.15 if k % 2 else 0.02) for k in range(8)]
+    spots = pack(items, 1.5, 0.75, None, generator)
+    assert len(spots) == len(items)
+    shapes = {
+        k: box(s.x - s.width / 2, s.y - s.depth / 2, s.x + s.width / 2, s.y + s.depth / 2) for k, s in spots.items()
+    }
+    for first, second in combinations(shapes.values(), 2):
+        assert first.distance(second) > 0.0
+    for index, shape in shapes.items():
+        margin = items[index].margin
+        assert box(-0.75 + margin, -0.375 + margin, 0.75 - margin, 0.375 - margin).buffer(1e-9).covers(shape)
+    grown = [shape.buffer(GAP / 2 - 1e-9, join_style="mitre") for shape in shapes.values()]
+    assert all(first.intersection(second).area < 1e-9 for first, second in combinations(grown, 2))
+
+
+def test_a_thing_too_high_for_its_shelf_is_left_out():
+    generator = np.random.default_rng(0)
+    assert pack([Item("tall", 0.1, 0.1, 0.5, 0.0)], 1.0, 0.5, 0.4, generator) == {}
+
+
+@pytest.mark.parametrize("name", sorted(protocols()))
+def test_no_cabinet_holds_two_reagents_that_must_not_meet(name):
+    protocol, catalog = protocols()[name], Catalog.load()
+    cabinets = plan_cabinets(protocol, profile("default"))
+    stored = [reagent for cabinet in cabinets for reagent in cabinet.reagents]
+    assert sorted(stored) == sorted(use.name for use in protocol.reagents)
+    for cabinet in cabinets:
+        for first, second in combinations(cabinet.reagents, 2):
+            assert incompatible(catalog.get(first), catalog.get(second)) is None
+        kind = catalog.get(cabinet.asset).storage_class
+        assert all(catalog.get(reagent).chemistry.storage_class == kind for reagent in cabinet.reagents)
