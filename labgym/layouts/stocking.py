@@ -82,7 +82,9 @@ def furnish_surface(
     generator: np.random.Generator,
     standing: Sequence[Stocked] = (),
 ) -> tuple[list[Stocked], list[str]]:
-    """Stand instruments on a work surface beside what stands there, glassware `profile.glass` from its edges where the surface allows it.
+    """Stand instruments on a work surface beside what stands there.
+
+    Glassware keeps `profile.glass` from the edges where the surface allows it.
 
     Returns:
         What was placed, and the names that found no room.
