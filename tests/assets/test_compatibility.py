@@ -39,6 +39,9 @@ def get(name):
         ("SodiumSulfite", "HydrochloricAcid", "acid_with_toxic_gas_former"),
         ("HydrogenPeroxide", "SodiumSulfite", "oxidizer_with_reducer"),
         ("BenzoylPeroxide", "Aniline", "oxidizer_with_oxidizable_aromatic"),
+        ("NitricAcid", "Aniline", "oxidizer_with_oxidizable_aromatic"),
+        ("NitricAcid", "Phenol", "oxidizer_with_oxidizable_aromatic"),
+        ("PerchloricAcid", "AceticAnhydride", "anhydride_with_nucleophile_or_catalyst"),
     ],
 )
 def test_known_dangers_are_told_with_kind_hazard_and_source(a, b, kind):
