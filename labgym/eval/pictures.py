@@ -1,4 +1,4 @@
-"""Top-down pictures of layouts: room, objects, hazards, goal poses and the routes that policies drove."""
+"""Top-down pictures of layouts: room, objects, hazards, goal poses and the traces that policies drove."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+from scipy.spatial.distance import cdist
+
 from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.eval import palette
-from labgym.eval.plan_drawing import Route, draw_goals, draw_objects, draw_room, draw_routes
+from labgym.eval.plan_drawing import Trace, draw_goals, draw_objects, draw_room, draw_traces
 from labgym.eval.plan_panel import PANEL_INCHES, Panel
 from labgym.layouts.model import Layout
 from labgym.navigation import goal_poses
@@ -24,13 +27,13 @@ MARGIN_INCHES = 0.25
 DPI = 150
 
 
-def topdown(layout: Layout, protocol: Protocol | None = None, routes: Sequence[Route] = ()) -> Figure:
+def topdown(layout: Layout, protocol: Protocol | None = None, traces: Sequence[Trace] = ()) -> Figure:
     """Draw a layout from above, with a panel that explains it.
 
     Args:
         layout: what to draw.
         protocol: numbers its locations as goal poses; None leaves them out.
-        routes: paths to draw; policies take their colours in the order in which they first occur.
+        traces: paths to draw; policies take their colours in the order in which they first occur.
 
     Returns:
         A matplotlib figure; `save_picture` writes it.
@@ -50,10 +53,10 @@ def topdown(layout: Layout, protocol: Protocol | None = None, routes: Sequence[R
     axes.set_ylim(-room.wall_thickness, room.depth + room.wall_thickness)
     axes.set_axis_off()
     poses = goal_poses(layout, protocol) if protocol else {}
-    colours = palette.policy_colours(list(dict.fromkeys(route.policy for route in routes)))
+    colours = palette.policy_colours(list(dict.fromkeys(trace.policy for trace in traces)))
     draw_room(axes, room)
     draw_objects(axes, layout, 72.0 * scale)
-    draw_routes(axes, routes, colours)
+    draw_traces(axes, traces, colours)
     draw_goals(axes, poses)
     left = (plan[0] + 2 * MARGIN_INCHES) / size[0]
     beside = figure.add_axes((left, MARGIN_INCHES / size[1], PANEL_INCHES / size[0], plan[1] / size[1]), frameon=False)
@@ -62,7 +65,7 @@ def topdown(layout: Layout, protocol: Protocol | None = None, routes: Sequence[R
     if poses:
         panel.stops(list(poses))
     if colours:
-        panel.routes(routes, colours)
+        panel.traces(traces, colours)
     panel.legend(layout)
     return figure
 
@@ -79,6 +82,24 @@ def save_picture(figure: Figure, path: str | Path) -> Path:
     return write_bytes(path, picture_bytes(figure, path.suffix[1:]))
 
 
+def save_view(layout: Layout, path: str | Path, camera: str = "overview", width: int = 1280, height: int = 720) -> Path:
+    """Render a view of a layout's scene and write it as PNG.
+
+    Raises:
+        OptionError: the path ends in something else than .png.
+        UnknownNameError: the scene has no such camera.
+    """
+    import cv2
+
+    from labgym.scenes import render
+
+    path = Path(path)
+    if path.suffix != ".png":
+        raise OptionError(f"view {path.name!r} must end in .png")
+    blue_first = render(layout, width, height, camera)[:, :, ::-1]
+    return write_bytes(path, cv2.imencode(".png", blue_first)[1].tobytes())
+
+
 def picture_bytes(figure: Figure, kind: str = "png") -> bytes:
     """Return a figure as the bytes of a PNG or SVG file, free of dates and versions."""
     import matplotlib
@@ -87,4 +108,20 @@ def picture_bytes(figure: Figure, kind: str = "png") -> bytes:
     metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
     with matplotlib.rc_context({"svg.hashsalt": "labgym", "svg.fonttype": "path"}):
         figure.savefig(stream, format=kind, dpi=DPI, metadata=metadata)
+    return _with_palette(stream) if kind == "png" else stream.getvalue()
+
+
+def _with_palette(png: io.BytesIO) -> bytes:
+    """Return a PNG of the picture's 255 commonest colours, a quarter of the size: a plan has few but for soft edges."""
+    from PIL import Image
+
+    pixels = np.asarray(Image.open(png).convert("RGBX")).view("<u4")[:, :, 0]
+    packed, index, counts = np.unique(pixels, return_inverse=True, return_counts=True)
+    colours = packed.astype("<u4").view(np.uint8).reshape(-1, 4)[:, :3]
+    common = colours[np.argsort(-counts, kind="stable")[:255]]
+    nearest = cdist(colours, common).argmin(axis=1).astype(np.uint8)
+    indexed = Image.fromarray(nearest[index].reshape(pixels.shape))
+    indexed.putpalette(common.tobytes())
+    stream = io.BytesIO()
+    indexed.save(stream, "png", optimize=True)
     return stream.getvalue()

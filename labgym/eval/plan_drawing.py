@@ -1,4 +1,4 @@
-"""The parts of a top-down picture: room, furniture, what stands on it, goal poses and routes."""
+"""The parts of a top-down picture: room, furniture, what stands on it, goal poses and traces."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ON_TOP = 40
-"""Drawing order from which routes and goal poses lie above every object."""
+"""Drawing order from which traces and goal poses lie above every object."""
 
 
 @dataclass(frozen=True)
-class Route:
+class Trace:
     """A path to draw.
 
     Attributes:
@@ -84,7 +84,9 @@ def _wall_frame(room: Room, wall: str) -> tuple[NDArray[np.float64], NDArray[np.
 
 
 def draw_objects(axes: Axes, layout: Layout, scale: float) -> None:
-    """Draw every placement, lower ones first, with its front edge, its name where it fits, and its hazard.
+    """Draw placements, lower ones first, with front edges, names where they fit, and hazards.
+
+    Of what is in storage cabinets only the reagents are shown.
 
     Args:
         scale: points of the picture that a metre takes, to fit names into furniture.
@@ -95,7 +97,7 @@ def draw_objects(axes: Axes, layout: Layout, scale: float) -> None:
             _draw_reagent(axes, asset, box)
         elif placement.support == FLOOR:
             _draw_furniture(axes, asset, box)
-        else:
+        elif placement.support == WALL or layout.asset(placement.support).storage_class is None:
             _draw_item(axes, asset, box, hanging=placement.support == WALL)
     label_furniture(axes, layout, scale)
 
@@ -131,29 +133,29 @@ def _draw_reagent(axes: Axes, asset: Asset, box: OrientedBox) -> None:
     storage = asset.chemistry.storage_class if asset.chemistry else "General"
     edge = palette.FLAME if asset.hazards.flammable else "#ffffff"
     colour = palette.STORAGE_COLOURS[storage]
-    axes.plot(box.x, box.y, "o", markersize=4.0, color=colour, markeredgecolor=edge, markeredgewidth=0.8, zorder=18)
+    axes.plot(box.x, box.y, "o", markersize=4.0, color=colour, markeredgecolor=edge, markeredgewidth=0.8, zorder=31)
 
 
-def draw_routes(axes: Axes, routes: Sequence[Route], colours: dict[str, str]) -> None:
+def draw_traces(axes: Axes, traces: Sequence[Trace], colours: dict[str, str]) -> None:
     """Draw paths, later ones below earlier ones, a cross where one ended short of its goal."""
     for depth, policy in enumerate(colours):
-        for route in routes:
-            if route.policy != policy:
+        for trace in traces:
+            if trace.policy != policy:
                 continue
             order = ON_TOP + len(colours) - depth
             colour = colours[policy]
             width = 1.9 if depth == 0 else 1.2
             axes.plot(
-                *route.points.T,
+                *trace.points.T,
                 color="#ffffff",
                 linewidth=width + 1.2,
                 alpha=0.7,
                 solid_capstyle="round",
                 zorder=ON_TOP,
             )
-            axes.plot(*route.points.T, color=colour, linewidth=width, solid_capstyle="round", zorder=order)
-            if not route.success:
-                axes.plot(*route.points[-1], "x", color=colour, markersize=6, markeredgewidth=1.8, zorder=order)
+            axes.plot(*trace.points.T, color=colour, linewidth=width, solid_capstyle="round", zorder=order)
+            if not trace.success:
+                axes.plot(*trace.points[-1], "x", color=colour, markersize=6, markeredgewidth=1.8, zorder=order)
 
 
 def draw_goals(axes: Axes, poses: dict[str, tuple[float, float, float]]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -102,10 +103,15 @@ def _wrappings(text: str) -> Iterable[str]:
 
 def _extent(text: str, size: float) -> tuple[float, float]:
     """Return a text's width and height in points."""
+    lines = text.split("\n")
+    return max(_width(line) for line in lines) * size, len(lines) * LINE * size
+
+
+@cache
+def _width(line: str) -> float:
+    """Return a line's width over its size."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 
-    font = FontProperties(family=FONT, size=size)
-    lines = text.split("\n")
-    width = max(float(TextPath((0, 0), line, prop=font).get_extents().width) for line in lines)
-    return width, len(lines) * LINE * size
+    across = TextPath((0, 0), line, size=100.0, prop=FontProperties(family=FONT)).vertices[:, 0]
+    return float(across.max() - across.min()) / 100.0

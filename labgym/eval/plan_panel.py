@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from labgym.eval import palette
-from labgym.eval.plan_drawing import Route
+from labgym.eval.plan_drawing import Trace
 from labgym.eval.plan_labels import FONT, words
 from labgym.layouts.model import Layout
 from labgym.protocols import Protocol
@@ -55,12 +55,12 @@ class Panel:
             self.axes.text(*centre, str(number), fontsize=6, **style)
             self._text(words(location), indent=0.3)
 
-    def routes(self, routes: Sequence[Route], colours: dict[str, str]) -> None:
+    def traces(self, traces: Sequence[Trace], colours: dict[str, str]) -> None:
         """List the policies and how many of their drives arrived."""
         self._heading("Routes")
         for policy, colour in colours.items():
-            mine = [route for route in routes if route.policy == policy]
-            self._line(colour, f"{policy}: {sum(route.success for route in mine)} of {len(mine)} arrive")
+            mine = [trace for trace in traces if trace.policy == policy]
+            self._line(colour, f"{policy}: {sum(trace.success for trace in mine)} of {len(mine)} arrive")
 
     def legend(self, layout: Layout) -> None:
         """Explain the colours that occur in the layout."""
@@ -75,18 +75,24 @@ class Panel:
             asset.storage_class or (asset.chemistry.storage_class if asset.chemistry else None) for asset in assets
         }
         self._heading("Reagents (dots) and fronts of cabinets")
-        for name, colour in palette.STORAGE_COLOURS.items():
-            if name in classes:
-                self._line(colour, words(name).lower())
+        present = [name for name in palette.STORAGE_COLOURS if name in classes]
+        top = self.y
+        for place, name in enumerate(present):
+            # Two columns, filled downwards.
+            rows = (len(present) + 1) // 2
+            self.y = top + place % rows * LINE
+            self._line(palette.STORAGE_COLOURS[name], words(name).lower(), left=place // rows * PANEL_INCHES / 2.0)
+        self.y = top + (len(present) + 1) // 2 * LINE
         self._dot(palette.STORAGE_COLOURS["Flammable"], palette.FLAME, "red rim: flammable")
 
     def _heading(self, text: str) -> None:
         self.y += 0.12
         self._text(text, weight="bold", line=0.18)
 
-    def _line(self, colour: str, text: str) -> None:
-        self.axes.plot([0.0, 0.2], [self.y + LINE / 2.0] * 2, color=colour, linewidth=2.6, solid_capstyle="butt")
-        self._text(text, indent=0.3)
+    def _line(self, colour: str, text: str, left: float = 0.0) -> None:
+        ends = [left, left + 0.2]
+        self.axes.plot(ends, [self.y + LINE / 2.0] * 2, color=colour, linewidth=2.6, solid_capstyle="butt")
+        self._text(text, indent=left + 0.3)
 
     def _dot(self, fill: str, edge: str, text: str) -> None:
         self.axes.plot(

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
+from labgym.eval.bootstrap import Estimate
 from labgym.eval.paper import paper
 from labgym.eval.report_model import LayoutSummary
+
+_FIGURE = re.compile(r"^(-|[-+]?\d[\d.,]*%?( \[[^\]]*\])?)$")
+"""A number, perhaps with its interval in brackets, or the dash that stands for none."""
 
 LAYOUT_COLUMNS = (
     ("obj", "Obj", 1),
@@ -22,6 +27,19 @@ LAYOUT_COLUMNS = (
     ("glass", "Glass ↑", 3),
 )
 """Layout metrics in the paper's order: key, heading, digits."""
+
+NAVIGATION_ROWS = (
+    ("success", "SR ↑", 3),
+    ("spl", "SPL ↑", 3),
+    ("soft_spl", "SoftSPL ↑", 3),
+    ("collision_free", "Collision-free SR ↑", 3),
+    ("contacts_per_metre", "Contacts per metre ↓", 3),
+    ("min_clearance", "Minimum clearance, m ↑", 3),
+    ("time_to_goal", "Time to goal, s ↓", 2),
+    ("final_distance", "Distance left, m ↓", 2),
+    ("planning_ms", "Planning a step, ms ↓", 2),
+)
+"""Navigation metrics: name in `labgym.eval.navigation_metrics`, heading, digits."""
 
 
 @dataclass(frozen=True)
@@ -41,22 +59,31 @@ class Table:
     notes: tuple[str, ...] = ()
 
     def text(self) -> str:
-        """Return the table in columns of fixed width, first column left-aligned, figures right-aligned."""
-        widths = [max(len(row[i]) for row in (self.columns, *self.rows)) for i in range(len(self.columns))]
-        rule = "  ".join("-" * width for width in widths)
-        body = [_aligned(self.columns, widths), rule, *(_aligned(row, widths) for row in self.rows)]
+        """Return the table in columns of fixed width, figures right-aligned and words left-aligned."""
+        columns = list(zip(self.columns, *self.rows, strict=True))
+        padded = [_padded(column, right=index in self._figures) for index, column in enumerate(columns)]
+        head, *rows = ("  ".join(cells).rstrip() for cells in zip(*padded, strict=True))
+        rule = "  ".join("-" * len(column[0]) for column in padded)
+        body = [head, rule, *rows]
         return "\n".join([self.title, "", *body, *(["", *self.notes] if self.notes else [])])
 
     def markdown(self) -> str:
         """Return the table as GitHub-flavoured Markdown, notes as a paragraph below; the title is left out."""
-        align = ["---", *("---:" for _ in self.columns[1:])]
+        align = ["---:" if index in self._figures else "---" for index in range(len(self.columns))]
         lines = ["| " + " | ".join(_piped(cells)) + " |" for cells in (self.columns, align, *self.rows)]
         return "\n".join([*lines, *(["", " ".join(self.notes)] if self.notes else [])])
 
+    @property
+    def _figures(self) -> frozenset[int]:
+        """Columns whose every cell is a figure or a dash."""
+        cells = zip(*self.rows, strict=True)
+        return frozenset(index for index, column in enumerate(cells) if all(map(_FIGURE.match, column)))
+
     def html(self) -> str:
         """Return a `<table>` with a caption, everything escaped; notes follow as a paragraph."""
-        head = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in self.columns)
-        rows = "".join(_html_row(row) for row in self.rows)
+        look = ["" if index in self._figures else ' class="words"' for index in range(len(self.columns))]
+        head = "".join(f'<th scope="col"{k}>{escape(cell)}</th>' for k, cell in zip(look, self.columns, strict=True))
+        rows = "".join(_html_row(row, look) for row in self.rows)
         notes = f'<p class="notes">{escape(" ".join(self.notes))}</p>' if self.notes else ""
         return (
             f'<div class="scroll"><table><caption>{escape(self.title)}</caption>'
@@ -99,19 +126,49 @@ def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
     )
 
 
+def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str) -> Table:
+    """Return the navigation metrics, a column for each policy, figures with their 95% intervals.
+
+    Args:
+        policies: estimates by metric, by policy.
+        suite: what was driven.
+    """
+    counts = {metrics["success"].count for metrics in policies.values()}
+    episodes = f"{counts.pop()} episodes" if len(counts) == 1 else "different numbers of episodes"
+    return Table(
+        title=f"Navigation, {suite}, {episodes} a policy",
+        columns=("Metric", *policies),
+        rows=tuple(
+            (heading, *(_interval(metrics[key], digits) for metrics in policies.values()))
+            for key, heading, digits in NAVIGATION_ROWS
+        ),
+        notes=(
+            "In brackets: 95% bootstrap intervals over layouts.",
+            "Time to goal is over successful episodes; planning time depends on the machine.",
+        ),
+    )
+
+
+def _interval(estimate: Estimate, digits: int) -> str:
+    value = figure(estimate.value, digits)
+    if estimate.low is None or estimate.high is None:
+        return value
+    return f"{value} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
+
+
 def _layout_row(name: str, values: Mapping[str, str | float | None]) -> tuple[str, ...]:
     return (name, *(figure(values[key], digits) for key, _, digits in LAYOUT_COLUMNS))
 
 
-def _aligned(row: Sequence[str], widths: Sequence[int]) -> str:
-    cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
-    return "  ".join(cells).rstrip()
+def _padded(column: Sequence[str], right: bool) -> list[str]:
+    width = max(len(cell) for cell in column)
+    return [cell.rjust(width) if right else cell.ljust(width) for cell in column]
 
 
 def _piped(cells: Sequence[str]) -> list[str]:
     return [cell.replace("|", "\\|") for cell in cells]
 
 
-def _html_row(row: Sequence[str]) -> str:
-    cells = "".join(f"<td>{escape(cell)}</td>" for cell in row[1:])
-    return f'<tr><th scope="row">{escape(row[0])}</th>{cells}</tr>'
+def _html_row(row: Sequence[str], look: Sequence[str]) -> str:
+    cells = "".join(f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(look[1:], row[1:], strict=True))
+    return f'<tr><th scope="row"{look[0]}>{escape(row[0])}</th>{cells}</tr>'

@@ -13,7 +13,7 @@ from matplotlib.image import imread
 from labgym.errors import OptionError
 from labgym.eval import palette
 from labgym.eval.pictures import picture_bytes, save_picture, topdown
-from labgym.eval.plan_drawing import Route
+from labgym.eval.plan_drawing import Trace
 from labgym.eval.plan_labels import words
 from labgym.layouts import Door, Layout, Placement, Room
 
@@ -63,10 +63,10 @@ def test_objects_stand_where_the_layout_says():
 
 
 def test_a_route_is_drawn_in_its_policy_s_colour():
-    route = Route("astar", np.array([[0.5, 0.55], [5.5, 0.55]]))
+    trace = Trace("astar", np.array([[0.5, 0.55], [5.5, 0.55]]))
     colour = palette.policy_colours(["astar"])["astar"]
     expected = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    assert pixel(picture_bytes(topdown(layout(), routes=[route])), 4.3, 0.55) == pytest.approx(expected, abs=0.05)
+    assert pixel(picture_bytes(topdown(layout(), traces=[trace])), 4.3, 0.55) == pytest.approx(expected, abs=0.05)
 
 
 def test_pictures_are_written_as_png_or_svg_and_nothing_else(tmp_path):
@@ -80,7 +80,12 @@ def test_pictures_are_written_as_png_or_svg_and_nothing_else(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("FumeHood1800", "Fume hood 1800"), ("PreparationBench", "Preparation bench"), ("GCMS", "GCMS"), ("NMRTube", "NMR tube")],
+    [
+        ("FumeHood1800", "Fume hood 1800"),
+        ("PreparationBench", "Preparation bench"),
+        ("GCMS", "GCMS"),
+        ("NMRTube", "NMR tube"),
+    ],
 )
 def test_camel_case_names_are_read_as_words(name, said):
     assert words(name) == said

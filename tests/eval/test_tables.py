@@ -5,9 +5,11 @@ from html.parser import HTMLParser
 import pytest
 
 from labgym.errors import UnknownNameError
+from labgym.eval.bootstrap import Estimate
+from labgym.eval.navigation_metrics import METRICS
 from labgym.eval.paper import paper
 from labgym.eval.report_model import LayoutSummary, MetricMean
-from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure, layout_table
+from labgym.eval.tables import LAYOUT_COLUMNS, NAVIGATION_ROWS, Table, figure, layout_table, navigation_table
 
 TABLE = Table("T", ("name", "a|b"), (("x", "1.0"), ("<long>", "-")), ("A note.",))
 
@@ -77,5 +79,22 @@ def test_the_paper_s_tables_agree_where_they_overlap():
     # Tables 2 and 4 print the full method's figures twice.
     assert paper().layouts.row("LabBuilder") == paper().ablation.row("LabBuilder")
     assert paper().navigation.row("NavDP")["sr"] == 0.517
-    with pytest.raises(UnknownNameError, match="available: .*Holodeck"):
+    with pytest.raises(UnknownNameError, match=r"available: .*Holodeck"):
         paper().layouts.row("Holodek")
+
+
+def test_navigation_figures_stand_with_their_intervals_one_column_a_policy():
+    sure, alone, none = Estimate(0.5, 0.25, 0.75, 4), Estimate(0.5, None, None, 4), Estimate(None, None, None, 0)
+    names = [name for name, _, _ in NAVIGATION_ROWS]
+    table = navigation_table(
+        {"a": dict.fromkeys(names, sure) | {"time_to_goal": none}, "b": dict.fromkeys(names, alone)}, "s/1"
+    )
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert table.columns == ("Metric", "a", "b")
+    assert table.title == "Navigation, s/1, 4 episodes a policy"
+    assert rows["SPL ↑"] == ("0.500 [0.250, 0.750]", "0.500")
+    assert rows["Time to goal, s ↓"] == ("-", "0.50")
+
+
+def test_the_navigation_table_shows_every_metric_that_is_computed():
+    assert {name for name, _, _ in NAVIGATION_ROWS} == set(METRICS)

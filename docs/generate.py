@@ -1,0 +1,84 @@
+"""Write what is generated: JSON Schemas, the environment's page and the tables in the README.
+
+`python docs/generate.py` writes schemas and pages; with `--check` it writes nothing and exits 1 where a file is not
+what would be written; with `--tables runs/default` it also puts that run's tables into the README.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import json
+import sys
+from pathlib import Path
+
+from labgym.assets import AssetFile
+from labgym.documents import Document, write_text
+from labgym.envs import LabPointNavEnv
+from labgym.errors import LabgymError
+from labgym.eval import LayoutReport, LayoutSummary
+from labgym.layouts import Layout
+from labgym.protocols import Protocol
+
+DOCS = Path(__file__).resolve().parent
+README = DOCS.parent / "README.md"
+BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
+DOCUMENTS: tuple[type[Document], ...] = (AssetFile, Protocol, Layout, LayoutReport, LayoutSummary)
+
+
+def schema(document: type[Document]) -> str:
+    """Return a document's JSON Schema, its `schema` field included."""
+    body = document.model_json_schema(mode="validation")
+    tag = {"const": document.SCHEMA, "title": "Schema"}
+    body["properties"] = {"schema": tag, **body["properties"]}
+    body["required"] = ["schema", *body.get("required", ())]
+    return (
+        json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **body}, indent=1, ensure_ascii=False)
+        + "\n"
+    )
+
+
+def environment_page(environment: type) -> str:
+    """Return an environment's page: its docstring under a heading."""
+    return f"# LabPointNav-v0\n\n{inspect.cleandoc(environment.__doc__ or '')}\n"
+
+
+def pages() -> dict[Path, str]:
+    """Return every generated file under docs/ with its content."""
+    schemas = {DOCS / "schemas" / f"{d.SCHEMA.partition('.')[2].replace('/', '-')}.json": schema(d) for d in DOCUMENTS}
+    return {**schemas, DOCS / "environment.md": environment_page(LabPointNavEnv)}
+
+
+def with_tables(readme: str, tables: str) -> str:
+    """Return the README with the block between its markers replaced.
+
+    Raises:
+        LabgymError: the markers are not there.
+    """
+    before, begin, rest = readme.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise LabgymError(f"{README.name} has no block between {BEGIN} and {END}")
+    return f"{before}{BEGIN}\n\n{tables.strip()}\n\n{END}{after}"
+
+
+def main() -> int:
+    """Write or check."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--tables", type=Path, metavar="RUN")
+    arguments = parser.parse_args()
+    files = pages()
+    if arguments.tables:
+        tables = (arguments.tables / "tables.md").read_text(encoding="utf-8")
+        files[README] = with_tables(README.read_text(encoding="utf-8"), tables)
+    stale = [path for path, text in files.items() if not path.is_file() or path.read_text(encoding="utf-8") != text]
+    for path in stale:
+        print(f"{'stale' if arguments.check else 'written'}: {path.relative_to(DOCS.parent)}")
+        if not arguments.check:
+            write_text(path, files[path])
+    return int(arguments.check and bool(stale))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

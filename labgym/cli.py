@@ -1,0 +1,278 @@
+"""From a chemistry protocol to a laboratory that a robot can work in, and a benchmark over it.
+
+`labgym run` does everything; each other command is one stage of it. Exit codes: 0 done, 1 a check or a policy failed,
+2 bad input.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+from tyro.conf import OmitArgPrefixes, Positional, arg
+from tyro.extras import SubcommandApp
+
+from labgym import protocols as library
+from labgym.errors import LabgymError
+from labgym.pipeline import RunConfig
+from labgym.protocols import Protocol
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+Layout_ = Positional[Annotated[str, arg(metavar="LAYOUT")]]
+Protocol_ = Positional[Annotated[str, arg(metavar="PROTOCOL")]]
+
+app = SubcommandApp()
+
+
+@app.command
+def run(config: OmitArgPrefixes[RunConfig]) -> int:
+    """Take the 30 protocols to layouts, scenes, episodes, two tables, pictures and a report."""
+    from labgym.pipeline.run import run_pipeline
+
+    outcome = run_pipeline(config)
+    for table in outcome.tables:
+        print(f"\n{table.text()}\n")
+    print("Written:", *outcome.written, sep="\n  ")
+    return _complaints(outcome.problems)
+
+
+@app.command
+def assets(
+    name: Positional[str | None] = None,
+    kind: Literal["reagent", "instrument", "facility"] | None = None,
+    check: bool = False,
+) -> int:
+    """List the catalogue, describe one asset, or check that the catalogue is plausible.
+
+    Args:
+        name: Name or synonym of an asset, in English or Chinese; nothing lists all.
+        kind: List the assets of this kind alone.
+        check: Check sizes, hazards and chemistry of every asset; exit 1 where something is wrong.
+    """
+    from labgym.assets import Catalog
+    from labgym.describe import asset_details, asset_table
+
+    catalog = Catalog.load()
+    if check:
+        from labgym.assets.checks import check as check_catalog
+
+        return _findings([f"{p.asset}: {p.field}: {p.message}" for p in check_catalog(catalog)])
+    print(asset_details(catalog.find(name)) if name else asset_table(catalog.of_kind(kind) if kind else catalog))
+    return DONE
+
+
+@app.command
+def protocols(name: Positional[str | None] = None, validate: Path | None = None) -> int:
+    """List the protocols, show one, or validate a protocol in a file.
+
+    Args:
+        name: Id of a protocol; nothing lists all.
+        validate: A protocol's .json file, put through the validation suite; exit 1 where something is wrong.
+    """
+    from labgym.describe import protocol_details, protocol_table
+
+    if validate:
+        return _findings([f"{f.message}; {f.suggestion}" for f in library.validate(Protocol.load(validate))])
+    print(protocol_details(library.get(name)) if name else protocol_table(library.protocols().values()))
+    return DONE
+
+
+@app.command
+def generate(
+    protocol: Protocol_, seed: int = 0, room: str | None = None, profile: str = "default", out: Path = Path()
+) -> int:
+    """Generate a laboratory for a protocol.
+
+    Args:
+        protocol: Id of a protocol, or a protocol's .json file.
+        seed: The same seed gives the same layout on any machine.
+        room: A room preset: tight, default, roomy or two_exits.
+        profile: Thresholds to satisfy: default, strict or paper.
+        out: A .json file, or a folder for a file named after protocol and seed.
+    """
+    from labgym.layouts import generate as make
+
+    layout = make(_protocol(protocol), seed=seed, room=room, profile=profile)
+    return _written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
+
+
+@app.command
+def score(
+    layout: Layout_,
+    protocol: str | None = None,
+    profile: str = "default",
+    as_json: Annotated[bool, arg(name="json")] = False,
+    check: bool = False,
+) -> int:
+    """Score a layout: geometry, feasibility, chemical safety.
+
+    Args:
+        layout: A layout's .json file, or the id of a published one.
+        protocol: Id or .json file of the protocol to score it for; by default the one that the layout names.
+        profile: Thresholds: default, strict or paper.
+        as_json: Print the whole report as JSON.
+        check: Exit 1 where the layout has a violation or lacks an asset.
+    """
+    from labgym.describe import layout_score
+    from labgym.envs.tasks import resolve_layout
+    from labgym.eval import score as evaluate
+
+    report = evaluate(resolve_layout(layout), _protocol(protocol) if protocol else None, profile)
+    print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
+    return FAILED if check and (report.violations or report.missing) else DONE
+
+
+@app.command(name="compile")
+def compile_(layout: Layout_, out: Path, glb: bool = False) -> int:
+    """Compile a layout into a self-contained MuJoCo scene.
+
+    Args:
+        layout: A layout's .json file, or the id of a published one.
+        out: Folder for scene.xml and its meshes.
+        glb: Also write the scene as GLB, for viewers of 3D models.
+    """
+    from labgym import scenes
+    from labgym.envs.tasks import resolve_layout
+
+    given = resolve_layout(layout)
+    _written(scenes.write_mjcf(given, out))
+    return _written(scenes.write_glb(given, out / "scene.glb")) if glb else DONE
+
+
+@app.command
+def view(
+    layout: Layout_, out: Path = Path("layout.png"), camera: str = "topdown", width: int = 1280, height: int = 720
+) -> int:
+    """Draw a layout from above, or render a view of it.
+
+    Args:
+        layout: A layout's .json file, or the id of a published one.
+        out: The picture, a .png (or .svg for topdown).
+        camera: topdown for a plan with goal poses, or a camera of the scene, such as overview.
+        width: Width of a rendered view in pixels.
+        height: Height of a rendered view in pixels.
+    """
+    from labgym.envs.tasks import resolve_layout
+    from labgym.eval import pictures
+
+    given = resolve_layout(layout)
+    if camera == "topdown":
+        protocol = _protocol(given.protocol) if given.protocol else None
+        return _written(pictures.save_picture(pictures.topdown(given, protocol), out))
+    return _written(pictures.save_view(given, out, camera, width, height))
+
+
+@app.command(name="eval")
+def eval_(
+    policy: str = "astar",
+    suite: Annotated[str, arg(aliases=("--split",))] = "test",
+    layouts: tuple[str, ...] = (),
+    seed: int = 0,
+    workers: int = 1,
+    out: Path | None = None,
+) -> int:
+    """Evaluate a policy: drive every goal pair of every layout once.
+
+    Args:
+        policy: astar, straight, random, or module:Class of your own.
+        suite: Name of a suite (test, val), or its .json file.
+        layouts: Layouts to drive in, in place of a suite: .json files or ids of published ones.
+        seed: Seed of whatever is random in the policy.
+        workers: Processes to use; the numbers do not depend on it.
+        out: Folder for episodes, routes and summary; by default runs/POLICY-SUITE.
+    """
+    from labgym.envs.tasks import resolve_layout
+    from labgym.eval.runner import evaluate
+    from labgym.eval.tables import navigation_table
+
+    given = [resolve_layout(name) for name in layouts]
+    folder = out or Path("runs") / f"{policy.replace(':', '_')}-{'layouts' if given else Path(suite).stem}"
+    summary = evaluate(policy, given or suite, workers=workers, out=folder, seed=seed).summary
+    for layout in given:
+        layout.save(folder / "layouts" / f"{layout.id}.json")
+    print(f"\n{navigation_table({policy: summary.metrics}, f'suite {summary.suite.label}').text()}\n")
+    _written(folder)
+    return _complaints([f"{summary.errors} episodes failed in the policy"] if summary.errors else [])
+
+
+@app.command
+def report(folder: Positional[Path], workers: int = 1) -> int:
+    """Draw the routes and write tables and report.html for a folder that run or eval wrote.
+
+    Args:
+        folder: The folder, for example runs/default.
+        workers: Processes to draw with.
+    """
+    from labgym.pipeline.run import report_folder
+
+    tables, written = report_folder(folder, workers)
+    for table in tables:
+        print(f"\n{table.text()}\n")
+    print("Written:", *written, sep="\n  ")
+    return DONE
+
+
+@app.command
+def doctor() -> int:
+    """Say what this machine has: versions, cores, renderer, display; what is missing, and how to get it."""
+    from labgym.doctor import examine, healthy
+    from labgym.doctor import report as findings_table
+
+    findings = examine()
+    print(findings_table(findings))
+    return DONE if healthy(findings) else FAILED
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code; an error is one line on standard error."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        return int(app.cli(prog="labgym", description=__doc__, args=given or ["--help"]))
+    except LabgymError as error:
+        return _fail(str(error))
+    except BrokenPipeError:
+        # Whoever read our output has gone; silence the flush at exit too.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except OSError as error:
+        return _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+    except KeyboardInterrupt:
+        print("labgym: interrupted; what was finished is kept", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _protocol(given: str) -> Protocol:
+    return Protocol.load(given) if given.endswith(".json") else library.get(given)
+
+
+def _fail(message: str) -> int:
+    line = "".join(char if char.isprintable() else repr(char)[1:-1] for char in message)
+    print(f"labgym: error: {line}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _findings(messages: Sequence[str]) -> int:
+    for message in messages:
+        print(message)
+    print(f"{len(messages)} findings" if messages else "nothing wrong")
+    return FAILED if messages else DONE
+
+
+def _complaints(problems: Sequence[str]) -> int:
+    for problem in problems:
+        print(f"labgym: failed: {problem}", file=sys.stderr)
+    return FAILED if problems else DONE
+
+
+def _written(path: Path) -> int:
+    print(path)
+    return DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

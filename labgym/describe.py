@@ -1,0 +1,104 @@
+"""Assets, protocols and layout reports as plain text for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from labgym.assets import Asset
+from labgym.eval.report_model import LayoutReport
+from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure
+from labgym.protocols import Protocol
+
+
+def asset_table(assets: Iterable[Asset]) -> str:
+    """Return one line an asset: name, kind, category, size and hazards."""
+    rows = tuple((a.name, a.kind, a.category, _size(a), ", ".join(_hazards(a)) or "-") for a in assets)
+    return Table(
+        f"{len(rows)} assets", ("name", "kind", "category", "width x depth x height, m", "hazards"), rows
+    ).text()
+
+
+def asset_details(asset: Asset) -> str:
+    """Return all that a person asks of an asset, one property a line."""
+    facts = [
+        ("kind", f"{asset.kind}, {asset.category}, {asset.subtype}"),
+        ("also called", ", ".join((*asset.synonyms_en, *asset.synonyms_zh))),
+        ("size", f"{_size(asset)} m (width x depth x height), {asset.mass:g} kg"),
+        ("stands on", {"floor": "the floor", "desktop": "a surface", "wall": "a wall"}[asset.placing]),
+        ("hazards", ", ".join(_hazards(asset))),
+        ("heat source", asset.heat_class or ""),
+        ("stores", f"{asset.storage_class} reagents" if asset.storage_class else ""),
+        ("surfaces", ", ".join(f"{s.width:g} x {s.depth:g} m at {s.z:g} m" for s in asset.surfaces)),
+        ("clearance", f"{asset.clearance:g} m in front" if asset.clearance else ""),
+        *_chemistry(asset),
+        *((name, f"{value}") for name, value in asset.specs.items()),
+    ]
+    return "\n".join([asset.name, asset.description, "", *_facts(facts)])
+
+
+def protocol_table(protocols: Iterable[Protocol]) -> str:
+    """Return one line a protocol: id, name, type and counts."""
+    rows = tuple(
+        (p.id, p.name, p.reaction_type, str(len(p.reagents)), str(len(p.instruments)), str(len(p.steps)), str(p.moves))
+        for p in protocols
+    )
+    columns = ("id", "name", "reaction type", "reagents", "instruments", "steps", "moves")
+    return Table(f"{len(rows)} protocols", columns, rows).text()
+
+
+def protocol_details(protocol: Protocol) -> str:
+    """Return what a protocol makes, of what, with what and how."""
+    reagents = [f"{r.name}" + (f" ({r.role}{', ' + r.amount if r.amount else ''})") for r in protocol.reagents]
+    facts = [
+        ("type", protocol.reaction_type.replace("_", " ")),
+        ("reaction", protocol.reaction),
+        ("product", protocol.product),
+        ("reagents", ", ".join(reagents)),
+        ("instruments", ", ".join(protocol.instruments)),
+        ("route", " -> ".join(protocol.route)),
+    ]
+    steps = [f"  {step.index:>2}. {step.location}: {step.text}" for step in protocol.steps]
+    return "\n".join([f"{protocol.id}  {protocol.name}", protocol.description, "", *_facts(facts), "", *steps])
+
+
+def layout_score(report: LayoutReport) -> str:
+    """Return a layout's metrics on one line each, then what is wrong with it and what could be better."""
+    facts = [(heading, figure(getattr(report, key), digits)) for key, heading, digits in LAYOUT_COLUMNS]
+    extra = [("v", str(report.v)), ("fitness", figure(report.fitness, 3)), ("S_phys", f"{report.s_phys:.1f} of 35")]
+    extra += [("S_chem", f"{report.s_chem:.1f} of 35")] if report.s_chem is not None else []
+    head = f"{report.layout}: {report.version}, profile {report.profile}, protocol {report.protocol or 'none'}"
+    wrong = [f"violation: {item.message}; {item.suggestion}" for item in report.violations]
+    missing = [f"missing: {', '.join(report.missing)}"] if report.missing else []
+    better = [f"warning: {item.message} [{item.source}]" for item in report.warnings]
+    return "\n".join(
+        [head, "", *_facts(facts + extra), *([""] if wrong or missing or better else []), *missing, *wrong, *better]
+    )
+
+
+def _facts(facts: Iterable[tuple[str, str]]) -> list[str]:
+    present = [(name, value) for name, value in facts if value]
+    width = max(len(name) for name, _ in present)
+    return [f"{name:<{width}}  {value}" for name, value in present]
+
+
+def _size(asset: Asset) -> str:
+    return f"{asset.size.width:g} x {asset.size.depth:g} x {asset.size.height:g}"
+
+
+def _hazards(asset: Asset) -> list[str]:
+    return [name.replace("_", " ") for name, value in asset.hazards if value]
+
+
+def _chemistry(asset: Asset) -> list[tuple[str, str]]:
+    chemistry = asset.chemistry
+    if chemistry is None:
+        return []
+    return [
+        ("CAS", chemistry.cas or ""),
+        ("SMILES", chemistry.smiles or ""),
+        ("formula", chemistry.formula or ""),
+        ("boiling point", "" if chemistry.boiling_point is None else f"{chemistry.boiling_point:g} C"),
+        ("flash point", "" if chemistry.flash_point is None else f"{chemistry.flash_point:g} C"),
+        ("H statements", ", ".join(chemistry.h_codes)),
+        ("storage class", chemistry.storage_class),
+    ]

@@ -1,0 +1,41 @@
+"""What a run is asked to do."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class RunConfig:
+    """What a run does.
+
+    Attributes:
+        name: Name of the run; it is written to runs/NAME. By default "default", or "seed-SEED".
+        out: Folder to write to, in place of runs/NAME.
+        seed: Seed of 30 new layouts; without it the published test layouts are made again from their own seeds.
+        profile: Thresholds of generation and scores: default, strict or paper.
+        policies: Policies to evaluate, in the order of the table.
+        workers: Processes to use; 0 takes as many as there are cores.
+        views: How many layouts are also rendered.
+    """
+
+    name: str | None = None
+    out: Path | None = None
+    seed: int | None = None
+    profile: str = "default"
+    policies: tuple[str, ...] = ("astar", "straight", "random")
+    workers: int = 0
+    views: int = 6
+
+    @property
+    def folder(self) -> Path:
+        """Where the run is written."""
+        name = self.name or ("default" if self.seed is None else f"seed-{self.seed}")
+        return self.out if self.out is not None else Path("runs") / name
+
+    @property
+    def processes(self) -> int:
+        """How many processes work."""
+        return self.workers or len(os.sched_getaffinity(0))
