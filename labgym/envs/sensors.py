@@ -1,0 +1,101 @@
+"""The robot's sensors, cast as rays against the static scene: a planar lidar and a level depth and colour camera."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.scenes.rays import RayScene
+
+Pose = tuple[float, float, float]
+Floats = NDArray[np.float32]
+
+LIDAR_RAYS = 180
+IMAGE_SHAPE = (72, 128)
+"""Rows and columns of the camera's picture."""
+
+RANGE = 10.0
+"""What lidar and camera say where nothing is nearer, metres."""
+
+
+class Bundle:
+    """Rays that leave the robot together: fixed in its frame, turned and moved with it.
+
+    The turn is written out, product by product: a matrix product may round differently on another machine.
+
+    Args:
+        directions: (n, 3) unit vectors in the robot frame.
+        forward, height: where the rays start, on the robot's middle plane, metres.
+    """
+
+    def __init__(self, directions: NDArray[np.float64], forward: float, height: float) -> None:
+        self._ahead, self._left = directions[:, 0].copy(), directions[:, 1].copy()
+        self._forward, self._height = forward, height
+        self.directions: Floats = directions.astype(np.float32)
+        self._origins: Floats = np.empty_like(self.directions)
+
+    def cast(self, rays: RayScene, pose: Pose, reach: float) -> tuple[Floats, NDArray[np.int32]]:
+        """Return distances (n,), `reach` where nothing is nearer, and the faces hit (n,) from a pose.
+
+        `directions` are those of the room frame from then on.
+        """
+        x, y, yaw = pose
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        self._origins[:] = (x + self._forward * cosine, y + self._forward * sine, self._height)
+        self.directions[:, 0] = cosine * self._ahead - sine * self._left
+        self.directions[:, 1] = sine * self._ahead + cosine * self._left
+        return rays.cast(self._origins, self.directions, reach)
+
+
+class Lidar:
+    """A planar range finder about the robot's axis.
+
+    Ray i leaves at the angle -pi + 2 pi i / 180 to the heading, counter-clockwise: ray 0 looks straight behind,
+    ray 45 to the right, ray 90 straight ahead, ray 135 to the left.
+    """
+
+    def __init__(self, robot: RobotSpec = ROBOT) -> None:
+        angles = -math.pi + 2.0 * math.pi / LIDAR_RAYS * np.arange(LIDAR_RAYS)
+        directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(LIDAR_RAYS)])
+        self._bundle = Bundle(directions, 0.0, robot.lidar_height)
+
+    def scan(self, rays: RayScene, pose: Pose) -> Floats:
+        """Return ranges from the robot's axis, (180,) metres, at most 10."""
+        distances, _ = self._bundle.cast(rays, pose, RANGE)
+        return np.minimum(distances, np.float32(RANGE))
+
+
+class Camera:
+    """A level pinhole camera that looks along the heading; pixels are square, rows run downwards, columns to the right.
+
+    Depth is planar: the distance from the plane of the lens, not along the ray.
+    """
+
+    def __init__(self, robot: RobotSpec = ROBOT) -> None:
+        rows, columns = IMAGE_SHAPE
+        focal = columns / 2.0 / math.tan(robot.camera_hfov / 2.0)
+        left = (columns / 2.0 - 0.5 - np.arange(columns)) / focal
+        up = (rows / 2.0 - 0.5 - np.arange(rows)) / focal
+        grid = np.stack(np.broadcast_arrays(np.ones((rows, columns)), left[None, :], up[:, None]), axis=-1).reshape(
+            -1, 3
+        )
+        lengths = np.linalg.norm(grid, axis=1)
+        self._planar = (1.0 / lengths).astype(np.float32)
+        self._reach = RANGE * float(lengths.max())
+        self._bundle = Bundle(grid / lengths[:, None], robot.camera_forward, robot.camera_height)
+
+    def depth(self, rays: RayScene, pose: Pose) -> Floats:
+        """Return planar depth, (72, 128) metres, at most 10."""
+        return self._see(rays, pose)[0]
+
+    def colour_and_depth(self, rays: RayScene, pose: Pose) -> tuple[NDArray[np.uint8], Floats]:
+        """Return the picture, (72, 128, 3), and planar depth, (72, 128) metres, at most 10."""
+        depth, faces = self._see(rays, pose)
+        return rays.color(faces, self._bundle.directions).reshape(*IMAGE_SHAPE, 3), depth
+
+    def _see(self, rays: RayScene, pose: Pose) -> tuple[Floats, NDArray[np.int32]]:
+        distances, faces = self._bundle.cast(rays, pose, self._reach)
+        return np.minimum(distances * self._planar, np.float32(RANGE)).reshape(IMAGE_SHAPE), faces

@@ -1,0 +1,105 @@
+"""A layout made ready to drive in: physics, rays, and what the evaluator knows that the robot does not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+
+import mujoco
+import numpy as np
+
+from labgym.envs.distance_to_go import DistanceToGo
+from labgym.envs.robot import ROBOT, attach_robot
+from labgym.layouts import Layout
+from labgym.layouts.model import Placement, Room
+from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS, GoalPair, OccupancyGrid, ShortestPaths, occupancy
+from labgym.navigation.clearance import Obstacles
+from labgym.scenes import to_mjcf
+from labgym.scenes.rays import RayScene
+
+KEPT = 16
+"""How many stages a process keeps."""
+
+
+class Stage:
+    """Everything about one layout that does not change while the robot drives; shared by the environments of a process.
+
+    Attributes:
+        model: the scene's colliding geoms and the robot, nothing to look at.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self.model = physics_model(layout)
+        self._obstacles = Obstacles(layout.obstacles(OBSTACLE_HEIGHT))
+        self._goals: dict[tuple[float, ...], DistanceToGo] = {}
+        self._lengths: dict[tuple[float, ...], float] = {}
+
+    def clearance(self, x: float, y: float) -> float:
+        """Return the distance from the chassis to the nearest footprint or wall, metres; 0 where they overlap.
+
+        Footprints are those of everything that begins below the robot's height, bounding boxes as planners see them.
+        """
+        room = self._layout.room
+        nearest = float(self._obstacles.nearest(np.array([[x, y]]))[0])
+        return max(0.0, min(nearest, x, y, room.width - x, room.depth - y) - ROBOT.chassis_radius)
+
+    def to_go(self, goal: tuple[float, float, float]) -> DistanceToGo:
+        """Return the field of distances to a goal."""
+        if goal[:2] not in self._goals:
+            self._goals[goal[:2]] = DistanceToGo(self._grid, goal)
+        return self._goals[goal[:2]]
+
+    def shortest_length(self, pair: GoalPair) -> float:
+        """Return the length of the shortest any-angle path of a goal pair, metres; inf where there is none."""
+        ends = pair.start[:2] + pair.goal[:2]
+        if ends not in self._lengths:
+            path = self._paths.path(pair.start[:2], pair.goal[:2])
+            self._lengths[ends] = path.length if path is not None else float("inf")
+        return self._lengths[ends]
+
+    @cached_property
+    def solid(self) -> RayScene:
+        """What a robot bumps into, for the lidar: what it sees is what stops it."""
+        return RayScene(self._layout, "solid")
+
+    @cached_property
+    def visible(self) -> RayScene:
+        """What is seen, for the camera."""
+        return RayScene(self._layout, "visual")
+
+    @cached_property
+    def _grid(self) -> OccupancyGrid:
+        return occupancy(self._layout).dilated(PLANNING_RADIUS)
+
+    @cached_property
+    def _paths(self) -> ShortestPaths:
+        return ShortestPaths(self._layout)
+
+
+def physics_model(layout: Layout) -> mujoco.MjModel:
+    """Compile a layout with the robot in it, keeping only what collides, all of it fixed to the world."""
+    scene = to_mjcf(layout)
+    attach_robot(scene)
+    scene.compiler.discardvisual = True
+    scene.compiler.fusestatic = True
+    return scene.compile()
+
+
+@dataclass(frozen=True)
+class _Furnished:
+    """What a stage depends on; the layout itself is along for the ride."""
+
+    room: Room
+    placements: tuple[Placement, ...]
+    layout: Layout = field(compare=False)
+
+
+def stage_of(layout: Layout) -> Stage:
+    """Return the stage of a layout, made on first use and kept while it is among the latest."""
+    return _stage(_Furnished(layout.room, layout.placements, layout))
+
+
+@lru_cache(maxsize=KEPT)
+def _stage(furnished: _Furnished) -> Stage:
+    return Stage(furnished.layout)
