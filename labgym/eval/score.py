@@ -10,12 +10,13 @@ from dataclasses import asdict
 from labgym.eval.consistency import consistency_proxy
 from labgym.eval.facility import facility_warnings
 from labgym.eval.report_model import Gated, LayoutReport, LayoutSummary, MetricMean, Physical, ReportedViolation
+from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.objective import Assessment, evaluate_layout
 from labgym.layouts.satisfaction import mean, penalised, worst_mean
 from labgym.layouts.separation import contained
 from labgym.layouts.storage import in_own_class
-from labgym.layouts.thresholds import OVERLAP_VOLUME, VERSION, Profile
+from labgym.layouts.thresholds import OVERLAP_VOLUME, PENETRATION, VERSION, Profile
 from labgym.protocols import Protocol
 from labgym.protocols import get as get_protocol
 
@@ -68,7 +69,7 @@ def score(
         ob=len(found.out_of_bounds),
         cn=len(found.collisions),
         cn_sw=sum(collision.volume > OVERLAP_VOLUME for collision in found.collisions),
-        cn_mj=_contact_pairs(layout) if contacts else None,
+        cn_mj=_contact_pairs(found.arrangement) if contacts else None,
         asset=asset,
         missing=found.missing or (),
         step_nav=sum(feasible) / len(feasible) if feasible else None,
@@ -156,7 +157,9 @@ def _clean(concerned: set[str], faulty: AbstractSet[str]) -> float:
     return 1.0 - len(concerned & faulty) / len(concerned) if concerned else 1.0
 
 
-def _contact_pairs(layout: Layout) -> int:
-    from labgym.scenes import contacts  # compiles the scene: MuJoCo is loaded only where it is asked for
+def _contact_pairs(arrangement: Arrangement) -> int:
+    from labgym.scenes.contacts import contacts  # compiles the scene: MuJoCo is loaded only where it is asked for
 
-    return len(contacts(layout))
+    objects = arrangement.index
+    found = contacts(arrangement.layout, PENETRATION)
+    return sum(contact.a in objects and contact.b in objects for contact in found)

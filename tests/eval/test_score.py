@@ -134,6 +134,18 @@ def test_a_planted_fault_shows_in_its_own_metric_only(fault: str) -> None:
         assert all(violation.message and violation.suggestion for violation in found.violations)
 
 
+@pytest.mark.parametrize("fault", [None, *FAULTS])
+def test_mujoco_counts_the_same_collisions(fault: str | None) -> None:
+    found = score(lab(*([FAULTS[fault][0]] if fault else [])), PROTOCOL)
+    assert found.cn_mj == found.cn
+
+
+def test_mujocos_count_leaves_doors_windows_and_the_robot_out_as_well() -> None:
+    inside = put("robot", "MobileManipulator", 7.0, 3.0)
+    window = put("window", "LabWindow", 4.0, 7.95, 0.9, math.pi, on="wall")
+    assert score(lab(inside, window), PROTOCOL).cn_mj == 0
+
+
 def test_a_missing_asset_shows_in_the_asset_bit_and_gates_the_chemistry() -> None:
     found = report(lab(without=("scale",)))
     assert (found.asset, found.missing) == (0, ("ElectronicScale",))

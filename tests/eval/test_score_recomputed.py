@@ -105,13 +105,14 @@ def banded(distance: float, d_min: float, d_low: float) -> float:
 
 
 def test_a_shaken_laboratory_scores_what_plain_loops_over_polygons_find(shaken: Layout) -> None:
-    report = score(shaken, contacts=False)
+    report = score(shaken)
     wrong, pairs = out_of_bounds(shaken), colliding(shaken)
     faulty = wrong.union(*pairs)
     assert {v.ids[0] for v in report.violations if v.kind == "bounds"} == wrong
     assert {frozenset(v.ids) for v in report.violations if v.kind == "collision"} == pairs
     assert (report.ob, report.cn) == (len(wrong), len(pairs))
     assert min(report.ob, report.cn) > 0
+    assert report.cn_mj == len(pairs)
 
     boxes = {placement.id: shaken.box(placement.id) for placement in objects(shaken)}
     assets = {placement.id: CATALOG.get(placement.asset) for placement in objects(shaken)}
