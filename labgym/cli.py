@@ -34,6 +34,7 @@ def run(config: OmitArgPrefixes[RunConfig]) -> int:
     """Take the 30 protocols to layouts, scenes, episodes, two tables, pictures and a report."""
     from labgym.pipeline.run import run_pipeline
 
+    _find_own_modules()
     outcome = run_pipeline(config)
     for table in outcome.tables:
         print(f"\n{table.text()}\n")
@@ -190,6 +191,7 @@ def eval_(
     from labgym.eval.runner import evaluate
     from labgym.eval.tables import navigation_table
 
+    _find_own_modules()
     given = [resolve_layout(name) for name in layouts]
     folder = out or Path("runs") / f"{policy.replace(':', '_')}-{'layouts' if given else Path(suite).stem}"
     summary = evaluate(policy, given or suite, workers=workers, out=folder, seed=seed).summary
@@ -244,6 +246,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("labgym: interrupted; what was finished is kept", file=sys.stderr)
         return INTERRUPTED
+
+
+def _find_own_modules() -> None:
+    """Let `--policy module:Class` find modules in the working folder, as `python -m` would."""
+    sys.path.append(str(Path.cwd()))
 
 
 def _protocol(given: str) -> Protocol:

@@ -6,6 +6,8 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from labgym.errors import OptionError
+
 
 @dataclass(frozen=True)
 class RunConfig:
@@ -19,6 +21,9 @@ class RunConfig:
         policies: Policies to evaluate, in the order of the table.
         workers: Processes to use; 0 takes as many as there are cores.
         views: How many layouts are also rendered.
+
+    Raises:
+        OptionError: a number is negative, or policies are none or repeated.
     """
 
     name: str | None = None
@@ -28,6 +33,12 @@ class RunConfig:
     policies: tuple[str, ...] = ("astar", "straight", "random")
     workers: int = 0
     views: int = 6
+
+    def __post_init__(self) -> None:
+        if self.workers < 0 or self.views < 0:
+            raise OptionError(f"workers ({self.workers}) and views ({self.views}) must not be negative")
+        if not self.policies or len(set(self.policies)) != len(self.policies):
+            raise OptionError(f"policies {list(self.policies)} must be at least one, none of them twice")
 
     @property
     def folder(self) -> Path:

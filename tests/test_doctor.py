@@ -1,0 +1,61 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib import metadata
+
+import pytest
+
+from labgym import doctor
+from labgym.doctor import Finding, examine, healthy, report
+
+
+@pytest.fixture(scope="module")
+def findings() -> tuple[Finding, ...]:
+    return examine()
+
+
+def test_here_the_core_works(findings):
+    assert healthy(findings), report(findings)
+    assert report(findings).endswith("the core works")
+
+
+def test_every_core_dependency_is_named_with_its_version(findings):
+    said = {finding.subject: finding.detail for finding in findings}
+    for text in metadata.requires("labgym-nav") or ():
+        if "extra ==" not in text:
+            name = doctor.Requirement(text).name
+            assert said[name] == metadata.version(name)
+
+
+def test_a_missing_or_old_core_package_is_bad_and_says_how_to_get_it():
+    for requirement in ("no-such-package>=1", "numpy>=999"):
+        finding = doctor._package(doctor.Requirement(requirement), extra=None)
+        assert finding.state == "missing"
+        assert f"pip install '{requirement}'" in finding.remedy
+        assert not healthy([finding])
+        assert "how to get" in report([finding]).lower()
+
+
+def test_a_missing_extra_is_no_failure():
+    finding = doctor._package(doctor.Requirement("no-such-package>=1"), extra="usd")
+    assert finding.state == "optional"
+    assert healthy([finding])
+    assert "labgym-nav[usd]" in finding.remedy
+
+
+def test_a_probe_that_crashes_or_hangs_is_a_finding_not_a_failure(monkeypatch):
+    works, said = doctor._probe("import os, sys; sys.stderr.write('GL is gone'); os._exit(3)")
+    assert (works, said) == (False, "GL is gone")
+    assert doctor._probe("import ctypes; ctypes.string_at(0)")[0] is False
+    monkeypatch.setattr(doctor, "PROBE_SECONDS", 0.5)
+    works, said = doctor._probe("import time; time.sleep(60)")
+    assert not works
+    assert "no answer" in said
+
+
+def test_the_command_exits_with_the_verdict():
+    done = subprocess.run([sys.executable, "-m", "labgym.cli", "doctor"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert "renderer egl" in done.stdout

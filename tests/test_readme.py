@@ -1,0 +1,80 @@
+"""The README's snippets run as they stand, with smaller numbers."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+SNIPPETS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+
+SMALLER = (
+    ("total_timesteps=1_000_000", "total_timesteps=8"),
+    ("n_envs=8", "n_envs=1"),
+    ("n_steps=512, batch_size=256", "n_steps=8, batch_size=8"),
+    (", vec_env_cls=SubprocVecEnv", ""),
+    ('suite="test"', 'suite=[load_published("test", published("test")[0])]'),
+    ("import numpy as np\n", "import numpy as np\nfrom labgym.layouts import load_published, published\n"),
+)
+
+
+def smaller(snippet: str) -> str:
+    for large, small in SMALLER:
+        snippet = snippet.replace(large, small)
+    return snippet
+
+
+def snippet(*words: str) -> str:
+    return next(code for code in SNIPPETS if all(word in code for word in words))
+
+
+def run(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
+    monkeypatch.chdir(folder)
+    names: dict[str, object] = {"__name__": "__main__"}
+    exec(compile(smaller(code), "README.md", "exec"), names)
+    return names
+
+
+def test_every_large_number_is_still_there_to_be_made_smaller():
+    assert all(any(large in code for code in SNIPPETS) for large, _ in SMALLER)
+    assert len(SNIPPETS) == 3
+
+
+def test_the_environment_snippet_makes_a_step(tmp_path, monkeypatch):
+    names = run(snippet("gym.make"), tmp_path, monkeypatch)
+    assert names["env"].observation_space.contains(names["observation"])
+    assert names["info"]["time"] == pytest.approx(0.1)
+
+
+def test_the_training_snippet_trains_and_saves(tmp_path, monkeypatch):
+    pytest.importorskip("stable_baselines3")
+    names = run(snippet("PPO"), tmp_path, monkeypatch)
+    assert names["model"].num_timesteps >= 8
+    assert (tmp_path / "ppo-lab.zip").is_file()
+
+
+def test_the_policy_snippet_is_evaluated(tmp_path, monkeypatch, capsys):
+    names = run(snippet("class GoToGoal"), tmp_path, monkeypatch)
+    success, spl = (float(word) for word in capsys.readouterr().out.split())
+    assert 0.0 <= spl <= success <= 1.0
+    assert len(names["report"].rows) == len((tmp_path / "runs/go-to-goal/episodes.jsonl").read_text().splitlines()) > 0
+
+
+@pytest.mark.parametrize("name", ["sub_01", "rotovap"])
+def test_names_in_the_examples_exist(name):
+    from labgym.assets import Catalog
+    from labgym.protocols import protocols
+
+    assert name in README
+    assert name in protocols() or Catalog.load().find(name)
+
+
+def test_snippets_are_as_short_as_promised():
+    lengths = {
+        words: len([line for line in snippet(words).splitlines() if line.strip()])
+        for words in ("gym.make", "PPO", "GoToGoal")
+    }
+    assert lengths["gym.make"] <= 5
+    assert lengths["PPO"] <= 10
