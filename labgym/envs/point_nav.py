@@ -173,7 +173,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         episode = self._running()
         if self.render_mode == "depth_array":
             return self._camera.depth(episode.stage.visible, episode.simulation.pose)
-        return self._view.picture(episode.task.layout, episode.simulation.pose)
+        return self._view.picture(episode.task.layout, episode.stage.visible, episode.simulation.pose)
 
     def close(self) -> None:
         """Free the renderer; may be called more than once."""
