@@ -12,10 +12,10 @@ import numpy as np
 
 from labgym.eval.facility import SHOWER_WALK, blocked_front, box_of, hoods, shower_walks
 from labgym.eval.report_model import ConsistencyProxy, RuleScore
-from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR, WALL
-from labgym.layouts.objective import Assessment
-from labgym.layouts.zones import door_area, standing_in
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.objective import Assessment
+from labgym.layouts.rules.zones import door_area, standing_in
 from labgym.protocols import Protocol
 
 BACK_GAP = 0.15

@@ -6,10 +6,10 @@ import math
 
 from labgym.eval.report_model import FacilityWarning
 from labgym.geometry import OrientedBox, distance, penetration
-from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR
-from labgym.layouts.thresholds import ROOM_TOLERANCE
-from labgym.layouts.zones import door_area, doorway, front_zone, in_room, standing_in
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.thresholds import ROOM_TOLERANCE
+from labgym.layouts.rules.zones import door_area, doorway, front_zone, in_room, standing_in
 from labgym.navigation import PLANNING_RADIUS, goal_pose, occupancy
 from labgym.navigation.grid_search import distance_field
 

@@ -10,13 +10,13 @@ from dataclasses import asdict
 from labgym.eval.consistency import consistency_proxy
 from labgym.eval.facility import facility_warnings
 from labgym.eval.report_model import Gated, LayoutReport, LayoutSummary, MetricMean, Physical, ReportedViolation
-from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR, WALL, Layout
-from labgym.layouts.objective import Assessment, evaluate_layout
-from labgym.layouts.satisfaction import mean, penalised, worst_mean
-from labgym.layouts.separation import contained
-from labgym.layouts.storage import in_own_class
-from labgym.layouts.thresholds import OVERLAP_VOLUME, PENETRATION, VERSION, Profile
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.satisfaction import mean, penalised, worst_mean
+from labgym.layouts.rules.separation import contained
+from labgym.layouts.rules.storage import in_own_class
+from labgym.layouts.rules.thresholds import OVERLAP_VOLUME, PENETRATION, VERSION, Profile
 from labgym.protocols import Protocol
 from labgym.protocols import get as get_protocol
 

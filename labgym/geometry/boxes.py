@@ -139,9 +139,7 @@ def _planar_penetration(a: BoxArray, b: BoxArray) -> Array:
     return np.minimum(own, other)
 
 
-def _frame_penetration(
-    dx: Array, dy: Array, yaw: Array, own: Array, other: Array, cosine: Array, sine: Array
-) -> Array:
+def _frame_penetration(dx: Array, dy: Array, yaw: Array, own: Array, other: Array, cosine: Array, sine: Array) -> Array:
     """Least overlap over one box's two normals; cosine and sine are those of the angle between the boxes."""
     c, s = np.cos(yaw), np.sin(yaw)
     along_x = own[..., 0] + other[..., 0] * cosine + other[..., 1] * sine - np.abs(c * dx + s * dy)

@@ -11,8 +11,8 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.cabinets import CABINETS
 from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Command, Move, Settle, Swap, apply
-from labgym.layouts.objective import Assessment, evaluate_layout
-from labgym.layouts.satisfaction import Instance
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.satisfaction import Instance
 from labgym.protocols import Protocol
 
 Level = Literal["room", "desktop"]

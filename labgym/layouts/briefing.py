@@ -24,9 +24,9 @@ from labgym.layouts.furnishing import (
     location_units,
 )
 from labgym.layouts.model import Room
-from labgym.layouts.separation import heat_band
+from labgym.layouts.rules.separation import heat_band
+from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.stocking import HOME, Stocked, furnish_surface, shelve
-from labgym.layouts.thresholds import Profile
 from labgym.protocols import Protocol
 
 MARGIN = 0.02

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from labgym.assets import Asset, Catalog
-from labgym.layouts.separation import hazard_between
-from labgym.layouts.thresholds import Profile
+from labgym.layouts.rules.separation import hazard_between
+from labgym.layouts.rules.thresholds import Profile
 from labgym.protocols import Protocol
 
 CABINETS = {

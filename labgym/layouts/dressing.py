@@ -15,9 +15,9 @@ from labgym.assets import Catalog
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_surface, on_wall
 from labgym.layouts.model import FLOOR, Layout, Placement
-from labgym.layouts.objective import evaluate_layout
-from labgym.layouts.thresholds import Profile
-from labgym.layouts.zones import door_pose
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.zones import door_pose
 from labgym.protocols import Protocol
 
 WALL_THINGS = (

@@ -11,10 +11,10 @@ import numpy as np
 from labgym.assets import Asset, Catalog
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.model import FLOOR, WALL, Door, Layout, Placement, Room, placed_box
+from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.zones import door_area, door_pose, front_zone
 from labgym.layouts.stocking import BENCH_MARGIN
 from labgym.layouts.tabletop import Item, Spot, pack
-from labgym.layouts.thresholds import Profile
-from labgym.layouts.zones import door_area, door_pose, front_zone
 from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
 

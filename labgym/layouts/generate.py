@@ -10,13 +10,13 @@ from labgym.errors import InfeasibleError, OptionError
 from labgym.layouts.dressing import dress
 from labgym.layouts.infeasibility import smallest_preset
 from labgym.layouts.model import Layout, Provenance, Room
-from labgym.layouts.objective import evaluate_layout
 from labgym.layouts.optimise import optimise
 from labgym.layouts.propose import ProceduralProposer, Proposer
 from labgym.layouts.refine import refine
 from labgym.layouts.rooms import resolve_room
-from labgym.layouts.thresholds import Profile
-from labgym.layouts.thresholds import profile as resolve_profile
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.protocols import Protocol, get
 
 MAX_SEED = 2**53 - 1

@@ -10,7 +10,7 @@ from labgym.layouts.briefing import write_brief
 from labgym.layouts.floor_plan import GROUPS, solve
 from labgym.layouts.model import Room
 from labgym.layouts.rooms import room_presets
-from labgym.layouts.thresholds import Profile
+from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.walls import choose_walls
 from labgym.protocols import Protocol
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from labgym.layouts.adjust import Adjuster, Level, RuleAdjuster
 from labgym.layouts.model import Layout
-from labgym.layouts.objective import evaluate_layout
 from labgym.layouts.repair import fast_repair
-from labgym.layouts.thresholds import Profile
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import Profile
 from labgym.protocols import Protocol
 
 LEVELS: tuple[Level, ...] = ("room", "desktop")

@@ -15,7 +15,7 @@ from labgym.layouts.floor_plan import Pose, solve
 from labgym.layouts.furnishing import LEVELS, Furnishing
 from labgym.layouts.infeasibility import explain
 from labgym.layouts.model import FLOOR, Layout, Placement, Provenance, Room
-from labgym.layouts.thresholds import Profile
+from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.walls import choose_walls
 from labgym.protocols import Protocol
 

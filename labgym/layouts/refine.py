@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from labgym.geometry import OrientedBox, penetration, wrap_angle
 from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Command, Move, Rotate, apply
-from labgym.layouts.objective import evaluate_layout
 from labgym.layouts.optimise import optimise
-from labgym.layouts.thresholds import Profile
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import Profile
 from labgym.navigation import PLANNING_RADIUS, STAND_OFF, Transition, goal_pose
 from labgym.protocols import Protocol
 

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
-from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.bounds import bounds_faults
-from labgym.layouts.collisions import Collision, collisions
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.moves import Move, apply, lifted, rests_on
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.bounds import bounds_faults
+from labgym.layouts.rules.collisions import Collision, collisions
 
 ROUNDS = 12
 SAFETY = 0.005

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from labgym.assets import Asset, Catalog
+from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.tabletop import Item, Spot, pack
-from labgym.layouts.thresholds import Profile
 
 CORROSIVE_HEIGHT = 1.5
 """Corrosives stand below eye level: their tops stay under this height, metres (storage practice)."""

@@ -11,8 +11,8 @@ from labgym.eval import score
 from labgym.eval.facility import facility_warnings, shower_walks
 from labgym.eval.report_model import FacilityWarning, RuleScore
 from labgym.layouts import Door, Layout, Placement, Room
-from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.zones import door_area, doorway, front_zone
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.zones import door_area, doorway, front_zone
 
 DOORS = (Door(wall="front", offset=1.2), Door(wall="left", offset=1.2))
 ROOM = Room(width=8.0, depth=8.0, doors=DOORS)

@@ -12,8 +12,8 @@ from labgym.layouts.brief import Brief, Separation, Unit
 from labgym.layouts.cabinets import plan_cabinets
 from labgym.layouts.floor_plan import solve
 from labgym.layouts.model import Door, Room
+from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.tabletop import GAP, Item, pack
-from labgym.layouts.thresholds import profile
 from labgym.protocols import protocols
 
 ROOM = Room(width=6.0, depth=6.0, doors=(Door(wall="front", offset=1.0),))

@@ -10,8 +10,8 @@ from shapely import Polygon
 from labgym.assets import Catalog
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
 from labgym.layouts import Door, Room, generate
-from labgym.layouts.objective import evaluate_layout
-from labgym.layouts.zones import door_area, standing_in
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.zones import door_area, standing_in
 from labgym.protocols import protocols
 
 ROOMS = ("default", "tight", "roomy", "two_exits")

@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 from shapely.geometry import LineString, Polygon
 
 from labgym.assets import Catalog
-from labgym.layouts import Layout, Placement, Room, thresholds
-from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.glass import glass_instances
-from labgym.layouts.objective import evaluate_layout
-from labgym.layouts.presence import missing_assets
-from labgym.layouts.separation import contained, flammable_instances, hazard_between, incompatible_instances
-from labgym.layouts.storage import in_own_class, storage_cabinet, storage_instances
+from labgym.layouts import Layout, Placement, Room
+from labgym.layouts.rules import thresholds
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.glass import glass_instances
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.presence import missing_assets
+from labgym.layouts.rules.separation import contained, flammable_instances, hazard_between, incompatible_instances
+from labgym.layouts.rules.storage import in_own_class, storage_cabinet, storage_instances
 from labgym.protocols import Protocol, ReagentUse, Step
 
 DEFAULT = thresholds.profile("default")

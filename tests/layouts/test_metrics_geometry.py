@@ -12,9 +12,9 @@ from shapely.geometry import box as rectangle
 
 from labgym.assets import Catalog
 from labgym.layouts import Door, Layout, Placement, Room
-from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.bounds import bounds_faults
-from labgym.layouts.collisions import Collision, collisions
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.bounds import bounds_faults
+from labgym.layouts.rules.collisions import Collision, collisions
 
 ROOM = Room(width=8.0, depth=6.0, height=3.0, doors=(Door(wall="front", offset=1.2),))
 

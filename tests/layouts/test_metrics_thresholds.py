@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from labgym.errors import UnknownNameError
-from labgym.layouts import thresholds
-from labgym.layouts.satisfaction import Instance, mean, penalised, worst_mean
-from labgym.layouts.thresholds import Band
+from labgym.layouts.rules import thresholds
+from labgym.layouts.rules.satisfaction import Instance, mean, penalised, worst_mean
+from labgym.layouts.rules.thresholds import Band
 
 
 @pytest.mark.parametrize(

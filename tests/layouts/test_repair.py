@@ -9,10 +9,10 @@ from labgym.geometry import penetration
 from labgym.layouts import generate
 from labgym.layouts.model import Placement
 from labgym.layouts.moves import Move, Rotate, Settle, Swap, apply, descendants
-from labgym.layouts.objective import evaluate_layout
 from labgym.layouts.optimise import optimise
 from labgym.layouts.refine import refine
 from labgym.layouts.repair import fast_repair, separating_push
+from labgym.layouts.rules.objective import evaluate_layout
 from labgym.protocols import protocols
 
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.geometry.overlap import overlap_volume, paired_penetration
-from labgym.layouts.arrangement import Arrangement, Solids
-from labgym.layouts.thresholds import PENETRATION
+from labgym.layouts.rules.arrangement import Arrangement, Solids
+from labgym.layouts.rules.thresholds import PENETRATION
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from itertools import combinations
 
 from labgym.assets import Asset, Catalog, Hazard, incompatible
 from labgym.geometry import pairwise_distance
-from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.satisfaction import Instance
-from labgym.layouts.storage import closed_cabinet
-from labgym.layouts.thresholds import Band, Profile
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.storage import closed_cabinet
+from labgym.layouts.rules.thresholds import Band, Profile
 
 HEAT_CLASSES = frozenset({"flame", "hot_surface", "bath", "oven"})
 """Heat sources that count; an `instrument` merely runs warm."""

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.bounds import BoundsFault
-from labgym.layouts.collisions import Collision
-from labgym.layouts.satisfaction import Instance
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.bounds import BoundsFault
+from labgym.layouts.rules.collisions import Collision
+from labgym.layouts.rules.satisfaction import Instance
 from labgym.navigation.feasibility import Transition
 
 Kind = Literal["bounds", "collision", "flammable", "incompatible", "storage", "navigation"]

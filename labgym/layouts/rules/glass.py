@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from labgym.geometry import BoxArray
 from labgym.geometry.overlap import paired_inset
-from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.satisfaction import Instance
-from labgym.layouts.thresholds import Profile
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.thresholds import Profile
 
 
 def glass_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray
 from labgym.geometry.overlap import paired_inset
-from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR, WALL
-from labgym.layouts.thresholds import HEIGHT_TOLERANCE, ROOM_TOLERANCE, SURFACE_TOLERANCE, WALL_TOLERANCE
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.thresholds import HEIGHT_TOLERANCE, ROOM_TOLERANCE, SURFACE_TOLERANCE, WALL_TOLERANCE
 
 Cause = Literal["room", "surface", "height"]
 

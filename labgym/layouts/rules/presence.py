@@ -6,7 +6,7 @@ from collections import Counter
 from functools import lru_cache
 
 from labgym.assets import Catalog
-from labgym.layouts.arrangement import Arrangement
+from labgym.layouts.rules.arrangement import Arrangement
 from labgym.protocols import Protocol
 
 

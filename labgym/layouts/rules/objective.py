@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from labgym.layouts import thresholds
-from labgym.layouts.arrangement import Arrangement
-from labgym.layouts.bounds import BoundsFault, bounds_faults
-from labgym.layouts.collisions import Collision, collisions
-from labgym.layouts.glass import glass_instances
 from labgym.layouts.model import Layout
-from labgym.layouts.presence import missing_assets
-from labgym.layouts.satisfaction import Instance, penalised
-from labgym.layouts.separation import flammable_instances, incompatible_instances
-from labgym.layouts.storage import storage_instances
-from labgym.layouts.thresholds import Profile
-from labgym.layouts.violations import (
+from labgym.layouts.rules import thresholds
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.bounds import BoundsFault, bounds_faults
+from labgym.layouts.rules.collisions import Collision, collisions
+from labgym.layouts.rules.glass import glass_instances
+from labgym.layouts.rules.presence import missing_assets
+from labgym.layouts.rules.satisfaction import Instance, penalised
+from labgym.layouts.rules.separation import flammable_instances, incompatible_instances
+from labgym.layouts.rules.storage import storage_instances
+from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.violations import (
     Violations,
     bounds_violations,
     chemical_violations,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from labgym.geometry import rotate
-from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR, WALL
-from labgym.layouts.satisfaction import Instance
-from labgym.layouts.thresholds import CONTAINMENT_TOLERANCE, HEIGHT_TOLERANCE
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.thresholds import CONTAINMENT_TOLERANCE, HEIGHT_TOLERANCE
 
 STORAGE_CLASSES = frozenset(
     {"Flammable", "Acid", "Base", "Oxidizer", "Toxic", "WaterReactive", "Refrigerator", "Gas", "General"}

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
-from labgym.layouts.arrangement import Arrangement
 from labgym.layouts.model import FLOOR, WALL, Door, Room
+from labgym.layouts.rules.arrangement import Arrangement
 
 DOOR_AREA = 1.2
 """Side of the square kept clear inside a door, metres: the leaf's swing and a person beside it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from labgym.layouts.thresholds import WORST
+from labgym.layouts.rules.thresholds import WORST
 
 
 @dataclass(frozen=True)

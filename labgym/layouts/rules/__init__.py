@@ -1,0 +1,7 @@
+"""What makes a layout good: the rules of LabTouchstone, which the generator optimises and the score reports."""
+
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.thresholds import VERSION, Profile, profile
+from labgym.layouts.rules.violations import Violation, Violations
+
+__all__ = ["VERSION", "Assessment", "Profile", "Violation", "Violations", "evaluate_layout", "profile"]
