@@ -28,8 +28,6 @@ class AStarPolicy(Policy):
         self._tracker: PathTracker | None = None
         self._start: Pose = (0.0, 0.0, 0.0)
         self._planned: tuple[str, GridPlanner] | None = None
-        self.path: NDArray[np.float64] | None = None
-        """The plan of the episode, (n, 2) in the room frame; None where there is none."""
 
     def reset(self, episode: EpisodeStart) -> None:
         """Plan from the true start to the true goal.
@@ -43,8 +41,8 @@ class AStarPolicy(Policy):
         if self._planned is None or self._planned[0] != truth.layout.hash:
             self._planned = truth.layout.hash, GridPlanner(occupancy(truth.layout))
         self._start = truth.start
-        self.path = self._planned[1].plan(truth.start[:2], truth.pair.goal[:2])
-        self._tracker = None if self.path is None else PathTracker(self.path, episode.robot)
+        path = self._planned[1].plan(truth.start[:2], truth.pair.goal[:2])
+        self._tracker = None if path is None else PathTracker(path, episode.robot)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Follow the path."""

@@ -109,7 +109,8 @@ class GridPlanner:
 def clearance_field(grid: OccupancyGrid) -> Array:
     """Return the distance from each cell's centre to the nearest occupied cell's side, (ny, nx) metres.
 
-    By the exact Euclidean distance transform, less half a cell: exact straight across, up to a fifth of a cell too long askew.
+    By the exact Euclidean distance transform, less half a cell: exact straight across, and up to a fifth of a cell too
+    long askew.
     """
     walled = np.pad(~grid.occupied, 1).astype(np.uint8)
     cells = cv2.distanceTransform(walled, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]

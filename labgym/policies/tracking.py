@@ -69,19 +69,6 @@ class PathTracker:
         self._place = 0
         self._turning = True
 
-    @property
-    def remaining(self) -> float:
-        """Length of the path from the robot's place on it to its end, metres."""
-        return (len(self._points) - 1 - self._place) * self._spacing
-
-    @property
-    def _spacing(self) -> float:
-        return float(np.linalg.norm(self._points[1] - self._points[0])) if len(self._points) > 1 else 0.0
-
-    def off_path(self, pose: Pose) -> float:
-        """Return the distance from the robot to its place on the path, metres."""
-        return float(np.linalg.norm(self._points[self._place] - pose[:2]))
-
     def action(self, pose: Pose, speed: float = 0.0) -> Array:
         """Return the action (2,) in [-1, 1] that follows the path from a pose.
 

@@ -106,15 +106,6 @@ def test_any_path_with_room_between_its_corners_is_driven_to_its_end(seed):
     assert deviation(path, driven) < 0.15
 
 
-def test_remaining_falls_from_the_length_to_nothing():
-    path = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]])
-    tracker = PathTracker(path)
-    assert tracker.remaining == pytest.approx(3.0)
-    tracker.action((0.5, 0.0, 0.0))
-    assert tracker.remaining == pytest.approx(2.5, abs=0.02)
-    assert tracker.off_path((0.5, 0.2, 0.0)) == pytest.approx(0.2, abs=0.02)
-
-
 @pytest.mark.parametrize("v, w", [(0.0, 0.0), (1.0, 1.5), (-0.3, -1.5), (0.4, -0.2), (-0.1, 0.7)])
 def test_an_action_asks_for_the_velocities_that_it_was_made_from(v, w):
     assert ROBOT.twist(*velocities_to_action(v, w)) == pytest.approx((v, w))
