@@ -59,8 +59,8 @@ def balance(asset: Asset) -> Iterator[Part]:
         for y in (y0, y1):
             yield column("plastic_dark", 0.010, side * (x - 0.002), y, (deck, height))
     yield block("sash_glass", (-x, x), (y1 - 0.004, y1), (deck, top))
-    yield block("plastic_white", (-x, x), (y0 - 0.004, y0 + 0.03), (deck, height))
-    yield block("plastic_dark", (-x, x), (y0, y1), (top, height - 0.004))
+    yield block("plastic_white", (-x + 0.001, x - 0.001), (y0 - 0.004, y0 + 0.03), (deck, height - 0.002))
+    yield block("plastic_dark", (-x + 0.002, x - 0.002), (y0, y1), (top, height - 0.004))
 
 
 @shape("microscope")

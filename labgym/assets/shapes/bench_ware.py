@@ -11,6 +11,7 @@ from labgym.assets.shapes.parts import (
     ALONG_X,
     ALONG_Y,
     Part,
+    band,
     block,
     column,
     cylinder,
@@ -55,10 +56,11 @@ def straight_tool(asset: Asset) -> Iterator[Part]:
         else:
             yield cylinder("chrome", 0.016, depth, (0.0, 0.0, grip), ALONG_Y)
     else:
-        yield column(material, width, 0.0, 0.0, (0.0, height))
-        if flag(asset, "scale"):
-            yield column("print_red", width * 0.9, 0.0, 0.0, (0.0, height * 0.06))
-            yield column("paper", width + 0.0, 0.0, 0.0, (height * 0.2, height * 0.9))
+        scaled = flag(asset, "scale")
+        yield column(material, width * (0.9 if scaled else 1.0), 0.0, 0.0, (0.0, height))
+        if scaled:
+            yield column("print_red", width * 0.92, 0.0, 0.0, (0.0, height * 0.06))
+            yield column("paper", width, 0.0, 0.0, (height * 0.2, height * 0.9))
 
 
 @shape("pipette")
@@ -114,11 +116,11 @@ def rack(asset: Asset) -> Iterator[Part]:
 
 def _tube_rack(width: float, depth: float, height: float, rows: int, columns: int) -> Iterator[Part]:
     hw, hd = width / 2.0, depth / 2.0
-    for low in (0.0, height * 0.45, height - 0.006):
+    for low in (0.0, height * 0.45, height - 0.0065):
         yield block("cabinet_blue", (-hw, hw), (-hd, hd), (low, low + 0.006))
     for side in (-1.0, 1.0):
         edge = side * hw
-        yield block("cabinet_blue", (edge, edge - side * 0.006), (-hd, hd), (0.0, height))
+        yield block("cabinet_blue", (edge, edge - side * 0.006), (-hd, hd), (0.0, height - 0.0005))
     pitch_x, pitch_y = (width - 0.02) / columns, (depth - 0.01) / rows
     hexagon = [
         (
@@ -130,12 +132,12 @@ def _tube_rack(width: float, depth: float, height: float, rows: int, columns: in
     for i in range(columns):
         for j in range(rows):
             x, y = (i + 0.5) * pitch_x - hw + 0.01, (j + 0.5) * pitch_y - hd + 0.005
-            yield prism("plastic_dark", hexagon, 0.0005, (x, y, height - 0.0002))
+            yield prism("plastic_dark", hexagon, 0.002, (x, y, height - 0.001))
 
 
 def _bottle_tray(width: float, depth: float, height: float) -> Iterator[Part]:
     hw, hd = width / 2.0, depth / 2.0
-    yield block("plastic_light", (-hw, hw), (-hd, hd), (0.0, 0.008))
+    yield block("plastic_light", (-hw + 0.002, hw - 0.002), (-hd + 0.002, hd - 0.002), (0.0, 0.008))
     for side in (-1.0, 1.0):
         edge = side * hw
         yield block("stainless", (edge, edge - side * 0.006), (-hd, hd), (0.0, height * 0.5))
@@ -149,7 +151,7 @@ def _bottle_tray(width: float, depth: float, height: float) -> Iterator[Part]:
         x, top = (k + 0.5) * pitch - hw + 0.01, height * (1.0 if k % 2 == 0 else 0.88)
         outline = [(radius, 0.008), (radius, top * 0.62), (radius * 0.36, top * 0.80), (radius * 0.36, top * 0.9)]
         yield revolved(body, outline, (x, 0.0, 0.0))
-        yield column("paper", 2.02 * radius, x, 0.0, (top * 0.22, top * 0.5))
+        yield band("paper", 2.02 * radius, (top * 0.22, top * 0.5), x)
         yield column(cap, radius, x, 0.0, (top * 0.84, top))
 
 
@@ -308,31 +310,25 @@ def plain_box(asset: Asset) -> Iterator[Part]:
         total = count(asset, "sockets", 4)
         for k in range(total):
             x = (k + 0.5) / total * (width - 0.03) - hw + 0.015
-            yield cylinder("plastic_light", height * 0.68, 0.008, (x, hd - 0.004, height / 2.0), ALONG_Y)
+            yield cylinder("plastic_light", height * 0.68, 0.007, (x, hd - 0.0045, height / 2.0), ALONG_Y)
             for side in (-1.0, 1.0):
-                yield cylinder("print_black", 0.006, 0.0006, (x + side * 0.010, hd - 0.0003, height / 2.0), ALONG_Y)
+                yield cylinder("print_black", 0.006, 0.002, (x + side * 0.010, hd - 0.001, height / 2.0), ALONG_Y)
     elif flag(asset, "dispenser"):
-        yield rounded(body, (-hw, hw), (-hd, hd), (0.0, height), 0.02)
+        yield rounded(body, (-hw, hw), (-hd, hd - 0.003), (0.0, height - 0.003), 0.02)
         if height > width:
-            yield block("print_black", (-hw * 0.7, hw * 0.7), (hd - 0.03, hd - 0.0002), (0.0, 0.012))
+            yield block("print_black", (-hw * 0.7, hw * 0.7), (hd - 0.03, hd - 0.002), (0.0, 0.012))
             yield block("paper", (-hw * 0.6, hw * 0.6), (hd - 0.02, hd - 0.017), (0.0, 0.03))
             yield block("plastic_dark", (-hw * 0.1, hw * 0.1), (hd - 0.004, hd), (height * 0.45, height * 0.7))
         else:
-            yield Part(
-                "ellipsoid",
-                (width * 0.5, depth * 0.4, 0.002),
-                (0.0, 0.0, height - 0.001),
-                (1.0, 0.0, 0.0, 0.0),
-                "glove",
-            )
+            yield ellipsoid("glove", (width * 0.5, depth * 0.4, 0.006), (0.0, 0.0, height - 0.003))
             yield block("paper", (-hw * 0.8, hw * 0.8), (hd - 0.002, hd), (height * 0.25, height * 0.75))
     elif height < 0.04:
         yield block(body, (-hw, hw), (-hd, hd), (0.0, height * 0.85))
         yield column("paper", min(width, depth) * 0.94, 0.0, 0.0, (height * 0.8, height))
     else:
-        yield block("foam", (-hw, hw), (-hd, hd), (0.0, height * 0.82))
+        yield block("foam", (-hw, hw), (-hd, hd - 0.002), (0.0, height * 0.82))
         yield block(body, (-hw * 0.96, hw * 0.96), (-hd * 0.96, hd * 0.96), (height * 0.82, height))
-        yield block("signal_blue", (-hw * 0.6, hw * 0.6), (hd - 0.002, hd), (height * 0.25, height * 0.6))
+        yield block("signal_blue", (-hw * 0.6, hw * 0.6), (hd - 0.003, hd), (height * 0.25, height * 0.6))
 
 
 def _keyboard(hw: float, hd: float, height: float) -> Iterator[Part]:

@@ -11,6 +11,7 @@ from labgym.assets.shapes.parts import (
     ALONG_X,
     Part,
     Point,
+    band,
     block,
     column,
     cylinder,
@@ -59,13 +60,11 @@ def wall(asset: Asset) -> str:
 def label(asset: Asset, radius: float, low: float, high: float) -> Iterator[Part]:
     """A label round a bottle between two heights; a hazardous reagent's has a colour band and a diamond."""
     storage = asset.chemistry.storage_class if asset.chemistry else None
-    yield column("paper", 2.0 * radius, 0.0, 0.0, (low, high))
+    yield band("paper", 2.0 * radius, (low, high))
     if storage is None:
         return
     tall = high - low
-    yield column(
-        BANDS.get(storage, "signal_green"), 2.0 * radius + 0.0004, 0.0, 0.0, (high - 0.24 * tall, high - 0.04 * tall)
-    )
+    yield band(BANDS.get(storage, "signal_green"), 2.0 * radius + 0.0004, (high - 0.24 * tall, high - 0.04 * tall))
     line = radius * 0.75
     for k, share in enumerate((0.62, 0.52, 0.42)):
         z = low + share * tall
@@ -124,16 +123,19 @@ def _gas_wash_bottle(width: float, depth: float, height: float) -> Iterator[Part
     )
     yield column("blue_liquid", depth - 0.004, 0.0, 0.0, (0.002, height * 0.36))
     for side, z in ((-1.0, 0.95), (1.0, 0.87)):
-        yield cylinder("borosilicate", 0.008, width / 2.0, (side * width / 4.0, 0.0, height * z), ALONG_X)
+        yield cylinder(
+            "borosilicate", 0.008, width / 2.0 - 0.001, (side * (width / 4.0 - 0.0005), 0.0, height * z), ALONG_X
+        )
         yield cylinder("rubber_orange", 0.012, 0.012, (side * (width / 2.0 - 0.006), 0.0, height * z), ALONG_X)
 
 
 def _squeeze_bottle(radius: float, height: float) -> Iterator[Part]:
     shoulder = height * 0.66
     yield revolved(
-        "polyethylene", [*shouldered(radius, radius * 0.42, shoulder * 0.86, shoulder), (radius * 0.42, height * 0.7)]
+        "polyethylene",
+        [*shouldered(radius - 0.0004, radius * 0.42, shoulder * 0.86, shoulder), (radius * 0.42, height * 0.7)],
     )
-    yield column("paper", 2.0 * radius * 0.985 + 0.001, 0.0, 0.0, (height * 0.18, height * 0.42))
+    yield band("signal_green", 2.0 * radius, (height * 0.18, height * 0.42))
     yield column("abs_red", radius * 1.1, 0.0, 0.0, (height * 0.67, height * 0.78))
     bend, tip = height - 0.004, radius * 0.85
     yield rod("abs_red", 0.007, (0.0, 0.0, height * 0.76), (0.0, 0.0, bend + 0.004))
@@ -174,9 +176,9 @@ def waste_canister(asset: Asset) -> Iterator[Part]:
     """A plastic canister with a handle, a label and a screw cap."""
     width, depth, height = extents(asset)
     hw, hd, top, body = width / 2.0, depth / 2.0, height * 0.84, coating(text(asset, "colour", "blue"))
-    yield rounded(body, (-hw, hw), (-hd, hd), (0.0, top), 0.04)
+    yield rounded(body, (-hw, hw), (-hd, hd - 0.004), (0.0, top), 0.04)
     yield rounded(body, (-hw * 0.86, hw * 0.86), (-hd * 0.86, hd * 0.86), (top, height * 0.89), 0.04)
-    yield block("paper", (-hw * 0.6, hw * 0.6), (hd - 0.003, hd - 0.0005), (height * 0.25, height * 0.62))
+    yield block("paper", (-hw * 0.6, hw * 0.6), (hd - 0.005, hd - 0.003), (height * 0.25, height * 0.62))
     tip = turned((0.0, 1.0, 0.0), math.pi / 4.0)
     yield plate("print_red", (0.055, 0.002, 0.055), (-hw * 0.22, hd - 0.0012, height * 0.48), tip)
     yield plate("paper", (0.042, 0.002, 0.042), (-hw * 0.22, hd - 0.0010, height * 0.48), tip)

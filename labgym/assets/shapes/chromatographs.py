@@ -42,14 +42,14 @@ def chromatograph(asset: Asset) -> Iterator[Part]:
     bottles, columns = flag(asset, "bottles"), flag(asset, "columns")
     top = height * (0.80 if bottles else 0.88 if columns else 1.0)
     yield from feet(hw * 0.8, hd * 0.8, 0.012)
-    yield from _stack((-hw, hw), (-hd, hd), (0.012, top), count(asset, "modules", 4))
+    yield from _stack((-hw, hw), (-hd, hd), (0.012, top), count(asset, "modules", 4), flag(asset, "screen"))
     if bottles:
         yield from _bottle_tray((-hw, hw), hd, top, height)
     if flag(asset, "screen"):
         yield from curve_screen((-hw * 0.75, hw * 0.2), hd - FACE, (top * 0.72, top * 0.94))
     if columns:
         for x, colour in ((hw * 0.55, "plastic_white"), (hw * 0.8, "abs_blue")):
-            yield column(colour, 0.05, x, 0.0, (top, height))
+            yield column(colour, 0.04, x, 0.0, (top, height))
         yield block("stainless", (-hw * 0.8, hw * 0.2), (-hd * 0.6, hd * 0.6), (top, top + 0.006))
         for k in range(5):
             for j in range(3):
@@ -62,7 +62,7 @@ def chromatograph(asset: Asset) -> Iterator[Part]:
                 )
 
 
-def _stack(x: Point, y: Point, z: Point, modules: int) -> Iterator[Part]:
+def _stack(x: Point, y: Point, z: Point, modules: int, screen: bool = False) -> Iterator[Part]:
     face, pitch, wide = y[1] - FACE, (z[1] - z[0]) / modules, x[1] - x[0]
     for k in range(modules):
         low, high = z[0] + k * pitch, z[0] + (k + 1) * pitch - 0.006
@@ -77,10 +77,9 @@ def _stack(x: Point, y: Point, z: Point, modules: int) -> Iterator[Part]:
             for share in (0.4, 0.55):
                 at = x[0] + share * wide
                 yield block("stainless", (at - 0.008, at + 0.008), (face, face + 0.006), (low + 0.04, high - 0.03))
-        else:
-            yield block(
-                "plastic_light", (x[0] + 0.03, x[0] + 0.7 * wide), (face, face + 0.004), (low + 0.02, high - 0.02)
-            )
+        elif k < modules - 1 or not screen:
+            panel = (x[0] + 0.03, x[0] + 0.7 * wide)
+            yield block("plastic_light", panel, (face, face + 0.004), (low + 0.02, high - 0.02))
         yield block("abs_blue", (x[1] - 0.06, x[1] - 0.02), (face, y[1]), (middle - 0.004, middle + 0.004))
         yield cylinder("lamp_green", 0.010, 0.004, (x[1] - 0.04, face + 0.002, middle + 0.03), ALONG_Y)
 
@@ -192,7 +191,9 @@ def jacketed_reactor(asset: Asset) -> Iterator[Part]:
         yield column("abs_blue", 0.045, x, 0.05, (top + 0.10, top + 0.13))
     yield column("stainless", 0.016, 0.0, 0.0, (low + 0.04, height * 0.86))
     yield rounded("plastic_dark", (-0.06, 0.06), (-0.09, 0.07), (height * 0.80, height), 0.03)
-    yield rounded("plastic_light", (hw - 0.18, hw), (-hd, -hd + 0.12), (height * 0.62, height * 0.80), 0.01)
+    yield rounded(
+        "plastic_light", (hw - 0.18, hw - 0.002), (-hd + 0.002, -hd + 0.12), (height * 0.62, height * 0.80), 0.01
+    )
     yield from panel_screen("screen", (hw - 0.15, hw - 0.03), -hd + 0.12, (height * 0.68, height * 0.78))
     yield column("stainless", 0.06, 0.0, 0.0, (low - 0.12, low - 0.06))
     yield from knob("safety_red", 0.05, 0.0, 0.03, 0.09, low - 0.09)

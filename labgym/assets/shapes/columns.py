@@ -15,7 +15,7 @@ from labgym.assets.shapes.vessels import hollow
 def stopcock(x: float, z: float, edge: float, size: float = 0.012) -> Iterator[Part]:
     """A tap on an upright tube at x: a glass barrel, and a key whose handle reaches `edge` along x."""
     yield cylinder(GLASS, size * 1.5, size * 2.0, (x, 0.0, z), ALONG_X)
-    yield cylinder("ptfe", size * 0.75, edge - x + size, ((edge + x - size) / 2.0, 0.0, z), ALONG_X)
+    yield cylinder("ptfe", size * 0.75, edge - x + 0.8 * size, ((edge + x - size) / 2.0 - 0.1 * size, 0.0, z), ALONG_X)
     yield block("abs_blue", (edge - 0.006, edge), (-size, size), (z - size * 0.4, z + size * 0.4))
 
 
@@ -79,7 +79,7 @@ def condenser(asset: Asset) -> Iterator[Part]:
             yield sphere("clear_liquid", 0.6 * depth, (0.0, 0.0, low + 0.015 + (k + 0.5) * step))
     yield column("clear_liquid", 0.012, 0.0, 0.0, (low, high))
     for side, z in ((1.0, low + 0.03), (-1.0, high - 0.03)):
-        yield cylinder(GLASS, 0.010, width / 2.0, (side * width / 4.0, 0.0, z), ALONG_X)
+        yield cylinder(GLASS, 0.010, width / 2.0 - 0.001, (side * (width / 4.0 - 0.0005), 0.0, z), ALONG_X)
         yield cylinder("rubber_orange", 0.013, 0.010, (side * (width / 2.0 - 0.005), 0.0, z), ALONG_X)
 
 
@@ -195,7 +195,7 @@ def schlenk_line(asset: Asset) -> Iterator[Part]:
         yield block("cast_iron", (x - 0.05, x + 0.05), (back, back + 0.10), (0.0, 0.012))
     upper, lower, y = height * 0.84, height * 0.64, back + 0.055
     for z in (upper, lower):
-        yield cylinder(GLASS, 0.028, width, (0.0, y, z), ALONG_X)
+        yield cylinder(GLASS, 0.028, width - 0.002, (0.0, y, z), ALONG_X)
     yield cylinder("rubber_orange", 0.030, 0.02, (-half + 0.010, y, lower), ALONG_X)
     yield cylinder("cabinet_blue", 0.030, 0.02, (half - 0.010, y, upper), ALONG_X)
     ports = count(asset, "ports", 4)

@@ -98,5 +98,5 @@ def louvres(x: Point, y: float, z: Point, count: int) -> Iterator[Part]:
 def gauge(x: float, y: float, front: float, z: float, diameter: float) -> Iterator[Part]:
     """A dial gauge on a front at y, its glass at `front`."""
     yield cylinder("chrome", diameter, front - y - 0.001, (x, (y + front - 0.001) / 2.0, z), ALONG_Y)
-    yield cylinder("paper", diameter * 0.84, front - y, (x, (y + front) / 2.0, z), ALONG_Y)
+    yield cylinder("paper", diameter * 0.84, front - y - 0.0005, (x, (y + front - 0.0005) / 2.0, z), ALONG_Y)
     yield block("print_red", (x - 0.001, x + 0.001), (front - 0.002, front + 0.0), (z, z + diameter * 0.36))

@@ -25,6 +25,7 @@ from labgym.assets.shapes.parts import (
 )
 from labgym.assets.shapes.registry import extents, flag, shape, text
 from labgym.assets.shapes.vessels import hollow
+from labgym.errors import UnknownNameError
 
 
 @shape("hotplate")
@@ -56,23 +57,24 @@ def heating_mantle(asset: Asset) -> Iterator[Part]:
     """A heating mantle: a round housing with a woven nest, and a knob in front."""
     width, depth, height = extents(asset)
     radius = width / 2.0
-    housing = [(radius * 0.92, 0.0), (radius, 0.01), (radius, height * 0.75), (radius * 0.94, height)]
+    body = radius * 0.90
+    housing = [(radius, 0.0), (radius, 0.012), (body, 0.022), (body, height * 0.8), (body * 0.95, height)]
     nest = [(r * 0.62, height - (1.0 - z) * 0.62 * height) for r, z in bulb(1.0, 1.0, 0.0, math.pi / 2.0, 6)]
-    yield revolved(
-        "powder_white",
-        [(0.0, 0.0), *housing, (nest[-1][0] * radius, height), *[(r * radius, z) for r, z in reversed(nest[:-1])]],
-    )
+    rim = (nest[-1][0] * radius, height)
+    yield revolved("powder_white", [(0.0, 0.0), *housing, rim, *[(r * radius, z) for r, z in reversed(nest[:-1])]])
     yield hollow("foam", [(r * radius, z) for r, z in nest], 0.004)
-    yield block(
-        "plastic_dark",
-        (-radius * 0.42, radius * 0.42),
-        (depth / 2.0 * 0.80, depth / 2.0 - 0.014),
-        (height * 0.14, height * 0.66),
-    )
-    yield from knob("safety_red", height * 0.26, 0.0, depth / 2.0 - 0.014, depth / 2.0, height * 0.40)
+    front = depth / 2.0 - 0.012
+    yield block("plastic_dark", (-body * 0.42, body * 0.42), (body * 0.8, front), (height * 0.2, height * 0.66))
+    yield from knob("safety_red", height * 0.26, 0.0, front, depth / 2.0, height * 0.43)
 
 
-FILLINGS = {"oil": "oil", "water": "clear_liquid", "sand": "sand", "ice": "ice"}
+CONTENTS = {
+    "oil": ("oil", "borosilicate"),
+    "water": ("clear_liquid", "stainless"),
+    "sand": ("sand", "stainless"),
+    "ice": ("ice", "plastic_grey"),
+}
+"""Material of a bath's content, and of the round vessel that holds it."""
 
 
 @shape("bath")
@@ -80,9 +82,11 @@ def bath(asset: Asset) -> Iterator[Part]:
     """A bath of oil, water, sand or ice; `controller` gives it a housing with a display, `dewar` a vacuum wall."""
     width, depth, height = extents(asset)
     hw, hd, content = width / 2.0, depth / 2.0, text(asset, "content", "water")
-    filling = FILLINGS.get(content, "clear_liquid")
+    if content not in CONTENTS:
+        raise UnknownNameError("bath content", content, CONTENTS)
+    filling, vessel = CONTENTS[content]
     if not flag(asset, "controller"):
-        yield from _round_bath(width / 2.0, height, filling, flag(asset, "dewar"), content)
+        yield from _round_bath(width / 2.0, height, filling, "cabinet_blue" if flag(asset, "dewar") else vessel)
         return
     lid = flag(asset, "lid")
     rim = height * (0.80 if lid else 0.92)
@@ -102,21 +106,12 @@ def bath(asset: Asset) -> Iterator[Part]:
         (-inner_x, inner_x, -hd, -inner_y),
         (-inner_x, inner_x, inner_y, hd - 0.012),
     ):
-        yield block("stainless", (x0, x1), (y0, y1), (rim - 0.01, height))
+        yield block("stainless", (x0, x1), (y0, y1), (rim, height))
     yield block(filling, (-inner_x, inner_x), (-inner_y, inner_y), (rim - 0.02, height - 0.008))
 
 
-def _round_bath(radius: float, height: float, filling: str, dewar: bool, content: str) -> Iterator[Part]:
-    shell = (
-        "cabinet_blue"
-        if dewar
-        else "borosilicate"
-        if content == "oil"
-        else "plastic_grey"
-        if content == "ice"
-        else "stainless"
-    )
-    wall = 0.010 if dewar else 0.003
+def _round_bath(radius: float, height: float, filling: str, shell: str) -> Iterator[Part]:
+    wall = 0.010 if shell == "cabinet_blue" else 0.003
     outline = [
         (0.0, 0.0),
         (radius * 0.9, 0.0),
@@ -125,9 +120,9 @@ def _round_bath(radius: float, height: float, filling: str, dewar: bool, content
         (radius, height),
     ]
     yield hollow(shell, outline, wall)
-    level = height * (0.78 if content == "ice" else 0.6)
+    level = height * (0.78 if filling == "ice" else 0.6)
     yield column(filling, 1.94 * radius - 2.2 * wall, 0.0, 0.0, (wall + 0.001, level))
-    if content == "ice":
+    if filling == "ice":
         for k in range(7):
             angle, reach = 2.4 * k, radius * (0.2 + 0.09 * k)
             tilt = turned((math.cos(angle), math.sin(angle), 0.0), 0.6)

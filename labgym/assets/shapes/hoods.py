@@ -75,7 +75,7 @@ def _sash(x0: float, x1: float, front: float, edge: float, low: float, high: flo
 
 
 def _fascia(hw: float, y: float, low: float, height: float) -> Iterator[Part]:
-    yield block("signal_blue", (-hw, hw), (y - 0.004, y + 0.003), (low, low + 0.03))
+    yield block("signal_blue", (-hw + 0.002, hw - 0.002), (y - 0.004, y + 0.003), (low, low + 0.03))
     yield from panel_screen("screen_green", (-hw + 0.09, -hw + 0.20), y, (low + 0.075, low + 0.135))
     yield block("powder_grey", (-hw * 0.4, hw * 0.4), (y, y + 0.002), (low + 0.07, height - 0.08))
 
@@ -123,9 +123,7 @@ def glove_box(asset: Asset) -> Iterator[Part]:
     hw, hd = width / 2.0, depth / 2.0
     x0, x1 = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
     back, front = hollow.y - hollow.depth / 2.0, hollow.y + hollow.depth / 2.0
-    side = x0 - (hollow.x - hollow.width / 2.0 - (x0 + hw))
     left, right, face = -hw, min(x1 + (x0 + hw), hw), hd - 0.03
-    del side
     yield block("stainless", (left, right), (-hd, face), (hollow.z0 - 0.05, hollow.z0))
     yield block("stainless", (left, right), (-hd, face), (hollow.z1, hollow.z1 + 0.05))
     yield block("stainless", (left, right), (-hd, back), (hollow.z0, hollow.z1))
@@ -167,7 +165,7 @@ def _ports(asset: Asset, x: tuple[float, float], face: float, edge: float, z: fl
             (bore * 0.40, 0.0),
         ]
         # The profile's axis runs along +y, so the ring stands out of the window.
-        yield revolved("plastic_black", ring, (middle, face - 0.008, z), ALONG_Y_OUT)
+        yield revolved("plastic_black", ring, (middle, face - 0.008, z), ALONG_Y)
         yield cylinder("glove", bore * 0.80, 0.012, (middle, face + 0.002, z), ALONG_Y)
         yield sphere("glove", bore * 0.42, (middle, face - 0.02, z - 0.01))
 
@@ -183,9 +181,6 @@ def _stand(left: float, right: float, hw: float, hd: float, top: float) -> Itera
     yield block("powder_grey", (right - 0.1, hw - 0.04), (-0.03, 0.03), (top * 0.5, top * 0.5 + 0.05))
     yield block("powder_grey", (hw - 0.10, hw - 0.04), (-0.03, 0.03), (0.0, top * 0.95))
     yield block("plastic_dark", (left + 0.2, right - 0.2), (hd - 0.16, hd - 0.06), (0.02, 0.05))
-
-
-ALONG_Y_OUT = ALONG_Y
 
 
 @shape("arm")

@@ -86,7 +86,7 @@ def _oven_front(size: Size, tower: bool = False) -> Iterator[Part]:
     hw, hd, top = width / 2.0, depth / 2.0, size[2] * 0.86
     split = hw * (0.02 if tower else 0.32)
     face = hd - FACE
-    yield from _housing(size, top, "plastic_light")
+    yield from _housing((width - 0.004 * tower, depth, height), top, "plastic_light")
     oven = (-hw * 0.94, split)
     control = (split + 0.02, (hw * 0.48 if tower else hw * 0.94))
     yield rounded("plastic_grey", oven, (face - 0.01, face + 0.004), (top * 0.10, top * 0.94), 0.01)
@@ -101,9 +101,9 @@ def _oven_front(size: Size, tower: bool = False) -> Iterator[Part]:
             "plastic_white", (x - 0.045, x + 0.045), (-0.08, 0.06), (top + 0.3 * (height - top), height), 0.012
         )
     if tower:
-        yield rounded("plastic_white", (hw * 0.52, hw), (-hd, face), (0.0, top * 1.05), 0.03)
+        yield rounded("plastic_white", (hw * 0.52, hw), (-hd, face + 0.002), (0.0, top * 1.05), 0.03)
         yield block("abs_blue", (hw * 0.56, hw * 0.96), (face - 0.002, hd), (top * 0.80, top * 0.86))
-        yield from louvres((hw * 0.60, hw * 0.92), face, (top * 0.20, top * 0.6), 8)
+        yield from louvres((hw * 0.60, hw * 0.92), face + 0.002, (top * 0.20, top * 0.6), 8)
 
 
 def _mass_spectrometer(size: Size) -> Iterator[Part]:
@@ -172,7 +172,7 @@ def _gauges(size: Size) -> Iterator[Part]:
     """A hydrogenation apparatus: a frame with a reservoir, gauges, and a shaken bottle behind a guard."""
     width, depth, height = size
     hw, hd = width / 2.0, depth / 2.0
-    yield rounded("powder_grey", (-hw, hw), (-hd, hd), (0.0, 0.08), 0.01)
+    yield rounded("powder_grey", (-hw, hw), (-hd, hd - 0.003), (0.0, 0.08), 0.01)
     yield rounded("powder_white", (-hw, hw), (-hd, -hd + 0.12), (0.08, height), 0.01)
     yield column("stainless", min(0.2, depth * 0.45), -hw * 0.62, 0.0, (0.08, height * 0.82))
     for x in (-hw * 0.05, hw * 0.3):
@@ -193,7 +193,8 @@ def _viewer(size: Size) -> Iterator[Part]:
     """An ultraviolet viewing cabinet: a hood with an eyepiece window and a glow inside."""
     width, depth, height = size
     hw, hd = width / 2.0, depth / 2.0
-    outline = [(-hd, 0.0), (hd, 0.0), (hd, height * 0.45), (hd * 0.2, height), (-hd, height)]
+    face = hd - 0.004
+    outline = [(-hd, 0.0), (face, 0.0), (face, height * 0.45), (hd * 0.2, height), (-hd, height)]
     yield side_profile("powder_dark", outline, (-hw, hw))
     slope = math.atan2(height * 0.55, hd * 0.8)
     facing = turned((1.0, 0.0, 0.0), -slope)
@@ -206,7 +207,7 @@ def _viewer(size: Size) -> Iterator[Part]:
             (hd - 0.004, hd),
             (height * 0.1, height * 0.18),
         )
-    yield block("plastic_black", (-hw * 0.85, hw * 0.85), (hd - 0.003, hd - 0.0005), (height * 0.22, height * 0.42))
+    yield block("plastic_black", (-hw * 0.85, hw * 0.85), (hd - 0.006, hd - 0.002), (height * 0.22, height * 0.42))
 
 
 def _syringe_drive(size: Size) -> Iterator[Part]:
@@ -228,8 +229,7 @@ def _rotor(size: Size) -> Iterator[Part]:
     """A peristaltic pump: a roller head in front with a loop of tubing."""
     width, depth, height = size
     hw, face = width / 2.0, depth / 2.0 - 0.045
-    yield rounded("plastic_white", (-hw, hw), (-depth / 2.0, face), (0.010, height), 0.02)
-    yield from feet(hw * 0.8, depth * 0.4, 0.010)
+    yield rounded("plastic_white", (-hw, hw), (-depth / 2.0, face), (0.0, height), 0.02)
     yield cylinder("plastic_dark", height * 0.62, 0.03, (hw * 0.36, face + 0.015, height * 0.52), ALONG_Y)
     yield cylinder("polypropylene", height * 0.66, 0.010, (hw * 0.36, face + 0.034, height * 0.52), ALONG_Y)
     for k in range(3):

@@ -36,13 +36,13 @@ def pump(asset: Asset) -> Iterator[Part]:
         for k in range(6):
             x = -hw + width * (0.06 + 0.07 * k)
             yield cylinder("powder_dark", barrel * 1.0, 0.006, (x, 0.0, 0.03 + barrel / 2.0), ALONG_X)
-        yield rounded("signal_blue", (0.0, hw), (-hd, hd), (0.03, height * 0.78), 0.02)
+        yield rounded("signal_blue", (0.0, hw), (-hd, hd - 0.002), (0.03, height * 0.78), 0.02)
         yield cylinder("borosilicate", 0.04, 0.004, (hw * 0.55, hd - 0.002, height * 0.34), ALONG_Y)
         yield column("stainless", 0.035, hw * 0.3, 0.0, (height * 0.78, height))
         yield column("stainless", 0.045, hw * 0.7, 0.0, (height * 0.78, height * 0.9))
         yield block("plastic_black", (-hw * 0.7, -hw * 0.3), (-0.012, 0.012), (0.03 + barrel, height * 0.86))
         return
-    yield rounded("plastic_white", (-hw, hw * 0.55), (-hd, hd - FACE), (0.012, height), 0.03)
+    yield rounded("plastic_white", (-hw + 0.002, hw * 0.55), (-hd, hd - FACE), (0.03, height), 0.03)
     yield from feet(hw * 0.75, hd * 0.8, 0.012)
     yield block("plastic_dark", (-hw, hw), (-hd, hd - FACE), (0.010, 0.03))
     yield from knob("abs_blue", height * 0.24, -hw * 0.55, hd - FACE, hd, height * 0.4)
@@ -91,14 +91,14 @@ def chiller(asset: Asset) -> Iterator[Part]:
 
 def _aspirator(width: float, depth: float, height: float) -> Iterator[Part]:
     hw, hd, top = width / 2.0, depth / 2.0, height * 0.62
-    yield rounded("polyethylene", (-hw, hw), (-hd, hd), (0.0, top), 0.03)
+    yield rounded("polyethylene", (-hw, hw), (-hd, hd - 0.001), (0.0, top), 0.03)
     yield rounded("plastic_grey", (-hw * 0.96, hw * 0.96), (-hd * 0.96, hd * 0.96), (top - 0.005, top + 0.02), 0.03)
     yield column("powder_dark", min(width, depth) * 0.5, -hw * 0.35, 0.0, (top, height))
     yield block("plastic_dark", (hw * 0.05, hw * 0.85), (-hd * 0.5, hd * 0.3), (top, height * 0.86))
     for x in (hw * 0.25, hw * 0.65):
         yield from gauge(x, hd * 0.3, hd * 0.3 + 0.02, height * 0.76, 0.065)
         yield cylinder("brass", 0.012, 0.05, (x, hd * 0.3 + 0.02, height * 0.67), ALONG_Y)
-    yield block("signal_blue", (-hw * 0.6, hw * 0.6), (hd - 0.002, hd - 0.0002), (height * 0.25, height * 0.34))
+    yield block("signal_blue", (-hw * 0.6, hw * 0.6), (hd - 0.002, hd), (height * 0.25, height * 0.34))
 
 
 @shape("centrifuge")
@@ -106,8 +106,9 @@ def centrifuge(asset: Asset) -> Iterator[Part]:
     """A bench centrifuge: a sloping panel under a round lid."""
     width, depth, height = extents(asset)
     hw, hd, deck = width / 2.0, depth / 2.0, height * 0.86
+    face = hd - 0.006
     yield side_profile(
-        "plastic_white", [(-hd, 0.014), (hd, 0.014), (hd, height * 0.28), (hd * 0.62, deck), (-hd, deck)], (-hw, hw)
+        "plastic_white", [(-hd, 0.014), (face, 0.014), (face, height * 0.28), (hd * 0.62, deck), (-hd, deck)], (-hw, hw)
     )
     yield from feet(hw * 0.8, hd * 0.8, 0.014)
     lid = min(width, depth * 0.8) * 0.9
@@ -116,6 +117,6 @@ def centrifuge(asset: Asset) -> Iterator[Part]:
     )
     yield column("window_glass", lid * 0.36, 0.0, -hd * 0.18, (height - 0.002, height))
     yield block("plastic_dark", (-hw * 0.16, hw * 0.16), (hd * 0.50, hd * 0.62), (deck - 0.01, deck + 0.010))
-    yield block("plastic_dark", (-hw * 0.96, hw * 0.96), (hd - 0.010, hd), (height * 0.06, height * 0.26))
+    yield block("plastic_dark", (-hw * 0.96, hw * 0.96), (hd - 0.012, hd - 0.003), (height * 0.06, height * 0.26))
     yield from panel_screen("screen", (-hw * 0.7, -hw * 0.1), hd - 0.003, (height * 0.10, height * 0.22))
     yield from keypad((hw * 0.1, hw * 0.7), hd - 0.003, (height * 0.09, height * 0.23), 4, 2)

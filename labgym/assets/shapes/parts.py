@@ -153,6 +153,12 @@ def revolved(
     return Part("revolve", (0.0, 0.0, 0.0), at, quaternion, material, tuple(points))
 
 
+def band(material: str, diameter: float, z: Point, x: float = 0.0, y: float = 0.0) -> Part:
+    """A label or mark round a revolved body: turned with as many sides as the body, so that it never dips into it."""
+    radius = diameter / 2.0
+    return revolved(material, [(radius, z[0]), (radius, z[1])], (x, y, 0.0))
+
+
 def prism(material: str, outline: Sequence[Point], length: float, at: Vector, quaternion: Quaternion = UPRIGHT) -> Part:
     """A convex outline (counter-clockwise) extruded along the part's z axis, half of `length` to each side."""
     points = tuple((float(u), float(v)) for u, v in outline)

@@ -10,6 +10,7 @@ from labgym.assets.shapes.materials import coating
 from labgym.assets.shapes.parts import (
     ALONG_Y,
     Part,
+    band,
     block,
     column,
     cylinder,
@@ -95,25 +96,12 @@ def extinguisher(asset: Asset) -> Iterator[Part]:
     radius = hd if horn else min(hw, hd)
     x = -hw + radius if horn else 0.0
     top = height * 0.82
-    yield revolved(
-        body,
-        [
-            (radius * 0.92, 0.0),
-            (radius, 0.02),
-            (radius, top - radius * 0.5),
-            (radius * 0.8, top - radius * 0.2),
-            (0.025, top),
-        ],
-        (x, 0.0, 0.0),
-    )
-    yield column("paper", 2.0 * radius - 0.0002, x, 0.0, (height * 0.34, height * 0.50))
-    yield column(
-        "safety_yellow" if body == "safety_red" else "safety_red",
-        2.0 * radius - 0.0001,
-        x,
-        0.0,
-        (height * 0.50, height * 0.53),
-    )
+    shell = radius - 0.0008
+    outline = [(shell * 0.92, 0.0), (shell, 0.02), (shell, top - radius * 0.5), (shell * 0.8, top - radius * 0.2)]
+    yield revolved(body, [*outline, (0.025, top)], (x, 0.0, 0.0))
+    yield band("paper", 2.0 * radius, (height * 0.34, height * 0.50), x)
+    stripe = "safety_yellow" if body == "safety_red" else "safety_red"
+    yield band(stripe, 2.0 * radius - 0.0004, (height * 0.50, height * 0.53), x)
     yield column("brass", 0.034, x, 0.0, (top - 0.01, height * 0.90))
     for z, reach in ((height * 0.90, 0.085), (height - 0.012, 0.075)):
         yield block("plastic_black", (x - 0.012, x + 0.012), (-0.02, min(reach, hd)), (z, z + 0.012))
@@ -132,7 +120,7 @@ def extinguisher(asset: Asset) -> Iterator[Part]:
             0.018,
             [(x, 0.0, height * 0.87), (x + r * 0.9, 0.0, height * 0.80), (x + r + 0.002, 0.0, height * 0.70)],
         )
-        yield rod("rubber", 0.02, (x + r, 0.0, height * 0.72), (x + r, 0.0, height * 0.70))
+        yield rod("rubber", 0.02, (x + r, 0.0, height * 0.75), (x + r, 0.0, height * 0.66))
 
 
 @shape("kit")
@@ -142,7 +130,8 @@ def kit(asset: Asset) -> Iterator[Part]:
     hw, hd = width / 2.0, depth / 2.0
     body = coating(text(asset, "colour", "white"))
     first_aid = text(asset, "sign", "") == "cross"
-    yield rounded(body, (-hw, hw), (-hd, hd - 0.003), (0.0 if first_aid else 0.04, height), 0.015)
+    inset, top = (0.001, height - 0.003) if first_aid else (0.0, height)
+    yield rounded(body, (-hw + inset, hw - inset), (-hd, hd - 0.003), (0.0 if first_aid else 0.04, top), 0.015)
     if first_aid:
         yield block("plastic_grey", (-hw, hw), (-0.002, 0.002), (0.001, height - 0.001))
         arm, z, y = min(width, height) * 0.27, height / 2.0, (hd - 0.003, hd)

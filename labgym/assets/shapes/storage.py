@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from labgym.assets.model import SHELL, Asset, Cavity
 from labgym.assets.shapes.fixtures import bar_handle, gauge, knob, louvres, panel_screen
 from labgym.assets.shapes.materials import coating, substance
-from labgym.assets.shapes.parts import ALONG_Y, Part, block, column, cylinder, revolved, rod, rounded
+from labgym.assets.shapes.parts import ALONG_Y, Part, band, block, column, cylinder, revolved, rod, rounded
 from labgym.assets.shapes.registry import count, extents, flag, shape, text
 from labgym.assets.shapes.signs import diamond, lines
 from labgym.errors import OptionError
@@ -153,7 +153,7 @@ def fridge(asset: Asset) -> Iterator[Part]:
     body = "powder_white"
     yield from carcass(asset, body, "plastic_light", face - 0.05)
     base = min(0.12, hollow.z0 * 0.8)
-    yield block("powder_dark", (-hw, hw), (face - 0.052, face - 0.02), (0.0, base))
+    yield block("powder_dark", (-hw + 0.001, hw - 0.001), (face - 0.052, face - 0.02), (0.0, base))
     yield from louvres((-hw * 0.8, hw * 0.8), face - 0.02, (base * 0.25, base * 0.85), 4)
     z = (base + 0.006, height - (0.16 if freezer else 0.10 if height > 1.0 else 0.07))
     yield block("plastic_light", (-hw, hw), (face - 0.05, face - 0.01), (z[1] + 0.006, height))
@@ -196,10 +196,10 @@ def shelf(asset: Asset) -> Iterator[Part]:
         yield block(frame, x, (-hd, hd), (0.0, height))
     yield block(frame, (x0, x1), (-hd, back), (hollow.z0 - SHELL if hollow.z0 > SHELL else 0.0, height))
     for z in [hollow.z1 + SHELL if height - hollow.z1 >= SHELL - 1e-9 else height, hollow.z0]:
-        yield block(board, (x0, x1), (back, hd), (max(z - SHELL, 0.0), min(z, height)))
+        yield block(board, (x0, x1), (back, hd - 0.004), (max(z - SHELL, 0.0), min(z, height)))
     for surface in asset.surfaces:
         if hollow.z0 + SHELL < surface.z < hollow.z1:
-            yield block(board, (x0, x1), (back, hd), (surface.z - SHELL, surface.z))
+            yield block(board, (x0, x1), (back, hd - 0.004), (surface.z - SHELL, surface.z))
     for surface in asset.surfaces:
         yield block("edge_blue" if steel else "powder_dark", (x0, x1), (hd - 0.004, hd), (surface.z - SHELL, surface.z))
 
@@ -233,7 +233,7 @@ def waste_station(asset: Asset) -> Iterator[Part]:
     for x in ((-hw, x0), (x1, hw)):
         yield block("powder_grey", x, (-hd, hd), (0.0, height))
     yield block("powder_grey", (x0, x1), (-hd, back), (0.0, height))
-    yield block("laminate_grey", (x0, x1), (back, hd), (hollow.z1, height))
+    yield block("laminate_grey", (x0, x1), (back, hd - 0.008), (hollow.z1, height))
     yield block("safety_yellow", (x0, x1), (hd - 0.008, hd), (hollow.z1, height))
     for surface in asset.surfaces:
         yield block("galvanised", (x0, x1), (back, hd - 0.004), (surface.z - SHELL, surface.z))
@@ -253,12 +253,13 @@ def gas_cylinder(asset: Asset) -> Iterator[Part]:
     radius, colour = width / 2.0, text(asset, "colour", "grey")
     body, shoulder = BODIES.get(colour, "gas_grey"), SHOULDERS.get(colour, "gas_grey")
     straight, neck = height * 0.80, height * 0.90
-    yield revolved(body, [(radius * 0.86, 0.0), (radius, 0.02), (radius, straight * 0.9)])
+    shell = radius - 0.0008
+    yield revolved(body, [(shell * 0.86, 0.0), (shell, 0.02), (shell, straight * 0.9)])
     yield revolved(
         shoulder,
         [
-            (radius, straight * 0.9),
-            (radius, straight),
+            (shell, straight * 0.9),
+            (shell, straight),
             (radius * 0.86, height * 0.85),
             (radius * 0.5, height * 0.885),
             (radius * 0.28, neck),
@@ -271,4 +272,4 @@ def gas_cylinder(asset: Asset) -> Iterator[Part]:
         yield from gauge(side * 0.045, radius * 0.55, radius * 0.75, height * 0.955, 0.058)
         yield rod("brass", 0.010, (0.0, radius * 0.6, height * 0.945), (side * 0.045, radius * 0.6, height * 0.95))
     yield from knob("plastic_black", 0.04, 0.0, radius * 0.7, radius, height * 0.93)
-    yield column("paper", 2.0 * radius - 0.0, 0.0, 0.0, (height * 0.55, height * 0.64))
+    yield band("paper", 2.0 * radius, (height * 0.55, height * 0.64))

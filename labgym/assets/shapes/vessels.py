@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from labgym.assets.model import Asset
 from labgym.assets.shapes.flasks import GLASS, bulb
 from labgym.assets.shapes.materials import substance
-from labgym.assets.shapes.parts import Part, Point, Vector, column, ellipsoid, prism, revolved, rod, sphere
+from labgym.assets.shapes.parts import Part, Point, Vector, band, column, ellipsoid, prism, revolved, rod, sphere
 from labgym.assets.shapes.registry import extents, flag, shape, text
 
 
@@ -32,9 +32,9 @@ def beaker(asset: Asset) -> Iterator[Part]:
     width, _, height = extents(asset)
     radius = width / 2.0
     if flag(asset, "dewar"):
-        yield hollow("cabinet_blue", [(0.0, 0.0), (radius, 0.0), (radius, height * 0.9)], 0.008)
+        yield hollow("cabinet_blue", [(0.0, 0.0), (radius - 0.0005, 0.0), (radius - 0.0005, height * 0.88)], 0.008)
         yield hollow("chrome", [(0.0, 0.02), (radius - 0.009, 0.02), (radius - 0.009, height)], 0.006)
-        yield column("plastic_black", 2.0 * radius, 0.0, 0.0, (height * 0.86, height * 0.9))
+        yield band("plastic_black", 2.0 * radius, (height * 0.86, height * 0.9))
         return
     lid = flag(asset, "lid")
     top = height - 0.004 if lid else height
@@ -52,7 +52,16 @@ def beaker(asset: Asset) -> Iterator[Part]:
         yield column("thick_glass", 2.0 * radius, 0.0, 0.0, (top, height))
         yield column("silica", 0.7 * radius, 0.0, 0.0, (0.004, height * 0.75))
     else:
-        yield column("paper", 1.925 * radius, 0.0, 0.0, (height * 0.62, height * 0.64))
+        yield revolved(
+            "paper",
+            [
+                (0.962 * radius, height * 0.62),
+                (0.965 * radius, height * 0.62),
+                (0.965 * radius, height * 0.64),
+                (0.962 * radius, height * 0.64),
+                (0.962 * radius, height * 0.62),
+            ],
+        )
 
 
 @shape("cylinder_measure")

@@ -1,0 +1,26 @@
+"""A Layout compiled: MJCF, meshes, rays, pictures."""
+
+from labgym.scenes.contacts import Contact, contacts
+from labgym.scenes.files import write_glb, write_mjcf
+from labgym.scenes.mesh import SceneMesh, scene_mesh
+from labgym.scenes.mjcf import to_mjcf
+from labgym.scenes.rays import RayScene
+from labgym.scenes.render import MissingRendererError, asset_sheet, make_renderer, render
+from labgym.scenes.views import View, views
+
+__all__ = [
+    "Contact",
+    "MissingRendererError",
+    "RayScene",
+    "SceneMesh",
+    "View",
+    "asset_sheet",
+    "contacts",
+    "make_renderer",
+    "render",
+    "scene_mesh",
+    "to_mjcf",
+    "views",
+    "write_glb",
+    "write_mjcf",
+]

@@ -1,0 +1,136 @@
+"""A layout as one triangle mesh: every visible face with its material and its owner."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from labgym.assets import Asset
+from labgym.assets.shapes import MATERIALS, Part, build, tessellate
+from labgym.layouts import Layout, Room
+from labgym.scenes.building import join, room_patches, room_solids
+
+MATERIAL_NAMES = tuple(MATERIALS)
+"""Material of each material index."""
+ROOM = -1
+"""Owner index of the room's own faces."""
+_MATERIAL_INDEX = {name: index for index, name in enumerate(MATERIAL_NAMES)}
+_BOX_FACES = np.array(
+    [
+        [0, 2, 1],
+        [0, 3, 2],
+        [4, 5, 6],
+        [4, 6, 7],
+        [0, 1, 5],
+        [0, 5, 4],
+        [1, 2, 6],
+        [1, 6, 5],
+        [2, 3, 7],
+        [2, 7, 6],
+        [3, 0, 4],
+        [3, 4, 7],
+    ]
+)
+
+
+@dataclass(frozen=True)
+class SceneMesh:
+    """Triangles in the room frame.
+
+    Attributes:
+        vertices: (n, 3) float64, metres. faces: (m, 3) int64, wound outwards.
+        material: (m,) index into `MATERIAL_NAMES`.
+        owner: (m,) index into the layout's placements, `ROOM` for floor and walls.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    material: NDArray[np.int64]
+    owner: NDArray[np.int64]
+
+    @property
+    def rgba(self) -> NDArray[np.float64]:
+        """Colour of each face, shape (m, 4), in [0, 1]."""
+        return np.array([MATERIALS[name].rgba for name in MATERIAL_NAMES])[self.material]
+
+    def trimesh(self) -> trimesh.Trimesh:
+        """Return the mesh as trimesh's, with face colours and the face attribute `owner`."""
+        colours = np.rint(self.rgba * 255.0).astype(np.uint8)
+        owner: dict[str, Any] = {"owner": self.owner}
+        return trimesh.Trimesh(self.vertices, self.faces, face_colors=colours, process=False, face_attributes=owner)
+
+
+@dataclass(frozen=True)
+class AssetMesh:
+    """An asset's parts and their triangles in the asset's frame, materials by face."""
+
+    asset: Asset
+    parts: tuple[Part, ...]
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    material: NDArray[np.int64]
+
+
+_cache: dict[str, AssetMesh] = {}
+
+
+def asset_mesh(asset: Asset) -> AssetMesh:
+    """Return an asset's mesh; built once for each catalogue entry."""
+    known = _cache.get(asset.name)
+    if known is None or known.asset is not asset:
+        parts = build(asset)
+        meshes = [tessellate(part) for part in parts]
+        material = np.concatenate(
+            [
+                np.full(len(faces), _MATERIAL_INDEX[part.material])
+                for part, (_, faces) in zip(parts, meshes, strict=True)
+            ]
+        )
+        vertices, faces = join(meshes)
+        known = _cache[asset.name] = AssetMesh(asset, parts, vertices, faces, material)
+    return known
+
+
+def scene_mesh(layout: Layout) -> SceneMesh:
+    """Return everything visible of a layout: floor, inner faces of the walls, and all parts of all placements."""
+    patches = room_patches(layout.room)
+    meshes = [floor_mesh(layout.room), *[(patch.vertices, patch.faces) for patch in patches]]
+    names = ["floor_vinyl", *[patch.material for patch in patches]]
+    materials = [np.full(len(faces), _MATERIAL_INDEX[name]) for name, (_, faces) in zip(names, meshes, strict=True)]
+    owners = [np.full(len(faces), ROOM) for _, faces in meshes]
+    for index, placement in enumerate(layout.placements):
+        local = asset_mesh(layout.asset(placement.id))
+        cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
+        turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        meshes.append((local.vertices @ turn + np.array(placement.position), local.faces))
+        materials.append(local.material)
+        owners.append(np.full(len(local.faces), index))
+    vertices, faces = join(meshes)
+    return SceneMesh(vertices, faces, np.concatenate(materials), np.concatenate(owners))
+
+
+def solid_mesh(layout: Layout) -> SceneMesh:
+    """Return what a robot bumps into: floor, whole walls, and the solid boxes of all placements."""
+    meshes = [floor_mesh(layout.room)]
+    owners = [np.full(2, ROOM)]
+    boxes = [(ROOM, box) for box in room_solids(layout.room).values()]
+    boxes += [(k, box) for k, placement in enumerate(layout.placements) for box in layout.solids(placement.id)]
+    for owner, box in boxes:
+        ring = box.corners()
+        vertices = np.concatenate([np.column_stack([ring, np.full(4, z)]) for z in (box.z0, box.z1)])
+        meshes.append((vertices, _BOX_FACES))
+        owners.append(np.full(len(_BOX_FACES), owner))
+    vertices, faces = join(meshes)
+    return SceneMesh(vertices, faces, np.full(len(faces), _MATERIAL_INDEX["powder_grey"]), np.concatenate(owners))
+
+
+def floor_mesh(room: Room) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the floor's vertices and faces."""
+    w, d = room.width, room.depth
+    corners = np.array([[0.0, 0.0, 0.0], [w, 0.0, 0.0], [w, d, 0.0], [0.0, d, 0.0]])
+    return corners, np.array([[0, 1, 2], [0, 2, 3]])

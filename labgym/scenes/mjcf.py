@@ -1,0 +1,244 @@
+"""A layout as a MuJoCo model specification: one body a placement, visible parts and solid boxes apart."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+
+import mujoco
+import numpy as np
+
+from labgym.assets import Asset
+from labgym.assets.shapes import MATERIALS, Part
+from labgym.assets.shapes.parts import Vector
+from labgym.assets.shapes.tessellate import local_mesh
+from labgym.errors import OptionError
+from labgym.geometry import OrientedBox
+from labgym.layouts import Layout, Room
+from labgym.scenes.building import Array, Faces, Patch, room_patches, room_solids
+from labgym.scenes.mesh import asset_mesh
+from labgym.scenes.views import View, views
+
+VISUAL_GROUP = 2
+COLLISION_GROUP = 3
+TILE = 0.6
+"""Side of a floor tile, metres."""
+LAMPS = (
+    ("sun", (0.16, 0.22, -0.96), (0.24, 0.235, 0.22), 0.10),
+    ("fill_front", (-0.70, 0.65, -0.40), (0.31, 0.31, 0.32), 0.05),
+    ("fill_left", (0.80, 0.25, -0.45), (0.22, 0.22, 0.21), 0.05),
+    ("fill_back", (0.15, -0.85, -0.42), (0.22, 0.22, 0.23), 0.04),
+)
+"""Name, direction, colour and highlight of each light; the sun alone casts shadows, short ones as a ceiling would."""
+_GEOMS = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+}
+
+
+def to_mjcf(layout: Layout) -> mujoco.MjSpec:
+    """Compile a layout into an MJCF specification, without a robot: attach one with `spec.attach`.
+
+    Each placement is a static body of its id at the layout's pose. Its visible parts are geoms of group 2 that
+    collide with nothing; its solids (`Asset.solids`) are box geoms of group 3 named `<id>/solid/<k>`, hidden in
+    default views. Walls and floor belong to the world body, as `<wall>/solid` and `floor/solid`.
+
+    Raises:
+        UnknownNameError: an asset or its shape does not exist.
+        OptionError: a placement has the id `world`, which MuJoCo keeps for itself.
+    """
+    if "world" in layout.by_id:
+        raise OptionError(f"placement id 'world' of layout {layout.id!r} is MuJoCo's own; rename the placement")
+    scene = SpecBuilder(layout.id)
+    set_looks(scene.spec, layout.room)
+    scene.add_room(layout.room)
+    for placement in layout.placements:
+        scene.add_asset(placement.id, layout.asset(placement.id), placement.position, placement.yaw)
+    for name, view in views(layout).items():
+        add_camera(scene.spec, name, view)
+    return scene.spec
+
+
+class SpecBuilder:
+    """A specification under construction, with the meshes and materials that it already holds."""
+
+    def __init__(self, name: str) -> None:
+        self.spec = mujoco.MjSpec()
+        self.spec.modelname = name
+        self.visual = self.spec.add_default("visual", self.spec.default)
+        self.visual.geom.contype, self.visual.geom.conaffinity, self.visual.geom.group = 0, 0, VISUAL_GROUP
+        self.solid = self.spec.add_default("solid", self.spec.default)
+        self.solid.geom.group, self.solid.geom.rgba = COLLISION_GROUP, [0.4, 0.6, 0.8, 0.4]
+        self._names: set[str] = set()
+
+    def add_room(self, room: Room) -> None:
+        """Add floor and walls to the world body."""
+        self._add_floor(room)
+        for patch in room_patches(room):
+            self._add_patch(patch)
+        for wall, box in room_solids(room).items():
+            self.add_solid(self.spec.worldbody, f"{wall}/solid", box)
+
+    def add_asset(self, name: str, asset: Asset, position: Vector, yaw: float) -> None:
+        """Add an asset as a static body with visible parts and solid boxes."""
+        body = self.spec.worldbody.add_body(name=name, pos=position, quat=_yaw(yaw))
+        _set_inertia(body, asset)
+        for part in asset_mesh(asset).parts:
+            self.add_part(body, part)
+        for k, solid in enumerate(asset.solids()):
+            self.add_solid(body, f"{name}/solid/{k}", solid)
+
+    def add_part(self, body: mujoco.MjsBody, part: Part) -> None:
+        """Add a visible part to a body."""
+        geom = body.add_geom(
+            self.visual, pos=part.position, quat=part.quaternion, material=self._material(part.material)
+        )
+        if part.primitive in _GEOMS:
+            x, y, z = part.size[0] / 2.0, part.size[1] / 2.0, part.size[2] / 2.0
+            geom.type = _GEOMS[part.primitive]
+            geom.size = {"cylinder": [x, z, 0.0], "capsule": [x, z - x, 0.0]}.get(part.primitive, [x, y, z])
+        else:
+            geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, self._swept(part)
+
+    def add_solid(self, body: mujoco.MjsBody, name: str, box: OrientedBox) -> None:
+        """Add a solid box, in the body's frame."""
+        body.add_geom(
+            self.solid,
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=[box.x, box.y, (box.z0 + box.z1) / 2.0],
+            quat=_yaw(box.yaw),
+            size=[box.width / 2.0, box.depth / 2.0, (box.z1 - box.z0) / 2.0],
+        )
+
+    def _add_floor(self, room: Room) -> None:
+        look = MATERIALS["floor_vinyl"]
+        tint = np.array(look.rgba[:3])
+        self.spec.add_texture(
+            name="tiles",
+            type=mujoco.mjtTexture.mjTEXTURE_2D,
+            builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
+            mark=mujoco.mjtMark.mjMARK_EDGE,
+            rgb1=tint.tolist(),
+            rgb2=tint.tolist(),
+            markrgb=(tint * 0.86).tolist(),
+            width=256,
+            height=256,
+        )
+        material = self.spec.add_material(
+            name="tiles",
+            specular=look.specular,
+            shininess=look.shininess,
+            reflectance=look.reflectance,
+            texuniform=True,
+            texrepeat=[1.0 / TILE, 1.0 / TILE],
+        )
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
+        world, plane = self.spec.worldbody, mujoco.mjtGeom.mjGEOM_PLANE
+        half = [room.width / 2.0, room.depth / 2.0, TILE]
+        middle = [room.width / 2.0, room.depth / 2.0, 0.0]
+        world.add_geom(self.visual, name="floor", type=plane, size=half, pos=middle, material="tiles")
+        world.add_geom(self.solid, name="floor/solid", type=plane, size=half, pos=middle)
+
+    def _add_patch(self, patch: Patch) -> None:
+        self._mesh(patch.name, patch.vertices, patch.faces)
+        self.spec.worldbody.add_geom(
+            self.visual,
+            name=patch.name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=patch.name,
+            material=self._material(patch.material),
+        )
+
+    def _swept(self, part: Part) -> str:
+        """Return the name of a revolve's or prism's mesh, which parts of equal form share."""
+        content = repr((part.primitive, part.size, part.profile))
+        name = f"{part.primitive}_{hashlib.sha256(content.encode()).hexdigest()[:12]}"
+        if name not in self._names:
+            self._mesh(name, *local_mesh(part.primitive, part.size, part.profile))
+        return name
+
+    def _mesh(self, name: str, vertices: Array, faces: Faces) -> None:
+        self._names.add(name)
+        # Only looked at, never collided with or moved: a shell needs no closed volume.
+        shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+        self.spec.add_mesh(name=name, uservert=vertices.ravel(), userface=faces.ravel(), inertia=shell)
+
+    def _material(self, name: str) -> str:
+        if name not in self._names:
+            self._names.add(name)
+            look = MATERIALS[name]
+            self.spec.add_material(
+                name=name,
+                rgba=look.rgba,
+                specular=look.specular,
+                shininess=look.shininess,
+                reflectance=look.reflectance,
+                emission=look.emission,
+            )
+        return name
+
+
+def set_looks(spec: mujoco.MjSpec, room: Room) -> None:
+    """Set lights, sky and the quality of pictures."""
+    visual = spec.visual
+    visual.global_.offwidth, visual.global_.offheight = 2560, 1440
+    visual.quality.shadowsize, visual.quality.offsamples = 4096, 8
+    visual.headlight.ambient = [0.43, 0.43, 0.44]
+    visual.headlight.diffuse = [0.12, 0.12, 0.12]
+    visual.headlight.specular = [0.05, 0.05, 0.05]
+    visual.map.znear, visual.map.zfar, visual.map.shadowclip = 0.005, 30.0, 2.0
+    visual.rgba.haze = [0.88, 0.91, 0.94, 1.0]
+    spec.stat.center = [room.width / 2.0, room.depth / 2.0, 0.8]
+    spec.stat.extent = math.hypot(room.width, room.depth) / 2.0
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.93, 0.95, 0.97],
+        rgb2=[0.66, 0.72, 0.79],
+        width=512,
+        height=3072,
+    )
+    for name, direction, diffuse, specular in LAMPS:
+        x, y, z = direction
+        spec.worldbody.add_light(
+            name=name,
+            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+            pos=[room.width / 2.0 - 10.0 * x, room.depth / 2.0 - 10.0 * y, -10.0 * z],
+            dir=_unit(x, y, z),
+            diffuse=diffuse,
+            specular=[specular] * 3,
+            castshadow=name == "sun",
+        )
+
+
+def add_camera(spec: mujoco.MjSpec, name: str, view: View) -> None:
+    """Add a fixed camera to the world."""
+    spec.worldbody.add_camera(name=name, pos=view.position, fovy=view.fovy, quat=_quaternion(view.axes().T))
+
+
+def _set_inertia(body: mujoco.MjsBody, asset: Asset) -> None:
+    """Mass and inertia of an evenly filled bounding box, for those who let a placement move."""
+    w, d, h = asset.size.width, asset.size.depth, asset.size.height
+    body.explicitinertial = True
+    body.mass, body.ipos = asset.mass, [0.0, 0.0, h / 2.0]
+    body.inertia = [asset.mass / 12.0 * (a * a + b * b) for a, b in ((d, h), (w, h), (w, d))]
+
+
+def _yaw(angle: float) -> list[float]:
+    return [math.cos(angle / 2.0), 0.0, 0.0, math.sin(angle / 2.0)]
+
+
+def _quaternion(rotation: Array) -> list[float]:
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, rotation.ravel())
+    return [float(value) for value in quaternion]
+
+
+def _unit(x: float, y: float, z: float) -> list[float]:
+    norm = math.sqrt(x * x + y * y + z * z)
+    return [x / norm, y / norm, z / norm]

@@ -1,0 +1,107 @@
+"""Where one looks at a laboratory from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import UnknownNameError
+from labgym.layouts import Layout
+from labgym.layouts.model import FLOOR
+
+Array = NDArray[np.float64]
+Point = tuple[float, float, float]
+EYE_HEIGHT = 1.6
+"""Height of a standing person's eyes, metres."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera in the room frame.
+
+    Attributes:
+        position: where it is. target: what it looks at, metres.
+        fovy: vertical field of view, degrees.
+    """
+
+    position: Point
+    target: Point
+    fovy: float
+
+    def axes(self) -> Array:
+        """Return the camera's right, up and backward unit vectors, shape (3, 3); right is level."""
+        backward = np.array(self.position) - np.array(self.target)
+        backward /= np.linalg.norm(backward)
+        up = np.array([0.0, 1.0, 0.0]) if abs(backward[2]) > 0.9999 else np.array([0.0, 0.0, 1.0])
+        right = np.cross(up, backward)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(backward, right), backward])
+
+
+def views(layout: Layout) -> dict[str, View]:
+    """Return the cameras of a layout by name.
+
+    `overview` looks in over a front corner, `topdown` from far above, `door` and `door_2`, ... from the doorways;
+    each workplace on the floor has one of its placement's id that looks at it from in front.
+    """
+    room = layout.room
+    w, d = room.width, room.depth
+    found = {
+        "overview": _overview(w, d),
+        "topdown": View((w / 2.0, d / 2.0, 40.0), (w / 2.0, d / 2.0, 0.0), _subtended(max(d, w * 0.6) + 0.6, 40.0)),
+    }
+    for k, door in enumerate(room.doors):
+        x, y, inward = {
+            "front": (door.offset, 0.0, (0.0, 1.0)),
+            "back": (door.offset, d, (0.0, -1.0)),
+            "left": (0.0, door.offset, (1.0, 0.0)),
+            "right": (w, door.offset, (-1.0, 0.0)),
+        }[door.wall]
+        start = (x + 0.15 * inward[0], y + 0.15 * inward[1], EYE_HEIGHT)
+        # A doorway near a corner: look towards the middle of the room rather than along the wall.
+        middle = ((x + 4.0 * inward[0] + w / 2.0) / 2.0, (y + 4.0 * inward[1] + d / 2.0) / 2.0, 1.0)
+        found["door" if k == 0 else f"door_{k + 1}"] = View(start, middle, 62.0)
+    for placement in layout.placements:
+        if placement.support == FLOOR and layout.asset(placement.id).surfaces:
+            found.setdefault(placement.id, _frontal(layout, placement.id))
+    return found
+
+
+def view(layout: Layout, name: str) -> View:
+    """Return a camera by name.
+
+    Raises:
+        UnknownNameError: there is none of that name.
+    """
+    known = views(layout)
+    if name not in known:
+        raise UnknownNameError("camera", name, known)
+    return known[name]
+
+
+def _overview(width: float, depth: float) -> View:
+    fovy = 34.0
+    target = np.array([width * 0.50, depth * 0.50, 0.45])
+    bearing, pitch = math.radians(-62.0), math.radians(38.0)
+    back = np.array([math.cos(bearing) * math.cos(pitch), math.sin(bearing) * math.cos(pitch), math.sin(pitch)])
+    distance = 0.60 * math.hypot(width, depth) / math.tan(math.radians(fovy / 2.0)) * 0.86
+    x, y, z = (target + distance * back).tolist()
+    return View((x, y, z), (float(target[0]), float(target[1]), float(target[2])), fovy)
+
+
+def _subtended(length: float, distance: float) -> float:
+    return math.degrees(2.0 * math.atan2(length / 2.0, distance))
+
+
+def _frontal(layout: Layout, placement_id: str) -> View:
+    box, asset = layout.box(placement_id), layout.asset(placement_id)
+    surface = asset.surfaces[0]
+    z = box.z0 + min(surface.z + 0.22, asset.size.height)
+    reach = asset.size.depth / 2.0 + max(1.2, asset.size.width * 0.85)
+    aside = 0.35 * asset.size.width
+    eye_x, eye_y = box.to_world(aside, reach)
+    look_x, look_y = box.to_world(0.0, 0.0)
+    return View((eye_x, eye_y, z + 0.55), (look_x, look_y, z), 50.0)
