@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.scenes.rays import RayScene
+from labgym.scenes import RayScene
 
 Pose = tuple[float, float, float]
 Floats = NDArray[np.float32]

@@ -14,8 +14,7 @@ from labgym.layouts import Layout
 from labgym.layouts.model import Placement, Room
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS, GoalPair, OccupancyGrid, ShortestPaths, occupancy
 from labgym.navigation.clearance import Obstacles
-from labgym.scenes import to_mjcf
-from labgym.scenes.rays import RayScene
+from labgym.scenes import RayScene, to_mjcf
 
 KEPT = 16
 """How many stages a process keeps."""

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from labgym.envs.robot import attach_robot
 from labgym.envs.simulation import Pose, Simulation
 from labgym.layouts import Layout
-from labgym.scenes import to_mjcf
+from labgym.scenes import RayScene, make_renderer, to_mjcf
 from labgym.scenes.mesh import ROOM
-from labgym.scenes.rays import RayScene
-from labgym.scenes.render import make_renderer
 
 DISTANCE = 3.6
 """From the camera to what it looks at, metres."""
