@@ -131,8 +131,8 @@ class _Dresser:
         for furniture in self.layout.placements:
             if _is_island(furniture):
                 self._dress_island(furniture)
-            for name in SURFACE_THINGS.get(furniture.asset, ()):
-                if self.generator.random() < 0.85:
+            for index, name in enumerate(SURFACE_THINGS.get(furniture.asset, ())):
+                if self.generator.random() < 0.85 or index == 0:
                     self._put_on(name, furniture.id, 0)
             self._fill_shelves(furniture)
 

@@ -45,7 +45,7 @@ class Keepouts:
                 side = 2.0 * (PLANNING_RADIUS + 0.2)
                 stands.append(OrientedBox(x, y, side, side, 0.0, 0.0, 2.0))
         zones = [
-            front_zone(layout.box(placement.id), min(layout.asset(placement.id).clearance, 0.9))
+            front_zone(layout.box(placement.id), layout.asset(placement.id).clearance)
             for placement in layout.placements
             if placement.support == FLOOR and layout.asset(placement.id).clearance > 0.0
         ]
@@ -93,7 +93,7 @@ def on_wall(layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float,
         for x, y, yaw in candidates
     ]
     doors = [_opening(room, door) for door in room.doors]
-    free = _free(layout, boxes, [*doors, *keepouts.stands])
+    free = _free(layout, boxes, [*doors, *keepouts.stands, *keepouts.zones])
     for box, is_free in zip(boxes, free, strict=True):
         if is_free:
             return _placement(layout, asset, (box.x, box.y, asset.mount_height), box.yaw, WALL, None)
@@ -106,14 +106,16 @@ def on_floor(
     """Return a placement at the first free one of some poses (x, y, yaw).
 
     Args:
-        in_front: whether it may stand in a service zone (a stool may, a bin may not).
+        in_front: whether it may stand in a service zone (a stool may); else its own front has to be free as well.
     """
     size = asset.size
     boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in poses]
     barred = [*keepouts.doors, *keepouts.stands, *(() if in_front else keepouts.zones)]
-    for box, is_free in zip(boxes, _free(layout, boxes, barred), strict=True):
+    reach = [box if in_front else front_zone(box, asset.clearance) for box in boxes]
+    free = zip(boxes, _free(layout, boxes, barred), _free(layout, reach, ()), strict=True)
+    for box, is_free, is_served in free:
         x0, y0, x1, y1 = box.bounds()
-        if is_free and x0 >= 0.0 and y0 >= 0.0 and x1 <= layout.room.width and y1 <= layout.room.depth:
+        if is_free and is_served and x0 >= 0.0 and y0 >= 0.0 and x1 <= layout.room.width and y1 <= layout.room.depth:
             return _placement(layout, asset, (box.x, box.y, 0.0), box.yaw, FLOOR, None)
     return None
 
