@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from labgym.errors import OptionError
@@ -116,7 +116,7 @@ def _search(blocked: list[bool], prices: list[float], width: int, source: int, t
     return came
 
 
-def _graph(grid: OccupancyGrid) -> coo_matrix:
+def _graph(grid: OccupancyGrid) -> csr_matrix:
     """Return the graph of allowed moves, each once, weighted in metres."""
     free = ~grid.occupied
     ny, nx = grid.shape
