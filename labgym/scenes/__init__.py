@@ -4,8 +4,9 @@ from labgym.scenes.contacts import Contact, contacts
 from labgym.scenes.files import write_glb, write_mjcf
 from labgym.scenes.mesh import SceneMesh, scene_mesh
 from labgym.scenes.mjcf import to_mjcf
+from labgym.scenes.opengl import MissingRendererError, make_renderer
 from labgym.scenes.rays import RayScene
-from labgym.scenes.render import MissingRendererError, asset_sheet, make_renderer, render
+from labgym.scenes.render import asset_sheet, render
 from labgym.scenes.views import View, views
 
 __all__ = [

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from labgym.assets.shapes import Part, tessellate
 from labgym.assets.shapes.parts import block
 from labgym.geometry import OrientedBox
-from labgym.layouts import Door, Room
+from labgym.layouts import Door, Layout, Placement, Room
+from labgym.layouts.model import WALL
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -66,6 +67,15 @@ def walls_between(room: Room, x: float, y: float) -> tuple[str, ...]:
     """Return the walls that stand between a point and the room: none where the point is inside."""
     beyond = {"front": y < 0.0, "back": y > room.depth, "left": x < 0.0, "right": x > room.width}
     return tuple(wall for wall in WALLS if beyond[wall])
+
+
+def hanging_on(layout: Layout, placement: Placement) -> str | None:
+    """Return the wall that a wall-mounted placement hangs on, None for what stands."""
+    if placement.support != WALL:
+        return None
+    x, y, _ = placement.position
+    gaps = {"front": y, "back": layout.room.depth - y, "left": x, "right": layout.room.width - x}
+    return min(WALLS, key=lambda wall: gaps[wall])
 
 
 def wall_frame(room: Room, wall: str) -> tuple[Array, Array]:

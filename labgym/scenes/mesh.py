@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from labgym.assets import Asset
 from labgym.assets.shapes import MATERIALS, Part, build, tessellate
 from labgym.layouts import Layout, Room
-from labgym.scenes.building import join, room_patches, room_solids
+from labgym.scenes.building import hanging_on, join, room_patches, room_solids
 
 MATERIAL_NAMES = tuple(MATERIALS)
 """Material of each material index."""
@@ -96,14 +97,20 @@ def asset_mesh(asset: Asset) -> AssetMesh:
     return known
 
 
-def scene_mesh(layout: Layout) -> SceneMesh:
-    """Return everything visible of a layout: floor, inner faces of the walls, and all parts of all placements."""
-    patches = room_patches(layout.room)
+def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
+    """Return everything visible of a layout: floor, inner faces of the walls, and all parts of all placements.
+
+    Args:
+        hidden: walls to leave out, with what hangs on them.
+    """
+    patches = [patch for patch in room_patches(layout.room) if patch.wall not in hidden]
     meshes = [floor_mesh(layout.room), *[(patch.vertices, patch.faces) for patch in patches]]
     names = ["floor_vinyl", *[patch.material for patch in patches]]
     materials = [np.full(len(faces), _MATERIAL_INDEX[name]) for name, (_, faces) in zip(names, meshes, strict=True)]
     owners = [np.full(len(faces), ROOM) for _, faces in meshes]
     for index, placement in enumerate(layout.placements):
+        if hidden and hanging_on(layout, placement) in hidden:
+            continue
         local = asset_mesh(layout.asset(placement.id))
         cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
         turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])

@@ -24,10 +24,10 @@ COLLISION_GROUP = 3
 TILE = 0.6
 """Side of a floor tile, metres."""
 LAMPS = (
-    ("sun", (0.16, 0.22, -0.96), (0.24, 0.235, 0.22), 0.10),
-    ("fill_front", (-0.70, 0.65, -0.40), (0.31, 0.31, 0.32), 0.05),
-    ("fill_left", (0.80, 0.25, -0.45), (0.22, 0.22, 0.21), 0.05),
-    ("fill_back", (0.15, -0.85, -0.42), (0.22, 0.22, 0.23), 0.04),
+    ("sun", (0.16, 0.22, -0.96), (0.26, 0.255, 0.24), 0.10),
+    ("fill_front", (-0.70, 0.65, -0.25), (0.35, 0.35, 0.36), 0.05),
+    ("fill_left", (0.90, 0.25, -0.25), (0.27, 0.27, 0.26), 0.05),
+    ("fill_back", (0.15, -0.90, -0.25), (0.27, 0.27, 0.28), 0.04),
 )
 """Name, direction, colour and highlight of each light; the sun alone casts shadows, short ones as a ceiling would."""
 _GEOMS = {
@@ -187,8 +187,8 @@ def set_looks(spec: mujoco.MjSpec, room: Room) -> None:
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight = 2560, 1440
     visual.quality.shadowsize, visual.quality.offsamples = 4096, 8
-    visual.headlight.ambient = [0.43, 0.43, 0.44]
-    visual.headlight.diffuse = [0.12, 0.12, 0.12]
+    visual.headlight.ambient = [0.46, 0.46, 0.47]
+    visual.headlight.diffuse = [0.08, 0.08, 0.08]
     visual.headlight.specular = [0.05, 0.05, 0.05]
     visual.map.znear, visual.map.zfar, visual.map.shadowclip = 0.005, 30.0, 2.0
     visual.rgba.haze = [0.88, 0.91, 0.94, 1.0]

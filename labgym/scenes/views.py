@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 Point = tuple[float, float, float]
 EYE_HEIGHT = 1.6
 """Height of a standing person's eyes, metres."""
+WIDE = 16.0 / 9.0
+"""Width over height of the pictures that the overview is fitted to."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ def views(layout: Layout) -> dict[str, View]:
     room = layout.room
     w, d = room.width, room.depth
     found = {
-        "overview": _overview(w, d),
+        "overview": _overview(w, d, room.height),
         "topdown": View((w / 2.0, d / 2.0, 40.0), (w / 2.0, d / 2.0, 0.0), _subtended(max(d, w * 0.6) + 0.6, 40.0)),
     }
     for k, door in enumerate(room.doors):
@@ -82,12 +84,17 @@ def view(layout: Layout, name: str) -> View:
     return known[name]
 
 
-def _overview(width: float, depth: float) -> View:
-    fovy = 34.0
-    target = np.array([width * 0.50, depth * 0.50, 0.45])
-    bearing, pitch = math.radians(-62.0), math.radians(38.0)
+def _overview(width: float, depth: float, height: float) -> View:
+    """Over the front right corner, as near as a wide picture can hold the floor and the far walls."""
+    bearing, pitch, fovy = math.radians(-62.0), math.radians(38.0), 34.0
+    target = np.array([width * 0.5, depth * 0.5, height * 0.27])
     back = np.array([math.cos(bearing) * math.cos(pitch), math.sin(bearing) * math.cos(pitch), math.sin(pitch)])
-    distance = 0.60 * math.hypot(width, depth) / math.tan(math.radians(fovy / 2.0)) * 0.86
+    axes = View((float(back[0]), float(back[1]), float(back[2])), (0.0, 0.0, 0.0), fovy).axes()
+    floor = [(x, y, 0.0) for x in (0.0, width) for y in (0.0, depth)]
+    far = [(0.0, 0.0, height), (0.0, depth, height), (width, depth, height)]
+    seen = (np.array(floor + far) - target) @ axes.T
+    tall = math.tan(math.radians(fovy / 2.0)) * 0.96
+    distance = float(np.max(np.maximum(np.abs(seen[:, 0]) / (tall * WIDE), np.abs(seen[:, 1]) / tall) + seen[:, 2]))
     x, y, z = (target + distance * back).tolist()
     return View((x, y, z), (float(target[0]), float(target[1]), float(target[2])), fovy)
 

@@ -63,8 +63,8 @@ def heating_mantle(asset: Asset) -> Iterator[Part]:
     rim = (nest[-1][0] * radius, height)
     yield revolved("powder_white", [(0.0, 0.0), *housing, rim, *[(r * radius, z) for r, z in reversed(nest[:-1])]])
     yield hollow("foam", [(r * radius, z) for r, z in nest], 0.004)
-    front = depth / 2.0 - 0.012
-    yield block("plastic_dark", (-body * 0.42, body * 0.42), (body * 0.8, front), (height * 0.2, height * 0.66))
+    front = depth / 2.0 - 0.006
+    yield block("plastic_dark", (-body * 0.36, body * 0.36), (body * 0.8, front), (height * 0.2, height * 0.66))
     yield from knob("safety_red", height * 0.26, 0.0, front, depth / 2.0, height * 0.43)
 
 

@@ -194,7 +194,9 @@ def shelf(asset: Asset) -> Iterator[Part]:
     x0, x1, back = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0, hollow.y - hollow.depth / 2.0
     for x in ((-hw, x0), (x1, hw)):
         yield block(frame, x, (-hd, hd), (0.0, height))
-    yield block(frame, (x0, x1), (-hd, back), (hollow.z0 - SHELL if hollow.z0 > SHELL else 0.0, height))
+    # On a bench's middle it is looked through from behind.
+    pane = "window_glass" if asset.placing == "desktop" else frame
+    yield block(pane, (x0, x1), (-hd, back), (hollow.z0 - SHELL if hollow.z0 > SHELL else 0.0, height))
     for z in [hollow.z1 + SHELL if height - hollow.z1 >= SHELL - 1e-9 else height, hollow.z0]:
         yield block(board, (x0, x1), (back, hd - 0.004), (max(z - SHELL, 0.0), min(z, height)))
     for surface in asset.surfaces:

@@ -1,0 +1,90 @@
+"""Pictures by MuJoCo's own renderer: fast, off-screen, where there is OpenGL."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.layouts import Layout
+from labgym.scenes.building import hanging_on, room_patches, walls_between
+from labgym.scenes.mjcf import COLLISION_GROUP, to_mjcf
+
+LARGEST = (2560, 1440)
+"""Largest picture, pixels: the off-screen buffer that compiled scenes ask for."""
+
+
+class MissingRendererError(LabgymError):
+    """This machine has no OpenGL that MuJoCo can draw with."""
+
+    def __init__(self, reason: object) -> None:
+        super().__init__(
+            f"MuJoCo cannot draw here ({' '.join(str(reason).split())[:200]}); install an OpenGL library "
+            "(Debian: apt install libegl1 libgl1-mesa-dri), or ask for the traced renderer, which needs none"
+        )
+
+
+def make_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
+    """Return MuJoCo's renderer, off-screen through EGL where there is no display and MUJOCO_GL is not set.
+
+    Close it when done; a renderer belongs to the thread that made it.
+
+    Raises:
+        OptionError: the picture is larger than the model's off-screen buffer.
+        MissingRendererError: there is no OpenGL.
+    """
+    largest = (model.vis.global_.offwidth, model.vis.global_.offheight)
+    if not (1 <= width <= largest[0] and 1 <= height <= largest[1]):
+        raise OptionError(f"picture size {width}x{height} is not between 1x1 and the model's {largest[0]}x{largest[1]}")
+    try:
+        _prefer_egl()
+        return mujoco.Renderer(model, height, width, max_geom=20_000)
+    except (ImportError, AttributeError, OSError, RuntimeError, mujoco.FatalError) as error:
+        raise MissingRendererError(error) from error
+
+
+def render_opengl(layout: Layout, width: int = 1280, height: int = 720, camera: str = "overview") -> NDArray[np.uint8]:
+    """Return a picture of a layout by MuJoCo's renderer, shape (height, width, 3).
+
+    Args:
+        camera: a name of `labgym.scenes.views.views`: overview, topdown, door, or a workplace's placement id.
+
+    Raises:
+        UnknownNameError: there is no such camera.
+        OptionError: larger than 2560 x 1440.
+        MissingRendererError: there is no OpenGL.
+    """
+    model = to_mjcf(layout).compile()
+    cameras = [model.camera(k).name for k in range(model.ncam)]
+    if camera not in cameras:
+        raise UnknownNameError("camera", camera, cameras)
+    hidden = walls_between(layout.room, *model.camera(camera).pos[:2])
+    for patch in room_patches(layout.room):
+        if patch.wall in hidden:
+            model.geom(patch.name).group = COLLISION_GROUP
+    for placement in layout.placements:
+        if hanging_on(layout, placement) in hidden:
+            model.geom_group[model.geom_bodyid == model.body(placement.id).id] = COLLISION_GROUP
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with make_renderer(model, width, height) as renderer:
+        renderer.update_scene(data, camera=camera)
+        picture: NDArray[np.uint8] = renderer.render().copy()
+    return picture
+
+
+def _prefer_egl() -> None:
+    """Let MuJoCo draw through EGL on a Linux machine without a display, unless MUJOCO_GL says otherwise.
+
+    MuJoCo settles its backend when it is first imported, which is long past, so its choice is replaced.
+    """
+    displays = ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY")
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in displays):
+        from mujoco.egl import GLContext
+        from mujoco.rendering.classic import gl_context
+
+        gl_context.GLContext = GLContext

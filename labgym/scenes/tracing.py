@@ -1,0 +1,376 @@
+"""Pictures by ray tracing on the processor: soft light, no OpenGL, the same on every machine.
+
+Each sample of a pixel follows one ray through glass to the first opaque surface. There light comes from a lamp in
+the ceiling with a soft edge (one shadow ray), from the bright ceiling itself or one bounce off what hides it (one
+ray, cosine-distributed), and on polished surfaces from what they mirror (one ray). Light is filtered, colour is not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from labgym.assets.shapes import MATERIALS
+from labgym.errors import OptionError
+from labgym.layouts import Layout
+from labgym.scenes.building import walls_between
+from labgym.scenes.filtering import smooth_light
+from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh, scene_mesh
+from labgym.scenes.mjcf import TILE
+from labgym.scenes.smooth import corner_normals
+from labgym.scenes.views import View, view
+
+Floats = NDArray[np.float32]
+
+SUN = np.array([-0.20, -0.28, 0.94], dtype=np.float32) / np.float32(np.linalg.norm([-0.20, -0.28, 0.94]))
+SUN_COLOUR = np.array([0.66, 0.64, 0.60], dtype=np.float32)
+SUN_SPREAD = 0.10
+"""Radius of the lamp as seen from a surface at unit distance: how soft shadows are."""
+SKY_COLOUR = np.array([0.80, 0.82, 0.85], dtype=np.float32)
+BOUNCE = 0.58
+"""Light that leaves a surface met by an ambient ray, as a share of its colour."""
+METALS = ("stainless", "chrome", "aluminium", "galvanised", "brass")
+BACKDROP = (np.array([0.80, 0.85, 0.90], dtype=np.float32), np.array([0.46, 0.54, 0.63], dtype=np.float32))
+"""Background of pictures from outside, linear colours at its top and bottom."""
+EXPOSURE = 0.84
+LAYERS = 5
+"""Panes of glass that a ray passes before it stops."""
+CHUNK = 1 << 17
+FAR = np.float32(1e4)
+NUDGE = np.float32(2e-4)
+"""Distance from a surface at which rays leave it, metres."""
+
+
+def trace(
+    layout: Layout, width: int = 1280, height: int = 720, camera: str = "overview", samples: int = 4
+) -> NDArray[np.uint8]:
+    """Return a ray-traced picture of a layout, shape (height, width, 3); it needs no OpenGL.
+
+    Args:
+        camera: a name of `labgym.scenes.views.views`: overview, topdown, door, or a workplace's placement id.
+        samples: rays a pixel; more are smoother and slower in proportion.
+
+    Raises:
+        UnknownNameError: there is no such camera.
+        OptionError: a size or number of samples that is not positive.
+    """
+    if min(width, height, samples) < 1:
+        raise OptionError(f"width, height and samples must be at least 1, got {width}, {height} and {samples}")
+    place = view(layout, camera)
+    hidden = walls_between(layout.room, place.position[0], place.position[1])
+    return trace_mesh(scene_mesh(layout, hidden), place, width, height, samples, layout.room.height)
+
+
+def trace_mesh(
+    mesh: SceneMesh, place: View, width: int, height: int, samples: int, ceiling: float = math.inf
+) -> NDArray[np.uint8]:
+    """Return a ray-traced picture of a mesh from a view; rays that rise above `ceiling` metres see a ceiling."""
+    scene = _Scene(mesh)
+    image = _Image(width * height)
+    pixels = np.arange(width * height)
+    for first in range(0, len(pixels), CHUNK):
+        chunk = pixels[first : first + CHUNK]
+        for sample in range(samples):
+            noise = _Noise(chunk % width, chunk // width, sample)
+            directions = _camera_rays(place, width, height, chunk, noise)
+            origins = np.broadcast_to(np.array(place.position, dtype=np.float32), directions.shape)
+            _sample(scene, image, chunk, np.ascontiguousarray(origins), directions, noise, ceiling)
+    return _developed(image, width, height, samples)
+
+
+class _Image:
+    """Sums over samples of what a pixel needs: (n, 3) colour, light and rest, normals, and (n,) distances."""
+
+    def __init__(self, pixels: int) -> None:
+        self.colour = np.zeros((pixels, 3), dtype=np.float32)
+        self.light = np.zeros((pixels, 3), dtype=np.float32)
+        self.rest = np.zeros((pixels, 3), dtype=np.float32)
+        self.normal = np.zeros((pixels, 3), dtype=np.float32)
+        self.distance = np.zeros(pixels, dtype=np.float32)
+
+
+class _Noise:
+    """Two evenly spread numbers in [0, 1) for each pixel, sample and purpose, without a random generator."""
+
+    def __init__(self, x: NDArray[np.int64], y: NDArray[np.int64], sample: int) -> None:
+        self._x, self._y, self._sample = x.astype(np.float64), y.astype(np.float64), sample
+
+    def pair(self, purpose: int) -> tuple[Floats, Floats]:
+        """Interleaved gradient noise over the picture, shifted from sample to sample by the plastic number."""
+        found = []
+        for axis, step in ((0, 0.7548776662466927), (1, 0.5698402909980532)):
+            shift = 5.588238 * (2 * purpose + axis)
+            gradient = 52.9829189 * np.modf(0.06711056 * (self._x + shift) + 0.00583715 * (self._y + 1.7 * shift))[0]
+            found.append(np.modf(gradient + step * self._sample)[0].astype(np.float32))
+        return found[0], found[1]
+
+
+@dataclass(frozen=True)
+class _Look:
+    """Materials as arrays over `MATERIAL_NAMES`: linear colours, opacity, glow, mirror strength and metal."""
+
+    colour: Floats
+    opacity: Floats
+    glow: Floats
+    mirror: Floats
+    metal: NDArray[np.bool_]
+
+
+def _look() -> _Look:
+    materials = [MATERIALS[name] for name in MATERIAL_NAMES]
+    colour = np.array([material.rgba[:3] for material in materials], dtype=np.float32) ** np.float32(2.2)
+    polish = np.array([material.specular * material.shininess for material in materials], dtype=np.float32)
+    floor = np.array([0.5 * (name == "floor_vinyl") for name in MATERIAL_NAMES], dtype=np.float32)
+    return _Look(
+        colour=colour,
+        opacity=np.array([material.rgba[3] for material in materials], dtype=np.float32),
+        glow=np.array([1.6 * material.emission for material in materials], dtype=np.float32),
+        mirror=np.where(polish > 0.1, 0.04, 0.0).astype(np.float32) + 0.06 * floor,
+        metal=np.array([name in METALS for name in MATERIAL_NAMES]),
+    )
+
+
+class _Scene:
+    """A mesh in two Embree scenes, opaque and translucent, with corner normals and materials."""
+
+    def __init__(self, mesh: SceneMesh) -> None:
+        self.look = _look()
+        clear = self.look.opacity[mesh.material] < 0.85
+        self.opaque = _Surfaces(mesh, np.flatnonzero(~clear))
+        self.clear = _Surfaces(mesh, np.flatnonzero(clear))
+
+
+@dataclass(frozen=True)
+class _Hits:
+    """Where rays hit, (n,): whether, how far, face and smooth normal towards the ray (n, 3), material."""
+
+    hit: NDArray[np.bool_]
+    distance: Floats
+    side: Floats
+    normal: Floats
+    material: NDArray[np.int64]
+
+
+class _Surfaces:
+    def __init__(self, mesh: SceneMesh, chosen: NDArray[np.int64]) -> None:
+        faces = mesh.faces[chosen]
+        self._scene = EmbreeScene()
+        self._vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
+        self._empty = len(faces) == 0
+        if not self._empty:
+            self._mesh = TriangleMesh(self._scene, self._vertices, np.ascontiguousarray(faces, dtype=np.int32))
+            self._normals = corner_normals(mesh.vertices, faces).astype(np.float32)
+            self._material = mesh.material[chosen]
+
+    def cast(self, origins: Floats, directions: Floats, reach: Floats | None = None) -> _Hits:
+        """Find the first hit of rays, no further than `reach` (n,)."""
+        count = len(origins)
+        limit = np.full(count, FAR) if reach is None else reach.astype(np.float32)
+        if self._empty or count == 0:
+            nowhere = np.zeros((count, 3), dtype=np.float32)
+            return _Hits(np.zeros(count, dtype=bool), limit, nowhere, nowhere, np.zeros(count, dtype=np.int64))
+        found = self._scene.run(origins, directions, dists=limit.copy(), output=1)
+        hit = found["primID"] >= 0
+        face = np.where(hit, found["primID"], 0)
+        side = _towards(-directions, found["Ng"] / np.maximum(_length(found["Ng"]), 1e-12))
+        u, v = found["u"][:, None], found["v"][:, None]
+        corners = self._normals[face]
+        normal = (1.0 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
+        normal = _towards(side, normal / np.maximum(_length(normal), 1e-9))
+        return _Hits(hit, found["tfar"], side, normal, self._material[face])
+
+    def blocked(self, origins: Floats, directions: Floats) -> NDArray[np.bool_]:
+        """Tell which rays hit anything."""
+        if self._empty or len(origins) == 0:
+            return np.zeros(len(origins), dtype=bool)
+        return np.asarray(self._scene.run(origins, directions, query="OCCLUDED") == 0)
+
+
+def _length(vectors: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors))[:, None])
+
+
+def _towards(side: Floats, vectors: Floats) -> Floats:
+    """Vectors (n, 3) turned round where they point away from `side` (n, 3)."""
+    flip = np.where(np.einsum("ij,ij->i", vectors, side) < 0.0, np.float32(-1.0), np.float32(1.0))
+    return np.asarray(vectors * flip[:, None], dtype=np.float32)
+
+
+def _camera_rays(place: View, width: int, height: int, pixels: NDArray[np.int64], noise: _Noise) -> Floats:
+    right, up, backward = place.axes()
+    across, down = noise.pair(0)
+    tall = math.tan(math.radians(place.fovy) / 2.0)
+    x = ((pixels % width + across) / width * 2.0 - 1.0) * tall * width / height
+    y = (1.0 - (pixels // width + down) / height * 2.0) * tall
+    rays = x[:, None] * right + y[:, None] * up - backward
+    rays /= _length(rays)
+    return np.ascontiguousarray(rays, dtype=np.float32)
+
+
+def _sample(
+    scene: _Scene,
+    image: _Image,
+    pixels: NDArray[np.int64],
+    origins: Floats,
+    directions: Floats,
+    noise: _Noise,
+    ceiling: float,
+) -> None:
+    """Add one sample of each pixel to the image."""
+    look = scene.look
+    hits = scene.opaque.cast(origins, directions)
+    veil, passed = _glass(scene, origins, directions, hits.distance)
+    seen = np.flatnonzero(hits.hit)
+    points = origins[seen] + directions[seen] * hits.distance[seen, None] + hits.side[seen] * NUDGE
+    normals, material = hits.normal[seen], hits.material[seen]
+    colour, metal = look.colour[material] * _joints(points, material)[:, None], look.metal[material]
+    light = _lamp_light(scene, points, normals, noise) + _ambient_light(scene, points, normals, noise)
+    mirrored = _mirrored(scene, points, normals, directions[seen], material, noise, ceiling)
+    diffuse = colour * np.where(metal, 0.55, 1.0)[:, None]
+    rest = _surroundings(origins, directions, ceiling)
+    rest[seen] = mirrored + colour * look.glow[material][:, None]
+    image.rest[pixels] += veil + passed[:, None] * rest
+    image.colour[pixels[seen]] += passed[seen, None] * diffuse
+    image.light[pixels[seen]] += light
+    image.normal[pixels] += hits.normal
+    image.distance[pixels] += np.minimum(hits.distance, 60.0)
+
+
+def _joints(points: Floats, material: NDArray[np.int64]) -> Floats:
+    """Darkening (n,) of the joints between floor tiles."""
+    across = np.abs(np.mod(points[:, :2] / TILE + 0.5, 1.0) - 0.5).min(axis=1) * TILE
+    joint = (material == MATERIAL_NAMES.index("floor_vinyl")) & (across < 0.003)
+    return np.where(joint, 0.72, 1.0).astype(np.float32)
+
+
+def _glass(scene: _Scene, origins: Floats, directions: Floats, reach: Floats) -> tuple[Floats, Floats]:
+    """Return the light that panes in front of a distance add (n, 3), and the share of light they let through (n,)."""
+    look = scene.look
+    veil = np.zeros_like(directions)
+    passed = np.ones(len(directions), dtype=np.float32)
+    alive = np.arange(len(directions))
+    start, left = origins, reach
+    for _ in range(LAYERS):
+        hits = scene.clear.cast(start, directions[alive], left)
+        struck = np.flatnonzero(hits.hit)
+        if len(struck) == 0:
+            break
+        rays, normals, material = alive[struck], hits.normal[struck], hits.material[struck]
+        facing = np.abs(np.einsum("ij,ij->i", normals, directions[rays]))
+        edge = (1.0 - facing) ** 3
+        opacity = look.opacity[material]
+        opacity = opacity + (1.0 - opacity) * 0.55 * edge
+        shade = 0.60 + 0.30 * np.maximum(normals[:, 2], 0.0) + 0.25 * edge
+        veil[rays] += (passed[rays] * opacity * shade)[:, None] * look.colour[material]
+        passed[rays] *= 1.0 - opacity
+        start = start[struck] + directions[rays] * (hits.distance[struck] + NUDGE)[:, None]
+        left = left[struck] - hits.distance[struck] - NUDGE
+        alive = rays
+    return veil, passed
+
+
+def _lamp_light(scene: _Scene, points: Floats, normals: Floats, noise: _Noise) -> Floats:
+    """Light of the lamp through one shadow ray towards a random point of it."""
+    u, v = noise.pair(1)
+    count = len(points)
+    radius, angle = np.sqrt(u[:count]) * SUN_SPREAD, 2.0 * math.pi * v[:count]
+    side = np.cross(SUN, [0.0, 1.0, 0.0]).astype(np.float32)
+    other = np.cross(side, SUN).astype(np.float32)
+    towards = SUN + (radius * np.cos(angle))[:, None] * side + (radius * np.sin(angle))[:, None] * other
+    towards = np.ascontiguousarray(towards / _length(towards), dtype=np.float32)
+    facing = np.maximum(np.einsum("ij,ij->i", normals, towards), 0.0)
+    lit = np.zeros(count, dtype=np.float32)
+    asked = np.flatnonzero(facing > 0.0)
+    lit[asked] = ~scene.opaque.blocked(points[asked], towards[asked])
+    return np.asarray((facing * lit)[:, None] * SUN_COLOUR, dtype=np.float32)
+
+
+def _ambient_light(scene: _Scene, points: Floats, normals: Floats, noise: _Noise) -> Floats:
+    """Light from all around through one cosine-distributed ray: the sky, or what stands before it."""
+    u, v = noise.pair(2)
+    towards = _around(normals, u[: len(points)], v[: len(points)])
+    hits = scene.opaque.cast(points, towards)
+    colour = scene.look.colour[hits.material] * (BOUNCE + scene.look.glow[hits.material])[:, None]
+    return np.where(hits.hit[:, None], colour, _sky(towards)).astype(np.float32)
+
+
+def _mirrored(
+    scene: _Scene,
+    points: Floats,
+    normals: Floats,
+    directions: Floats,
+    material: NDArray[np.int64],
+    noise: _Noise,
+    ceiling: float,
+) -> Floats:
+    """Light that polished surfaces mirror towards the eye, with Schlick's rise towards grazing angles."""
+    look = scene.look
+    mirrored = np.zeros_like(points)
+    shiny = np.flatnonzero((look.mirror[material] > 0.0) | look.metal[material])
+    normal, ray = normals[shiny], directions[shiny]
+    facing = np.einsum("ij,ij->i", normal, ray)
+    away = ray - 2.0 * facing[:, None] * normal
+    u, v = noise.pair(3)
+    away = away + 0.03 * np.stack([u[shiny] - 0.5, v[shiny] - 0.5, u[shiny] - v[shiny]], axis=1)
+    away = np.ascontiguousarray(away / _length(away), dtype=np.float32)
+    hits = scene.opaque.cast(points[shiny], away)
+    colour = look.colour[hits.material] * (0.70 + look.glow[hits.material])[:, None]
+    met = np.where(hits.hit[:, None], colour, _surroundings(points[shiny], away, ceiling))
+    base = np.where(
+        look.metal[material[shiny], None], 0.55 * look.colour[material[shiny]], look.mirror[material[shiny], None]
+    )
+    rise = (1.0 - np.abs(facing))[:, None] ** 5
+    mirrored[shiny] = met * (base + 0.35 * (1.0 - base) * rise)
+    return mirrored
+
+
+def _around(normals: Floats, u: Floats, v: Floats) -> Floats:
+    """Directions about normals, cosine-distributed: the normal plus a point of the unit sphere."""
+    z, angle = 1.0 - 2.0 * u, 2.0 * math.pi * v
+    flat = np.sqrt(np.maximum(1.0 - z * z, 0.0))
+    towards = normals * 1.0005 + np.stack([flat * np.cos(angle), flat * np.sin(angle), z], axis=1)
+    towards /= np.maximum(_length(towards), 1e-6)
+    return np.ascontiguousarray(towards, dtype=np.float32)
+
+
+def _sky(directions: Floats) -> Floats:
+    """Light from above; little comes from below the horizon."""
+    rise = np.clip(directions[:, 2] * 4.0 + 0.4, 0.25, 1.0)
+    return np.asarray(rise[:, None] * SKY_COLOUR, dtype=np.float32)
+
+
+def _surroundings(origins: Floats, directions: Floats, ceiling: float) -> Floats:
+    """What rays see that hit nothing: a ceiling of panels and lamps from below it, else a plain backdrop."""
+    top, bottom = BACKDROP
+    share = np.clip(directions[:, 2:] * 1.4 + 0.75, 0.0, 1.0)
+    seen = bottom + (top - bottom) * share
+    if math.isfinite(ceiling):
+        upward = (directions[:, 2] > 1e-3) & (origins[:, 2] < ceiling)
+        reach = (ceiling - origins[upward, 2]) / directions[upward, 2]
+        across = origins[upward, :2] + directions[upward, :2] * reach[:, None]
+        tile = np.abs(np.mod(across / 0.6, 1.0) - 0.5)
+        panel = np.mod(np.floor(across / 0.6), (2.0, 4.0))
+        lamp = (panel[:, 0] == 0.0) & ((panel[:, 1] == 0.0) | (panel[:, 1] == 1.0))
+        tone = np.where(lamp, 1.15, 0.60) * np.where(tile.max(axis=1) > 0.48, 0.72, 1.0)
+        seen[upward] = tone[:, None] * np.array([1.0, 0.99, 0.97], dtype=np.float32)
+    return np.asarray(seen, dtype=np.float32)
+
+
+def _developed(image: _Image, width: int, height: int, samples: int) -> NDArray[np.uint8]:
+    """Turn sums into a picture: filter the light, multiply by colour, compress highlights, encode."""
+    shape = (height, width)
+    share = np.float32(1.0 / samples)
+    normal, distance = image.normal.reshape(*shape, 3), image.distance.reshape(shape) * share
+    light = smooth_light(image.light.reshape(*shape, 3) * share, normal, distance)
+    linear = (image.colour.reshape(*shape, 3) * light + image.rest.reshape(*shape, 3)) / samples
+    exposed = np.maximum(linear, 0.0) * EXPOSURE
+    # A straight line up to the knee, then an approach to white that never clips.
+    knee = 0.62
+    bright = knee + (1.0 - knee) * (1.0 - np.exp(-(exposed - knee) / (1.0 - knee)))
+    toned = np.where(exposed > knee, bright, exposed)
+    return np.asarray(np.rint(255.0 * toned ** (1.0 / 2.2)), dtype=np.uint8)
