@@ -155,7 +155,7 @@ def _renderers() -> Iterator[Finding]:
     probes = [(name, remedy, *_probe(_RENDER, MUJOCO_GL=name)) for name, remedy in _BACKENDS]
     enough = any(works for _, _, works, _ in probes)
     for name, remedy, works, said in probes:
-        fallback = "one renderer is enough" if enough else "pictures are ray-traced without one"
+        fallback = "one renderer is enough" if enough else "rendered views are ray-traced and need none"
         detail = said if works else f"not here; {fallback}"
         yield Finding(f"renderer {name}", "ok" if works else "optional", detail, "" if enough else remedy)
 
