@@ -47,7 +47,7 @@ def straight_tool(asset: Asset) -> Iterator[Part]:
         grip = height * (0.55 if tongs else 1.0)
         for side in (-1.0, 1.0):
             bottom, top = (side * 0.006, side * (hw - 0.006)) if tongs else (side * 0.002, side * (hw - 0.005))
-            yield rod(material, 0.008, (bottom, 0.0, 0.0), (-bottom if tongs else 0.0, 0.0, grip))
+            yield rod(material, 0.008, (bottom, 0.0, 0.0005), (-bottom if tongs else 0.0, 0.0, grip))
             if tongs:
                 yield rod(material, 0.007, (-bottom, 0.0, grip), (-top, 0.0, height * 0.9))
                 yield cylinder(material, 0.024, thick, (side * (hw - 0.012), 0.0, height - 0.012), ALONG_Y)
@@ -255,7 +255,7 @@ def clamp(asset: Asset) -> Iterator[Part]:
     yield cylinder("chrome", 0.008, depth * 0.9, (hw * 0.24, 0.0, z), ALONG_Y)
     for side in (-1.0, 1.0):
         yield rod("rubber", 0.010, (hw * 0.3, side * 0.008, z), (hw * 0.7, side * (hd - 0.005), z))
-        yield rod("rubber", 0.010, (hw * 0.66, side * (hd - 0.005), z), (hw, side * (hd * 0.72), z))
+        yield rod("rubber", 0.010, (hw * 0.66, side * (hd - 0.005), z), (hw - 0.0005, side * (hd * 0.72), z))
 
 
 @shape("jack")

@@ -100,7 +100,10 @@ def _on_trolley(width: float, depth: float, height: float, modules: int) -> Iter
     for sx in (-1.0, 1.0):
         for sy in (-1.0, 1.0):
             yield block(
-                "powder_grey", (sx * (hw - 0.04), sx * (hw - 0.08)), (sy * (hd - 0.04), sy * (hd - 0.08)), (0.09, table)
+                "powder_grey",
+                (sx * (hw - 0.04), sx * (hw - 0.08)),
+                (sy * (hd - 0.04), sy * (hd - 0.08)),
+                (0.09, table - 0.03),
             )
     yield rounded("powder_dark", (-hw + 0.1, hw - 0.1), (-hd + 0.1, hd - 0.05), (0.12, 0.42), 0.02)
     yield from louvres((-hw + 0.2, hw - 0.2), hd - 0.05, (0.16, 0.38), 6)

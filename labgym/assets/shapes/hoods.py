@@ -14,6 +14,7 @@ from labgym.assets.shapes.parts import (
     block,
     column,
     cylinder,
+    ellipsoid,
     revolved,
     rod,
     rounded,
@@ -167,7 +168,7 @@ def _ports(asset: Asset, x: tuple[float, float], face: float, edge: float, z: fl
         # The profile's axis runs along +y, so the ring stands out of the window.
         yield revolved("plastic_black", ring, (middle, face - 0.008, z), ALONG_Y)
         yield cylinder("glove", bore * 0.80, 0.012, (middle, face + 0.002, z), ALONG_Y)
-        yield sphere("glove", bore * 0.42, (middle, face - 0.02, z - 0.01))
+        yield ellipsoid("glove", (bore * 0.6, 0.036, bore * 0.6), (middle, face - 0.004, z))
 
 
 def _stand(left: float, right: float, hw: float, hd: float, top: float) -> Iterator[Part]:

@@ -151,18 +151,19 @@ def fridge(asset: Asset) -> Iterator[Part]:
         return
     freezer, hollow = flag(asset, "freezer"), cavity(asset)
     body = "powder_white"
-    yield from carcass(asset, body, "plastic_light", face - 0.05)
+    inner = max(face - 0.05, hollow.y + hollow.depth / 2.0)
+    yield from carcass(asset, body, "plastic_light", inner)
     base = min(0.12, hollow.z0 * 0.8)
-    yield block("powder_dark", (-hw + 0.001, hw - 0.001), (face - 0.052, face - 0.02), (0.0, base))
+    yield block("powder_dark", (-hw + 0.001, hw - 0.001), (inner - 0.002, face - 0.02), (0.0, base))
     yield from louvres((-hw * 0.8, hw * 0.8), face - 0.02, (base * 0.25, base * 0.85), 4)
     z = (base + 0.006, height - (0.16 if freezer else 0.10 if height > 1.0 else 0.07))
-    yield block("plastic_light", (-hw, hw), (face - 0.05, face - 0.01), (z[1] + 0.006, height))
+    yield block("plastic_light", (-hw, hw), (inner, face - 0.01), (z[1] + 0.006, height))
     yield from panel_screen("screen", (-0.07, 0.07), face - 0.01, (z[1] + 0.022, height - 0.016))
     if flag(asset, "glass_door"):
-        yield from glazed_door("powder_grey", (-hw + 0.002, hw - 0.002), (face - 0.05, face), z)
+        yield from glazed_door("powder_grey", (-hw + 0.002, hw - 0.002), (inner, face), z)
         yield block("lamp", (-hw * 0.6, hw * 0.6), (hollow.y, hollow.y + 0.03), (hollow.z1 - 0.008, hollow.z1 - 0.001))
     else:
-        yield rounded(body, (-hw, hw), (face - 0.05, face), z, 0.012)
+        yield rounded(body, (-hw, hw), (inner, face), z, 0.012)
     yield from bar_handle(-hw + 0.05, face, hd, (z[0] + 0.35 * (z[1] - z[0]), z[0] + 0.75 * (z[1] - z[0])))
     if "sign" in asset.shape.parameters:
         yield from diamond(text(asset, "sign", "warning"), min(0.16, 0.3 * height), 0.0, face, height * 0.62)
