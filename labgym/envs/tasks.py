@@ -11,19 +11,15 @@ from typing import Any
 import numpy as np
 
 from labgym import protocols
-from labgym.errors import InfeasibleError, OptionError, UnknownNameError
+from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
-from labgym.layouts.generate import generate
-from labgym.layouts.rooms import room_presets
-from labgym.layouts.splits import TRAIN_SEEDS, load_published, published
+from labgym.layouts.splits import load_published, published, train_layout
 from labgym.navigation import GoalPair, goal_pairs
 from labgym.protocols import Protocol
 
 SPLITS = ("train", "val", "test")
 PUBLISHED = ("val", "test")
 OPTIONS = ("layout", "protocol", "pair")
-ATTEMPTS = 20
-"""How many layouts are drawn before a request that never has a drive is given up."""
 
 
 @dataclass(frozen=True)
@@ -105,24 +101,10 @@ class TaskSource:
             return load(self._split, candidates[int(rng.integers(len(candidates)))])
         last = self._generated
         if fresh or last is None or self._episodes_left == 0 or (protocol and protocol.id != last.protocol):
-            last = self._generated = self._new_layout(rng, protocol)
+            last = self._generated = train_layout(rng, protocol, self._profile)
             self._episodes_left = self._episodes_per_layout
         self._episodes_left -= 1
         return last
-
-    def _new_layout(self, rng: np.random.Generator, protocol: Protocol | None) -> Layout:
-        choices = [protocol] if protocol else [found for found in protocols.protocols().values() if found.moves]
-        rooms = list(room_presets())
-        for _ in range(ATTEMPTS):
-            chosen = choices[int(rng.integers(len(choices)))]
-            room = rooms[int(rng.integers(len(rooms)))]
-            try:
-                layout = generate(chosen, int(rng.integers(TRAIN_SEEDS)), room, self._profile)
-            except InfeasibleError:
-                continue
-            if goal_pairs(layout, chosen):
-                return layout
-        raise OptionError(f"{ATTEMPTS} layouts for protocol {protocol.id if protocol else 'any'!r} had no drive")
 
 
 def resolve_protocol(given: Protocol | str | None) -> Protocol:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass
 from typing import Protocol as Interface
 
@@ -17,12 +18,17 @@ from labgym.layouts.infeasibility import explain
 from labgym.layouts.model import FLOOR, Layout, Placement, Provenance, Room
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.walls import choose_walls
+from labgym.navigation import goal_pairs
 from labgym.protocols import Protocol
 
 ATTEMPTS = 6
 """Briefs tried at each level of furnishing before the next."""
 QUICK, THOROUGH = 0.04, 1.0
 """Deterministic search time with walls chosen beforehand, and with walls left to the solver."""
+
+
+LEAST_DRIVE = 1.0
+"""Least distance between the goal poses of consecutive locations, metres: a drive that starts well outside its goal."""
 
 
 class Proposer(Interface):
@@ -49,7 +55,9 @@ class ProceduralProposer:
                 stocked = write_brief(protocol, room, profile, level, generator)
                 poses = solve(choose_walls(stocked.brief, room, generator), room, seed, effort=QUICK)
                 if poses is not None:
-                    return _assembled(protocol, room, seed, level, stocked, poses)
+                    layout = _assembled(protocol, room, seed, level, stocked, poses)
+                    if shortest_drive(layout, protocol) >= LEAST_DRIVE:
+                        return layout
         generator = np.random.default_rng([seed, entropy])
         stocked = write_brief(protocol, room, profile, "required", generator)
         poses = solve(stocked.brief, room, seed, effort=THOROUGH)
@@ -95,6 +103,12 @@ def _assembled(
         placements=tuple(placements),
         provenance=provenance,
     )
+
+
+def shortest_drive(layout: Layout, protocol: Protocol) -> float:
+    """Return the least distance as the crow flies of the protocol's drives, metres; inf where there are none."""
+    lengths = [math.dist(pair.start[:2], pair.goal[:2]) for pair in goal_pairs(layout, protocol)]
+    return min(lengths, default=math.inf)
 
 
 def _rounded(x: float, y: float, z: float) -> tuple[float, float, float]:

@@ -19,10 +19,13 @@ from labgym.errors import DocumentError, InfeasibleError, UnknownNameError
 from labgym.layouts.generate import generate
 from labgym.layouts.model import Layout
 from labgym.layouts.rooms import room_presets
-from labgym.protocols import protocols
+from labgym.layouts.rules.thresholds import Profile
+from labgym.protocols import Protocol, protocols
 
 TRAIN_SEEDS = 10**9
 FIRST_SEED = {"val": 10**9, "test": 2 * 10**9}
+ATTEMPTS = 32
+"""Training layouts drawn before a protocol counts as infeasible."""
 ROOM_CYCLE = ("default", "roomy", "tight", "default", "two_exits")
 """Rooms of the published layouts, protocol by protocol."""
 
@@ -132,13 +135,23 @@ def publish(split: str, layouts: list[Layout], folder: Path) -> Manifest:
     return written
 
 
-def train_layout(generator: np.random.Generator) -> Layout:
-    """Return a new training layout: a protocol, a room preset and a seed drawn from the generator."""
-    names, rooms = sorted(protocols()), list(room_presets())
+def train_layout(
+    generator: np.random.Generator, protocol: Protocol | None = None, profile: str | Profile = "default"
+) -> Layout:
+    """Return a new training layout: a protocol (unless one is given), a room preset and a seed, all drawn.
+
+    Raises:
+        InfeasibleError: the protocol fits in none of the rooms drawn.
+    """
+    choices = [protocol] if protocol is not None else [found for found in protocols().values() if found.moves]
+    rooms = list(room_presets())
+    attempts = ATTEMPTS
     while True:
-        protocol = names[int(generator.integers(len(names)))]
+        chosen = choices[int(generator.integers(len(choices)))]
         room = rooms[int(generator.integers(len(rooms)))]
         try:
-            return generate(protocol, int(generator.integers(TRAIN_SEEDS)), room)
+            return generate(chosen, int(generator.integers(TRAIN_SEEDS)), room, profile)
         except InfeasibleError:
-            continue
+            attempts -= 1
+            if attempts == 0:
+                raise
