@@ -124,7 +124,8 @@ def _wall_parts(room: Room, wall: str) -> Iterator[Part]:
     """Blocks of a wall in its own frame (u, v, z)."""
     length = room.width if wall in ("front", "back") else room.depth
     # What stands behind a pane or a door leaf is never seen, so a wall is only as deep as its openings.
-    thick = (0.0, min(RECESS, room.wall_thickness) + 0.02)
+    recess = min(RECESS, room.wall_thickness / 2.0)
+    thick = (0.0, min(recess + 0.02, room.wall_thickness))
     # Front and back walls close the corners.
     reach = room.wall_thickness if wall in ("front", "back") else 0.0
     doors = [(_door_span(room, wall, door), door.height) for door in room.doors if door.wall == wall]
@@ -145,9 +146,9 @@ def _wall_parts(room: Room, wall: str) -> Iterator[Part]:
             yield block(paint, u, thick, (low, room.height))
     yield block(CAP, (-reach, length + reach), (0.0, room.wall_thickness), (room.height - 0.001, room.height))
     for span, top in doors:
-        yield from _door(span, top, thick[1])
+        yield from _door(span, top, recess, thick[1])
     for span in panes:
-        yield from _pane(span, (SILL, room.height - LINTEL))
+        yield from _pane(span, (SILL, room.height - LINTEL), recess)
 
 
 def _door_span(room: Room, wall: str, door: Door) -> Span:
@@ -165,9 +166,9 @@ def _window_spans(length: float, height: float) -> list[Span]:
     return [(0.3 + k * pitch + 0.08, 0.3 + (k + 1) * pitch - 0.08) for k in range(count)]
 
 
-def _door(u: Span, top: float, thick: float) -> Iterator[Part]:
-    frame, recess = 0.05, min(RECESS, 0.4 * thick)
-    leaf, inner = (recess, recess + 0.04), (u[0] + frame, u[1] - frame)
+def _door(u: Span, top: float, recess: float, thick: float) -> Iterator[Part]:
+    frame = 0.05
+    leaf, inner = (recess, thick), (u[0] + frame, u[1] - frame)
     for side in ((u[0], inner[0]), (inner[1], u[1])):
         yield block("door_frame", side, (0.0, thick), (0.0, top))
     yield block("door_frame", inner, (0.0, thick), (top - frame, top))
@@ -178,17 +179,17 @@ def _door(u: Span, top: float, thick: float) -> Iterator[Part]:
     yield block("door_leaf", (pane[1], inner[1]), leaf, (0.0, top - frame))
     yield block("door_leaf", pane, leaf, (0.0, low))
     yield block("door_leaf", pane, leaf, (high, top - frame))
-    yield block("daylight", pane, (leaf[0] + 0.012, leaf[0] + 0.02), (low, high))
+    yield block("daylight", pane, ((leaf[0] + leaf[1]) / 2.0, leaf[1]), (low, high))
     yield block("stainless", (inner[0] + 0.03, inner[1] - 0.03), (leaf[0] - 0.002, leaf[0]), (0.02, 0.24))
-    yield block("stainless", (inner[0] + 0.05, inner[0] + 0.17), (leaf[0] - 0.04, leaf[0] - 0.02), (1.02, 1.045))
-    yield block("stainless", (inner[0] + 0.05, inner[0] + 0.08), (leaf[0] - 0.02, leaf[0]), (0.96, 1.10))
+    yield block("stainless", (inner[0] + 0.05, inner[0] + 0.17), (0.3 * recess, 0.6 * recess), (1.02, 1.045))
+    yield block("stainless", (inner[0] + 0.05, inner[0] + 0.08), (0.6 * recess, recess), (0.96, 1.10))
 
 
-def _pane(u: Span, z: Span) -> Iterator[Part]:
+def _pane(u: Span, z: Span, recess: float) -> Iterator[Part]:
     rail = 0.03
-    depth = (RECESS * 0.5, RECESS * 0.5 + 0.03)
+    depth = (recess * 0.5, recess)
     for side in ((u[0], u[0] + rail), (u[1] - rail, u[1])):
         yield block("plastic_white", side, depth, z)
     for level in ((z[0], z[0] + rail), (z[1] - rail, z[1])):
         yield block("plastic_white", (u[0] + rail, u[1] - rail), depth, level)
-    yield block("daylight", (u[0] + rail, u[1] - rail), (RECESS, RECESS + 0.01), (z[0] + rail, z[1] - rail))
+    yield block("daylight", (u[0] + rail, u[1] - rail), (recess * 0.9, recess), (z[0] + rail, z[1] - rail))

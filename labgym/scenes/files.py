@@ -34,10 +34,10 @@ def write_mjcf(layout: Layout, folder: str | Path) -> Path:
     """
     folder = Path(folder)
     _check_replaceable(folder)
-    folder.parent.mkdir(parents=True, exist_ok=True)
     spec = to_mjcf(layout)
     meshes = _move_meshes_to_files(spec)
     spec.compile()
+    folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as temporary:
         fresh = Path(temporary) / "fresh"
         (fresh / MESH_FOLDER).mkdir(parents=True)

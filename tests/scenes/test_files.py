@@ -1,0 +1,162 @@
+"""Written scenes stand on their own: moved anywhere, read by others, the same bytes every time."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+
+from labgym.errors import LabgymError
+from labgym.layouts import Layout, Placement
+from labgym.scenes import scene_mesh, to_mjcf, write_glb, write_mjcf
+from labgym.scenes.mjcf import COLLISION_GROUP
+
+KNOWN_TO_MUJOCO_3_3 = {
+    "mujoco": "model",
+    "compiler": "angle meshdir",
+    "statistic": "center extent",
+    "visual": "",
+    "global": "offwidth offheight fovy",
+    "quality": "shadowsize offsamples",
+    "headlight": "ambient diffuse specular",
+    "map": "znear zfar shadowclip",
+    "rgba": "haze",
+    "default": "class",
+    "asset": "",
+    "texture": "name type builtin rgb1 rgb2 mark markrgb width height",
+    "material": "name texture texrepeat texuniform emission specular shininess reflectance rgba",
+    "mesh": "name file content_type inertia",
+    "worldbody": "",
+    "body": "name pos quat",
+    "inertial": "pos quat mass diaginertia",
+    "geom": "name class type size pos quat contype conaffinity group rgba material mesh",
+    "light": "name pos dir directional castshadow diffuse specular",
+    "camera": "name pos quat fovy",
+}
+"""Elements and attributes of the MJCF schema that MuJoCo 3.3.0 carries, as far as scenes use them."""
+
+
+@pytest.fixture(scope="module")
+def written(laboratory: Layout, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_mjcf(laboratory, tmp_path_factory.mktemp("written") / "scene")
+
+
+def digest(folder: Path) -> str:
+    found = hashlib.sha256()
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        found.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
+
+
+def test_a_scene_moved_elsewhere_loads_to_the_model_it_was_compiled_from(
+    written: Path, laboratory: Layout, tmp_path: Path
+) -> None:
+    elsewhere = tmp_path / "moved" / "here"
+    elsewhere.parent.mkdir()
+    moved = write_mjcf(laboratory, tmp_path / "first").parent.rename(elsewhere)
+    read, made = mujoco.MjModel.from_xml_path(str(moved / "scene.xml")), to_mjcf(laboratory).compile()
+    assert (read.nbody, read.ngeom, read.nmesh, read.nmat, read.ncam, read.nlight) == (
+        made.nbody,
+        made.ngeom,
+        made.nmesh,
+        made.nmat,
+        made.ncam,
+        made.nlight,
+    )
+    data, other = mujoco.MjData(read), mujoco.MjData(made)
+    mujoco.mj_forward(read, data)
+    mujoco.mj_forward(made, other)
+    solid = made.geom_group == COLLISION_GROUP
+    assert data.geom_xpos[solid] == pytest.approx(other.geom_xpos[solid], abs=2e-5)
+    assert read.geom_size[solid] == pytest.approx(made.geom_size[solid], abs=2e-5)
+    assert read.mesh_facenum.sum() == made.mesh_facenum.sum()
+
+
+def test_a_written_scene_names_no_plugin_and_no_path_outside_its_folder(written: Path) -> None:
+    text = written.read_text(encoding="utf-8")
+    assert "plugin" not in text
+    root = ElementTree.fromstring(text)
+    compiler = root.find("compiler")
+    assert compiler is not None
+    assert compiler.get("meshdir") == "meshes"
+    files = {element.get("file") for element in root.iter() if element.get("file")}
+    assert files == {path.name for path in (written.parent / "meshes").iterdir()}
+    assert not any(re.search(r"[/\\:]|\.\.", str(file)) for file in files)
+
+
+def test_a_written_scene_uses_only_what_mujoco_3_3_reads(written: Path) -> None:
+    for element in ElementTree.parse(written).iter():
+        assert element.tag in KNOWN_TO_MUJOCO_3_3
+        assert set(element.attrib) <= set(KNOWN_TO_MUJOCO_3_3[element.tag].split()), element.tag
+
+
+def test_a_written_scene_holds_no_rounding_noise(written: Path) -> None:
+    assert not re.search(r"e-(09|1\d|2\d)", written.read_text(encoding="utf-8"))
+
+
+def test_writing_twice_gives_the_same_bytes(laboratory: Layout, written: Path, tmp_path: Path) -> None:
+    again = write_mjcf(laboratory, tmp_path / "again")
+    assert digest(again.parent) == digest(written.parent)
+
+
+def test_another_process_with_another_hash_seed_writes_the_same_bytes(
+    laboratory: Layout, written: Path, tmp_path: Path
+) -> None:
+    laboratory.save(tmp_path / "layout.json")
+    program = (
+        "import sys; from labgym.layouts import Layout; from labgym.scenes import write_mjcf, write_glb;"
+        "layout = Layout.load(sys.argv[1]); write_mjcf(layout, sys.argv[2]); write_glb(layout, sys.argv[3])"
+    )
+    arguments = [sys.executable, "-c", program, tmp_path / "layout.json", tmp_path / "scene", tmp_path / "scene.glb"]
+    subprocess.run(arguments, check=True, env={**os.environ, "PYTHONHASHSEED": "12345"}, timeout=120)
+    assert digest(tmp_path / "scene") == digest(written.parent)
+    assert (tmp_path / "scene.glb").read_bytes() == write_glb(laboratory, tmp_path / "here.glb").read_bytes()
+
+
+def test_writing_replaces_a_scene_whole(laboratory: Layout, tmp_path: Path) -> None:
+    write_mjcf(laboratory, tmp_path / "scene")
+    smaller = laboratory.replace(placements=laboratory.placements[:1])
+    path = write_mjcf(smaller, tmp_path / "scene")
+    assert mujoco.MjModel.from_xml_path(str(path)).nbody == 2
+    assert {entry.name for entry in tmp_path.iterdir()} == {"scene"}
+
+
+def test_a_folder_that_holds_something_else_is_left_alone(laboratory: Layout, tmp_path: Path) -> None:
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter.txt").write_text("words")
+    with pytest.raises(LabgymError, match="not a compiled scene"):
+        write_mjcf(laboratory, tmp_path / "thesis")
+    (tmp_path / "file").write_text("words")
+    with pytest.raises(LabgymError, match="not a compiled scene"):
+        write_mjcf(laboratory, tmp_path / "file")
+    assert (tmp_path / "thesis" / "chapter.txt").read_text() == "words"
+
+
+def test_a_scene_that_cannot_be_compiled_leaves_nothing_behind(laboratory: Layout, tmp_path: Path) -> None:
+    broken = laboratory.replace(placements=(Placement(id="a", asset="Nothing", position=(1.0, 1.0, 0.0)),))
+    with pytest.raises(LabgymError):
+        write_mjcf(broken, tmp_path / "scene")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_glb_holds_the_faces_of_the_scene_with_y_up(laboratory: Layout, tmp_path: Path) -> None:
+    expected = scene_mesh(laboratory)
+    scene = trimesh.load(write_glb(laboratory, tmp_path / "scene.glb"))
+    assert isinstance(scene, trimesh.Scene)
+    read = scene.to_mesh()
+    assert len(read.faces) == len(expected.faces)
+    low, high = expected.vertices.min(axis=0), expected.vertices.max(axis=0)
+    assert read.bounds[0] == pytest.approx([low[0], low[2], -high[1]], abs=1e-4)
+    assert read.bounds[1] == pytest.approx([high[0], high[2], -low[1]], abs=1e-4)
+    corners = expected.vertices[expected.faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2.0
+    assert read.area == pytest.approx(area, rel=1e-4)
