@@ -10,7 +10,7 @@ import pytest
 from labgym.envs import tasks
 from labgym.envs.tasks import TaskSource, load, resolve_layout
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
-from labgym.layouts import Layout
+from labgym.layouts import Layout, splits
 from labgym.layouts.splits import published
 from labgym.protocols import Protocol, get
 
@@ -33,7 +33,7 @@ def generated(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> list[tuple]:
         calls.append((protocol.id, seed, room, profile))
         return layout.replace(id=f"{protocol.id}-{seed}")
 
-    monkeypatch.setattr(tasks, "generate", generate)
+    monkeypatch.setattr(splits, "generate", generate)
     monkeypatch.setattr(tasks, "goal_pairs", lambda layout, protocol: tasks_goal_pairs(layout, "alk_03"))
     return calls
 
@@ -94,7 +94,7 @@ def test_training_moves_on_at_once_when_another_protocol_is_asked_for(generated:
 def test_training_passes_over_rooms_that_cannot_hold_a_protocol(
     generated: list[tuple], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    easy, tries = tasks.generate, []
+    easy, tries = splits.generate, []
 
     def fussy(*request: Any) -> Layout:
         tries.append(request)
@@ -102,7 +102,7 @@ def test_training_passes_over_rooms_that_cannot_hold_a_protocol(
             raise InfeasibleError("room", ["too small"], "roomy")
         return easy(*request)
 
-    monkeypatch.setattr(tasks, "generate", fussy)
+    monkeypatch.setattr(splits, "generate", fussy)
     assert source("train").draw(rng(), {}, fresh=True).layout.id.startswith(generated[0][0])
     assert len(tries) == 3
 
