@@ -33,7 +33,7 @@ def contacts(layout: Layout, depth: float = 0.001) -> tuple[Contact, ...]:
     solids whose axis-aligned bounds overlap goes through `mj_geomDistance`, which is negative inside. Standing on a
     support is no contact. This is the collision count CN_mj: it shares no code with `labgym.geometry`.
     """
-    model = to_mjcf(layout).compile()
+    model = to_mjcf(layout, visible=False).compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     order = {model.body(placement.id).id: index for index, placement in enumerate(layout.placements)}

@@ -39,12 +39,15 @@ _GEOMS = {
 }
 
 
-def to_mjcf(layout: Layout) -> mujoco.MjSpec:
+def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
     """Compile a layout into an MJCF specification, without a robot: attach one with `spec.attach`.
 
     Each placement is a static body of its id at the layout's pose. Its visible parts are geoms of group 2 that
     collide with nothing; its solids (`Asset.solids`) are box geoms of group 3 named `<id>/solid/<k>`, hidden in
     default views. Walls and floor belong to the world body, as `<wall>/solid` and `floor/solid`.
+
+    Args:
+        visible: whether to include what is only looked at; without it the model is small and quick to compile.
 
     Raises:
         UnknownNameError: an asset or its shape does not exist.
@@ -52,7 +55,7 @@ def to_mjcf(layout: Layout) -> mujoco.MjSpec:
     """
     if "world" in layout.by_id:
         raise OptionError(f"placement id 'world' of layout {layout.id!r} is MuJoCo's own; rename the placement")
-    scene = SpecBuilder(layout.id)
+    scene = SpecBuilder(layout.id, visible)
     set_looks(scene.spec, layout.room)
     scene.add_room(layout.room)
     for placement in layout.placements:
@@ -65,20 +68,26 @@ def to_mjcf(layout: Layout) -> mujoco.MjSpec:
 class SpecBuilder:
     """A specification under construction, with the meshes and materials that it already holds."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, visible: bool = True) -> None:
         self.spec = mujoco.MjSpec()
         self.spec.modelname = name
         self.visual = self.spec.add_default("visual", self.spec.default)
         self.visual.geom.contype, self.visual.geom.conaffinity, self.visual.geom.group = 0, 0, VISUAL_GROUP
         self.solid = self.spec.add_default("solid", self.spec.default)
         self.solid.geom.group, self.solid.geom.rgba = COLLISION_GROUP, [0.4, 0.6, 0.8, 0.4]
+        self._visible = visible
         self._names: set[str] = set()
 
     def add_room(self, room: Room) -> None:
         """Add floor and walls to the world body."""
-        self._add_floor(room)
-        for patch in room_patches(room):
-            self._add_patch(patch)
+        half, middle = [room.width / 2.0, room.depth / 2.0, TILE], [room.width / 2.0, room.depth / 2.0, 0.0]
+        plane = mujoco.mjtGeom.mjGEOM_PLANE
+        self.spec.worldbody.add_geom(self.solid, name="floor/solid", type=plane, size=half, pos=middle)
+        if self._visible:
+            self._add_tiles()
+            self.spec.worldbody.add_geom(self.visual, name="floor", type=plane, size=half, pos=middle, material="tiles")
+            for patch in room_patches(room):
+                self._add_patch(patch)
         for wall, box in room_solids(room).items():
             self.add_solid(self.spec.worldbody, f"{wall}/solid", box)
 
@@ -86,7 +95,7 @@ class SpecBuilder:
         """Add an asset as a static body with visible parts and solid boxes."""
         body = self.spec.worldbody.add_body(name=name, pos=position, quat=_yaw(yaw))
         _set_inertia(body, asset)
-        for part in asset_mesh(asset).parts:
+        for part in asset_mesh(asset).parts if self._visible else ():
             self.add_part(body, part)
         for k, solid in enumerate(asset.solids()):
             self.add_solid(body, f"{name}/solid/{k}", solid)
@@ -114,7 +123,7 @@ class SpecBuilder:
             size=[box.width / 2.0, box.depth / 2.0, (box.z1 - box.z0) / 2.0],
         )
 
-    def _add_floor(self, room: Room) -> None:
+    def _add_tiles(self) -> None:
         look = MATERIALS["floor_vinyl"]
         tint = np.array(look.rgba[:3])
         self.spec.add_texture(
@@ -137,11 +146,6 @@ class SpecBuilder:
             texrepeat=[1.0 / TILE, 1.0 / TILE],
         )
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
-        world, plane = self.spec.worldbody, mujoco.mjtGeom.mjGEOM_PLANE
-        half = [room.width / 2.0, room.depth / 2.0, TILE]
-        middle = [room.width / 2.0, room.depth / 2.0, 0.0]
-        world.add_geom(self.visual, name="floor", type=plane, size=half, pos=middle, material="tiles")
-        world.add_geom(self.solid, name="floor/solid", type=plane, size=half, pos=middle)
 
     def _add_patch(self, patch: Patch) -> None:
         self._mesh(patch.name, patch.vertices, patch.faces)

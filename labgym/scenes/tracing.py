@@ -8,24 +8,18 @@ ray, cosine-distributed), and on polished surfaces from what they mirror (one ra
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-from labgym.assets.shapes import MATERIALS
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.scenes.building import walls_between
 from labgym.scenes.filtering import smooth_light
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh, scene_mesh
 from labgym.scenes.mjcf import TILE
-from labgym.scenes.smooth import corner_normals
+from labgym.scenes.surfaces import Floats, Scene, norms
 from labgym.scenes.views import View, view
-
-Floats = NDArray[np.float32]
 
 SUN = np.array([-0.20, -0.28, 0.94], dtype=np.float32) / np.float32(np.linalg.norm([-0.20, -0.28, 0.94]))
 SUN_COLOUR = np.array([0.66, 0.64, 0.60], dtype=np.float32)
@@ -34,14 +28,12 @@ SUN_SPREAD = 0.10
 SKY_COLOUR = np.array([0.80, 0.82, 0.85], dtype=np.float32)
 BOUNCE = 0.58
 """Light that leaves a surface met by an ambient ray, as a share of its colour."""
-METALS = ("stainless", "chrome", "aluminium", "galvanised", "brass")
 BACKDROP = (np.array([0.80, 0.85, 0.90], dtype=np.float32), np.array([0.46, 0.54, 0.63], dtype=np.float32))
 """Background of pictures from outside, linear colours at its top and bottom."""
 EXPOSURE = 0.84
 LAYERS = 5
 """Panes of glass that a ray passes before it stops."""
 CHUNK = 1 << 17
-FAR = np.float32(1e4)
 NUDGE = np.float32(2e-4)
 """Distance from a surface at which rays leave it, metres."""
 
@@ -70,7 +62,7 @@ def trace_mesh(
     mesh: SceneMesh, place: View, width: int, height: int, samples: int, ceiling: float = math.inf
 ) -> NDArray[np.uint8]:
     """Return a ray-traced picture of a mesh from a view; rays that rise above `ceiling` metres see a ceiling."""
-    scene = _Scene(mesh)
+    scene = Scene(mesh)
     image = _Image(width * height)
     pixels = np.arange(width * height)
     for first in range(0, len(pixels), CHUNK):
@@ -110,97 +102,6 @@ class _Noise:
         return found[0], found[1]
 
 
-@dataclass(frozen=True)
-class _Look:
-    """Materials as arrays over `MATERIAL_NAMES`: linear colours, opacity, glow, mirror strength and metal."""
-
-    colour: Floats
-    opacity: Floats
-    glow: Floats
-    mirror: Floats
-    metal: NDArray[np.bool_]
-
-
-def _look() -> _Look:
-    materials = [MATERIALS[name] for name in MATERIAL_NAMES]
-    colour = np.array([material.rgba[:3] for material in materials], dtype=np.float32) ** np.float32(2.2)
-    polish = np.array([material.specular * material.shininess for material in materials], dtype=np.float32)
-    floor = np.array([0.5 * (name == "floor_vinyl") for name in MATERIAL_NAMES], dtype=np.float32)
-    return _Look(
-        colour=colour,
-        opacity=np.array([material.rgba[3] for material in materials], dtype=np.float32),
-        glow=np.array([1.6 * material.emission for material in materials], dtype=np.float32),
-        mirror=np.where(polish > 0.1, 0.04, 0.0).astype(np.float32) + 0.06 * floor,
-        metal=np.array([name in METALS for name in MATERIAL_NAMES]),
-    )
-
-
-class _Scene:
-    """A mesh in two Embree scenes, opaque and translucent, with corner normals and materials."""
-
-    def __init__(self, mesh: SceneMesh) -> None:
-        self.look = _look()
-        clear = self.look.opacity[mesh.material] < 0.85
-        self.opaque = _Surfaces(mesh, np.flatnonzero(~clear))
-        self.clear = _Surfaces(mesh, np.flatnonzero(clear))
-
-
-@dataclass(frozen=True)
-class _Hits:
-    """Where rays hit, (n,): whether, how far, face and smooth normal towards the ray (n, 3), material."""
-
-    hit: NDArray[np.bool_]
-    distance: Floats
-    side: Floats
-    normal: Floats
-    material: NDArray[np.int64]
-
-
-class _Surfaces:
-    def __init__(self, mesh: SceneMesh, chosen: NDArray[np.int64]) -> None:
-        faces = mesh.faces[chosen]
-        self._scene = EmbreeScene()
-        self._vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
-        self._empty = len(faces) == 0
-        if not self._empty:
-            self._mesh = TriangleMesh(self._scene, self._vertices, np.ascontiguousarray(faces, dtype=np.int32))
-            self._normals = corner_normals(mesh.vertices, faces).astype(np.float32)
-            self._material = mesh.material[chosen]
-
-    def cast(self, origins: Floats, directions: Floats, reach: Floats | None = None) -> _Hits:
-        """Find the first hit of rays, no further than `reach` (n,)."""
-        count = len(origins)
-        limit = np.full(count, FAR) if reach is None else reach.astype(np.float32)
-        if self._empty or count == 0:
-            nowhere = np.zeros((count, 3), dtype=np.float32)
-            return _Hits(np.zeros(count, dtype=bool), limit, nowhere, nowhere, np.zeros(count, dtype=np.int64))
-        found = self._scene.run(origins, directions, dists=limit.copy(), output=1)
-        hit = found["primID"] >= 0
-        face = np.where(hit, found["primID"], 0)
-        side = _towards(-directions, found["Ng"] / np.maximum(_length(found["Ng"]), 1e-12))
-        u, v = found["u"][:, None], found["v"][:, None]
-        corners = self._normals[face]
-        normal = (1.0 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
-        normal = _towards(side, normal / np.maximum(_length(normal), 1e-9))
-        return _Hits(hit, found["tfar"], side, normal, self._material[face])
-
-    def blocked(self, origins: Floats, directions: Floats) -> NDArray[np.bool_]:
-        """Tell which rays hit anything."""
-        if self._empty or len(origins) == 0:
-            return np.zeros(len(origins), dtype=bool)
-        return np.asarray(self._scene.run(origins, directions, query="OCCLUDED") == 0)
-
-
-def _length(vectors: Floats) -> Floats:
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors))[:, None])
-
-
-def _towards(side: Floats, vectors: Floats) -> Floats:
-    """Vectors (n, 3) turned round where they point away from `side` (n, 3)."""
-    flip = np.where(np.einsum("ij,ij->i", vectors, side) < 0.0, np.float32(-1.0), np.float32(1.0))
-    return np.asarray(vectors * flip[:, None], dtype=np.float32)
-
-
 def _camera_rays(place: View, width: int, height: int, pixels: NDArray[np.int64], noise: _Noise) -> Floats:
     right, up, backward = place.axes()
     across, down = noise.pair(0)
@@ -208,12 +109,12 @@ def _camera_rays(place: View, width: int, height: int, pixels: NDArray[np.int64]
     x = ((pixels % width + across) / width * 2.0 - 1.0) * tall * width / height
     y = (1.0 - (pixels // width + down) / height * 2.0) * tall
     rays = x[:, None] * right + y[:, None] * up - backward
-    rays /= _length(rays)
+    rays /= norms(rays)
     return np.ascontiguousarray(rays, dtype=np.float32)
 
 
 def _sample(
-    scene: _Scene,
+    scene: Scene,
     image: _Image,
     pixels: NDArray[np.int64],
     origins: Floats,
@@ -248,7 +149,7 @@ def _joints(points: Floats, material: NDArray[np.int64]) -> Floats:
     return np.where(joint, 0.72, 1.0).astype(np.float32)
 
 
-def _glass(scene: _Scene, origins: Floats, directions: Floats, reach: Floats) -> tuple[Floats, Floats]:
+def _glass(scene: Scene, origins: Floats, directions: Floats, reach: Floats) -> tuple[Floats, Floats]:
     """Return the light that panes in front of a distance add (n, 3), and the share of light they let through (n,)."""
     look = scene.look
     veil = np.zeros_like(directions)
@@ -274,7 +175,7 @@ def _glass(scene: _Scene, origins: Floats, directions: Floats, reach: Floats) ->
     return veil, passed
 
 
-def _lamp_light(scene: _Scene, points: Floats, normals: Floats, noise: _Noise) -> Floats:
+def _lamp_light(scene: Scene, points: Floats, normals: Floats, noise: _Noise) -> Floats:
     """Light of the lamp through one shadow ray towards a random point of it."""
     u, v = noise.pair(1)
     count = len(points)
@@ -282,7 +183,7 @@ def _lamp_light(scene: _Scene, points: Floats, normals: Floats, noise: _Noise) -
     side = np.cross(SUN, [0.0, 1.0, 0.0]).astype(np.float32)
     other = np.cross(side, SUN).astype(np.float32)
     towards = SUN + (radius * np.cos(angle))[:, None] * side + (radius * np.sin(angle))[:, None] * other
-    towards = np.ascontiguousarray(towards / _length(towards), dtype=np.float32)
+    towards = np.ascontiguousarray(towards / norms(towards), dtype=np.float32)
     facing = np.maximum(np.einsum("ij,ij->i", normals, towards), 0.0)
     lit = np.zeros(count, dtype=np.float32)
     asked = np.flatnonzero(facing > 0.0)
@@ -290,7 +191,7 @@ def _lamp_light(scene: _Scene, points: Floats, normals: Floats, noise: _Noise) -
     return np.asarray((facing * lit)[:, None] * SUN_COLOUR, dtype=np.float32)
 
 
-def _ambient_light(scene: _Scene, points: Floats, normals: Floats, noise: _Noise) -> Floats:
+def _ambient_light(scene: Scene, points: Floats, normals: Floats, noise: _Noise) -> Floats:
     """Light from all around through one cosine-distributed ray: the sky, or what stands before it."""
     u, v = noise.pair(2)
     towards = _around(normals, u[: len(points)], v[: len(points)])
@@ -300,7 +201,7 @@ def _ambient_light(scene: _Scene, points: Floats, normals: Floats, noise: _Noise
 
 
 def _mirrored(
-    scene: _Scene,
+    scene: Scene,
     points: Floats,
     normals: Floats,
     directions: Floats,
@@ -317,7 +218,7 @@ def _mirrored(
     away = ray - 2.0 * facing[:, None] * normal
     u, v = noise.pair(3)
     away = away + 0.03 * np.stack([u[shiny] - 0.5, v[shiny] - 0.5, u[shiny] - v[shiny]], axis=1)
-    away = np.ascontiguousarray(away / _length(away), dtype=np.float32)
+    away = np.ascontiguousarray(away / norms(away), dtype=np.float32)
     hits = scene.opaque.cast(points[shiny], away)
     colour = look.colour[hits.material] * (0.70 + look.glow[hits.material])[:, None]
     met = np.where(hits.hit[:, None], colour, _surroundings(points[shiny], away, ceiling))
@@ -334,7 +235,7 @@ def _around(normals: Floats, u: Floats, v: Floats) -> Floats:
     z, angle = 1.0 - 2.0 * u, 2.0 * math.pi * v
     flat = np.sqrt(np.maximum(1.0 - z * z, 0.0))
     towards = normals * 1.0005 + np.stack([flat * np.cos(angle), flat * np.sin(angle), z], axis=1)
-    towards /= np.maximum(_length(towards), 1e-6)
+    towards /= np.maximum(norms(towards), 1e-6)
     return np.ascontiguousarray(towards, dtype=np.float32)
 
 

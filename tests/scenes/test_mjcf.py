@@ -124,6 +124,17 @@ def test_every_asset_of_the_catalogue_compiles() -> None:
     assert model.nbody == len(assets) + 1
 
 
+def test_without_visible_parts_the_solids_are_the_same(model: mujoco.MjModel, laboratory: Layout) -> None:
+    bare = to_mjcf(laboratory, visible=False).compile()
+    solid = model.geom_group == COLLISION_GROUP
+    assert bare.nmesh == 0
+    assert bare.ngeom == solid.sum()
+    names = [model.geom(index).name for index in np.flatnonzero(solid)]
+    assert [bare.geom(index).name for index in range(bare.ngeom)] == names
+    assert bare.geom_size == pytest.approx(model.geom_size[solid])
+    assert bare.geom_pos == pytest.approx(model.geom_pos[solid])
+
+
 def test_equal_forms_share_one_mesh(laboratory: Layout) -> None:
     model = to_mjcf(laboratory).compile()
     first, second = (
