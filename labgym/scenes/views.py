@@ -106,8 +106,9 @@ def _subtended(length: float, distance: float) -> float:
 def _frontal(layout: Layout, placement_id: str) -> View:
     box, asset = layout.box(placement_id), layout.asset(placement_id)
     surface = asset.surfaces[0]
-    z = box.z0 + min(surface.z + 0.22, asset.size.height)
-    reach = asset.size.depth / 2.0 + max(1.2, asset.size.width * 0.85)
+    workplace = surface.z >= 0.7
+    z = box.z0 + (min(surface.z + 0.22, asset.size.height) if workplace else asset.size.height / 2.0)
+    reach = asset.size.depth / 2.0 + max(1.2, asset.size.width * 0.85, 0.0 if workplace else asset.size.height * 1.1)
     aside = 0.35 * asset.size.width
     eye_x, eye_y = box.to_world(aside, reach)
     look_x, look_y = box.to_world(0.0, 0.0)
