@@ -68,6 +68,15 @@ class Lidar:
         return np.minimum(distances, np.float32(RANGE))
 
 
+def pixel_slopes(robot: RobotSpec = ROBOT) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far left each column (128,) and how far up each row (72,) of the picture looks, per metre of depth."""
+    rows, columns = IMAGE_SHAPE
+    focal = columns / 2.0 / math.tan(robot.camera_hfov / 2.0)
+    left = (columns / 2.0 - 0.5 - np.arange(columns, dtype=np.float64)) / focal
+    up = (rows / 2.0 - 0.5 - np.arange(rows, dtype=np.float64)) / focal
+    return left, up
+
+
 class Camera:
     """A level pinhole camera that looks along the heading; pixels are square, rows run downwards, columns to the right.
 
@@ -75,13 +84,9 @@ class Camera:
     """
 
     def __init__(self, robot: RobotSpec = ROBOT) -> None:
-        rows, columns = IMAGE_SHAPE
-        focal = columns / 2.0 / math.tan(robot.camera_hfov / 2.0)
-        left = (columns / 2.0 - 0.5 - np.arange(columns)) / focal
-        up = (rows / 2.0 - 0.5 - np.arange(rows)) / focal
-        grid = np.stack(np.broadcast_arrays(np.ones((rows, columns)), left[None, :], up[:, None]), axis=-1).reshape(
-            -1, 3
-        )
+        left, up = pixel_slopes(robot)
+        ahead = np.ones(IMAGE_SHAPE)
+        grid = np.stack(np.broadcast_arrays(ahead, left[None, :], up[:, None]), axis=-1).reshape(-1, 3)
         lengths = np.linalg.norm(grid, axis=1)
         self._planar = (1.0 / lengths).astype(np.float32)
         self._reach = RANGE * float(lengths.max())

@@ -41,26 +41,33 @@ class GridPlanner:
     Args:
         grid: the obstacles as they are, not dilated.
         options: what a plan aims at.
+        surcharge: (ny, nx), at least 0: by how many times its length a path through each cell costs more; None for
+            nowhere. A map under construction charges so for what it has not seen.
+
+    Attributes:
+        free: the grid dilated by the radius.
     """
 
-    def __init__(self, grid: OccupancyGrid, options: PlannerOptions | None = None) -> None:
+    def __init__(
+        self, grid: OccupancyGrid, options: PlannerOptions | None = None, surcharge: Array | None = None
+    ) -> None:
         self.options = options or PlannerOptions()
         self._grid = grid
-        self._free = grid.dilated(self.options.radius)
+        self.free = grid.dilated(self.options.radius)
         wanted = max(self.options.comfort - self.options.radius, 1e-6)
         lack = np.clip((self.options.comfort - clearance_field(grid)) / wanted, 0.0, 1.0)
-        self._costs = 1.0 + self.options.aversion * lack**2
-        self._prices = np.where(self._free.occupied, math.inf, self._costs)
+        self._costs = 1.0 + self.options.aversion * lack**2 + (0.0 if surcharge is None else surcharge)
+        self._prices = np.where(self.free.occupied, math.inf, self._costs)
 
     def plan(self, start: Point, goal: Point) -> Array | None:
         """Return a path (n, 2) in the grid's frame, metres, from start to goal; None where there is none.
 
         An end where the robot does not fit is joined by a straight piece to the nearest free cell, if that is near.
         """
-        here, there = self._snapped(start), self._snapped(goal)
+        here, there = self.snapped(start), self.snapped(goal)
         if here is None or there is None:
             return None
-        path = astar(self._free, here, there, self._costs)
+        path = astar(self.free, here, there, self._costs)
         if path is None:
             return None
         path = self._taut(np.concatenate([[here], path[1:-1], [there]]))
@@ -68,14 +75,15 @@ class GridPlanner:
         after = [goal] if there != goal else []
         return np.array([*before, *path, *after])
 
-    def _snapped(self, point: Point) -> Point | None:
-        if self._free.free(*point):
+    def snapped(self, point: Point) -> Point | None:
+        """Return the point where the robot fits there, else the nearest free cell's centre; None where none is near."""
+        if self.free.free(*point):
             return point
-        xs, ys = self._free.centres()
+        xs, ys = self.free.centres()
         away = np.hypot(xs[None, :] - point[0], ys[:, None] - point[1])
-        away[self._free.occupied] = math.inf
+        away[self.free.occupied] = math.inf
         row, column = np.unravel_index(int(np.argmin(away)), away.shape)
-        return self._free.centre_of(int(row), int(column)) if away[row, column] <= self.options.snap else None
+        return self.free.centre_of(int(row), int(column)) if away[row, column] <= self.options.snap else None
 
     def _taut(self, path: Array) -> Array:
         """Return the cheapest chain of straight pieces between points of a path, ends kept: dynamic programming."""

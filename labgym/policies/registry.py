@@ -15,6 +15,8 @@ GROUP = "labgym.policies"
 
 BUILT_IN = {
     "astar": "labgym.policies.astar:AStarPolicy",
+    "dwa": "labgym.policies.dwa:DwaPolicy",
+    "online_map": "labgym.policies.online_map:OnlineMapPolicy",
     "random": "labgym.policies.random_actions:RandomPolicy",
     "straight": "labgym.policies.straight:StraightPolicy",
 }
@@ -29,7 +31,7 @@ def make_policy(name: str, **options: Any) -> Policy:
     """Return a new policy.
 
     Args:
-        name: a built-in ("astar", "straight", "random"), a name that an installed package registers under the
+        name: a built-in ("astar", "online_map", "dwa", "straight", "random"), a name that an installed package registers under the
             entry-point group `labgym.policies`, or "module:Class", which must be importable.
         options: arguments of the policy's class.
 
