@@ -91,15 +91,24 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
         raise DocumentError(path, "", f"cannot be read ({error.strerror})") from None
     if len(raw) > max_bytes:
         raise DocumentError(path, "", f"larger than {max_bytes} bytes")
+    return parse_json(raw, path)
+
+
+def parse_json(raw: bytes, source: object) -> Any:
+    """Return the plain data of JSON bytes that came from `source`, within bounds of depth and magnitude.
+
+    Raises:
+        DocumentError: as `read_json`; names the source.
+    """
     try:
-        data = json.loads(raw.decode("utf-8"), parse_constant=_refuse_constant)
+        data = json.loads(raw.decode("utf-8"), parse_constant=float)
     except RecursionError:
-        raise DocumentError(path, "", f"nested deeper than {MAX_DEPTH} levels") from None
+        raise DocumentError(source, "", f"nested deeper than {MAX_DEPTH} levels") from None
     except UnicodeDecodeError:
-        raise DocumentError(path, "", "not UTF-8 text") from None
+        raise DocumentError(source, "", "not UTF-8 text") from None
     except ValueError as error:
-        raise DocumentError(path, "", f"not valid JSON ({error})") from None
-    _check_bounds(data, path)
+        raise DocumentError(source, "", f"not valid JSON ({error})") from None
+    _check_bounds(data, source)
     return data
 
 
@@ -135,16 +144,12 @@ def canonical_hash(data: Any) -> str:
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
-def _refuse_constant(name: str) -> None:
-    raise ValueError(f"{name} is not a number that JSON allows")
-
-
-def _check_bounds(data: Any, path: Path) -> None:
+def _check_bounds(data: Any, source: object) -> None:
     stack: list[tuple[Any, str, int]] = [(data, "", 1)]
     while stack:
         value, field, depth = stack.pop()
         if depth > MAX_DEPTH:
-            raise DocumentError(path, field[:80], f"nested deeper than {MAX_DEPTH} levels")
+            raise DocumentError(source, field[:80], f"nested deeper than {MAX_DEPTH} levels")
         if isinstance(value, dict):
             stack.extend((item, f"{field}.{key}"[:200].lstrip("."), depth + 1) for key, item in value.items())
         elif isinstance(value, list):
@@ -152,4 +157,6 @@ def _check_bounds(data: Any, path: Path) -> None:
         elif isinstance(value, int | float) and not isinstance(value, bool):
             limit = MAX_INTEGER if isinstance(value, int) else MAX_MAGNITUDE
             if not abs(value) <= limit:
-                raise DocumentError(path, field, f"number {str(value)[:40]} is beyond {limit:g} in magnitude")
+                raise DocumentError(
+                    source, field, f"number {str(value)[:40]} is not finite or beyond {limit:g} in magnitude"
+                )

@@ -82,8 +82,7 @@ class Provenance(Record):
 class Layout(Document):
     """A room with placements. Immutable; its hash is over canonical JSON with lengths rounded to 0.1 mm.
 
-    Raises on construction, through `Layout.parse` and `Layout.load`, DocumentError; see `check_references` for
-    names that do not exist.
+    `Layout.parse` and `Layout.load` also check that every name in it exists.
     """
 
     SCHEMA: ClassVar[str] = "labgym.layout/1"
@@ -102,36 +101,43 @@ class Layout(Document):
             DocumentError: names the source and the field.
         """
         layout = super().parse(data, source)
-        try:
-            layout.check_references()
-        except LabgymError as error:
-            raise DocumentError(source, "placements", str(error)) from None
+        layout.check_references(source)
         return layout
 
-    def check_references(self) -> None:
+    def check_references(self, source: object = "layout") -> None:
         """Check that ids are unique, assets exist, and every support holds what it is said to.
 
         Raises:
-            UnknownNameError: an asset or a support does not exist.
-            LabgymError: an id occurs twice, a support has no such slot, or supports form a cycle.
+            DocumentError: names the source and the first placement at fault.
         """
-        by_id = self.by_id
-        if len(by_id) != len(self.placements):
-            raise LabgymError("placement ids must be unique")
-        for placement in self.placements:
-            Catalog.load().get(placement.asset)
-            seen = {placement.id}
-            while placement.support not in (FLOOR, WALL):
-                parent = self.placement(placement.support)
-                slots = len(self.asset(parent.id).surfaces)
-                if placement.slot is None or placement.slot >= slots:
-                    raise LabgymError(
-                        f"{placement.id!r} names slot {placement.slot} of {parent.id!r}, which has {slots}"
-                    )
-                if parent.id in seen:
-                    raise LabgymError(f"supports of {placement.id!r} form a cycle")
-                seen.add(parent.id)
-                placement = parent
+        seen: set[str] = set()
+        for index, placement in enumerate(self.placements):
+            field = f"placements.{index}"
+            if placement.id in seen:
+                raise DocumentError(source, f"{field}.id", f"{placement.id!r} occurs twice; ids must be unique")
+            seen.add(placement.id)
+            try:
+                Catalog.load().get(placement.asset)
+            except UnknownNameError as error:
+                raise DocumentError(source, f"{field}.asset", str(error)) from None
+        for index, placement in enumerate(self.placements):
+            try:
+                self._check_support(placement)
+            except LabgymError as error:
+                raise DocumentError(source, f"placements.{index}.support", str(error)) from None
+
+    def _check_support(self, placement: Placement) -> None:
+        """Follow the supports of a placement down to the floor or a wall."""
+        seen = {placement.id}
+        while placement.support not in (FLOOR, WALL):
+            parent = self.placement(placement.support)
+            slots = len(self.asset(parent.id).surfaces)
+            if placement.slot is None or placement.slot >= slots:
+                raise LabgymError(f"{placement.id!r} names slot {placement.slot} of {parent.id!r}, which has {slots}")
+            if parent.id in seen:
+                raise LabgymError(f"supports of {placement.id!r} form a cycle")
+            seen.add(parent.id)
+            placement = parent
 
     @cached_property
     def by_id(self) -> dict[str, Placement]:

@@ -37,7 +37,7 @@ def render(
 
     Raises:
         UnknownNameError: there is no such camera or renderer.
-        OptionError: a size that is not positive or, by OpenGL, beyond 2560 x 1440.
+        OptionError: a size that is not positive, or beyond 3840 x 2160; by OpenGL, beyond 2560 x 1440.
         MissingRendererError: there is no OpenGL and it was asked for.
     """
     if renderer not in RENDERERS:

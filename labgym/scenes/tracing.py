@@ -21,6 +21,9 @@ from labgym.scenes.mjcf import TILE
 from labgym.scenes.surfaces import Floats, Scene, norms
 from labgym.scenes.views import View, view
 
+LARGEST = (3840, 2160)
+"""Largest picture, pixels; a larger one takes gigabytes of memory."""
+
 SUN = np.array([-0.20, -0.28, 0.94], dtype=np.float32) / np.float32(np.linalg.norm([-0.20, -0.28, 0.94]))
 SUN_COLOUR = np.array([0.66, 0.64, 0.60], dtype=np.float32)
 SUN_SPREAD = 0.10
@@ -49,10 +52,12 @@ def trace(
 
     Raises:
         UnknownNameError: there is no such camera.
-        OptionError: a size or number of samples that is not positive.
+        OptionError: a size that is not between 1 and LARGEST, or a number of samples that is not positive.
     """
-    if min(width, height, samples) < 1:
-        raise OptionError(f"width, height and samples must be at least 1, got {width}, {height} and {samples}")
+    if not (1 <= width <= LARGEST[0] and 1 <= height <= LARGEST[1]):
+        raise OptionError(f"picture size {width}x{height} is not between 1x1 and {LARGEST[0]}x{LARGEST[1]}")
+    if samples < 1:
+        raise OptionError(f"samples must be at least 1, got {samples}")
     place = view(layout, camera)
     hidden = walls_between(layout.room, place.position[0], place.position[1])
     return trace_mesh(scene_mesh(layout, hidden), place, width, height, samples, layout.room.height)
