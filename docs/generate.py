@@ -1,7 +1,7 @@
 """Write what is generated: JSON Schemas, the environment's page and the tables in the README.
 
 `python docs/generate.py` writes schemas and pages; with `--check` it writes nothing and exits 1 where a file is not
-what would be written; with `--tables runs/default` it also puts that run's tables into the README.
+what would be written; with `--run runs/default` it also puts that run's tables and pictures into the README.
 """
 
 from __future__ import annotations
@@ -13,17 +13,32 @@ import sys
 from pathlib import Path
 
 from labgym.assets import AssetFile
-from labgym.documents import Document, write_text
+from labgym.documents import Document, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
+from labgym.eval.record import NavigationSummary
+from labgym.eval.suites import Suite
 from labgym.layouts import Layout
+from labgym.layouts.splits import Manifest
 from labgym.protocols import Protocol
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
+SHOWN = "test-alk_01"
+"""The published layout whose pictures the README shows."""
+
 BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
-DOCUMENTS: tuple[type[Document], ...] = (AssetFile, Protocol, Layout, LayoutReport, LayoutSummary)
+DOCUMENTS: tuple[type[Document], ...] = (
+    AssetFile,
+    Protocol,
+    Layout,
+    Manifest,
+    Suite,
+    LayoutReport,
+    LayoutSummary,
+    NavigationSummary,
+)
 
 
 def schema(document: type[Document]) -> str:
@@ -66,12 +81,14 @@ def main() -> int:
     """Write or check."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
-    parser.add_argument("--tables", type=Path, metavar="RUN")
+    parser.add_argument("--run", type=Path)
     arguments = parser.parse_args()
     files = pages()
-    if arguments.tables:
-        tables = (arguments.tables / "tables.md").read_text(encoding="utf-8")
+    if arguments.run:
+        tables = (arguments.run / "tables.md").read_text(encoding="utf-8")
         files[README] = with_tables(README.read_text(encoding="utf-8"), tables)
+        for name, folder in (("overview", "views"), ("topdown", "pictures")):
+            write_bytes(DOCS / "pictures" / f"{name}.png", (arguments.run / folder / f"{SHOWN}.png").read_bytes())
     stale = [path for path, text in files.items() if not path.is_file() or path.read_text(encoding="utf-8") != text]
     for path in stale:
         print(f"{'stale' if arguments.check else 'written'}: {path.relative_to(DOCS.parent)}")
