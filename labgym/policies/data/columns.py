@@ -1,0 +1,165 @@
+"""The columns of the parquet files, and how images get into them and out again.
+
+Names follow LeRobot's (`observation.*`, `action`, `episode_index`, `frame_index`); images are the `{bytes, path}`
+structs that Hugging Face readers decode.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import LabgymError, MissingDependencyError
+from labgym.policies.data.maps import Maps
+from labgym.policies.data.situations import PATH_POINTS, Situation
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+JPEG_QUALITY = 92
+MILLIMETRES = 1000.0
+
+
+def arrow() -> Any:
+    """Return pyarrow.
+
+    Raises:
+        MissingDependencyError: it is not installed.
+    """
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet
+    except ImportError:
+        raise MissingDependencyError("pyarrow", "making and reading datasets", "data") from None
+    del pyarrow
+    return pa
+
+
+def sample_schema() -> pa.Schema:
+    """Return the columns of a sample file.
+
+    - `index`: of the sample. `episode_index`: of its drive's first sample. `frame_index`: of the sample in its drive.
+    - `map_index`: row of its layout in the map file of the same number. `kind`: how its pose was drawn.
+    - `observation.images.rgb`: JPEG. `observation.images.depth`: 16-bit PNG, millimetres, planar, at most 10 m.
+    - `observation.state`: x, y (m) and yaw (rad) in the room frame. `observation.goal`: x, y in the robot frame, m.
+    - `action`: the expert path in the robot frame, x and y of 64 points in turn, metres.
+    - `path_length`, `path_clearance`: of the expert path, metres.
+    """
+    pa = arrow()
+    image = pa.struct([("bytes", pa.binary()), ("path", pa.string())])
+    return pa.schema(
+        [
+            ("index", pa.int64()),
+            ("episode_index", pa.int64()),
+            ("frame_index", pa.int64()),
+            ("map_index", pa.int64()),
+            ("kind", pa.string()),
+            ("observation.images.rgb", image),
+            ("observation.images.depth", image),
+            ("observation.state", _floats(3)),
+            ("observation.goal", _floats(2)),
+            ("action", _floats(2 * PATH_POINTS)),
+            ("path_length", pa.float32()),
+            ("path_clearance", pa.float32()),
+        ]
+    )
+
+
+def map_schema() -> pa.Schema:
+    """Return the columns of a map file: a layout a row; `cost` and `distance` are row by row from the origin."""
+    pa = arrow()
+    return pa.schema(
+        [
+            ("map_index", pa.int64()),
+            ("layout", pa.string()),
+            ("hash", pa.string()),
+            ("rows", pa.int64()),
+            ("columns", pa.int64()),
+            ("resolution", pa.float64()),
+            ("origin", pa.list_(pa.field("element", pa.float64()), 2)),
+            ("cost", _floats(-1)),
+            ("distance", _floats(-1)),
+        ]
+    )
+
+
+def sample_row(situation: Situation, rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> dict[str, Any]:
+    """Return a row of the sample file but for its indices."""
+    return {
+        "kind": situation.kind,
+        "observation.images.rgb": {"bytes": jpeg(rgb), "path": None},
+        "observation.images.depth": {"bytes": depth_png(depth), "path": None},
+        "observation.state": list(situation.pose),
+        "observation.goal": list(situation.goal),
+        "action": situation.path.ravel().tolist(),
+        "path_length": situation.length,
+        "path_clearance": situation.clearance,
+    }
+
+
+def map_row(maps: Maps, index: int, layout: str, digest: str) -> dict[str, Any]:
+    """Return a row of the map file."""
+    rows, columns = maps.cost.shape
+    return {
+        "map_index": index,
+        "layout": layout,
+        "hash": digest,
+        "rows": rows,
+        "columns": columns,
+        "resolution": maps.resolution,
+        "origin": list(maps.origin),
+        "cost": maps.cost.ravel(),
+        "distance": maps.distance.ravel(),
+    }
+
+
+def _floats(count: int) -> Any:
+    """Return the type of a list of that many floats, -1 for any; parquet calls what is in it `element`."""
+    pa = arrow()
+    return pa.list_(pa.field("element", pa.float32()), count)
+
+
+def jpeg(rgb: NDArray[np.uint8]) -> bytes:
+    """Return a picture (h, w, 3) as JPEG."""
+    done, data = cv2.imencode(".jpg", rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    return _encoded(done, data)
+
+
+def depth_png(depth: NDArray[np.float32]) -> bytes:
+    """Return depth (h, w) in metres as a 16-bit PNG of millimetres, rounded."""
+    millimetres = np.rint(np.clip(depth * MILLIMETRES, 0.0, 65535.0)).astype(np.uint16)
+    done, data = cv2.imencode(".png", millimetres, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    return _encoded(done, data)
+
+
+def depth_of(png: bytes) -> NDArray[np.uint16]:
+    """Return the millimetres (h, w) of a 16-bit PNG.
+
+    Raises:
+        LabgymError: it is none.
+    """
+    found = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
+    if found is None or found.dtype != np.uint16 or found.ndim != 2:
+        raise LabgymError("a depth image is no 16-bit PNG; make the dataset anew with: labgym data")
+    return np.asarray(found, dtype=np.uint16)
+
+
+def rgb_of(jpeg_bytes: bytes) -> NDArray[np.uint8]:
+    """Return the picture (h, w, 3) of a JPEG.
+
+    Raises:
+        LabgymError: it is none.
+    """
+    found = cv2.imdecode(np.frombuffer(jpeg_bytes, np.uint8), cv2.IMREAD_COLOR)
+    if found is None:
+        raise LabgymError("an RGB image is no JPEG; make the dataset anew with: labgym data")
+    return np.ascontiguousarray(found[..., ::-1], dtype=np.uint8)
+
+
+def _encoded(done: bool, data: NDArray[np.uint8]) -> bytes:
+    if not done:
+        raise LabgymError("OpenCV could not encode an image")
+    return bytes(data.tobytes())

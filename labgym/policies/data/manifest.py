@@ -1,0 +1,79 @@
+"""What a dataset says of itself: options, columns, and for each shard its layouts and the hashes of its files."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from labgym.documents import Document, Record
+
+Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+class DataOptions(Record):
+    """What decides every byte of a dataset, beside the versions of the package and of its dependencies.
+
+    Attributes:
+        samples: how many.
+        seed: shard i draws from `SeedSequence([seed, i])`.
+        shard, layout, drive: samples in a shard, in one layout of it and in one drive there; the last of each have
+            what is left.
+    """
+
+    samples: Annotated[int, Field(ge=1, le=100_000_000)] = 50_000
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
+    shard: Annotated[int, Field(ge=1, le=100_000)] = 500
+    layout: Annotated[int, Field(ge=1)] = 100
+    drive: Annotated[int, Field(ge=1)] = 10
+
+    @property
+    def shards(self) -> int:
+        """How many shards there are."""
+        return -(-self.samples // self.shard)
+
+    def size(self, index: int) -> int:
+        """Return the number of samples in a shard."""
+        return min(self.shard, self.samples - index * self.shard)
+
+
+class DatasetLayout(Record):
+    """A layout that samples were taken in."""
+
+    id: str
+    protocol: str
+    room: str
+    seed: Annotated[int, Field(ge=0)]
+    hash: Digest
+
+
+class Shard(Record):
+    """Two parquet files with one number: samples, and the maps of the layouts that they were taken in.
+
+    Attributes:
+        files: SHA-256 by path relative to the dataset's folder.
+    """
+
+    index: Annotated[int, Field(ge=0)]
+    samples: Annotated[int, Field(ge=1)]
+    layouts: tuple[DatasetLayout, ...]
+    files: dict[str, Digest]
+
+
+class DatasetManifest(Document):
+    """`manifest.json` of a dataset.
+
+    Attributes:
+        columns: the sample files' columns and their Arrow types.
+        map_columns: likewise of the map files.
+        complete: whether all shards are there.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.dataset/1"
+
+    options: DataOptions
+    versions: dict[str, str]
+    columns: dict[str, str]
+    map_columns: dict[str, str]
+    complete: bool
+    shards: tuple[Shard, ...]

@@ -1,0 +1,97 @@
+"""One shard: its layouts generated, its samples drawn and seen, its two files written."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from labgym.documents import write_bytes
+from labgym.envs.sensors import Camera
+from labgym.errors import LabgymError
+from labgym.layouts import Layout
+from labgym.layouts.splits import FIRST_SEED, TRAIN_SEEDS, manifest, train_layout
+from labgym.policies.data.columns import arrow, map_row, map_schema, sample_row, sample_schema
+from labgym.policies.data.manifest import DataOptions, DatasetLayout, Shard
+from labgym.policies.data.maps import privileged_maps
+from labgym.policies.data.situations import Situations
+from labgym.scenes import RayScene
+
+Row = dict[str, Any]
+
+
+def make_shard(options: DataOptions, index: int, folder: Path) -> Shard:
+    """Make a shard, write its files and return its entry for the manifest.
+
+    It depends on the options and the index alone.
+    """
+    sequence = np.random.SeedSequence([options.seed, index])
+    counts = _split(options.size(index), options.layout)
+    layouts: list[DatasetLayout] = []
+    rows: list[Row] = []
+    maps: list[Row] = []
+    for number, (count, child) in enumerate(zip(counts, sequence.spawn(len(counts)), strict=True)):
+        rng = np.random.default_rng(child)
+        layout = train_layout(rng)
+        layouts.append(_entry(layout))
+        maps.append(map_row(privileged_maps(layout), number, layout.id, layout.hash))
+        drawn = _seen(layout, rng, _split(count, options.drive))
+        rows += [{"map_index": number, **row} for row in drawn]
+    _number(rows, index * options.shard)
+    files = {
+        f"samples/{index:05d}.parquet": _parquet(rows, sample_schema()),
+        f"maps/{index:05d}.parquet": _parquet(maps, map_schema()),
+    }
+    for name, data in files.items():
+        write_bytes(folder / name, data)
+    digests = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
+    return Shard(index=index, samples=len(rows), layouts=tuple(layouts), files=digests)
+
+
+def _seen(layout: Layout, rng: np.random.Generator, drives: list[int]) -> list[Row]:
+    """Return the samples of drives in a layout, of as many samples each as `drives` says."""
+    situations, rays, camera = Situations(layout), RayScene(layout), Camera()
+    rows: list[Row] = []
+    for count in drives:
+        for frame, situation in enumerate(situations.drive(rng, count)):
+            rgb, depth = camera.colour_and_depth(rays, situation.pose)
+            rows.append({"frame_index": frame, **sample_row(situation, rgb, depth)})
+    return rows
+
+
+def _number(rows: list[Row], first: int) -> None:
+    """Number samples from `first` on, and their drives by their first sample."""
+    episode = first
+    for place, row in enumerate(rows, first):
+        episode = place if row["frame_index"] == 0 else episode
+        row.update(index=place, episode_index=episode)
+
+
+def _entry(layout: Layout) -> DatasetLayout:
+    """Return the manifest's entry of a layout that may be trained on.
+
+    Raises:
+        LabgymError: it is published for evaluation, or its seed is not a training seed.
+    """
+    seed = layout.provenance.seed
+    held_out = {entry.hash for split in FIRST_SEED for entry in manifest(split).layouts}
+    if seed is None or not 0 <= seed < TRAIN_SEEDS or layout.hash in held_out:
+        raise LabgymError(f"layout {layout.id!r} with seed {seed} is held out for evaluation; it may not be trained on")
+    return DatasetLayout(
+        id=layout.id, protocol=str(layout.protocol), room=layout.room.name, seed=seed, hash=layout.hash
+    )
+
+
+def _split(count: int, size: int) -> list[int]:
+    """Return a count as a list of sizes, the last of them what is left."""
+    return [min(size, count - begin) for begin in range(0, count, size)]
+
+
+def _parquet(rows: list[Row], schema: Any) -> bytes:
+    pa = arrow()
+    stream = io.BytesIO()
+    pa.parquet.write_table(pa.Table.from_pylist(rows, schema=schema), stream, compression="zstd")
+    return stream.getvalue()

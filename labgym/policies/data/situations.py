@@ -1,0 +1,168 @@
+"""Where the robot is put for a sample, what it is to reach from there, and how an expert would go."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import LabgymError
+from labgym.geometry import rotate, wrap_angle
+from labgym.layouts import Layout
+from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPath, ShortestPaths, goal_poses
+
+Array = NDArray[np.float64]
+Kind = Literal["route", "tight", "anywhere"]
+
+PATH_POINTS = 64
+"""Points that an expert path is given by, evenly spaced from the robot to the goal."""
+
+COMFORT = 0.40
+"""Clearance that an expert keeps where it can, metres; elsewhere it is the planning radius."""
+
+SHORTEST = 0.6
+"""Situations nearer to their goal than this teach nothing, metres."""
+
+PLACES_SHARE = 0.7
+"""Share of a drive's ends that are goal poses of the layout's protocol; the others lie anywhere."""
+
+KINDS: tuple[tuple[Kind, float], ...] = (("route", 0.75), ("tight", 0.125), ("anywhere", 0.125))
+ATTEMPTS = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """One sample's geometry.
+
+    Attributes:
+        pose: (x, y, yaw) in the room frame; the robot's planning disc is free there.
+        goal: (x, y) in the robot frame, metres.
+        path: (64, 2) in the robot frame: the shortest way of a disc from the robot to the goal.
+        length: of that way, metres.
+        clearance: of that way's centre line to the nearest obstacle or wall, metres.
+        kind: "route" beside the way of a drive, "tight" near obstacles, "anywhere" in free space.
+    """
+
+    pose: Pose
+    goal: tuple[float, float]
+    path: Array
+    length: float
+    clearance: float
+    kind: Kind
+
+
+class Situations:
+    """Draws situations in one layout.
+
+    Args:
+        layout: where; its protocol's goal poses attract drives.
+
+    Raises:
+        LabgymError: when nothing can be drawn, because the robot fits nowhere.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._experts = ShortestPaths(layout, COMFORT), ShortestPaths(layout, PLANNING_RADIUS)
+        self._space = self._experts[1].space
+        poses = np.array([pose[:2] for pose in goal_poses(layout).values()]).reshape(-1, 2)
+        self._places = poses[self._space.holds(poses)]
+
+    def drive(self, rng: np.random.Generator, count: int) -> list[Situation]:
+        """Return situations of one drive: they share its goal and lie mostly along the way to it."""
+        for _ in range(ATTEMPTS):
+            start, goal = self._end(rng), self._end(rng)
+            route = self._way(start, goal)
+            if route is not None and route.length > 2.0 * SHORTEST:
+                return [self._situation(rng, route, goal) for _ in range(count)]
+        raise LabgymError(f"layout {self._layout.id!r}: {ATTEMPTS} drives drawn and none is feasible")
+
+    def _situation(self, rng: np.random.Generator, route: ShortestPath, goal: Array) -> Situation:
+        names, weights = zip(*KINDS, strict=True)
+        for _ in range(ATTEMPTS):
+            kind: Kind = names[int(rng.choice(len(names), p=weights))]
+            place = self._beside(rng, route) if kind == "route" else self._free(rng, tight=kind == "tight")
+            way = self._way(place, goal) if self._space.holds(place[None])[0] else None
+            if way is not None and way.length > SHORTEST:
+                return self._seen_from(rng, place, goal, way, kind)
+        raise LabgymError(f"layout {self._layout.id!r}: {ATTEMPTS} poses drawn and the goal is out of reach from all")
+
+    def _seen_from(
+        self, rng: np.random.Generator, place: Array, goal: Array, way: ShortestPath, kind: Kind
+    ) -> Situation:
+        ahead = resampled(way.points, PATH_POINTS)
+        yaw = _heading(rng, ahead - place, way.length)
+        path = _in_frame(ahead, place, yaw)
+        return Situation(
+            pose=(float(place[0]), float(place[1]), yaw),
+            goal=rotate(float(goal[0] - place[0]), float(goal[1] - place[1]), -yaw),
+            path=path,
+            length=way.length,
+            clearance=self._clearance(way.points),
+            kind=kind,
+        )
+
+    def _way(self, start: Array, goal: Array) -> ShortestPath | None:
+        """Return the shortest way that keeps the most clearance on offer."""
+        ways = (expert.path(tuple(start), tuple(goal)) for expert in self._experts)
+        return next((way for way in ways if way is not None), None)
+
+    def _end(self, rng: np.random.Generator) -> Array:
+        if len(self._places) and rng.random() < PLACES_SHARE:
+            return np.asarray(self._places[int(rng.integers(len(self._places)))])
+        return self._free(rng, tight=False)
+
+    def _beside(self, rng: np.random.Generator, route: ShortestPath) -> Array:
+        """Return a point near a drawn place on a route; it need not be free."""
+        along = resampled(route.points, PATH_POINTS)
+        place = along[int(rng.integers(PATH_POINTS - 4))]
+        return np.asarray(place + rng.normal(0.0, 0.12, 2))
+
+    def _free(self, rng: np.random.Generator, tight: bool) -> Array:
+        """Return a free point: any, or the one with the least clearance among eight."""
+        room = self._layout.room
+        for _ in range(ATTEMPTS):
+            points = rng.random((64, 2)) * (room.width, room.depth)
+            free = points[self._space.holds(points)]
+            if len(free):
+                near = self._space.obstacles.nearest(free[:8])
+                return np.asarray(free[int(np.argmin(near)) if tight else 0])
+        raise LabgymError(f"layout {self._layout.id!r} has no room for a disc of {PLANNING_RADIUS} m")
+
+    def _clearance(self, points: Array) -> float:
+        room = self._layout.room
+        nearest = self._space.obstacles.segment_distances(points[:-1], points[1:]).min(initial=math.inf)
+        walls = min(points.min(), (np.array([room.width, room.depth]) - points).min())
+        return float(min(nearest, walls))
+
+
+def resampled(points: Array, count: int) -> Array:
+    """Return a polyline (n, 2) as `count` points at even distances along it, ends kept."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    steps = np.linspace(0.0, lengths[-1], count)
+    return np.column_stack([np.interp(steps, lengths, points[:, axis]) for axis in range(2)])
+
+
+def _heading(rng: np.random.Generator, ahead: Array, length: float) -> float:
+    """Draw a heading: mostly along the way as while driving, else towards the goal as at a start, else any.
+
+    `ahead` are the way's points relative to the robot.
+    """
+    draw = rng.random()
+    if draw < 0.6:
+        near = min(PATH_POINTS - 1, max(1, round(0.5 / length * (PATH_POINTS - 1))))
+        yaw = math.atan2(ahead[near, 1], ahead[near, 0]) + rng.normal(0.0, 0.35)
+    elif draw < 0.85:
+        yaw = math.atan2(ahead[-1, 1], ahead[-1, 0]) + rng.normal(0.0, 0.35)
+    else:
+        yaw = rng.uniform(-math.pi, math.pi)
+    return wrap_angle(float(yaw))
+
+
+def _in_frame(points: Array, place: Array, yaw: float) -> Array:
+    x, y = (points - place).T
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x])

@@ -1,0 +1,86 @@
+"""What an iPlanner-style network is made of and how it was trained: `config.json` beside its weights."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from labgym.documents import Document, Record
+
+Positive = Annotated[float, Field(gt=0.0)]
+Weight = Annotated[float, Field(ge=0.0)]
+
+
+class NetworkOptions(Record):
+    """The network's size.
+
+    Attributes:
+        channels: of the encoder's stages; each halves the image and has one residual block.
+        goal_width: channels that the goal is spread over.
+        key_points: points that it chooses on the path.
+        path_points: points of the cubic path through the robot and the key points.
+    """
+
+    channels: Annotated[tuple[int, ...], Field(min_length=2, max_length=5)] = (16, 32, 64)
+    goal_width: Annotated[int, Field(ge=1)] = 16
+    key_points: Annotated[int, Field(ge=2)] = 5
+    path_points: Annotated[int, Field(ge=3)] = 51
+
+
+class LossOptions(Record):
+    """Weights and thresholds of the loss, as published, but for the horizon.
+
+    L = obstacle O + motion M + goal G + fear BCE. The published height term is zero on a flat floor and left out.
+
+    Attributes:
+        obstacle, motion, goal, fear: weights.
+        fear_cost: fear is true where the highest cost over the path's first `fear_length` metres exceeds this.
+        horizon: the path is to end at the place this far along the expert path, metres, or at the goal where that is
+            nearer. With None it is to end at the goal itself, as published: behind furniture the goal then pulls
+            the path against it.
+    """
+
+    obstacle: Weight = 0.5
+    motion: Weight = 2.0
+    goal: Weight = 5.0
+    fear: Weight = 1.0
+    fear_cost: Positive = 0.5
+    fear_length: Positive = 2.0
+    horizon: Positive | None = 3.5
+
+
+class TrainOptions(Record):
+    """How a network is trained.
+
+    Attributes:
+        epochs: passes over the training samples.
+        batch: samples in a step.
+        rate, decay: of AdamW.
+        plateau: the rate is multiplied by this when the held-out loss has not fallen for `patience` epochs.
+        held_out: share of the layouts, the last ones, that steers the rate and is not trained on.
+        samples: how many samples of the dataset to use; None takes all.
+        threads: of torch; sums, and so the weights' last bits, depend on it.
+        seed: of the initial weights, the order of samples and the mirroring.
+    """
+
+    epochs: Annotated[int, Field(ge=1)] = 40
+    batch: Annotated[int, Field(ge=1)] = 32
+    rate: Positive = 1e-3
+    decay: Weight = 1e-3
+    plateau: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
+    patience: Annotated[int, Field(ge=0)] = 2
+    held_out: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
+    samples: Annotated[int, Field(ge=1)] | None = None
+    threads: Annotated[int, Field(ge=1)] = 1
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
+
+
+class PlannerConfig(Document):
+    """`config.json` of a trained planner."""
+
+    SCHEMA: ClassVar[str] = "labgym.iplanner/1"
+
+    network: NetworkOptions = NetworkOptions()
+    loss: LossOptions = LossOptions()
+    training: TrainOptions = TrainOptions()

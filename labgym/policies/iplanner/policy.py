@@ -1,0 +1,157 @@
+"""The iPlanner-style policy: look, plan a path, follow it; stop and turn where the network fears a collision."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from labgym.artefacts import artefacts
+from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.sensors import IMAGE_SHAPE
+from labgym.policies.iplanner.network import PlannerNetwork, load_planner
+from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
+from labgym.policies.tracking import PathTracker, turn_towards
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PlannerRules:
+    """How plans become motion.
+
+    Attributes:
+        facing: an episode begins by turning in place until the goal's bearing is within this, radians: the camera is 68
+            degrees wide, and the goal may be behind.
+        replan: control steps that a path is followed for.
+        fear: probability over which a frame counts as fearful.
+        fearful_frames: the robot stops and turns after more than this many fearful frames in a row.
+        near: the robot heads at an obstacle that is nearer than this straight ahead, metres.
+        turned_enough: a turn away ends in a fearless view, but not before this angle, radians.
+        stuck_steps, stuck_distance: as when fearful, where the robot has moved less than that in so many steps.
+    """
+
+    facing: float = 0.5
+    replan: int = 2
+    fear: float = 0.5
+    fearful_frames: int = 3
+    near: float = 0.9
+    turned_enough: float = 0.6
+    stuck_steps: int = 30
+    stuck_distance: float = 0.10
+
+
+class IPlannerPolicy(Policy):
+    """Plans on one depth image, by a network trained without labels on cost maps. It has no memory but the last path.
+
+    Args:
+        weights: folder of `config.json` and `weights.safetensors`; None takes the published ones.
+        rules: how plans become motion.
+    """
+
+    name: ClassVar[str] = "iplanner"
+    observation: ClassVar[Sensors] = "depth"
+
+    def __init__(self, weights: str | Path | None = None, rules: PlannerRules | None = None) -> None:
+        self._network: PlannerNetwork = load_planner(artefacts("policies") / "iplanner" if weights is None else weights)
+        self._rules = rules or PlannerRules()
+        self._robot: RobotSpec = ROBOT
+        self._begin()
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Forget the path."""
+        self._robot = episode.robot
+        self._begin()
+
+    def _begin(self) -> None:
+        self._tracker: PathTracker | None = None
+        self._step = 0
+        self._fearful = 0
+        self._faced = False
+        self._avoiding: _Turn | None = None
+        self._places: list[Array] = []
+
+    def act(self, observation: Observation) -> Array:
+        """Turn to the goal first; then plan and follow, or turn away."""
+        odometry = np.asarray(observation["odometry"], dtype=np.float64)
+        distance, cosine, sine = (float(value) for value in observation["goal"])
+        bearing = math.atan2(sine, cosine)
+        if not self._faced:
+            self._faced = abs(bearing) <= self._rules.facing
+            if not self._faced:
+                return turn_towards(bearing, self._robot)
+        depth = np.asarray(observation["depth"], dtype=np.float32).reshape(IMAGE_SHAPE)
+        self._step += 1
+        self._places.append(odometry[:2])
+        if self._tracker is None or self._avoiding or self._step % self._rules.replan == 0:
+            path, fear = self.plan(depth, (distance * cosine, distance * sine))
+            self._fearful = self._fearful + 1 if fear > self._rules.fear else 0
+            if self._avoiding is not None and not self._avoiding.over(odometry[2], self._fearful == 0):
+                return self._avoiding.action(self._robot)
+            self._avoiding = None
+            if self._must_turn(depth):
+                self._avoiding = _Turn(self._side(depth, bearing), float(odometry[2]), self._rules.turned_enough)
+                self._fearful = 0
+                self._places.clear()
+                return self._avoiding.action(self._robot)
+            self._tracker = PathTracker(moved(path, odometry), self._robot)
+        x, y, yaw = (float(value) for value in odometry)
+        return self._tracker.action((x, y, yaw), float(observation["velocity"][0]))
+
+    def plan(self, depth: NDArray[np.float32], goal: tuple[float, float]) -> tuple[Array, float]:
+        """Return the network's path (n, 2) in the robot frame, metres, and the probability that it collides.
+
+        Args:
+            depth: (72, 128) planar metres. goal: (x, y) in the robot frame, metres.
+        """
+        with torch.inference_mode():
+            path, fear = self._network(torch.from_numpy(depth)[None], torch.tensor([goal], dtype=torch.float32))
+        return path[0].numpy().astype(np.float64), float(torch.sigmoid(fear[0]))
+
+    def _must_turn(self, depth: NDArray[np.float32]) -> bool:
+        ahead = depth[:, IMAGE_SHAPE[1] // 3 : -(IMAGE_SHAPE[1] // 3)]
+        afraid = self._fearful > self._rules.fearful_frames and float(ahead.min()) < self._rules.near
+        return afraid or self._stuck()
+
+    def _stuck(self) -> bool:
+        steps = self._rules.stuck_steps
+        if len(self._places) < steps:
+            return False
+        return float(np.linalg.norm(self._places[-1] - self._places[-steps])) < self._rules.stuck_distance
+
+    def _side(self, depth: NDArray[np.float32], bearing: float) -> float:
+        """Return +1 to turn left, -1 to turn right: to the side that is freer, or to the goal's where it is abeam."""
+        if abs(bearing) > 1.0:
+            return math.copysign(1.0, bearing)
+        half = IMAGE_SHAPE[1] // 2
+        return 1.0 if depth[:, :half].mean() >= depth[:, half:].mean() else -1.0
+
+
+class _Turn:
+    """A turn in place away from an obstacle, to one side until the view is fearless or all round."""
+
+    def __init__(self, side: float, yaw: float, enough: float) -> None:
+        self._side, self._enough = side, enough
+        self._last, self._turned = yaw, 0.0
+
+    def over(self, yaw: float, fearless: bool) -> bool:
+        """Note the heading and return whether the turn is done."""
+        self._turned += abs(math.remainder(yaw - self._last, math.tau))
+        self._last = yaw
+        return (fearless and self._turned >= self._enough) or self._turned >= math.tau
+
+    def action(self, robot: RobotSpec) -> Array:
+        """Return the action that turns on."""
+        return turn_towards(self._side, robot)
+
+
+def moved(path: Array, pose: Array) -> Array:
+    """Return a path (n, 2) of the robot frame in the frame that the robot's pose (3,) is given in."""
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    x, y = path[:, 0], path[:, 1]
+    return np.column_stack([pose[0] + cosine * x - sine * y, pose[1] + sine * x + cosine * y])

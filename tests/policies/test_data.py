@@ -1,0 +1,199 @@
+from __future__ import annotations
+
+import hashlib
+import math
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import shapely
+from scipy.ndimage import distance_transform_edt
+
+from labgym.documents import read_json, write_json
+from labgym.envs.sensors import Camera
+from labgym.errors import LabgymError, OptionError
+from labgym.geometry import wrap_angle
+from labgym.layouts import Layout, generate, load_published, published
+from labgym.layouts.splits import TRAIN_SEEDS, manifest
+from labgym.navigation import PLANNING_RADIUS, occupancy, shortest_path
+from labgym.navigation.plan import OBSTACLE_HEIGHT
+from labgym.policies.data import DataOptions, Dataset, DatasetManifest, load_dataset, make_dataset, shard
+from labgym.policies.data.columns import depth_of, depth_png, jpeg, rgb_of
+from labgym.policies.data.maps import CLEARANCE, cost_map, privileged_maps
+from labgym.policies.data.situations import Situations, resampled
+from labgym.scenes import RayScene
+
+OPTIONS = DataOptions(samples=24, seed=5, shard=12, layout=6, drive=3)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("data")
+    # By two workers: what one makes again below must then be the same to the byte.
+    make_dataset(folder, OPTIONS, workers=2, progress=False)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def data(made: Path) -> Dataset:
+    return load_dataset(made)
+
+
+@pytest.fixture(scope="module")
+def layouts(made: Path) -> list[Layout]:
+    """The dataset's layouts, generated anew from what the manifest says of them."""
+    entries = [entry for each in DatasetManifest.load(made / "manifest.json").shards for entry in each.layouts]
+    return [generate(entry.protocol, entry.seed, entry.room) for entry in entries]
+
+
+def test_files_have_the_hashes_of_the_manifest(made: Path) -> None:
+    found = DatasetManifest.load(made / "manifest.json")
+    assert found.complete
+    assert [each.samples for each in found.shards] == [12, 12]
+    for each in found.shards:
+        for name, digest in each.files.items():
+            assert hashlib.sha256((made / name).read_bytes()).hexdigest() == digest
+
+
+def test_layouts_are_those_of_the_manifest_and_none_is_published(made: Path, layouts: list[Layout]) -> None:
+    entries = [entry for each in DatasetManifest.load(made / "manifest.json").shards for entry in each.layouts]
+    held_out = {entry.hash for split in ("val", "test") for entry in manifest(split).layouts}
+    assert [layout.hash for layout in layouts] == [entry.hash for entry in entries]
+    assert len({entry.hash for entry in entries}) == len(entries) == 4
+    assert held_out.isdisjoint(entry.hash for entry in entries)
+    assert all(entry.seed < TRAIN_SEEDS for entry in entries)
+
+
+def test_a_published_layout_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    held_out = load_published("test", published("test")[0])
+    monkeypatch.setattr(shard, "train_layout", lambda rng: held_out)
+    with pytest.raises(LabgymError, match="held out"):
+        make_dataset(tmp_path, DataOptions(samples=1), progress=False)
+
+
+def test_one_worker_writes_the_bytes_of_two_and_mends_what_broke(made: Path, tmp_path: Path) -> None:
+    broken = tmp_path / "again"
+    for name in ("manifest.json", "samples/00000.parquet", "maps/00000.parquet", "samples/00001.parquet"):
+        (broken / name).parent.mkdir(parents=True, exist_ok=True)
+        (broken / name).write_bytes((made / name).read_bytes())
+    (broken / "maps/00001.parquet").write_bytes(b"half a fi")
+    kept = (broken / "samples/00000.parquet").stat().st_mtime_ns
+    make_dataset(broken, OPTIONS, progress=False)
+    assert (broken / "samples/00000.parquet").stat().st_mtime_ns == kept
+    for path in sorted(made.rglob("*.*")):
+        assert (broken / path.relative_to(made)).read_bytes() == path.read_bytes(), path
+
+
+def test_another_seed_needs_another_folder(made: Path) -> None:
+    with pytest.raises(OptionError, match="another folder"):
+        make_dataset(made, DataOptions(samples=24, seed=6), progress=False)
+
+
+def test_an_unfinished_dataset_says_so(made: Path, tmp_path: Path) -> None:
+    document = read_json(made / "manifest.json")
+    write_json(tmp_path / "manifest.json", {**document, "shards": [], "complete": False})
+    with pytest.raises(OptionError, match="labgym data"):
+        load_dataset(tmp_path)
+
+
+def test_paths_lead_from_the_robot_to_the_goal(data: Dataset) -> None:
+    assert np.abs(data.path[:, 0]).max() < 1e-6
+    np.testing.assert_allclose(data.path[:, -1], data.goal, atol=1e-5)
+    chords = np.linalg.norm(np.diff(data.path, axis=1), axis=2).sum(axis=1)
+    assert (chords <= data.length + 1e-4).all()
+    assert (chords >= 0.98 * data.length).all()
+
+
+def test_the_robot_and_its_expert_keep_clear_of_everything(data: Dataset, made: Path, layouts: list[Layout]) -> None:
+    clearances = np.concatenate(
+        [pq.read_table(path)["path_clearance"].to_numpy() for path in sorted(made.glob("samples/*"))]
+    )
+    assert clearances.min() >= PLANNING_RADIUS - 1e-3  # arcs are given by chords
+    for k in range(len(data)):
+        layout = layouts[int(data.place[k])]
+        boxes = [shapely.Polygon(box.corners()[:, :2]) for box in layout.obstacles(OBSTACLE_HEIGHT)]
+        blocked = shapely.unary_union([*boxes, shapely.box(0, 0, layout.room.width, layout.room.depth).boundary])
+        x, y, yaw = (float(value) for value in data.pose[k])
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        there = data.path[k].astype(float) @ np.array([[cosine, sine], [-sine, cosine]]) + (x, y)
+        assert shapely.Point(x, y).distance(blocked) >= PLANNING_RADIUS - 1e-5
+        # Its 64 points cut corners a little.
+        assert shapely.LineString(there).distance(blocked) >= PLANNING_RADIUS - 0.02
+
+
+def test_experts_are_no_shorter_than_the_shortest_path(data: Dataset, layouts: list[Layout]) -> None:
+    for k in range(0, len(data), 5):
+        x, y, yaw = (float(value) for value in data.pose[k])
+        gx, gy = (float(value) for value in data.goal[k])
+        goal = x + math.cos(yaw) * gx - math.sin(yaw) * gy, y + math.sin(yaw) * gx + math.cos(yaw) * gy
+        shortest = shortest_path(layouts[int(data.place[k])], (x, y), goal, PLANNING_RADIUS - 1e-4)
+        assert shortest is not None
+        assert shortest.length - 1e-3 <= data.length[k] <= 1.3 * shortest.length + 0.3
+
+
+def test_frames_are_what_the_camera_sees_there(data: Dataset, made: Path, layouts: list[Layout]) -> None:
+    camera = Camera()
+    row = pq.read_table(made / "samples/00001.parquet").to_pylist()[4]
+    k = 12 + 4
+    rays = RayScene(layouts[int(data.place[k])])
+    x, y, yaw = (float(value) for value in data.pose[k])
+    rgb, depth = camera.colour_and_depth(rays, (x, y, wrap_angle(yaw)))
+    # The pose is stored in single precision: a ray beside an edge may hit what is behind it.
+    assert (np.abs(data.depth[k] / 1000.0 - depth) <= 0.002).mean() > 0.995
+    seen = rgb_of(row["observation.images.rgb"]["bytes"]).astype(float)
+    assert np.abs(seen - rgb).mean() < 6.0
+
+
+def test_depth_survives_to_the_millimetre_and_pictures_nearly() -> None:
+    rng = np.random.default_rng(0)
+    depth = rng.uniform(0.0, 10.0, (72, 128)).astype(np.float32)
+    assert np.abs(depth_of(depth_png(depth)) / 1000.0 - depth).max() <= 0.000501
+    ramp = np.broadcast_to(np.arange(128, dtype=np.uint8)[None, :, None], (72, 128, 3))
+    assert np.abs(rgb_of(jpeg(ramp)).astype(int) - ramp).max() <= 3
+
+
+def test_costs_are_depths_inside_what_is_blocked() -> None:
+    blocked = np.zeros((60, 60), dtype=bool)
+    blocked[:, 40:] = True
+    cost = cost_map(blocked)
+    assert cost[:, :30].max() < 1e-4
+    # Far from the ends of the ramp a blur leaves it as it is: k cells in, the cost is log(1 + k).
+    np.testing.assert_allclose(cost[30, 49], math.log1p(10.0), rtol=1e-3)
+    assert (np.diff(cost[30, 33:58]) > 0.0).all()
+
+
+def test_maps_agree_with_a_distance_transform_of_the_room(layouts: list[Layout]) -> None:
+    maps, grid = privileged_maps(layouts[0]), occupancy(layouts[0])
+    walled = np.pad(~grid.occupied, 20)
+    np.testing.assert_allclose(maps.distance, np.maximum(distance_transform_edt(walled) - 0.5, 0.0) * 0.05, atol=1e-5)
+    roomy = maps.distance > CLEARANCE + 0.5
+    assert roomy.any()
+    assert maps.cost[roomy].max() < 1e-4
+    assert maps.cost[maps.distance == 0.0].min() > 0.5
+    assert maps.origin == pytest.approx((-1.0, -1.0))
+
+
+def test_drives_share_a_goal_and_headings_vary(layouts: list[Layout]) -> None:
+    drawn = Situations(layouts[0]).drive(np.random.default_rng(2), 30)
+    goals = []
+    for each in drawn:
+        (x, y, yaw), (gx, gy) = each.pose, each.goal
+        goals.append((x + math.cos(yaw) * gx - math.sin(yaw) * gy, y + math.sin(yaw) * gx + math.cos(yaw) * gy))
+    np.testing.assert_allclose(goals, [goals[0]] * 30, atol=1e-9)
+    assert {each.kind for each in drawn} >= {"route"}
+    assert np.ptp([each.pose[2] for each in drawn]) > 1.0
+
+
+def test_resampling_spaces_points_evenly_and_keeps_the_ends() -> None:
+    found = resampled(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0]]), 5)
+    np.testing.assert_allclose(found, [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1]], atol=1e-12)
+
+
+def test_columns_are_plain_arrow_types_that_other_readers_know(made: Path) -> None:
+    table = pq.read_table(made / "samples/00000.parquet")
+    listed = DatasetManifest.load(made / "manifest.json").columns
+    assert {field.name: str(field.type) for field in table.schema} == listed
+    assert table["index"].to_pylist() == list(range(12))
+    assert table["frame_index"].to_pylist() == [0, 1, 2] * 4
+    assert table["episode_index"].to_pylist() == [k // 3 * 3 for k in range(12)]

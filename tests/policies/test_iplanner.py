@@ -1,0 +1,285 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from scipy.interpolate import CubicHermiteSpline
+from scipy.ndimage import map_coordinates
+
+from labgym.documents import read_json, write_json
+from labgym.envs.sensors import IMAGE_SHAPE
+from labgym.errors import DocumentError, OptionError
+from labgym.policies import EpisodeStart
+from labgym.policies.data import Dataset
+from labgym.policies.data.maps import Maps, cost_map
+from labgym.policies.iplanner import train as training
+from labgym.policies.iplanner.config import LossOptions, NetworkOptions, PlannerConfig, TrainOptions
+from labgym.policies.iplanner.loss import CostMaps, fear_label, in_room, planning_loss
+from labgym.policies.iplanner.network import PlannerNetwork, load_planner, save_planner
+from labgym.policies.iplanner.policy import IPlannerPolicy, PlannerRules, moved
+from labgym.policies.iplanner.spline import path_through, path_weights
+
+SMALL = NetworkOptions(channels=(4, 8), goal_width=4)
+STILL = (0.0, 0.0)
+
+
+def room_with_a_block() -> Maps:
+    """Five metres square, with a blocked square of a metre in the middle."""
+    blocked = np.zeros((100, 100), dtype=bool)
+    blocked[40:60, 40:60] = True
+    return Maps(cost_map(blocked), np.zeros((100, 100), np.float32), (0.0, 0.0), 0.05)
+
+
+def toy_dataset(count: int = 64) -> Dataset:
+    """Robots that look at blank images with goals around them; nothing is in the way but the block."""
+    rng = np.random.default_rng(0)
+    goal = rng.uniform(-1.5, 1.5, (count, 2)).astype(np.float32)
+    return Dataset(
+        depth=rng.integers(500, 9000, (count, *IMAGE_SHAPE)).astype(np.uint16),
+        pose=np.column_stack([rng.uniform(0.5, 4.5, (count, 2)), rng.uniform(-3, 3, count)]).astype(np.float32),
+        goal=goal,
+        path=np.linspace(0.0, 1.0, 64, dtype=np.float32)[None, :, None] * goal[:, None],
+        length=np.linalg.norm(goal, axis=1).astype(np.float32),
+        place=(np.arange(count) // (count // 2)).astype(np.int64),
+        maps=(room_with_a_block(), room_with_a_block()),
+    )
+
+
+@pytest.fixture
+def toy(monkeypatch: pytest.MonkeyPatch) -> Dataset:
+    data = toy_dataset()
+    monkeypatch.setattr(training, "load_dataset", lambda folder, samples=None: data)
+    return data
+
+
+def config(epochs: int = 3) -> PlannerConfig:
+    return PlannerConfig(network=SMALL, training=TrainOptions(epochs=epochs, batch=8, held_out=0.5, rate=3e-3))
+
+
+def test_the_path_begins_at_the_robot_and_goes_through_its_key_points() -> None:
+    points = torch.randn(3, 5, 2, generator=torch.Generator().manual_seed(1))
+    path = path_through(points, path_weights(6, 51))
+    assert path.shape == (3, 51, 2)
+    torch.testing.assert_close(path[:, ::10], torch.cat([torch.zeros(3, 1, 2), points], dim=1))
+
+
+def test_the_path_is_scipys_cubic_hermite_spline() -> None:
+    knots = np.random.default_rng(2).normal(size=(6, 2))
+    knots[0] = 0.0
+    slopes = np.gradient(knots, axis=0)
+    expected = CubicHermiteSpline(np.arange(6), knots, slopes)(np.linspace(0, 5, 51))
+    found = path_through(torch.from_numpy(knots[None, 1:]).float(), path_weights(6, 51))
+    np.testing.assert_allclose(found[0].numpy(), expected, atol=1e-5)
+
+
+def test_even_key_points_on_a_line_give_an_even_line() -> None:
+    points = torch.arange(1.0, 6.0)[None, :, None] * torch.tensor([0.5, -0.2])
+    path = path_through(points, path_weights(6, 51))[0]
+    torch.testing.assert_close(path, torch.linspace(0, 5, 51)[:, None] * torch.tensor([0.5, -0.2]))
+
+
+def test_costs_are_read_at_the_right_place_of_the_right_map() -> None:
+    ramp = np.broadcast_to(np.arange(80, dtype=np.float32) * 0.05 + 0.025, (60, 80)).copy()
+    along_x = Maps(ramp, ramp, (-1.0, -1.0), 0.05)
+    along_y = Maps(ramp[:, :60].T.copy(), ramp, (0.0, 0.0), 0.05)
+    points = torch.tensor([[[0.3, 0.5], [2.0, 1.0]], [[0.6, 0.4], [0.9, 1.7]]])
+    # The maps' values are the distance from their origin, and a cubic kernel leaves a ramp as it is.
+    expected = torch.tensor([[1.3, 3.0], [0.4, 1.7]])
+    torch.testing.assert_close(CostMaps([along_x, along_y]).at(points, torch.tensor([0, 1])), expected)
+
+
+def test_costs_between_cells_are_near_those_of_a_spline_through_them() -> None:
+    maps = room_with_a_block()
+    points = np.random.default_rng(3).uniform(0.5, 4.5, (50, 2))
+    found = CostMaps([maps]).at(torch.from_numpy(points[None]).float(), torch.tensor([0]))[0]
+    cells = (points[:, ::-1] / 0.05 - 0.5).T
+    np.testing.assert_allclose(found.numpy(), map_coordinates(maps.cost, cells, order=3), atol=0.03)
+
+
+def test_loss_terms_are_what_a_hand_makes_of_them() -> None:
+    # Three points a metre and two metres apart; the target is 4 m ahead, so even steps would be 2 m.
+    path = torch.tensor([[[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]]])
+    costs = torch.tensor([[0.1, 0.2, 0.7]])
+    losses = planning_loss(path, torch.tensor([0.0]), costs, torch.tensor([[4.0, 0.0]]), LossOptions())
+    assert float(losses.obstacle) == pytest.approx(1.0)
+    assert float(losses.motion) == pytest.approx(0.5)
+    assert float(losses.goal) == pytest.approx(math.log(2.0))
+    assert float(losses.fear) == pytest.approx(math.log(2.0))
+    assert float(losses.total) == pytest.approx(0.5 * 1.0 + 2.0 * 0.5 + 5.0 * math.log(2.0) + math.log(2.0))
+
+
+@pytest.mark.parametrize("costs, afraid", [([0.0, 0.6, 0.0, 0.0], 1.0), ([0, 0.5, 0.4, 0], 0.0), ([0, 0, 0, 0.9], 0.0)])
+def test_fear_is_of_the_first_two_metres(costs: list[float], afraid: float) -> None:
+    steps = torch.tensor([[1.0, 1.0, 1.0]])
+    assert fear_label(steps, torch.tensor([costs]), LossOptions()).tolist() == [afraid]
+
+
+def test_points_are_turned_and_moved_into_the_room() -> None:
+    pose = torch.tensor([[1.0, 2.0, math.pi / 2]])
+    torch.testing.assert_close(in_room(torch.tensor([[[3.0, 0.5]]]), pose), torch.tensor([[[0.5, 5.0]]]))
+    np.testing.assert_allclose(moved(np.array([[3.0, 0.5]]), np.array([1.0, 2.0, math.pi / 2])), [[0.5, 5.0]])
+
+
+def test_the_gradient_takes_a_path_out_of_an_obstacle() -> None:
+    maps, options = CostMaps([room_with_a_block()]), LossOptions()
+    pose, target = torch.tensor([[1.0, 2.4, 0.0]]), torch.tensor([[3.0, 0.0]])
+    points = (torch.linspace(0.2, 1.0, 5)[None, :, None] * target[:, None]).requires_grad_()
+    optimiser = torch.optim.Adam([points], lr=0.02)
+    weights = path_weights(6, 51)
+
+    def costs() -> torch.Tensor:
+        return maps.at(in_room(path_through(points, weights), pose), torch.tensor([0]))
+
+    assert costs().max().item() > 1.0
+    for _ in range(200):
+        optimiser.zero_grad()
+        path = path_through(points, weights)
+        planning_loss(path, torch.zeros(1), costs(), target, options).total.backward()
+        optimiser.step()
+    assert costs().max().item() < 0.5
+    assert (path_through(points, weights)[0, -1] - target[0]).norm().item() < 0.1
+
+
+def test_targets_lie_a_horizon_along_the_expert_path_or_at_the_goal() -> None:
+    bent = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], np.float32)
+    data = replace(
+        toy_dataset(4), path=np.stack([bent] * 4), length=np.full(4, 2.0, np.float32), goal=np.stack([bent[-1]] * 4)
+    )
+    np.testing.assert_allclose(training.targets(data, 1.5), [[1.0, 0.5]] * 4)
+    np.testing.assert_allclose(training.targets(data, 9.0), [[1.0, 1.0]] * 4)
+    np.testing.assert_allclose(training.targets(data, None), [[1.0, 1.0]] * 4)
+
+
+def test_thirty_steps_of_training_lower_the_loss(toy: Dataset, tmp_path: Path) -> None:
+    training.train("data", tmp_path, config(epochs=8), progress=False)
+    rows = [float(line.split('"total": ')[1].split(",")[0]) for line in (tmp_path / "history.jsonl").open()]
+    assert len(rows) == 8
+    assert rows[-1] < 0.8 * rows[0]
+
+
+def test_a_resumed_run_ends_with_the_weights_of_an_uninterrupted_one(
+    toy: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = training.train("data", tmp_path / "whole", config(), progress=False)
+    keep = training._keep
+
+    def stop_after_two(path: Path, network: object, optimiser: object, schedule: object, history: list[object]) -> None:
+        keep(path, network, optimiser, schedule, history)
+        if len(history) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(training, "_keep", stop_after_two)
+    with pytest.raises(KeyboardInterrupt):
+        training.train("data", tmp_path / "parts", config(), progress=False)
+    monkeypatch.setattr(training, "_keep", keep)
+    resumed = training.train("data", tmp_path / "parts", config(), progress=False)
+    for name, value in whole.state_dict().items():
+        assert torch.equal(value, resumed.state_dict()[name]), name
+    for name in ("weights.safetensors", "history.jsonl", "config.json"):
+        assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "parts" / name).read_bytes()
+
+
+def test_a_folder_keeps_to_one_configuration(toy: Dataset, tmp_path: Path) -> None:
+    training.train("data", tmp_path, config(1), progress=False)
+    with pytest.raises(OptionError, match="another folder"):
+        training.train("data", tmp_path, config(2), progress=False)
+
+
+def saved(folder: Path) -> Path:
+    torch.manual_seed(0)
+    save_planner(folder, PlannerNetwork(SMALL), PlannerConfig(network=SMALL))
+    return folder
+
+
+def test_weights_come_back_from_their_files(tmp_path: Path) -> None:
+    folder = saved(tmp_path)
+    torch.manual_seed(0)
+    before, after = PlannerNetwork(SMALL).eval(), load_planner(folder)
+    depth, goal = torch.rand(2, *IMAGE_SHAPE) * 9.0, torch.tensor([[1.0, 2.0], [3.0, -1.0]])
+    with torch.no_grad():
+        assert torch.equal(before(depth, goal).path, after(depth, goal).path)
+
+
+def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
+    folder = saved(tmp_path)
+    document = read_json(folder / "config.json")
+    document["network"]["goal_width"] = 5
+    write_json(folder / "config.json", document)
+    with pytest.raises(DocumentError, match=r"weights\.safetensors"):
+        load_planner(folder)
+
+
+def test_depth_out_of_range_counts_as_nothing_seen() -> None:
+    network = PlannerNetwork(SMALL).eval()
+    far, none = torch.full((1, *IMAGE_SHAPE), 10.0), torch.zeros(1, *IMAGE_SHAPE)
+    with torch.no_grad():
+        assert torch.equal(
+            network(far, torch.tensor([[1.0, 0.0]])).path, network(none, torch.tensor([[1.0, 0.0]])).path
+        )
+
+
+class Scripted(IPlannerPolicy):
+    """Plans straight ahead, as fearful as it is told; the rest is the policy's own."""
+
+    fear = 0.0
+
+    def plan(self, depth: np.ndarray, goal: tuple[float, float]) -> tuple[np.ndarray, float]:
+        return np.column_stack([np.linspace(0.0, 3.0, 51), np.zeros(51)]), self.fear
+
+
+def seen(bearing: float, nearest: float = 5.0, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> dict[str, object]:
+    return {
+        "goal": np.array([4.0, math.cos(bearing), math.sin(bearing)], np.float32),
+        "velocity": np.zeros(2, np.float32),
+        "depth": np.full(IMAGE_SHAPE[0] * IMAGE_SHAPE[1], nearest, np.float32),
+        "odometry": np.array(pose),
+    }
+
+
+@pytest.fixture
+def policy(tmp_path: Path) -> Scripted:
+    made = Scripted(saved(tmp_path), PlannerRules(replan=1))
+    made.reset(EpisodeStart(goal=(4.0, 0.0), rng=np.random.default_rng(0)))
+    return made
+
+
+@pytest.mark.parametrize("bearing", [3.0, -2.0, 0.9])
+def test_an_episode_begins_by_turning_to_the_goal(policy: Scripted, bearing: float) -> None:
+    forward, turn = policy.act(seen(bearing))
+    assert forward == 0.0
+    assert math.copysign(1.0, turn) == math.copysign(1.0, bearing)
+    assert policy.act(seen(0.1))[0] > 0.0
+    # Later a goal abeam does not stop it: there is something to go around.
+    assert policy.act(seen(bearing))[0] > 0.0
+
+
+def test_it_stops_and_turns_after_more_than_three_fearful_frames_before_an_obstacle(policy: Scripted) -> None:
+    policy.fear = 0.9
+    forwards = [policy.act(seen(0.0, nearest=0.6))[0] for _ in range(5)]
+    assert all(forward > 0.0 for forward in forwards[:3])
+    assert forwards[3:] == [0.0, 0.0]
+    policy.fear = 0.1
+    assert policy.act(seen(0.0, nearest=0.6, pose=(0.0, 0.0, 0.3)))[0] == 0.0
+    assert policy.act(seen(0.0, nearest=4.0, pose=(0.0, 0.0, 0.7)))[0] > 0.0
+
+
+def test_fear_in_the_open_does_not_stop_it(policy: Scripted) -> None:
+    policy.fear = 0.9
+    assert all(policy.act(seen(0.0, nearest=4.0))[0] > 0.0 for _ in range(8))
+
+
+def test_it_turns_where_it_is_stuck(policy: Scripted) -> None:
+    forwards = [policy.act(seen(0.0))[0] for _ in range(policy._rules.stuck_steps)]
+    assert forwards[-2] > 0.0
+    assert forwards[-1] == 0.0
+
+
+def test_paths_are_followed_in_the_frame_of_the_episode(policy: Scripted) -> None:
+    # Planned at yaw 0.4, straight ahead: at that heading there is nothing to steer.
+    forward, turn = policy.act(seen(0.0, pose=(1.0, 2.0, 0.4)))
+    assert forward > 0.0
+    assert abs(turn) < 1e-6
