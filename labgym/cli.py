@@ -10,6 +10,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -17,7 +18,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from tyro.extras import SubcommandApp
 
 from labgym import protocols as library
-from labgym.errors import LabgymError
+from labgym.errors import LabgymError, MissingDependencyError, OptionError
 from labgym.pipeline import RunConfig
 from labgym.protocols import Protocol
 
@@ -27,6 +28,8 @@ Layout_ = Positional[Annotated[str, arg(metavar="LAYOUT")]]
 Protocol_ = Positional[Annotated[str, arg(metavar="PROTOCOL")]]
 
 app = SubcommandApp()
+train_app = SubcommandApp()
+app.command(train_app, name="train", help="Train a policy; each command goes on where it was stopped.")
 
 
 @app.command
@@ -203,6 +206,49 @@ def eval_(
 
 
 @app.command
+def data(out: Path = Path("runs/data"), samples: int = 50_000, seed: int = 0, workers: int = 1) -> int:
+    """Make a training set from newly generated layouts: frames, goals, expert paths and privileged maps.
+
+    A folder that holds some of it already gets the rest.
+
+    Args:
+        out: Folder for manifest.json and the parquet files.
+        samples: How many samples.
+        seed: The same seed gives the same bytes with any number of workers.
+        workers: Processes to use.
+    """
+    from labgym.policies.data import DataOptions, make_dataset
+
+    if samples < 1 or seed < 0:
+        raise OptionError(f"samples {samples} must be at least 1 and seed {seed} at least 0")
+    make_dataset(out, DataOptions(samples=samples, seed=seed), workers)
+    return _written(out)
+
+
+@train_app.command
+def iplanner(
+    data: Path = Path("runs/data"), out: Path = Path("runs/iplanner"), epochs: int = 20, seed: int = 0, threads: int = 1
+) -> int:
+    """Train the iPlanner-style network on a dataset, without labels.
+
+    Args:
+        data: The dataset's folder, made by labgym data.
+        out: Folder for weights, configuration, losses by epoch and checkpoint.
+        epochs: Passes over the dataset.
+        seed: Of the initial weights and the order of samples.
+        threads: Of torch; the weights' last bits depend on it.
+    """
+    if epochs < 1 or seed < 0 or threads < 1:
+        raise OptionError(f"epochs {epochs} and threads {threads} must be at least 1 and seed {seed} at least 0")
+    _need("torch", "labgym train", "train")
+    from labgym.policies.iplanner.config import PlannerConfig, TrainOptions
+    from labgym.policies.iplanner.train import train
+
+    train(data, out, PlannerConfig(training=TrainOptions(epochs=epochs, seed=seed, threads=threads)))
+    return _written(out)
+
+
+@app.command
 def report(folder: Positional[Path], workers: int = 1) -> int:
     """Draw the routes and write tables and report.html for a folder that run or eval wrote.
 
@@ -251,6 +297,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _find_own_modules() -> None:
     """Let `--policy module:Class` find modules in the working folder, as `python -m` would."""
     sys.path.append(str(Path.cwd()))
+
+
+def _need(package: str, needed_for: str, extra: str) -> None:
+    if find_spec(package) is None:
+        raise MissingDependencyError(package, needed_for, extra)
 
 
 def _protocol(given: str) -> Protocol:
