@@ -120,8 +120,8 @@ def resolve_layout(given: Layout | str | Path) -> Layout:
     """Return the layout that is meant: itself, the one in a `.json` file, or the published one of that id.
 
     Raises:
-        UnknownNameError: no published layout has that id, or the layout names what does not exist.
-        DocumentError: the file cannot be read as a layout.
+        UnknownNameError: no published layout has that id.
+        DocumentError: the file cannot be read as a layout, or the layout names what does not exist.
         OptionError: it is something else.
     """
     if isinstance(given, Layout):

@@ -46,8 +46,8 @@ def score(
         contacts: whether to compile the scene and count MuJoCo's contacts (`cn_mj`).
 
     Raises:
-        UnknownNameError: the protocol, the profile, an asset or a support does not exist.
-        LabgymError: the layout contradicts itself.
+        UnknownNameError: the protocol or the profile does not exist.
+        DocumentError: the layout names an asset or a support that does not exist, or contradicts itself.
     """
     layout.check_references()
     given = layout.protocol if protocol is None else protocol

@@ -226,7 +226,7 @@ def test_bad_arguments_name_what_exists() -> None:
         score(lab(), PROTOCOL, "loose")
     with pytest.raises(UnknownNameError, match="protocol 'nonsense' not found"):
         score(lab(), "nonsense")
-    with pytest.raises(UnknownNameError, match="asset 'NoSuchThing' not found"):
+    with pytest.raises(DocumentError, match=r"field placements.\d+.asset: asset 'NoSuchThing' not found"):
         score(lab(put("x", "NoSuchThing", 1.0, 1.0)), PROTOCOL)
     with pytest.raises(LabgymError, match="slot 3 of 'bench'"):
         score(lab(put("jack", "LabJack", 7.6, 3.4, 0.9, on="bench", slot=3)), PROTOCOL)
