@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from weakref import WeakValueDictionary
 
 import mujoco
 import numpy as np
@@ -94,9 +95,16 @@ class _Furnished:
     layout: Layout = field(compare=False)
 
 
+_held: WeakValueDictionary[_Furnished, Stage] = WeakValueDictionary()
+
+
 def stage_of(layout: Layout) -> Stage:
-    """Return the stage of a layout, made on first use and kept while it is among the latest."""
-    return _stage(_Furnished(layout.room, layout.placements, layout))
+    """Return the stage of a layout: made on first use, kept while it is among the latest or someone holds it."""
+    furnished = _Furnished(layout.room, layout.placements, layout)
+    stage = _held.get(furnished)
+    if stage is None:
+        stage = _held[furnished] = _stage(furnished)
+    return stage
 
 
 @lru_cache(maxsize=KEPT)
