@@ -101,15 +101,16 @@ def test_costs_between_cells_are_near_those_of_a_spline_through_them() -> None:
 
 
 def test_loss_terms_are_what_a_hand_makes_of_them() -> None:
-    # Three points a metre and two metres apart; the target is 4 m ahead, so even steps would be 2 m.
+    # Three points, a metre and two metres apart; the target is 4 m ahead and so is the way: even steps would be 2 m.
     path = torch.tensor([[[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]]])
     costs = torch.tensor([[0.1, 0.2, 0.7]])
-    losses = planning_loss(path, torch.tensor([0.0]), costs, torch.tensor([[4.0, 0.0]]), LossOptions())
+    target, reach = torch.tensor([[4.0, 0.0]]), torch.tensor([4.0])
+    losses = planning_loss(path, torch.tensor([0.0]), costs, target, reach, LossOptions())
     assert float(losses.obstacle) == pytest.approx(1.0)
-    assert float(losses.motion) == pytest.approx(0.5)
+    assert float(losses.motion) == pytest.approx(1.0)
     assert float(losses.goal) == pytest.approx(math.log(2.0))
     assert float(losses.fear) == pytest.approx(math.log(2.0))
-    assert float(losses.total) == pytest.approx(0.5 * 1.0 + 2.0 * 0.5 + 5.0 * math.log(2.0) + math.log(2.0))
+    assert float(losses.total) == pytest.approx(0.5 * 1.0 + 2.0 * 1.0 + 5.0 * math.log(2.0) + math.log(2.0))
 
 
 @pytest.mark.parametrize("costs, afraid", [([0.0, 0.6, 0.0, 0.0], 1.0), ([0, 0.5, 0.4, 0], 0.0), ([0, 0, 0, 0.9], 0.0)])
@@ -138,7 +139,7 @@ def test_the_gradient_takes_a_path_out_of_an_obstacle() -> None:
     for _ in range(200):
         optimiser.zero_grad()
         path = path_through(points, weights)
-        planning_loss(path, torch.zeros(1), costs(), target, options).total.backward()
+        planning_loss(path, torch.zeros(1), costs(), target, torch.tensor([3.0]), options).total.backward()
         optimiser.step()
     assert costs().max().item() < 0.5
     assert (path_through(points, weights)[0, -1] - target[0]).norm().item() < 0.1
@@ -152,6 +153,9 @@ def test_targets_lie_a_horizon_along_the_expert_path_or_at_the_goal() -> None:
     np.testing.assert_allclose(training.targets(data, 1.5), [[1.0, 0.5]] * 4)
     np.testing.assert_allclose(training.targets(data, 9.0), [[1.0, 1.0]] * 4)
     np.testing.assert_allclose(training.targets(data, None), [[1.0, 1.0]] * 4)
+    np.testing.assert_allclose(training.reaches(data, 1.5), [1.5] * 4)
+    np.testing.assert_allclose(training.reaches(data, 9.0), [2.0] * 4)
+    np.testing.assert_allclose(training.reaches(data, None), [math.sqrt(2.0)] * 4)
 
 
 def test_thirty_steps_of_training_lower_the_loss(toy: Dataset, tmp_path: Path) -> None:

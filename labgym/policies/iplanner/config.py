@@ -31,7 +31,9 @@ class NetworkOptions(Record):
 class LossOptions(Record):
     """Weights and thresholds of the loss, as published, but for the horizon.
 
-    L = obstacle O + motion M + goal G + fear BCE. The published height term is zero on a flat floor and left out.
+    L = obstacle O + motion M + goal G + fear BCE: O the sum of the cost map along the path, M the sum of what its steps
+    differ in length from even ones, G = log(1 + how far its end is from where it is to end). The published height term
+    is zero on a flat floor and left out.
 
     Attributes:
         obstacle, motion, goal, fear: weights.

@@ -47,18 +47,20 @@ class Losses(NamedTuple):
     fear: Tensor
 
 
-def planning_loss(path: Tensor, fear: Tensor, costs: Tensor, target: Tensor, options: LossOptions) -> Losses:
+def planning_loss(
+    path: Tensor, fear: Tensor, costs: Tensor, target: Tensor, reach: Tensor, options: LossOptions
+) -> Losses:
     """Return the loss of planned paths.
 
     Args:
         path: (b, n, 2) from the origin, robot frame, metres. fear: (b,) logits.
         costs: (b, n) of the cost map at the path's points.
-        target: (b, 2) where the path is to end.
+        target: (b, 2) where the path is to end. reach: (b,) how far the way there is, metres.
     """
     steps = (path[:, 1:] - path[:, :-1]).norm(dim=2)
-    even = target.norm(dim=1, keepdim=True) / steps.shape[1]
+    even = reach[:, None] / steps.shape[1]
     obstacle = costs.sum(dim=1).mean()
-    motion = (steps - even).abs().mean()
+    motion = (steps - even).abs().sum(dim=1).mean()
     goal = torch.log1p((target - path[:, -1]).norm(dim=1)).mean()
     afraid = functional.binary_cross_entropy_with_logits(fear, fear_label(steps, costs, options))
     total = options.obstacle * obstacle + options.motion * motion + options.goal * goal + options.fear * afraid

@@ -36,7 +36,10 @@ class Plan(NamedTuple):
 
 
 class PlannerNetwork(nn.Module):
-    """A residual encoder of the depth image, joined with the goal, and two heads: key points and fear."""
+    """A residual encoder of the depth image, joined with the goal, and two heads: key points and fear.
+
+    A key point is given by the step from the one before: what the path's end learns then moves all of it.
+    """
 
     weights: Tensor
 
@@ -73,8 +76,8 @@ class PlannerNetwork(nn.Module):
         spread = self.goal(polar)[:, :, None, None].expand(-1, -1, *features.shape[2:])
         joined = self.join(torch.cat([features, spread], dim=1))
         body = self.body(torch.cat([joined.flatten(1), polar], dim=1))
-        key_points = self.points(body).view(len(depth), self.options.key_points, 2)
-        return Plan(path_through(key_points, self.weights), self.fear(body)[:, 0])
+        steps = self.points(body).view(len(depth), self.options.key_points, 2)
+        return Plan(path_through(steps.cumsum(dim=1), self.weights), self.fear(body)[:, 0])
 
 
 class _Stage(nn.Module):

@@ -32,12 +32,17 @@ MIRROR = torch.tensor([1.0, -1.0])
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """A dataset as tensors; `target` (n, 2) is where each path is to end, robot frame, metres."""
+    """A dataset as tensors.
+
+    Attributes:
+        target: (n, 2) where each path is to end, robot frame, metres. reach: (n,) how far the way there is, metres.
+    """
 
     depth: Tensor
     pose: Tensor
     goal: Tensor
     target: Tensor
+    reach: Tensor
     place: Tensor
 
     @classmethod
@@ -48,6 +53,7 @@ class Samples:
             pose=torch.from_numpy(data.pose),
             goal=torch.from_numpy(data.goal),
             target=torch.from_numpy(targets(data, horizon)),
+            reach=torch.from_numpy(reaches(data, horizon)),
             place=torch.from_numpy(data.place),
         )
 
@@ -63,6 +69,13 @@ def targets(data: Dataset, horizon: float | None) -> NDArray[np.float32]:
     each = np.arange(len(data))
     found = (1.0 - share) * data.path[each, before] + share * data.path[each, before + 1]
     return np.asarray(found, dtype=np.float32)
+
+
+def reaches(data: Dataset, horizon: float | None) -> NDArray[np.float32]:
+    """Return the length of the way to each target, (n,): along the expert path, or straight without a horizon."""
+    if horizon is None:
+        return np.asarray(np.linalg.norm(data.goal, axis=1), dtype=np.float32)
+    return np.minimum(data.length, np.float32(horizon))
 
 
 def train(data: str | Path, out: str | Path, config: PlannerConfig, progress: bool = True) -> PlannerNetwork:
@@ -134,7 +147,7 @@ def judge(
     path, fear = network(depth, samples.goal[chosen] * sides)
     path = path * sides[:, None]
     costs = maps.at(in_room(path, samples.pose[chosen]), samples.place[chosen])
-    return planning_loss(path, fear, costs, samples.target[chosen], config.loss)
+    return planning_loss(path, fear, costs, samples.target[chosen], samples.reach[chosen], config.loss)
 
 
 @torch.no_grad()
