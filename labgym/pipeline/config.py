@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from labgym.errors import OptionError
+from labgym.layouts.rules.thresholds import profile
+from labgym.policies import make_policy
 
 
 @dataclass(frozen=True)
@@ -21,9 +23,6 @@ class RunConfig:
         policies: Policies to evaluate, in the order of the table.
         workers: Processes to use; 0 takes as many as there are cores.
         views: How many layouts are also rendered.
-
-    Raises:
-        OptionError: a number is negative, or policies are none or repeated.
     """
 
     name: str | None = None
@@ -33,12 +32,6 @@ class RunConfig:
     policies: tuple[str, ...] = ("astar", "straight", "random")
     workers: int = 0
     views: int = 6
-
-    def __post_init__(self) -> None:
-        if self.workers < 0 or self.views < 0:
-            raise OptionError(f"workers ({self.workers}) and views ({self.views}) must not be negative")
-        if not self.policies or len(set(self.policies)) != len(self.policies):
-            raise OptionError(f"policies {list(self.policies)} must be at least one, none of them twice")
 
     @property
     def folder(self) -> Path:
@@ -50,3 +43,18 @@ class RunConfig:
     def processes(self) -> int:
         """How many processes work."""
         return self.workers or len(os.sched_getaffinity(0))
+
+    def check(self) -> None:
+        """Check the numbers and names.
+
+        Raises:
+            OptionError: a number is negative, or policies are none or repeated.
+            UnknownNameError: a profile or a policy does not exist.
+        """
+        if self.workers < 0 or self.views < 0:
+            raise OptionError(f"workers ({self.workers}) and views ({self.views}) must not be negative")
+        if not self.policies or len(set(self.policies)) != len(self.policies):
+            raise OptionError(f"policies {list(self.policies)} must be at least one, none of them twice")
+        profile(self.profile)
+        for policy in self.policies:
+            make_policy(policy).close()

@@ -13,13 +13,11 @@ from labgym.eval.results import Results
 from labgym.eval.runner import evaluate
 from labgym.eval.tables import Table
 from labgym.layouts import Layout
-from labgym.layouts.rules.thresholds import profile
 from labgym.pipeline.config import RunConfig
 from labgym.pipeline.drawing_stage import draw_pictures, render_views, write_results
 from labgym.pipeline.layout_stage import differences, layout_jobs, make_layout
 from labgym.pipeline.ledger import Ledger
 from labgym.pipeline.workers import Work, work_through
-from labgym.policies import make_policy
 
 
 @dataclass(frozen=True)
@@ -68,9 +66,7 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
         OptionError: the folder holds another run.
     """
     folder, processes = config.folder, config.processes
-    profile(config.profile)
-    for policy in config.policies:
-        make_policy(policy).close()
+    config.check()
     RunIdentity(seed=config.seed).claim(folder)
     jobs = layout_jobs(config.seed, config.profile)
     ledger = Ledger(folder)
