@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Literal
@@ -179,30 +181,61 @@ def eval_(
     seed: int = 0,
     workers: int = 1,
     out: Path | None = None,
+    options: tuple[str, ...] = (),
 ) -> int:
     """Evaluate a policy: drive every goal pair of every layout once.
 
     Args:
-        policy: astar, straight, random, or module:Class of your own.
-        suite: Name of a suite (test, val), or its .json file.
+        policy: A name such as astar, module:Class of your own, an .onnx, .pt or .zip file, or a server's http:// URL.
+        suite: Name of a suite (test, val, navdp_compat), or its .json file.
         layouts: Layouts to drive in, in place of a suite: .json files or ids of published ones.
         seed: Seed of whatever is random in the policy.
         workers: Processes to use; the numbers do not depend on it.
         out: Folder for episodes, routes and summary; by default runs/POLICY-SUITE.
+        options: Arguments of the policy as NAME=VALUE.
     """
     from labgym.envs.tasks import resolve_layout
     from labgym.eval.runner import evaluate
     from labgym.eval.tables import navigation_table
+    from labgym.policies.registry import parse_options
 
     _find_own_modules()
     given = [resolve_layout(name) for name in layouts]
-    folder = out or Path("runs") / f"{policy.replace(':', '_')}-{'layouts' if given else Path(suite).stem}"
-    summary = evaluate(policy, given or suite, workers=workers, out=folder, seed=seed).summary
+    name = re.sub(r"[^A-Za-z0-9._-]+", "_", policy)
+    folder = out or Path("runs") / f"{name}-{'layouts' if given else Path(suite).stem}"
+    arguments = parse_options(options)
+    summary = evaluate(policy, given or suite, workers=workers, out=folder, seed=seed, options=arguments).summary
     for layout in given:
         layout.save(folder / "layouts" / f"{layout.id}.json")
     print(f"\n{navigation_table({policy: summary.metrics}, f'suite {summary.suite.label}').text()}\n")
     _written(folder)
     return _complaints([f"{summary.errors} episodes failed in the policy"] if summary.errors else [])
+
+
+@app.command
+def serve(
+    policy: Positional[str], host: str = "127.0.0.1", port: int = 8888, seed: int = 0, options: tuple[str, ...] = ()
+) -> int:
+    """Serve a policy over HTTP by the NavDP benchmark's protocol, until Ctrl-C.
+
+    Args:
+        policy: What eval takes; not one that needs the map.
+        host: Address to listen at; whoever reaches it can use the policy.
+        port: Port to listen at; 0 takes a free one.
+        seed: Seed of whatever is random in the policy.
+        options: Arguments of the policy as NAME=VALUE.
+    """
+    from labgym.policies import make_policy
+    from labgym.policies.http.server import NavigationServer
+    from labgym.policies.registry import parse_options
+
+    _find_own_modules()
+    arguments = parse_options(options)
+    with NavigationServer(lambda: make_policy(policy, **arguments), host, port, seed) as server:
+        print(f"Serving {policy} at {server.url}; Ctrl-C ends it", flush=True)
+        with suppress(KeyboardInterrupt):
+            server.serve_forever()
+    return DONE
 
 
 @app.command

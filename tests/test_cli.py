@@ -14,7 +14,7 @@ from labgym.cli import main
 from labgym.layouts import Layout, load_published, published
 from labgym.protocols import protocols
 
-COMMANDS = ("run", "assets", "protocols", "generate", "score", "compile", "view", "eval", "report", "doctor")
+COMMANDS = ("run", "assets", "protocols", "generate", "score", "compile", "view", "eval", "serve", "report", "doctor")
 NAME = published("test")[0]
 
 
@@ -146,7 +146,6 @@ HOSTILE = {
     "path as id": layout_with(id="../../../etc/passwd"),
     "path as placement": placement_with(id="../bench"),
     "path as asset": placement_with(asset="../../secrets"),
-    "path as protocol": layout_with(protocol="../../secrets"),
     "line break as asset": placement_with(asset="Fume\nlabgym: error: Hood"),
     "terminal codes as asset": placement_with(asset="\x1b[2JHood"),
     "unknown asset": placement_with(asset="Cauldron"),
@@ -170,10 +169,19 @@ def test_a_hostile_layout_is_one_line_that_names_the_file_and_nothing_is_written
     (tmp_path / "evil.json").write_bytes(HOSTILE[kind])
     for command in (("score",), ("view",), ("compile", "--out", "scene"), ("eval", "--layouts")):
         line = one_error_line(call(command[0], *command[1:], "evil.json"))
-        assert "evil.json" in line or kind == "path as protocol"
+        assert "evil.json" in line
         assert "\x1b" not in line
         assert len(line) < 2000
         assert files(tmp_path) == ["evil.json"]
+
+
+def test_a_layout_for_a_protocol_that_there_is_not_says_which_there_are(call, tmp_path):
+    (tmp_path / "odd.json").write_bytes(layout_with(protocol="../../secrets"))
+    for command in (("score",), ("view",), ("eval", "--layouts")):
+        line = one_error_line(call(*command, "odd.json"))
+        assert "../../secrets" in line
+        assert "sub_01" in line
+    assert files(tmp_path) == ["odd.json"]
 
 
 @pytest.mark.parametrize("kind", ["empty", "binary", "truncated", "list", "deep list", "other schema", "huge integer"])

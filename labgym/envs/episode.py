@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from labgym.envs.robot import ROBOT
+from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.simulation import Simulation
 from labgym.envs.stage import Stage, stage_of
 from labgym.envs.tasks import Task
@@ -20,17 +20,18 @@ class Episode:
     """A drive from its start pose on.
 
     Attributes:
-        task: the drive. stage: its layout, made ready. simulation: the robot in it.
+        task: the drive. robot: who drives. stage: its layout, made ready. simulation: the robot in it.
         distance: from the robot's centre to the goal, metres.
         progress: by how much the last step shortened the way to go, metres.
         collision: whether the robot touched something in the last step.
         contacts: steps in which it did. steps: control steps taken. path_length: metres driven.
     """
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: Task, robot: RobotSpec = ROBOT) -> None:
         self.task = task
+        self.robot = robot
         self.stage: Stage = stage_of(task.layout)
-        self.simulation = Simulation(self.stage.model)
+        self.simulation = Simulation(self.stage.model, robot)
         self.simulation.place(task.pair.start)
         self._to_go = self.stage.to_go(task.pair.goal)
         self._left = self._to_go.at(*task.pair.start[:2])
@@ -72,7 +73,7 @@ class Episode:
             "layout": self.task.layout.id,
             "protocol": self.task.protocol.id,
             "pair": pair.index,
-            "time": self.steps * ROBOT.control_dt,
+            "time": self.steps * self.robot.control_dt,
             "reward_terms": terms,
         }
 

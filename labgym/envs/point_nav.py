@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,9 @@ from numpy.typing import NDArray
 
 from labgym.envs.episode import Episode
 from labgym.envs.rewards import RewardWeights
-from labgym.envs.robot import ROBOT
+from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
+from labgym.envs.simulation import CHECK_STEPS
 from labgym.envs.tasks import TaskSource
 from labgym.envs.view import ChaseView
 from labgym.errors import OptionError, UnknownNameError
@@ -87,6 +89,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
     - `profile` ("default"): thresholds that generated layouts meet.
     - `weights` (`RewardWeights()`): the reward's weights.
     - `episodes_per_layout` (8): with "train", episodes in a layout before the next one is generated.
+    - `control_dt` (0.1): seconds that an action holds; a multiple of 0.025, at most 1.
     - `width`, `height` (640, 480): size of the "rgb_array" picture.
 
     `reset(seed=None, options=None)` takes the options "layout", "protocol" and "pair", an index into
@@ -132,6 +135,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         profile: str = "default",
         weights: RewardWeights | None = None,
         episodes_per_layout: int = 8,
+        control_dt: float = ROBOT.control_dt,
         width: int = 640,
         height: int = 480,
     ) -> None:
@@ -139,6 +143,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
             raise UnknownNameError("observation", observation, OBSERVATIONS)
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise UnknownNameError("render_mode", render_mode, RENDER_MODES)
+        self._robot = _controlled(control_dt)
         self.render_mode = render_mode
         self.observation_space = _observation_space(observation)
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
@@ -155,11 +160,11 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         """Begin an episode; see the class."""
         super().reset(seed=seed)
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
-        self._episode = Episode(task)
+        self._episode = Episode(task, self._robot)
         return self._observe(self._episode), self._episode.info(self._weights.terms(0.0, False, False, steps=0))
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive for 0.1 s; see the class."""
+        """Drive for one control step; see the class."""
         episode = self._running()
         episode.drive(*ROBOT.twist(*_checked(action)))
         terms = self._weights.terms(episode.progress, episode.success, episode.collision)
@@ -221,6 +226,13 @@ def _observation_space(observation: str) -> spaces.Dict:
     if observation == "rgbd":
         found["rgb"] = spaces.Box(0, 255, (rows, columns, 3), np.uint8)
     return spaces.Dict(found)
+
+
+def _controlled(control_dt: float) -> RobotSpec:
+    looks = control_dt / (CHECK_STEPS * ROBOT.timestep)
+    if not (math.isfinite(looks) and 1 <= round(looks) <= 40 and abs(looks - round(looks)) < 1e-6):
+        raise OptionError(f"control_dt is {control_dt} s, expected a multiple of 0.025 s, at most 1 s")
+    return replace(ROBOT, control_dt=control_dt)
 
 
 def _checked(action: NDArray[np.float32]) -> tuple[float, float]:

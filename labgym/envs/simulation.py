@@ -11,8 +11,8 @@ from labgym.geometry import wrap_angle
 
 Pose = tuple[float, float, float]
 
-CONTACT_CHECKS = 4
-"""How often a control step looks for contacts, evenly spaced: a touch that lasts 25 ms is seen."""
+CHECK_STEPS = 5
+"""Physics steps between two looks for contacts: a touch that lasts 25 ms is seen."""
 
 
 class Simulation:
@@ -31,7 +31,7 @@ class Simulation:
         self._at = slice(model.joint(PREFIX + "x").qposadr[0], model.joint(PREFIX + "yaw").qposadr[0] + 1)
         self._rate = slice(model.joint(PREFIX + "x").dofadr[0], model.joint(PREFIX + "yaw").dofadr[0] + 1)
         self._forward, self._turn = (model.actuator(PREFIX + name).id for name in ("forward", "turn"))
-        self._substeps = robot.substeps // CONTACT_CHECKS
+        self._checks = robot.substeps // CHECK_STEPS
         self.place((0.0, 0.0, 0.0))
 
     def place(self, pose: Pose) -> None:
@@ -52,8 +52,8 @@ class Simulation:
         data.ctrl[self._forward], data.ctrl[self._turn] = v, w
         driven, touched = 0.0, False
         x, y, yaw = data.qpos[at].tolist()
-        for _ in range(CONTACT_CHECKS):
-            mujoco.mj_step(self.model, data, self._substeps)
+        for _ in range(self._checks):
+            mujoco.mj_step(self.model, data, CHECK_STEPS)
             touched = touched or data.ncon > 0
             last, (x, y, yaw) = (x, y, yaw), data.qpos[at].tolist()
             driven += _arc(math.hypot(x - last[0], y - last[1]), yaw - last[2])

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs import LabPointNavEnv
+from labgym.envs.robot import ROBOT
 from labgym.errors import LabgymError
 from labgym.eval.episode_row import EpisodeRow, Pose
 from labgym.eval.navigation_metrics import soft_spl, spl
@@ -64,7 +65,7 @@ def drive_layout(
     Raises:
         Stopped: `stopped` said so.
     """
-    env = LabPointNavEnv(layout=layout, observation=policy.observation)
+    env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt)
     try:
         episodes = (_Episode(env, policy, layout, pair, suite, seed) for pair in goal_pairs(layout))
         return tuple(episode.run(label, stopped) for episode in episodes)
@@ -95,7 +96,7 @@ class _Episode:
         error: str | None = None
         try:
             self._timed(self._policy.reset, self._start())
-            while info["distance"] > self._suite.success_distance and self._steps < self._suite.max_steps:
+            while not self._over(observation, info) and self._steps < self._suite.max_steps:
                 if stopped():
                     raise Stopped
                 action = _checked(self._timed(self._policy.act, {**observation, "odometry": self._odometry()}))
@@ -106,6 +107,17 @@ class _Episode:
             error = str(failure)
         route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in self._poses)
         return Drive(self._row(label, initial, info, error), route)
+
+    def _over(self, observation: Info, info: Info) -> bool:
+        """Whether the suite's rules end the episode here."""
+        arrival, stuck = self._suite.arrival, self._suite.stuck
+        if arrival is None:
+            return bool(info["distance"] <= self._suite.success_distance)
+        if stuck is not None and len(self._poses) >= stuck.steps:
+            last = np.array(self._poses[-stuck.steps :])[:, :2]
+            if np.linalg.norm(last - last[-1], axis=1).max() < stuck.distance:
+                return True
+        return bool(info["distance"] < arrival.distance and abs(observation["velocity"][0]) < arrival.speed)
 
     def _timed(self, call: Callable[[Any], Any], argument: object) -> Any:
         """Call the policy and add up the time that it takes."""
@@ -121,8 +133,9 @@ class _Episode:
     def _start(self) -> EpisodeStart:
         x, y, yaw = self._poses[0]
         goal = rotate(self._pair.goal[0] - x, self._pair.goal[1] - y, -yaw)
+        robot = replace(ROBOT, control_dt=self._suite.control_dt)
         truth = GroundTruth(self._layout, self._pair, self._poses[0]) if self._policy.privileged else None
-        return EpisodeStart(goal=goal, rng=np.random.default_rng(self._entropy), truth=truth)
+        return EpisodeStart(goal=goal, rng=np.random.default_rng(self._entropy), robot=robot, truth=truth)
 
     def _note(self, info: Info) -> None:
         x, y, yaw = (float(value) for value in info["pose"])
@@ -136,7 +149,8 @@ class _Episode:
     def _row(self, label: str, initial: float, info: Info, error: str | None) -> EpisodeRow:
         final, driven, shortest = (float(info[key]) for key in ("distance", "path_length", "shortest_path_length"))
         success = error is None and final <= self._suite.success_distance
-        known = math.isfinite(shortest)
+        navdp = self._suite.metrics == "navdp"
+        known = math.isfinite(shortest) and not navdp
         return EpisodeRow(
             suite=self._suite.label,
             split=self._suite.split,
@@ -152,7 +166,7 @@ class _Episode:
             spl=spl(success, shortest, driven) if known else None,
             soft_spl=soft_spl(initial, final, shortest, driven) if known else None,
             path_length=driven,
-            shortest_path_length=shortest if known else None,
+            shortest_path_length=shortest if math.isfinite(shortest) else None,
             final_distance=final,
             contacts=int(info["contacts"]),
             min_clearance=self._clearance,
@@ -160,6 +174,7 @@ class _Episode:
             time=float(info["time"]),
             planning_ms=1e3 * self._seconds / self._steps if self._steps else None,
             error=error,
+            navdp_spl=spl(success, initial, driven) if navdp else None,
         )
 
 

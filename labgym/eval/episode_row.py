@@ -24,8 +24,10 @@ class EpisodeRow(Record):
         layout, layout_hash, protocol, pair: the drive; pair is the index into `goal_pairs(layout)`.
         policy, seed: who drove, and the seed of the evaluation.
         start, goal: (x, y, yaw) in the room frame, metres and radians.
-        success: the robot's centre came within the suite's distance of the goal in time.
-        spl, soft_spl: see `navigation_metrics`; None where no path exists for a disc of the planning radius.
+        success: the robot's centre came within the suite's distance of the goal in time, by the suite's rules.
+        spl, soft_spl: see `navigation_metrics`; None where no path exists for a disc of the planning radius, and in
+            suites with the NavDP benchmark's rules.
+        navdp_spl: SPL as that benchmark has it; None in other suites.
         path_length: driven, metres. shortest_path_length: L*, metres.
         final_distance: from the robot's centre to the goal at the end, metres.
         contacts: control steps in which the robot touched something.
@@ -58,6 +60,7 @@ class EpisodeRow(Record):
     time: Length
     planning_ms: Length | None
     error: str | None = None
+    navdp_spl: Share | None = None
 
     @property
     def key(self) -> tuple[str, int]:

@@ -13,11 +13,19 @@ radius, P the length driven, d0 and dT the straight distances to the goal at the
     time_to_goal         mean simulated seconds, of the successful episodes
     planning_ms          mean wall-clock milliseconds that an action took the policy
     final_distance       mean dT, metres
+
+Suites with the NavDP benchmark's rules have its metrics, under names of their own. They are not comparable with those
+above: an episode ends nearer or farther from the goal, and the straight distance takes the place of L*.
+
+    navdp_success        mean S, S = 1 where the episode ended within the suite's distance of the goal
+    navdp_spl            mean S min(1, d0 / P)
+    navdp_time           mean simulated seconds, of the successful episodes
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +45,17 @@ METRICS = (
     "planning_ms",
 )
 """What `summarise` computes, in the order of the tables."""
+
+NAVDP_METRICS = (
+    "navdp_success",
+    "navdp_spl",
+    "navdp_time",
+    "contacts_per_metre",
+    "min_clearance",
+    "final_distance",
+    "planning_ms",
+)
+"""What it computes for suites with the NavDP benchmark's rules."""
 
 
 def spl(success: bool, shortest: float, driven: float) -> float:
@@ -63,13 +82,19 @@ def soft_spl(initial: float, final: float, shortest: float, driven: float) -> fl
     return progress * shortest / max(driven, shortest)
 
 
-def summarise(rows: Sequence[EpisodeRow], seed: int = 0, resamples: int = RESAMPLES) -> dict[str, Estimate]:
+def summarise(
+    rows: Sequence[EpisodeRow],
+    seed: int = 0,
+    resamples: int = RESAMPLES,
+    metrics: Literal["touchstone", "navdp"] = "touchstone",
+) -> dict[str, Estimate]:
     """Return each metric with its 95% interval, bootstrapped over layouts.
 
     Args:
         rows: episodes of one policy.
         seed: of the resampling; the same one for every metric and policy, so that figures can be compared.
         resamples: how many resamples are drawn.
+        metrics: the suite's.
     """
     clusters = [row.layout for row in rows]
     success = np.array([row.success for row in rows], dtype=np.float64)
@@ -78,6 +103,9 @@ def summarise(rows: Sequence[EpisodeRow], seed: int = 0, resamples: int = RESAMP
     ones = np.ones(len(rows))
     parts: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {
         "success": (success, ones),
+        "navdp_success": (success, ones),
+        "navdp_spl": (_column([row.navdp_spl for row in rows]), ones),
+        "navdp_time": (time, ones),
         "spl": (_column([row.spl for row in rows]), ones),
         "soft_spl": (_column([row.soft_spl for row in rows]), ones),
         "collision_free": (success * (touched == 0), ones),
@@ -87,7 +115,8 @@ def summarise(rows: Sequence[EpisodeRow], seed: int = 0, resamples: int = RESAMP
         "final_distance": (_column([row.final_distance for row in rows]), ones),
         "planning_ms": (_column([row.planning_ms for row in rows]), ones),
     }
-    return {name: ratio_estimate(*parts[name], clusters, seed=seed, resamples=resamples) for name in METRICS}
+    names = NAVDP_METRICS if metrics == "navdp" else METRICS
+    return {name: ratio_estimate(*parts[name], clusters, seed=seed, resamples=resamples) for name in names}
 
 
 def _column(values: Sequence[float | None]) -> NDArray[np.float64]:

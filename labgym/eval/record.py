@@ -27,7 +27,7 @@ class Provenance(Record):
     Attributes:
         versions: of labgym, Python and the packages that bear on results.
         commit: of the checkout, None where the code is not in one. dirty: whether it had changes of its own.
-        code: SHA-256 over the package's sources and those of the policy's module.
+        code: SHA-256 over the package's sources, the policy's module and the files that it names, such as weights.
     """
 
     versions: dict[str, str]
@@ -127,6 +127,7 @@ def _code_digest(policy: Policy) -> str:
     files = sorted(package.rglob("*.py"))
     with contextlib.suppress(TypeError, OSError):
         files.append(Path(inspect.getfile(type(policy))))
+    files.extend(policy.files())
     digest = hashlib.sha256()
     for path in files:
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")

@@ -51,8 +51,10 @@ def _tiles(results: Results) -> tuple[Tile, ...]:
         tiles.append(Tile("objects a layout", figure(aggregate(results.scores.values()).mean("obj"), 1)))
         tiles.append(Tile("hard violations", str(sum(score.v for score in results.scores.values()))))
     for one in results.evaluations[:2]:
-        tiles.append(Tile(f"SR, {one.summary.policy}", figure(one.summary.metrics["success"].value, 3)))
-        tiles.append(Tile(f"SPL, {one.summary.policy}", figure(one.summary.metrics["spl"].value, 3)))
+        prefix = "navdp_" if one.summary.suite.metrics == "navdp" else ""
+        for name, heading in (("success", "SR"), ("spl", "SPL")):
+            found = one.summary.metrics[prefix + name]
+            tiles.append(Tile(f"{heading}{' (NavDP)' if prefix else ''}, {one.summary.policy}", figure(found.value, 3)))
     return tuple(tiles)
 
 

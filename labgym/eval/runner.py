@@ -76,6 +76,8 @@ def evaluate(
     suite, layouts = _resolved(suite)
     source = _source(policy, dict(options or {}))
     made = source.make()
+    if made.exclusive and workers > 1:
+        raise OptionError(f"policy {source.label!r} drives one robot at a time; use workers=1, not {workers}")
     arguments = {"workers": workers, "progress": progress}
     run = _Run(source, suite, layouts, seed, made.privileged, provenance(made), arguments)
     if source.instance is None:
@@ -150,7 +152,7 @@ class _Run:
             errors=sum(row.error is not None for row in rows),
             unreachable=sum(row.shortest_path_length is None for row in rows),
             complete=len(rows) == len(keys),
-            metrics=summarise(rows, self.seed),
+            metrics=summarise(rows, self.seed, metrics=self.suite.metrics),
             arguments=self.arguments,
             provenance=self.provenance,
         )

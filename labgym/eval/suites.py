@@ -4,16 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from labgym.artefacts import artefacts
-from labgym.documents import Document
+from labgym.documents import Document, Record
 from labgym.errors import UnknownNameError
 from labgym.layouts import Layout, load_published, published
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
+
+
+class Arrival(Record):
+    """An episode ends when the robot is near its goal and slow: metres, and m/s of forward velocity."""
+
+    distance: Annotated[float, Field(gt=0.0, le=5.0)]
+    speed: Annotated[float, Field(gt=0.0, le=5.0)]
+
+
+class Stuck(Record):
+    """An episode ends when the robot was within some metres of its present place for so many control steps."""
+
+    steps: Annotated[int, Field(ge=2, le=10_000)]
+    distance: Annotated[float, Field(gt=0.0, le=5.0)]
 
 
 class Suite(Document):
@@ -24,8 +38,13 @@ class Suite(Document):
         description: one sentence.
         split: the published split that the layouts are from; None for layouts given by hand.
         layouts: ids of the layouts of the split; None takes all of them.
-        max_steps: control steps (0.1 s) after which an episode has failed.
-        success_distance: an episode succeeds when the robot's centre comes this near to the goal, metres.
+        max_steps: control steps after which an episode is over.
+        success_distance: an episode succeeds when the robot's centre comes this near to the goal, metres; where there
+            are rules of arrival, when it is this near at the end.
+        control_dt: length of a control step, seconds.
+        arrival, stuck: what ends an episode beside; None where success alone does.
+        metrics: what is computed: "touchstone", the headline's, or "navdp", those of the NavDP benchmark. Other rules
+            than the headline's need "navdp", whose metrics have names of their own: the two never meet in a table.
     """
 
     SCHEMA: ClassVar[str] = "labgym.suite/1"
@@ -37,6 +56,18 @@ class Suite(Document):
     layouts: Annotated[tuple[str, ...], Field(max_length=10_000)] | None = None
     max_steps: Annotated[int, Field(ge=1, le=100_000)] = 600
     success_distance: Annotated[float, Field(gt=0.0, le=5.0)] = 0.5
+    control_dt: Annotated[float, Field(ge=0.025, le=1.0)] = 0.1
+    arrival: Arrival | None = None
+    stuck: Stuck | None = None
+    metrics: Literal["touchstone", "navdp"] = "touchstone"
+
+    @model_validator(mode="after")
+    def _check_rules(self) -> Self:
+        if self.metrics == "touchstone" and (self.arrival or self.stuck or self.control_dt != 0.1):
+            raise ValueError("metrics is touchstone, whose rules have no arrival, no stuck and a control_dt of 0.1")
+        if self.metrics == "navdp" and not self.arrival:
+            raise ValueError("metrics is navdp, whose rules need an arrival")
+        return self
 
     @property
     def label(self) -> str:

@@ -41,6 +41,13 @@ NAVIGATION_ROWS = (
 )
 """Navigation metrics: name in `labgym.eval.navigation_metrics`, heading, digits."""
 
+NAVDP_ROWS = (
+    ("navdp_success", "SR by NavDP's rules ↑", 3),
+    ("navdp_spl", "SPL by NavDP's rules ↑", 3),
+    ("navdp_time", "Time by NavDP's rules, s ↓", 2),
+)
+"""Those of suites with the NavDP benchmark's rules, which have them in place of the headline's."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -130,17 +137,18 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
     """Return the navigation metrics, a column for each policy, figures with their 95% intervals.
 
     Args:
-        policies: estimates by metric, by policy.
+        policies: estimates by metric, by policy; the table has the metrics that all of them have.
         suite: what was driven.
     """
-    counts = {metrics["success"].count for metrics in policies.values()}
+    rows = [row for row in (*NAVDP_ROWS, *NAVIGATION_ROWS) if all(row[0] in metrics for metrics in policies.values())]
+    counts = {metrics[rows[0][0]].count + metrics[rows[0][0]].nulls for metrics in policies.values()}
     episodes = f"{counts.pop()} episodes" if len(counts) == 1 else "different numbers of episodes"
     return Table(
         title=f"Navigation, {suite}, {episodes} a policy",
         columns=("Metric", *policies),
         rows=tuple(
             (heading, *(_interval(metrics[key], digits) for metrics in policies.values()))
-            for key, heading, digits in NAVIGATION_ROWS
+            for key, heading, digits in rows
         ),
         notes=(
             "In brackets: 95% bootstrap intervals over layouts.",

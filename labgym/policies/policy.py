@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -61,11 +62,13 @@ class Policy(ABC):
         name: what reports call it; the class's name unless it says otherwise.
         observation: the sensors it needs: "lidar", "depth" or "rgbd".
         privileged: whether it is given the map; reports say so.
+        exclusive: whether only one at a time may drive, because all would share what it remembers: a server.
     """
 
     name: ClassVar[str]
     observation: ClassVar[Sensors] = "lidar"
     privileged: ClassVar[bool] = False
+    exclusive: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -79,6 +82,17 @@ class Policy(ABC):
     @abstractmethod
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Return the action for the next control step, shape (2,), in [-1, 1]: forward and turn."""
+
+    def planned_path(self) -> NDArray[np.float64] | None:
+        """Return the path that the last action follows, (n, 2) metres in the start frame.
+
+        None where the policy has none, or only acts. `labgym serve` answers with it.
+        """
+        return None
+
+    def files(self) -> tuple[Path, ...]:
+        """Return the files that its actions depend on beside the code, such as weights; results name their hash."""
+        return ()
 
     def close(self) -> None:
         """Free what the policy holds: connections, processes. Called once, after the last episode."""

@@ -1,10 +1,13 @@
-"""Policies by name: those of this package, those that other packages register, and any class by its place."""
+"""Policies by name: those of this package, those that others register, a class by its place, a file, a server."""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Iterable
+from functools import partial
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import PurePath
 from typing import Any
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
@@ -21,9 +24,19 @@ BUILT_IN = {
     "straight": "labgym.policies.straight:StraightPolicy",
 }
 
+FILES = {
+    ".onnx": "labgym.policies.adapters.onnx:OnnxPolicy",
+    ".pt": "labgym.policies.adapters.torchscript:TorchScriptPolicy",
+    ".torchscript": "labgym.policies.adapters.torchscript:TorchScriptPolicy",
+    ".zip": "labgym.policies.adapters.sb3:StableBaselines3Policy",
+}
+"""What loads a file that a policy is in, by its ending."""
+
+SERVERS = ("http://", "https://")
+
 
 def policy_names() -> tuple[str, ...]:
-    """Return the names that `make_policy` knows, sorted; "module:Class" works beside them."""
+    """Return the names that `make_policy` knows, sorted; classes, files and servers work beside them."""
     return tuple(sorted({*BUILT_IN, *_registered()}))
 
 
@@ -31,8 +44,9 @@ def make_policy(name: str, **options: Any) -> Policy:
     """Return a new policy.
 
     Args:
-        name: a built-in ("astar", "online_map", "dwa", "straight", "random"), a name that an installed package registers under the
-            entry-point group `labgym.policies`, or "module:Class", which must be importable.
+        name: a built-in ("astar", "straight", ...), a name that an installed package registers under the
+            entry-point group `labgym.policies`; "module:Class", which must be importable; the path of a file (.onnx,
+            .pt or .torchscript, .zip of stable-baselines3); or the URL of a server of the NavDP benchmark's protocol.
         options: arguments of the policy's class.
 
     Raises:
@@ -50,15 +64,38 @@ def make_policy(name: str, **options: Any) -> Policy:
     return policy
 
 
+def parse_options(texts: Iterable[str]) -> dict[str, Any]:
+    """Return options for `make_policy` from texts NAME=VALUE; a value that is JSON is read as such, else as text.
+
+    Raises:
+        OptionError: a text has no name.
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.isidentifier():
+            raise OptionError(f"option {text[:80]!r} is not NAME=VALUE, such as replan=2")
+        try:
+            found[name] = json.loads(value)
+        except (ValueError, RecursionError):
+            found[name] = value
+    return found
+
+
 def _factory(name: str) -> Callable[..., object]:
     if name in BUILT_IN:
         return _imported(BUILT_IN[name], name)
     registered = _registered()
     if name in registered:
         return _imported(registered[name].value, name)
+    if name.startswith(SERVERS):
+        return partial(_imported("labgym.policies.http.client:HttpPolicy", name), name)
+    ending = PurePath(name).suffix.lower()
+    if ending in FILES:
+        return partial(_imported(FILES[ending], name), name)
     if ":" in name and "/" not in name:
         return _imported(name, name)
-    raise UnknownNameError('policy (or "module:Class")', name, policy_names())
+    raise UnknownNameError('policy (or "module:Class", file or URL)', name, policy_names())
 
 
 def _registered() -> dict[str, EntryPoint]:

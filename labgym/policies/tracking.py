@@ -54,12 +54,19 @@ class PathTracker:
         path: (n, 2) points in any fixed frame, metres; the robot may be off it at the start.
         robot: limits of the robot.
         options: how it is followed.
+        turning: whether the robot first turns to face the path; False for a path that takes over from one under way.
 
     Raises:
         OptionError: the path is empty, not finite or not of shape (n, 2).
     """
 
-    def __init__(self, path: ArrayLike, robot: RobotSpec = ROBOT, options: TrackingOptions | None = None) -> None:
+    def __init__(
+        self,
+        path: ArrayLike,
+        robot: RobotSpec = ROBOT,
+        options: TrackingOptions | None = None,
+        turning: bool = True,
+    ) -> None:
         points = np.asarray(path, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 2 or len(points) == 0 or not np.isfinite(points).all():
             raise OptionError(f"path of shape {points.shape} must be finite points of shape (n, 2), n at least 1")
@@ -67,7 +74,7 @@ class PathTracker:
         self._points = _resampled(points)
         self._speeds = _speed_limits(self._points, robot, self._options)
         self._place = 0
-        self._turning = True
+        self._turning = turning
 
     def action(self, pose: Pose, speed: float = 0.0) -> Array:
         """Return the action (2,) in [-1, 1] that follows the path from a pose.

@@ -84,7 +84,9 @@ def test_the_paper_s_tables_agree_where_they_overlap():
 
 
 def test_navigation_figures_stand_with_their_intervals_one_column_a_policy():
-    sure, alone, none = Estimate(0.5, 0.25, 0.75, 4), Estimate(0.5, None, None, 4), Estimate(None, None, None, 0)
+    sure = Estimate(value=0.5, low=0.25, high=0.75, count=4, nulls=0)
+    alone = Estimate(value=0.5, low=None, high=None, count=4, nulls=0)
+    none = Estimate(value=None, low=None, high=None, count=0, nulls=4)
     names = [name for name, _, _ in NAVIGATION_ROWS]
     table = navigation_table(
         {"a": dict.fromkeys(names, sure) | {"time_to_goal": none}, "b": dict.fromkeys(names, alone)}, "s/1"

@@ -1,0 +1,103 @@
+"""How an observation becomes the inputs of a network that came in a file: by their names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.sensors import IMAGE_SHAPE
+from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.policies.policy import Observation, Sensors
+
+SHAPES: dict[str, tuple[int, ...]] = {
+    "goal": (1, 3),
+    "velocity": (1, 2),
+    "odometry": (1, 3),
+    "lidar": (1, 180),
+    "depth": (1, 1, *IMAGE_SHAPE),
+    "rgb": (1, 3, *IMAGE_SHAPE),
+}
+"""What a network may ask for, float32 with a batch of one: metres and radians as observed, colours in [0, 1]."""
+
+
+class Inputs:
+    """The observations that a network takes, in its order.
+
+    Args:
+        names: its inputs.
+        renamed: which observation an input is, where its own name does not say it.
+        source: the file, for errors.
+
+    Attributes:
+        sensors: what the environment must give for them.
+
+    Raises:
+        UnknownNameError: an input is no observation.
+        OptionError: something is renamed that is no input, or the inputs need both lidar and camera.
+    """
+
+    def __init__(self, names: Sequence[str], renamed: Mapping[str, str] | None, source: str) -> None:
+        renamed = dict(renamed or {})
+        strange = sorted(renamed.keys() - set(names))
+        if strange:
+            raise OptionError(f"{source}: has no input {strange[0]!r} to rename; its inputs: {', '.join(names)}")
+        self.names = tuple(names)
+        self._observed = tuple(renamed.get(name, name) for name in names)
+        for name in self._observed:
+            if name not in SHAPES:
+                raise UnknownNameError(f"{source}: observation for an input", name, SHAPES)
+        self.sensors = sensors_for(self._observed, source)
+
+    def arrays(self, observation: Observation) -> list[NDArray[np.float32]]:
+        """Return the inputs for an observation, shapes as in `SHAPES`."""
+        return [_array(name, observation) for name in self._observed]
+
+
+def sensors_for(names: Sequence[str], source: str) -> Sensors:
+    """Return the environment's `observation` that has all of some keys.
+
+    Raises:
+        OptionError: none has both lidar and camera.
+    """
+    camera: Sensors | None = "rgbd" if "rgb" in names else "depth" if "depth" in names else None
+    if camera and "lidar" in names:
+        raise OptionError(f"{source}: asks for lidar and camera; the environment gives one of them")
+    return camera or "lidar"
+
+
+def checked_file(path: str | Path) -> Path:
+    """Return the path of a policy's file.
+
+    Raises:
+        LabgymError: there is none.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise LabgymError(f"policy {str(path)!r}: no such file")
+    return path
+
+
+def checked_action(output: object, source: str) -> NDArray[np.float64]:
+    """Return a network's output as an action (2,), clipped to [-1, 1].
+
+    Raises:
+        LabgymError: it is not two finite numbers.
+    """
+    try:
+        action = np.asarray(output, dtype=np.float64).ravel()
+    except (TypeError, ValueError):
+        action = np.empty(0)
+    if action.shape != (2,) or not np.isfinite(action).all():
+        raise LabgymError(f"{source}: returned {str(output)[:60]!r}, expected two finite numbers: forward and turn")
+    return np.clip(action, -1.0, 1.0)
+
+
+def _array(name: str, observation: Observation) -> NDArray[np.float32]:
+    value: NDArray[Any] = np.asarray(observation[name])
+    if name == "rgb":
+        value = value.transpose(2, 0, 1).astype(np.float32) / np.float32(255.0)
+    return np.ascontiguousarray(value, dtype=np.float32).reshape(SHAPES[name])

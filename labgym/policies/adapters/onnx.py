@@ -1,0 +1,66 @@
+"""An ONNX file as a policy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import LabgymError, MissingDependencyError
+from labgym.policies.adapters.inputs import Inputs, checked_action, checked_file
+from labgym.policies.policy import EpisodeStart, Observation, Policy
+
+
+class OnnxPolicy(Policy):
+    """Acts with an ONNX graph, by onnxruntime on one core of the CPU.
+
+    Its inputs are observations by name (`labgym.policies.adapters.inputs.SHAPES`), float32; its first output is the
+    action: two numbers in [-1, 1]. It keeps no state from step to step.
+
+    Args:
+        path: the file.
+        inputs: observation by input, where the inputs have other names.
+
+    Raises:
+        LabgymError: the file is no ONNX graph.
+        UnknownNameError: an input is no observation.
+        MissingDependencyError: onnxruntime is not installed.
+    """
+
+    name: ClassVar[str] = "onnx"
+
+    def __init__(self, path: str | Path, inputs: Mapping[str, str] | None = None) -> None:
+        try:
+            import onnxruntime
+        except ImportError:
+            raise MissingDependencyError("onnxruntime", f"policy {str(path)!r}", "onnx") from None
+        self._path = checked_file(path)
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        options.log_severity_level = 4
+        try:
+            self._session = onnxruntime.InferenceSession(str(self._path), options, ["CPUExecutionProvider"])
+        except Exception as error:
+            reason = " ".join(str(error).split())[:120]
+            raise LabgymError(f"policy {str(path)!r} is no ONNX graph that onnxruntime runs ({reason})") from error
+        self._inputs = Inputs([entry.name for entry in self._session.get_inputs()], inputs, str(path))
+        self.observation = self._inputs.sensors  # type: ignore[misc] # the file decides, not the class
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Nothing to forget."""
+
+    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+        """Run the graph.
+
+        Raises:
+            LabgymError: it returns what is no action.
+        """
+        feed = dict(zip(self._inputs.names, self._inputs.arrays(observation), strict=True))
+        return checked_action(self._session.run(None, feed)[0], str(self._path))
+
+    def files(self) -> tuple[Path, ...]:
+        """Return the graph's file."""
+        return (self._path,)

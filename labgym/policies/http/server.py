@@ -1,0 +1,291 @@
+"""Serves any policy by the NavDP benchmark's protocol, to its clients and to policies named by a URL alike."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from socketserver import TCPServer
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym import __version__
+from labgym.documents import parse_json
+from labgym.errors import DocumentError, LabgymError, OptionError
+from labgym.policies.http.forms import decode_form
+from labgym.policies.http.served import Frame, ServedPolicy, blank_frame
+from labgym.policies.http.wire import WireError, decode_colour, decode_depth
+from labgym.policies.policy import Policy
+
+MAX_BODY = 64 * 1024 * 1024
+"""Bytes of a request."""
+MAX_BATCH = 16
+"""Robots that one server drives."""
+MAX_CONNECTIONS = 32
+"""Requests that are dealt with at a time; further ones are turned away."""
+IDLE = 30.0
+"""Seconds without a byte after which a connection is closed."""
+LARGEST = 1e5
+"""Numbers beyond this are no goal, no place and no focal length."""
+
+Array = NDArray[np.float64]
+
+
+class NavigationServer(ThreadingHTTPServer):
+    """Answers `/navigator_reset`, `/navigator_reset_env` and `/pointgoal_step`; one request drives at a time.
+
+    Each robot of a batch has a policy of its own. `stop_threshold` is taken and not used: our policies have thresholds
+    of their own. There is one candidate a robot, with the value 0.
+
+    Args:
+        make: returns a new policy.
+        host, port: where to listen; port 0 takes a free one, `url` says which.
+        seed: of the policies' randomness.
+
+    Raises:
+        LabgymError: the policy needs the map, or fails on a blank frame.
+        OptionError: nothing can listen there.
+    """
+
+    daemon_threads = True
+    allow_reuse_address = True
+    request_queue_size = MAX_CONNECTIONS
+
+    def __init__(self, make: Callable[[], Policy], host: str = "127.0.0.1", port: int = 8888, seed: int = 0) -> None:
+        self.fleet = _Fleet(make, seed)
+        self._slots = threading.BoundedSemaphore(MAX_CONNECTIONS)
+        if not 0 <= port <= 65535:
+            raise OptionError(f"port is {port}, expected 0 to 65535")
+        try:
+            super().__init__((host, port), _Handler)
+        except OSError as error:
+            raise OptionError(
+                f"cannot listen on {host}:{port} ({error.strerror or error}); take another port"
+            ) from None
+
+    @property
+    def url(self) -> str:
+        """Where it answers."""
+        host, port = self.server_address[:2]
+        return f"http://{host if isinstance(host, str) else host.decode()}:{port}"
+
+    def server_bind(self) -> None:
+        """Bind, without asking a name server for the host's name as `HTTPServer` does."""
+        TCPServer.server_bind(self)
+        self.server_name, self.server_port = str(self.server_address[0]), int(self.server_address[1])
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Take a connection on, or turn it away where there are too many."""
+        if not self._slots.acquire(blocking=False):
+            self.shutdown_request(request)
+            return
+        super().process_request(request, client_address)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Serve a connection and free its slot."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._slots.release()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing where a client has gone away."""
+
+    def server_close(self) -> None:
+        """Stop listening and free the policies."""
+        super().server_close()
+        self.fleet.close()
+
+
+class _Fleet:
+    """The policies of one server, a robot each; used by one request at a time."""
+
+    def __init__(self, make: Callable[[], Policy], seed: int) -> None:
+        self._make, self._lock = make, threading.Lock()
+        self._seed = np.random.SeedSequence(seed)
+        self._intrinsic: Array | None = None
+        first = make()
+        if first.privileged:
+            raise LabgymError(f"policy {first.name!r} needs the map, which no client sends; it cannot be served")
+        self.name = first.name
+        served = ServedPolicy(first, self._seed.spawn(1)[0])
+        try:
+            served.trajectory(blank_frame())
+        except Exception as error:
+            first.close()
+            raise LabgymError(f"policy {first.name!r} cannot be served: {_one_line(error)}") from error
+        served.forget()
+        self._robots = [served]
+
+    def reset(self, content: dict[str, Any]) -> None:
+        """Begin with a camera and a number of robots."""
+        intrinsic = _numbers(content.get("intrinsic"), "intrinsic")
+        if intrinsic.shape not in ((3, 3), (4, 4)) or intrinsic[0, 0] <= 0.0 or intrinsic[1, 1] <= 0.0:
+            raise WireError("intrinsic must be a camera matrix of 3 x 3 with focal lengths above 0")
+        batch = content.get("batch_size", 1)
+        if isinstance(batch, bool) or not isinstance(batch, int) or not 1 <= batch <= MAX_BATCH:
+            raise WireError(f"batch_size is {str(batch)[:40]}, expected a whole number from 1 to {MAX_BATCH}")
+        with self._lock:
+            while len(self._robots) > batch:
+                self._robots.pop().close()
+            while len(self._robots) < batch:
+                self._robots.append(ServedPolicy(self._make(), self._seed.spawn(1)[0]))
+            for robot in self._robots:
+                robot.forget()
+            self._intrinsic = intrinsic[:3, :3]
+
+    def reset_one(self, content: dict[str, Any]) -> None:
+        """Let one robot forget."""
+        index = content.get("env_id")
+        with self._lock:
+            if isinstance(index, bool) or not isinstance(index, int) or not 0 <= index < len(self._robots):
+                raise WireError(f"env_id is {str(index)[:40]}, expected 0 to {len(self._robots) - 1}")
+            self._robots[index].forget()
+
+    def step(self, parts: dict[str, bytes]) -> dict[str, Any]:
+        """Return the answer to a form."""
+        with self._lock:
+            if self._intrinsic is None:
+                raise WireError("no camera is known; call /navigator_reset first")
+            frames = _frames(parts, len(self._robots), self._intrinsic)
+            found = np.stack([robot.trajectory(frame) for robot, frame in zip(self._robots, frames, strict=True)])
+        return {
+            "trajectory": found.tolist(),
+            "all_trajectory": found[:, None].tolist(),
+            "all_values": [[0.0]] * len(found),
+        }
+
+    def close(self) -> None:
+        with self._lock:
+            while self._robots:
+                self._robots.pop().close()
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: NavigationServer
+    server_version = f"labgym/{__version__}"
+    sys_version = ""
+    protocol_version = "HTTP/1.1"
+    timeout = IDLE
+
+    def do_POST(self) -> None:
+        """Answer a request of the protocol."""
+        fleet = self.server.fleet
+        try:
+            body = self._body()
+            if self.path == "/navigator_reset":
+                fleet.reset(_object(body, self.path))
+                self._answer(HTTPStatus.OK, {"algo": fleet.name})
+            elif self.path == "/navigator_reset_env":
+                fleet.reset_one(_object(body, self.path))
+                self._answer(HTTPStatus.OK, {"algo": fleet.name})
+            elif self.path == "/pointgoal_step":
+                self._answer(HTTPStatus.OK, fleet.step(decode_form(self.headers.get("Content-Type", ""), body)))
+            else:
+                self._refuse(HTTPStatus.NOT_FOUND, "no such place; POST /navigator_reset, then /pointgoal_step")
+        except (WireError, DocumentError) as error:
+            self._refuse(HTTPStatus.BAD_REQUEST, str(error))
+        except OSError:
+            self.close_connection = True
+        except Exception as error:  # noqa: BLE001 - the policy is anyone's; its failure is the client's to know
+            self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, f"policy {fleet.name!r}: {_one_line(error)}")
+
+    def do_GET(self) -> None:
+        """Say what is served."""
+        self._answer(HTTPStatus.OK, {"algo": self.server.fleet.name, "version": __version__})
+
+    def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002
+        """Keep quiet: a line a frame helps nobody."""
+
+    def _body(self) -> bytes:
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or len(length) > 12 or "Transfer-Encoding" in self.headers:
+            self.close_connection = True
+            raise WireError("the request must say its Content-Length")
+        if int(length) > MAX_BODY:
+            self.close_connection = True
+            raise WireError(f"the request has {length} bytes; at most {MAX_BODY} are read")
+        body = self.rfile.read(int(length))
+        if len(body) < int(length):
+            raise ConnectionAbortedError
+        return body
+
+    def _refuse(self, status: HTTPStatus, problem: str) -> None:
+        self._answer(status, {"error": problem[:500]})
+
+    def _answer(self, status: HTTPStatus, content: dict[str, Any]) -> None:
+        data = json.dumps(content, allow_nan=False).encode()
+        self.send_response(status)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Content-Length", str(len(data)))
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        self.end_headers()
+        self.wfile.write(data)
+
+
+def _object(body: bytes, source: str) -> dict[str, Any]:
+    content = parse_json(body, source)
+    if not isinstance(content, dict):
+        raise WireError(f"{source}: expected a JSON object")
+    return content
+
+
+def _frames(parts: dict[str, bytes], batch: int, intrinsic: Array) -> list[Frame]:
+    for name in ("image", "depth", "goal_data"):
+        if name not in parts:
+            raise WireError(f"the form has no {name}; expected files image and depth and the field goal_data")
+    colour, depth = decode_colour(parts["image"], batch), decode_depth(parts["depth"], batch)
+    if colour.shape[:3] != depth.shape:
+        raise WireError(f"image has shape {colour.shape[:3]} and depth {depth.shape}; expected the same")
+    data = _object(parts["goal_data"], "goal_data")
+    goals = np.column_stack([_column(data.get(key), key, batch) for key in ("goal_x", "goal_y")])
+    states = _states(parts.get("state_data"), batch)
+    return [
+        Frame(colour[k], depth[k], (float(goals[k, 0]), float(goals[k, 1])), intrinsic, *states[k])
+        for k in range(batch)
+    ]
+
+
+def _states(raw: bytes | None, batch: int) -> list[tuple[tuple[float, float, float] | None, tuple[float, float]]]:
+    """Return pose and velocity of each robot; no pose where `state_data` is not there."""
+    data = _object(raw, "state_data") if raw else {}
+    if "robot_pos" not in data or "robot_quat" not in data:
+        return [(None, (0.0, 0.0))] * batch
+    places, turns = _numbers(data["robot_pos"], "robot_pos"), _numbers(data["robot_quat"], "robot_quat")
+    speeds = _numbers(data["velocity"], "velocity") if "velocity" in data else np.zeros((batch, 2))
+    if places.shape not in ((batch, 2), (batch, 3)) or turns.shape != (batch, 4) or speeds.shape != (batch, 2):
+        raise WireError("state_data must hold robot_pos (B, 3), robot_quat (B, 4) and, perhaps, velocity (B, 2)")
+    yaws = np.arctan2(
+        2.0 * (turns[:, 3] * turns[:, 2] + turns[:, 0] * turns[:, 1]),
+        1.0 - 2.0 * (turns[:, 1] ** 2 + turns[:, 2] ** 2),
+    )
+    return [
+        ((float(places[k, 0]), float(places[k, 1]), float(yaws[k])), (float(speeds[k, 0]), float(speeds[k, 1])))
+        for k in range(batch)
+    ]
+
+
+def _column(given: object, name: str, batch: int) -> Array:
+    column = _numbers(given, name)
+    if column.shape != (batch,):
+        raise WireError(f"{name} has shape {column.shape}, expected a list of {batch}")
+    return column
+
+
+def _numbers(given: object, name: str) -> Array:
+    try:
+        found = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.array(np.nan)
+    if not np.isfinite(found).all() or np.abs(found).max(initial=0.0) > LARGEST:
+        raise WireError(f"{name} must be finite numbers of at most {LARGEST:g}")
+    return found
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())[:400]

@@ -1,0 +1,276 @@
+from __future__ import annotations
+
+import math
+import os
+import pickle
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from labgym.envs import LabPointNavEnv
+from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.eval.record import provenance
+from labgym.eval.runner import evaluate
+from labgym.eval.suites import Suite
+from labgym.layouts import load_published, published
+from labgym.policies import EpisodeStart, make_policy
+
+torch = pytest.importorskip("torch")
+onnx = pytest.importorskip("onnx")
+pytest.importorskip("onnxruntime")
+stable_baselines3 = pytest.importorskip("stable_baselines3")
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*torch.jit.*:DeprecationWarning", "ignore:.*unpickles parts")
+
+LAYOUT = load_published("test", published("test")[0])
+
+
+def observation() -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(2)
+    return {
+        "goal": np.array([3.0, math.cos(0.3), math.sin(0.3)], np.float32),
+        "velocity": np.array([0.4, -0.2], np.float32),
+        "odometry": np.array([1.0, 2.0, 0.5]),
+        "lidar": rng.uniform(0.3, 10.0, 180).astype(np.float32),
+        "depth": rng.uniform(0.3, 10.0, 72 * 128).astype(np.float32),
+        "rgb": rng.integers(0, 256, (72, 128, 3)).astype(np.uint8),
+    }
+
+
+def start() -> EpisodeStart:
+    return EpisodeStart(goal=(3.0, 0.0), rng=np.random.default_rng(0))
+
+
+class Steer(torch.nn.Module):
+    """Slower near things, turned by the sine of the bearing."""
+
+    def forward(self, goal: torch.Tensor, lidar: torch.Tensor) -> torch.Tensor:
+        return torch.stack([lidar.min(dim=1).values / 10.0, goal[:, 2]], dim=1)
+
+
+class Look(torch.nn.Module):
+    """Means over the picture's left half and the far half of the colours."""
+
+    def forward(self, depth: torch.Tensor, rgb: torch.Tensor, odometry: torch.Tensor) -> torch.Tensor:
+        return torch.stack([depth[:, 0, :, :64].mean(dim=(1, 2)) / 10.0, rgb[:, 0].mean(dim=(1, 2))], dim=1)
+
+
+def script(module: torch.nn.Module, path: Path) -> Path:
+    torch.jit.save(torch.jit.script(module), str(path))
+    return path
+
+
+def graph(path: Path, distances: str = "lidar") -> Path:
+    """The steering of `Steer` as an ONNX graph, made by hand."""
+    helper, kind = onnx.helper, onnx.TensorProto.FLOAT
+    nodes = [
+        helper.make_node("ReduceMin", [distances], ["nearest"], keepdims=1),
+        helper.make_node("Reshape", ["nearest", "one"], ["flat"]),
+        helper.make_node("Mul", ["flat", "tenth"], ["forward"]),
+        helper.make_node("Gather", ["goal", "two"], ["turn"], axis=1),
+        helper.make_node("Concat", ["forward", "turn"], ["action"], axis=1),
+    ]
+    constants = [
+        helper.make_tensor("one", onnx.TensorProto.INT64, [2], [1, 1]),
+        helper.make_tensor("two", onnx.TensorProto.INT64, [1], [2]),
+        helper.make_tensor("tenth", kind, [1], [0.1]),
+    ]
+    inputs = [
+        helper.make_tensor_value_info("goal", kind, [1, 3]),
+        helper.make_tensor_value_info(distances, kind, [1, 180]),
+    ]
+    outputs = [helper.make_tensor_value_info("action", kind, [1, 2])]
+    made = helper.make_graph(nodes, "steer", inputs, outputs, constants)
+    onnx.save(helper.make_model(made, opset_imports=[helper.make_opsetid("", 18)], ir_version=9), str(path))
+    return path
+
+
+def expected() -> list[float]:
+    seen = observation()
+    return [float(seen["lidar"].min()) / 10.0, float(seen["goal"][2])]
+
+
+def test_torchscript_gets_the_observations_that_its_arguments_name(tmp_path):
+    policy = make_policy(str(script(Steer(), tmp_path / "steer.pt")))
+    assert policy.observation == "lidar"
+    policy.reset(start())
+    assert policy.act(observation()) == pytest.approx(expected(), abs=1e-6)
+
+
+def test_torchscript_sees_pictures_channels_first_and_colours_up_to_one(tmp_path):
+    policy = make_policy(str(script(Look(), tmp_path / "look.torchscript")))
+    assert policy.observation == "rgbd"
+    seen = observation()
+    left = seen["depth"].reshape(72, 128)[:, :64].mean() / 10.0
+    red = seen["rgb"][..., 0].mean() / 255.0
+    assert policy.act(seen) == pytest.approx([left, red], abs=1e-5)
+
+
+def test_onnx_gets_the_observations_that_its_inputs_name(tmp_path):
+    policy = make_policy(str(graph(tmp_path / "steer.onnx")))
+    assert policy.observation == "lidar"
+    policy.reset(start())
+    assert policy.act(observation()) == pytest.approx(expected(), abs=1e-6)
+
+
+def test_inputs_of_other_names_can_be_renamed(tmp_path):
+    path = graph(tmp_path / "steer.onnx", distances="scan")
+    with pytest.raises(UnknownNameError, match=r"'scan' not found.*available: depth, goal, lidar"):
+        make_policy(str(path))
+    policy = make_policy(str(path), inputs={"scan": "lidar"})
+    assert policy.act(observation()) == pytest.approx(expected(), abs=1e-6)
+    with pytest.raises(OptionError, match="no input 'sacn'"):
+        make_policy(str(path), inputs={"sacn": "lidar"})
+
+
+class Greedy(torch.nn.Module):
+    def forward(self, lidar: torch.Tensor, depth: torch.Tensor) -> torch.Tensor:
+        return lidar[:, :2] + depth[:, 0, 0, :2]
+
+
+class Wordy(torch.nn.Module):
+    def forward(self, goal: torch.Tensor) -> torch.Tensor:
+        return goal
+
+
+class Lost(torch.nn.Module):
+    def forward(self, goal: torch.Tensor) -> torch.Tensor:
+        return goal[:, :2] / 0.0
+
+
+class Wild(torch.nn.Module):
+    def forward(self, goal: torch.Tensor) -> torch.Tensor:
+        return goal[:, :2] * 100.0
+
+
+def test_a_network_that_wants_lidar_and_camera_is_refused(tmp_path):
+    with pytest.raises(OptionError, match="lidar and camera"):
+        make_policy(str(script(Greedy(), tmp_path / "greedy.pt")))
+
+
+@pytest.mark.parametrize("module", [Wordy, Lost])
+def test_an_output_that_is_no_action_is_named(tmp_path, module):
+    with pytest.raises(LabgymError, match="two finite numbers"):
+        make_policy(str(script(module(), tmp_path / "m.pt"))).act(observation())
+
+
+def test_an_action_beyond_the_limits_is_clipped(tmp_path):
+    assert make_policy(str(script(Wild(), tmp_path / "m.pt"))).act(observation()) == pytest.approx([1.0, 1.0])
+
+
+class Trap:
+    """Creates a file when it is unpickled."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __reduce__(self):
+        return os.mkdir, (str(self._path),)
+
+
+def traps(folder: Path, sprung: Path) -> dict[str, Path]:
+    """Files with code to be run in them, of every kind that a policy may be in."""
+    (folder / "plain.pt").write_bytes(pickle.dumps(Trap(sprung)))
+    torch.save(Trap(sprung), folder / "checkpoint.pt")
+    torch.save({"model": Trap(sprung)}, folder / "legacy.pt", _use_new_zipfile_serialization=False)
+    (folder / "graph.onnx").write_bytes(pickle.dumps(Trap(sprung)))
+    with zipfile.ZipFile(folder / "model.zip", "w") as archive:
+        archive.writestr("data", pickle.dumps(Trap(sprung)))
+    return {path.name: path for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("name", ["plain.pt", "checkpoint.pt", "legacy.pt", "graph.onnx", "model.zip"])
+def test_nothing_is_unpickled_silently(tmp_path, name):
+    sprung, folder = tmp_path / "sprung", tmp_path / "files"
+    folder.mkdir()
+    with pytest.raises(LabgymError) as caught:
+        make_policy(str(traps(folder, sprung)[name]))
+    assert not sprung.exists()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["no.pt", "no.onnx", "no.zip", "folder.zip"])
+def test_a_file_that_is_not_there_is_named(tmp_path, name):
+    (tmp_path / "folder.zip").mkdir()
+    with pytest.raises(LabgymError, match=rf"{name}.*no such file"):
+        make_policy(str(tmp_path / name))
+
+
+@pytest.mark.parametrize("name", ["broken.pt", "broken.onnx", "broken.zip"])
+def test_a_file_of_other_content_is_one_clear_error(tmp_path, name):
+    (tmp_path / name).write_bytes(b"nothing of the kind")
+    with pytest.raises(LabgymError, match=name) as caught:
+        make_policy(str(tmp_path / name), **({"trust": True} if name.endswith("zip") else {}))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory) -> Path:
+    """A model of stable-baselines3 that has learned nothing yet."""
+    path = tmp_path_factory.mktemp("sb3") / "model.zip"
+    env = LabPointNavEnv(layout=LAYOUT)
+    stable_baselines3.PPO("MultiInputPolicy", env, n_steps=8, batch_size=8, device="cpu", seed=1).save(path)
+    env.close()
+    return path
+
+
+def test_a_foreign_model_is_refused_with_the_reason_until_it_is_trusted(trained):
+    with pytest.raises(LabgymError, match=r"unpickles.*trust=true"):
+        make_policy(str(trained))
+    with pytest.warns(UserWarning, match="unpickles parts of this foreign file"):
+        make_policy(str(trained), trust=True)
+
+
+def test_a_model_acts_as_stable_baselines3_does(trained):
+    policy = make_policy(str(trained), trust=True)
+    assert policy.observation == "lidar"
+    seen = observation()
+    model = stable_baselines3.PPO.load(trained, device="cpu")
+    wanted, _ = model.predict({key: seen[key] for key in ("goal", "velocity", "lidar")}, deterministic=True)
+    policy.reset(start())
+    assert policy.act(seen) == pytest.approx(np.clip(wanted, -1.0, 1.0))
+
+
+def test_a_model_of_flat_observations_gets_them_in_gymnasiums_order(tmp_path):
+    import gymnasium as gym
+
+    env = gym.wrappers.FlattenObservation(LabPointNavEnv(layout=LAYOUT))
+    model = stable_baselines3.PPO("MlpPolicy", env, n_steps=8, batch_size=8, device="cpu", seed=1)
+    model.save(tmp_path / "flat.zip")
+    seen = observation()
+    flat = gym.spaces.flatten(env.unwrapped.observation_space, seen)
+    env.close()
+    policy = make_policy(str(tmp_path / "flat.zip"), trust=True)
+    assert policy.act(seen) == pytest.approx(np.clip(model.predict(flat, deterministic=True)[0], -1.0, 1.0))
+
+
+def test_a_model_of_another_world_is_refused(tmp_path):
+    stable_baselines3.PPO("MlpPolicy", "Pendulum-v1", n_steps=8, batch_size=8, device="cpu").save(tmp_path / "p.zip")
+    with pytest.raises(OptionError, match="expected a Box of shape"):
+        make_policy(str(tmp_path / "p.zip"), trust=True)
+
+
+def test_an_algorithm_that_is_not_there_is_named(trained):
+    with pytest.raises(UnknownNameError, match="DQN"):
+        make_policy(str(trained), algorithm="DQN", trust=True)
+
+
+def test_results_name_the_weights_that_they_were_made_with(tmp_path):
+    path, digests = graph(tmp_path / "steer.onnx"), set()
+    for factor in (0.1, 0.2, 0.2):
+        model = onnx.load(str(path))
+        model.graph.initializer[2].CopyFrom(onnx.helper.make_tensor("tenth", onnx.TensorProto.FLOAT, [1], [factor]))
+        onnx.save(model, str(path))
+        digests.add(provenance(make_policy(str(path))).code)
+    assert len(digests) == 2
+
+
+def test_a_file_drives_an_evaluation(tmp_path):
+    report = evaluate(
+        str(graph(tmp_path / "steer.onnx")),
+        Suite(name="brief", split="test", layouts=(LAYOUT.id,), max_steps=5),
+        progress=False,
+    )
+    assert report.summary.errors == 0

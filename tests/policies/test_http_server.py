@@ -1,0 +1,463 @@
+from __future__ import annotations
+
+import contextlib
+import http.client
+import json
+import math
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+import shapely
+
+from labgym.envs.robot import ROBOT
+from labgym.envs.sensors import IMAGE_SHAPE
+from labgym.errors import LabgymError, OptionError
+from labgym.eval.drive import Drive, drive_layout
+from labgym.eval.suites import Suite
+from labgym.geometry import rotate
+from labgym.layouts import Layout, Placement, Room
+from labgym.navigation import goal_pairs, occupancy
+from labgym.policies import EpisodeStart, PathTracker, Policy, make_policy
+from labgym.policies.grid_planner import GridPlanner
+from labgym.policies.http.client import HttpPolicy, enlarged
+from labgym.policies.http.forms import encode_form
+from labgym.policies.http.served import Frame, resampled_view, rolled_out
+from labgym.policies.http.server import MAX_BATCH, MAX_BODY, NavigationServer
+from labgym.policies.http.wire import encode_colour, encode_depth, intrinsic_matrix
+
+K = intrinsic_matrix(640, 360, ROBOT.camera_hfov).tolist()
+
+
+class Diary(Policy):
+    """Writes down what it is told and drives in an arc."""
+
+    name = "diary"
+    observation = "rgbd"
+    made: list[Diary] = []  # noqa: RUF012
+
+    def __init__(self) -> None:
+        self.starts: list[EpisodeStart] = []
+        self.seen: list[dict[str, np.ndarray]] = []
+        Diary.made.append(self)
+
+    def reset(self, episode):
+        self.starts.append(episode)
+
+    def act(self, observation):
+        self.seen.append(dict(observation))
+        return np.array([0.5, 0.2])
+
+
+class OnTheMap(Policy):
+    """Follows the planner's path on a map that it was given before; knows the drive by its goal."""
+
+    name = "on_the_map"
+    observation = "depth"
+
+    def __init__(self, layout: Layout) -> None:
+        self._drives = []
+        for pair in goal_pairs(layout):
+            x, y, yaw = pair.start
+            goal = rotate(pair.goal[0] - x, pair.goal[1] - y, -yaw)
+            path = GridPlanner(occupancy(layout)).plan(pair.start[:2], pair.goal[:2])
+            self._drives.append((goal, np.array([rotate(px - x, py - y, -yaw) for px, py in path])))
+
+    def reset(self, episode):
+        self._path = min(self._drives, key=lambda drive: math.dist(drive[0], episode.goal))[1]
+        self._tracker = PathTracker(self._path)
+
+    def act(self, observation):
+        return self._tracker.action(tuple(observation["odometry"]), float(observation["velocity"][0]))
+
+    def planned_path(self):
+        return self._path
+
+
+@contextlib.contextmanager
+def served(make) -> Iterator[NavigationServer]:
+    server = NavigationServer(make, port=0)
+    thread = threading.Thread(target=server.serve_forever, args=(0.02,))
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+
+
+@pytest.fixture(scope="module")
+def diary() -> Iterator[NavigationServer]:
+    with served(Diary) as server:
+        yield server
+
+
+def post(server: NavigationServer, path: str, body: bytes, kind: str = "application/json") -> tuple[int, dict]:
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=30)
+    with contextlib.closing(connection):
+        connection.request("POST", path, body, {"Content-Type": kind})
+        response = connection.getresponse()
+        return response.status, json.loads(response.read())
+
+
+def reset(server: NavigationServer, batch: int = 1, **changes: object) -> tuple[int, dict]:
+    content = {"intrinsic": K, "stop_threshold": -3.0, "batch_size": batch, **changes}
+    return post(server, "/navigator_reset", json.dumps(content).encode())
+
+
+def frames(batch: int = 1, state: object = None, **changes: object) -> tuple[bytes, str]:
+    pictures = np.zeros((batch, 360, 640, 3), np.uint8)
+    pictures[..., 0] = 200
+    depth = np.stack([np.full((360, 640), 1.0 + k, np.float32) for k in range(batch)])
+    goal = {"goal_x": [2.0 + k for k in range(batch)], "goal_y": [0.5] * batch}
+    fields = {"goal_data": json.dumps(goal), "depth_time": "0", "rgb_time": "0"}
+    if state is not None:
+        fields["state_data"] = json.dumps(state)
+    files = {
+        "image": ("image.jpg", "image/jpeg", encode_colour(pictures)),
+        "depth": ("depth.png", "image/png", encode_depth(depth)),
+    }
+    for name, value in changes.items():
+        (files if name in files else fields).pop(name, None)
+        if isinstance(value, bytes):
+            files[name] = ("x", "image/png", value)
+        elif value is not None:
+            fields[name] = json.dumps(value)
+    kind, body = encode_form(fields, files)
+    return body, kind
+
+
+def step(server: NavigationServer, batch: int = 1, **changes: object) -> tuple[int, dict]:
+    return post(server, "/pointgoal_step", *frames(batch, **changes))
+
+
+@pytest.mark.parametrize("batch", [1, 3])
+def test_a_batch_is_answered_with_the_protocols_three_arrays(diary, batch):
+    assert reset(diary, batch) == (200, {"algo": "diary"})
+    status, answer = step(diary, batch)
+    assert status == 200
+    assert set(answer) == {"trajectory", "all_trajectory", "all_values"}
+    assert np.array(answer["trajectory"]).shape == (batch, 24, 3)
+    assert np.array(answer["all_trajectory"]).shape == (batch, 1, 24, 3)
+    assert np.array(answer["all_values"]).shape == (batch, 1)
+
+
+def test_each_robot_of_a_batch_has_a_policy_of_its_own_that_sees_its_own_frames():
+    with served(Diary) as server:
+        first = Diary.made[-1]
+        reset(server, 2)
+        second = Diary.made[-1]
+        step(server, 2)
+    assert first is not second
+    for k, policy in enumerate((first, second)):
+        seen = policy.seen[-1]
+        np.testing.assert_allclose(seen["depth"], 1.0 + k, atol=1e-4)
+        np.testing.assert_allclose(seen["rgb"].reshape(-1, 3).mean(axis=0), [200, 0, 0], atol=3)
+        distance = math.hypot(2.0 + k + ROBOT.camera_forward, 0.5)
+        assert seen["goal"][0] == pytest.approx(distance, abs=1e-5)
+        assert policy.starts[-1].goal == pytest.approx((2.0 + k + ROBOT.camera_forward, 0.5))
+        assert policy.starts[-1].truth is None
+
+
+def state(x: float, y: float, yaw: float) -> dict[str, object]:
+    return {
+        "robot_pos": [[x, y, 0.0]],
+        "robot_quat": [[0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)]],
+        "velocity": [[0.4, -0.2]],
+    }
+
+
+def test_with_the_clients_pose_a_policy_has_odometry_from_where_it_began():
+    with served(Diary) as server:
+        policy = Diary.made[-1]
+        reset(server)
+        begun = len(policy.starts)
+        step(server, state=state(5.0, 2.0, math.pi / 2))
+        step(server, state=state(5.0, 3.0, math.pi))
+        assert policy.seen[-2]["odometry"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+        assert policy.seen[-1]["odometry"] == pytest.approx([1.0, 0.0, math.pi / 2])
+        assert policy.seen[-1]["velocity"] == pytest.approx([0.4, -0.2])
+        assert len(policy.starts) == begun + 1
+        post(server, "/navigator_reset_env", b'{"env_id": 0}')
+        step(server, state=state(5.0, 3.0, math.pi))
+        assert policy.seen[-1]["odometry"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+        assert len(policy.starts) == begun + 2
+
+
+def test_without_it_every_frame_begins_anew():
+    with served(Diary) as server:
+        policy = Diary.made[-1]
+        reset(server)
+        begun = len(policy.starts)
+        for _ in range(3):
+            step(server)
+        assert len(policy.starts) == begun + 3
+
+
+def test_a_step_before_the_first_reset_says_what_is_missing():
+    with served(Diary) as server:
+        status, answer = step(server)
+    assert status == 400
+    assert "navigator_reset" in answer["error"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"image": None},
+        {"depth": None},
+        {"goal_data": None},
+        {"image": b"no picture"},
+        {"depth": b"no picture"},
+        {"depth": encode_depth(np.ones((1, 36, 64)))},
+        {"goal_data": {"goal_x": [1.0]}},
+        {"goal_data": {"goal_x": [1.0, 2.0], "goal_y": [1.0, 2.0]}},
+        {"goal_data": {"goal_x": ["a"], "goal_y": [0.0]}},
+        {"goal_data": {"goal_x": [1e8], "goal_y": [0.0]}},
+        {"goal_data": {"goal_x": [float("nan")], "goal_y": [0.0]}},
+        {"goal_data": [1, 2]},
+        {"state": {"robot_pos": [[0, 0, 0]], "robot_quat": [[0, 0, 1]]}},
+        {"state": {"robot_pos": "here", "robot_quat": [[0, 0, 0, 1]]}},
+    ],
+)
+def test_a_bad_step_is_refused_in_one_line_and_the_next_is_answered(diary, changes):
+    reset(diary)
+    status, answer = step(diary, **changes)
+    assert status == 400
+    assert list(answer) == ["error"]
+    assert "\n" not in answer["error"]
+    assert step(diary)[0] == 200
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"intrinsic": None},
+        {"intrinsic": [[1, 2], [3, 4]]},
+        {"intrinsic": [[0, 0, 0], [0, 0, 0], [0, 0, 1]]},
+        {"intrinsic": [["a"] * 3] * 3},
+        {"batch_size": 0},
+        {"batch_size": MAX_BATCH + 1},
+        {"batch_size": 10**9},
+        {"batch_size": 1.5},
+        {"batch_size": True},
+    ],
+)
+def test_a_bad_reset_is_refused(diary, changes):
+    status, answer = reset(diary, **changes)
+    assert status == 400
+    assert "error" in answer
+
+
+@pytest.mark.parametrize("index", [b"-1", b"1", b'"0"', b"null", b"1e3"])
+def test_a_robot_that_is_not_there_is_not_reset(diary, index):
+    reset(diary, 1)
+    assert post(diary, "/navigator_reset_env", b'{"env_id": ' + index + b"}")[0] == 400
+
+
+@pytest.mark.parametrize("body", [b"", b"[]", b"{", b"[" * 100_000, b"\xff", b'{"intrinsic": NaN}'])
+def test_what_is_no_json_object_is_refused(diary, body):
+    assert post(diary, "/navigator_reset", body)[0] == 400
+
+
+def test_other_places_and_types_are_refused(diary):
+    assert post(diary, "/shutdown", b"{}")[0] == 404
+    assert post(diary, "/pointgoal_step", b"{}")[0] == 400
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        b"",
+        b"Content-Length: -1\r\n",
+        b"Content-Length: %d\r\n" % (MAX_BODY + 1),
+        b"Content-Length: 99999999999999999999\r\n",
+        b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n",
+    ],
+)
+def test_a_body_of_no_or_too_great_length_is_refused_unread(diary, header):
+    with socket.create_connection(("127.0.0.1", diary.server_port), timeout=10) as connection:
+        connection.sendall(b"POST /pointgoal_step HTTP/1.1\r\nHost: x\r\n" + header + b"\r\n")
+        answer = b""
+        while chunk := connection.recv(65536):
+            answer += chunk
+    assert answer.startswith(b"HTTP/1.1 400 ")
+
+
+def test_a_client_that_goes_away_in_the_middle_harms_nobody(diary):
+    for _ in range(3):
+        with socket.create_connection(("127.0.0.1", diary.server_port), timeout=10) as connection:
+            connection.sendall(b"POST /pointgoal_step HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\nabc")
+    reset(diary)
+    assert step(diary)[0] == 200
+
+
+class Moody(Diary):
+    name = "moody"
+
+    def act(self, observation):
+        if len(self.starts) > 1:
+            raise RuntimeError("not\ntoday")
+        return np.zeros(2)
+
+
+def test_a_policy_that_fails_is_told_to_the_client():
+    with served(Moody) as server:
+        reset(server)
+        status, answer = step(server)
+    assert status == 500
+    assert answer["error"] == "policy 'moody': RuntimeError: not today"
+
+
+class Ranger(Diary):
+    name = "ranger"
+
+    def act(self, observation):
+        return observation["lidar"][:2]
+
+
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [(Ranger, "asks for 'lidar'"), (lambda: make_policy("astar"), "needs the map")],
+)
+def test_what_cannot_be_served_is_refused_at_the_start(make, reason):
+    with pytest.raises(LabgymError, match=reason):
+        NavigationServer(make, port=0)
+
+
+def test_a_port_that_is_taken_or_none_is_named():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(OptionError, match=str(port)):
+            NavigationServer(Diary, port=port)
+    with pytest.raises(OptionError, match="70000"):
+        NavigationServer(Diary, port=70000)
+
+
+@pytest.mark.parametrize(("v", "w"), [(0.5, 0.4), (0.5, -0.4), (1.0, 1.5), (0.2, -1.5), (-0.2, 0.3)])
+def test_a_command_rolls_out_along_its_circle(v, w):
+    points = rolled_out(v, w)[:, :2] + (ROBOT.camera_forward, 0.0)
+    radius = v / w
+    np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1] - radius), abs(radius), rtol=1e-9)
+    assert np.linalg.norm(points[0]) == pytest.approx(2.0 * abs(radius * math.sin(w * ROBOT.control_dt / 2.0)))
+    assert points[0, 0] * v > 0.0
+
+
+def test_a_straight_command_rolls_out_straight_for_as_long_as_it_takes():
+    points = rolled_out(0.8, 0.0)
+    np.testing.assert_allclose(points[:, 0] + ROBOT.camera_forward, 0.08 * np.arange(1, 25))
+    np.testing.assert_allclose(points[:, 1:], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("w", [-1.5, -0.3, 0.3, 1.5])
+def test_a_turn_in_place_leads_off_to_its_side(w):
+    points = rolled_out(0.0, w)[:, :2] + (ROBOT.camera_forward, 0.0)
+    bearings = np.arctan2(points[:, 1], points[:, 0])
+    np.testing.assert_allclose(bearings, bearings[0])
+    assert np.sign(bearings[0]) == np.sign(w)
+    assert 0.5 <= abs(bearings[0]) <= math.pi / 2
+
+
+def test_rest_stays_where_it_is():
+    assert not rolled_out(0.0, 0.0).any()
+
+
+def test_a_frame_that_was_enlarged_comes_back_as_it_was():
+    rng = np.random.default_rng(5)
+    depth = rng.uniform(0.2, 6.0, IMAGE_SHAPE).astype(np.float32)
+    depth[0, 0] = 10.0
+    colour = rng.integers(0, 256, (*IMAGE_SHAPE, 3)).astype(np.uint8)
+    large, far = enlarged({"depth": depth.ravel(), "rgb": colour})
+    sent = Frame(large, np.minimum(far, np.float32(6.5535)), (1.0, 0.0), np.array(K))
+    seen, back = resampled_view(sent)
+    np.testing.assert_array_equal(seen, colour)
+    np.testing.assert_array_equal(back, depth)
+
+
+def test_a_wider_camera_is_cut_to_our_field_of_view():
+    wide = intrinsic_matrix(640, 360, math.radians(100.0))
+    columns = np.broadcast_to(np.arange(640, dtype=np.float32), (360, 640)) / 1000.0
+    frame = Frame(np.zeros((360, 640, 3), np.uint8), columns, (1.0, 0.0), wide)
+    _, seen = resampled_view(frame)
+    half = math.tan(math.radians(34.0)) * wide[0, 0]
+    assert seen[0, 0] * 1000.0 == pytest.approx(320.0 - half * 127 / 128, abs=1.0)
+    assert seen[0, -1] * 1000.0 == pytest.approx(320.0 + half * 127 / 128, abs=1.0)
+
+
+def laboratory() -> Layout:
+    """A small room with the four places of a protocol and a bench in the middle."""
+
+    def at(asset: str, x: float, y: float, yaw: float) -> Placement:
+        return Placement(id=asset, asset=asset, position=(x, y, 0.0), yaw=yaw)
+
+    placements = (
+        at("PreparationBench", 0.40, 2.5, -math.pi / 2),
+        at("FumeHood", 2.5, 6.05, math.pi),
+        at("ValidationPlatform", 6.05, 4.0, math.pi / 2),
+        at("SinkBench", 4.6, 0.45, 0.0),
+        at("IslandBench", 3.2, 3.3, 0.0),
+    )
+    return Layout(id="served", protocol="alk_03", room=Room(width=6.5, depth=6.5), placements=placements)
+
+
+def apart(one: Drive, other: Drive) -> float:
+    """The greatest distance from a place on one route to the other, metres."""
+    lines = [shapely.LineString([pose[:2] for pose in drive.route]) for drive in (one, other)]
+    return float(lines[0].hausdorff_distance(lines[1]))
+
+
+def test_a_planner_drives_the_same_routes_over_http_as_directly():
+    layout, suite = laboratory(), Suite(name="short", max_steps=200)
+    direct = drive_layout(OnTheMap(layout), layout, suite, "direct", 0)
+    with served(lambda: OnTheMap(layout)) as server:
+        remote = drive_layout(HttpPolicy(server.url), layout, suite, "remote", 0)
+    assert len(direct) == len(remote) == len(goal_pairs(layout))
+    for here, there in zip(direct, remote, strict=True):
+        assert here.row.success
+        assert there.row.success
+        assert there.row.error is None
+        assert apart(here, there) < 0.10
+        assert there.row.path_length == pytest.approx(here.row.path_length, rel=0.03)
+        assert there.row.planning_ms > 0.0
+
+
+def test_a_policy_that_only_acts_drives_nearly_the_same_routes_over_http():
+    layout = laboratory()
+    suite = Suite(name="short", max_steps=40)
+    direct = drive_layout(make_policy("straight"), layout, suite, "direct", 0)
+    with served(lambda: make_policy("straight")) as server:
+        remote = drive_layout(HttpPolicy(server.url, replan=1), layout, suite, "remote", 0)
+    for here, there in zip(direct, remote, strict=True):
+        assert there.row.error is None
+        assert apart(here, there) < 0.25
+
+
+def test_the_command_serves_until_ctrl_c():
+    command = [sys.executable, "-m", "labgym.cli", "serve", "straight", "--port", "0", "--options", "turn_in_place=0.4"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        said = process.stdout.readline()
+        policy = HttpPolicy(said.split(" at ")[1].partition(";")[0])
+        policy.reset(EpisodeStart(goal=(3.0, 0.0), rng=np.random.default_rng(0)))
+        process.send_signal(signal.SIGINT)
+        _, complaint = process.communicate(timeout=60)
+    assert said.startswith("Serving straight at http://127.0.0.1:")
+    assert (process.returncode, complaint) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [(("astar",), "map"), (("strait",), "straight"), (("straight", "--options", "colour=red"), "colour")],
+)
+def test_the_command_says_in_one_line_why_it_does_not_serve(capsys, arguments, reason):
+    from labgym.cli import main
+
+    assert main(["serve", *arguments, "--port", "0"]) == 2
+    complaint = capsys.readouterr().err
+    assert complaint.count("\n") == 1
+    assert reason in complaint
