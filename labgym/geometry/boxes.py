@@ -106,7 +106,8 @@ class BoxArray:
 def pairwise_penetration(a: BoxArray, b: BoxArray) -> Array:
     """Return the least overlap over all separating axes, shape (n, m): positive where boxes interpenetrate."""
     along_z = np.minimum(a.z[:, None, 1], b.z[None, :, 1]) - np.maximum(a.z[:, None, 0], b.z[None, :, 0])
-    return np.minimum(along_z, _planar_penetration(a, b))
+    least: Array = np.minimum(along_z, _planar_penetration(a, b))
+    return least
 
 
 def pairwise_distance(a: BoxArray, b: BoxArray) -> Array:
