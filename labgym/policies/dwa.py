@@ -13,6 +13,7 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.geometry import rotate
 from labgym.navigation import Pose
+from labgym.policies.blockage import Blockage
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import turn_towards, velocities_to_action
 from labgym.policies.via_point import ViaPoints
@@ -20,6 +21,9 @@ from labgym.policies.via_point import ViaPoints
 Array = NDArray[np.float64]
 Point = tuple[float, float]
 
+
+CREEP = 0.05
+"""Speed that the clearance of standing still is judged by, m/s."""
 
 SHRINK = 0.005
 """By how much the disc that is kept clear stays smaller than the distance to the nearest return, metres."""
@@ -33,6 +37,8 @@ class DwaOptions:
         radius: of the disc that is kept clear, metres.
         heading, clearance, velocity: weights of the objective's terms (alpha, beta and gamma of the paper).
         far: clearance along an arc beyond which more does not count, metres.
+        horizon: time after which the heading is judged, seconds. The paper takes one step and a full brake, over which
+            turn rates of one window hardly differ in heading, and clearance decides alone.
         braking: deceleration that admissible velocities are computed with, m/s2.
         samples: velocities forward and turn rates in the window.
         turn_in_place: bearing of the target beyond which it turns on the spot, radians.
@@ -43,6 +49,7 @@ class DwaOptions:
     clearance: float = 0.15
     velocity: float = 0.3
     far: float = 1.5
+    horizon: float = 0.6
     braking: float = 1.0
     samples: tuple[int, int] = (7, 21)
     turn_in_place: float = 1.2
@@ -56,7 +63,7 @@ class DwaPolicy(Policy):
 
         alpha heading(v, w) + beta dist(v, w) + gamma velocity(v, w),
 
-    each term in [0, 1]: heading towards the target after the step and a full brake, clearance along the arc, speed.
+    each term in [0, 1]: heading towards the target after a while on the arc, clearance along it, and speed.
     The paper steers for the goal alone and stops in front of whatever is wider than it can see around. Here the target
     is a via point that the present scan offers (`ViaPoints`). There is no map: in a dead end deeper than that it
     drives to and fro, and its success rate says so.
@@ -69,12 +76,14 @@ class DwaPolicy(Policy):
         self._options = options or DwaOptions()
         self._robot: RobotSpec = ROBOT
         self._via = ViaPoints((0.0, 0.0))
+        self._blockage = Blockage()
         self._path: Array | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Note the goal and forget the via point."""
         self._robot = episode.robot
         self._via = ViaPoints(episode.goal)
+        self._blockage = Blockage(episode.robot)
         self._path = None
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
@@ -90,9 +99,14 @@ class DwaPolicy(Policy):
         tx, ty = rotate(target[0] - pose[0], target[1] - pose[1], -pose[2])
         bearing = math.atan2(ty, tx)
         v, w = (float(value) for value in observation["velocity"])
+        self._blockage.blocked(v)
+        if self._blockage.backing:
+            return self._blockage.back_off()
         if abs(bearing) > self._options.turn_in_place and v < 0.2:
             return turn_towards(bearing, self._robot)
-        return velocities_to_action(*self._best(v, w, points, (tx, ty), radius), self._robot)
+        best = self._best(v, w, points, (tx, ty), radius)
+        self._blockage.note(best[0])
+        return velocities_to_action(*best, self._robot)
 
     def planned_path(self) -> Array | None:
         """Return the straight line to the point that it steers for; it may leave it to keep clear of things."""
@@ -102,11 +116,12 @@ class DwaPolicy(Policy):
         """Return the best admissible velocities; where there are none, those of the hardest brake."""
         options, robot = self._options, self._robot
         vs, ws = dynamic_window(v, w, options.samples, robot)
-        free = arc_clearance(vs, ws, points, radius)
+        # Standing still would otherwise always have the widest clearance.
+        free = arc_clearance(np.maximum(vs, CREEP), ws, points, radius)
         admissible = vs <= stopping_speed(free, options.braking, robot.control_dt) + 1e-9
         if not admissible.any():
             return max(0.0, v - robot.acceleration * robot.control_dt), w
-        heading = 1.0 - heading_error(vs, ws, target, robot) / math.pi
+        heading = 1.0 - heading_error(vs, ws, target, options.horizon) / math.pi
         clearance = np.minimum(free, options.far) / options.far
         score = options.heading * heading + options.clearance * clearance + options.velocity * vs / robot.v_max
         best = int(np.argmax(np.where(admissible, score, -math.inf)))
@@ -186,21 +201,24 @@ def stopping_speed(distance: Array, braking: float, delay: float) -> Array:
 
     Args:
         distance: (n,) to the obstacle, metres; inf allowed.
+        horizon: time after which the heading is judged, seconds. The paper takes one step and a full brake, over which
+            turn rates of one window hardly differ in heading, and clearance decides alone.
         braking: deceleration, m/s2.
         delay: time before it sets in, seconds.
     """
     return np.asarray(np.sqrt((braking * delay) ** 2 + 2.0 * braking * distance) - braking * delay)
 
 
-def heading_error(v: Array, w: Array, target: Point, robot: RobotSpec = ROBOT) -> Array:
-    """Return the angle to the target, in [0, pi], from where the robot is after one step and a full brake of the turn.
+def heading_error(v: Array, w: Array, target: Point, horizon: float) -> Array:
+    """Return the angle to the target, in [0, pi], from where the robot is after some time on each arc.
 
     Args:
         v: (n,) m/s. w: (n,) rad/s.
         target: (x, y) in the robot frame, metres.
+        horizon: the time, seconds.
     """
-    turned = w * robot.control_dt + np.sign(w) * w**2 / (2.0 * robot.turn_acceleration)
-    travelled = v * (robot.control_dt + np.abs(w) / robot.turn_acceleration)
-    x, y = travelled * np.cos(turned / 2.0), travelled * np.sin(turned / 2.0)
+    turned = w * horizon
+    chord = v * horizon * np.sinc(turned / (2.0 * math.pi))
+    x, y = chord * np.cos(turned / 2.0), chord * np.sin(turned / 2.0)
     error = np.arctan2(target[1] - y, target[0] - x) - turned
     return np.asarray(np.abs((error + math.pi) % (2.0 * math.pi) - math.pi))

@@ -35,6 +35,8 @@ class OnlineMapOptions:
     Attributes:
         unknown: by how many times its length a path over unseen floor costs more than over free floor.
         radii: clearances to plan with, metres: the next one where the one before finds no way to the goal.
+        comfort: clearance beyond which more is not sought, metres; wider than on the true map, since the camera sees
+            things smaller than the boxes that stop the robot.
         replan: control steps after which the path is planned anew though nothing blocks it.
         margin: unseen floor around what was seen on which a path may be planned, metres.
         bump: half the width of the obstacle that is entered where the robot is stopped by what it does not see, radians
@@ -43,6 +45,7 @@ class OnlineMapOptions:
 
     unknown: float = 0.5
     radii: tuple[float, ...] = (PLANNING_RADIUS, ROBOT.chassis_radius + 0.01)
+    comfort: float = 0.6
     replan: int = 10
     margin: float = 1.0
     bump: float = 0.5
@@ -123,7 +126,7 @@ class OnlineMapPolicy(Policy):
         surcharge = np.where(floor.unknown, self._options.unknown, 0.0)
         self._age = 0
         for radius in self._options.radii:
-            planner = GridPlanner(floor.grid, PlannerOptions(radius=radius), surcharge)
+            planner = GridPlanner(floor.grid, PlannerOptions(radius, self._options.comfort), surcharge)
             path = planner.plan(here, self._goal)
             if path is not None:
                 break

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from labgym.eval import evaluate
 from labgym.layouts import Layout
 from labgym.layouts.model import Door, Placement, Room
+from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.dwa import arc_clearance, dynamic_window, heading_error, lidar_points, stopping_speed
 from labgym.policies.via_point import ViaPoints, straight_clearance
 
@@ -89,12 +90,37 @@ def test_without_delay_the_admissible_speed_is_the_papers():
 
 
 def test_the_heading_error_vanishes_on_the_way_to_the_target_and_is_half_a_turn_behind():
-    ahead, behind = (heading_error(np.array([0.5]), np.array([0.0]), target)[0] for target in ((3.0, 0.0), (-3.0, 0.0)))
+    ahead, behind = (heading_error(np.array([0.5]), np.array([0.0]), (x, 0.0), 0.6)[0] for x in (3.0, -3.0))
     assert ahead == pytest.approx(0.0)
     assert behind == pytest.approx(math.pi)
-    left = heading_error(np.array([0.0, 0.0]), np.array([1.0, -1.0]), (0.0, 3.0))
-    turned = 0.1 + 1.0 / 8.0
-    assert left == pytest.approx([math.pi / 2.0 - turned, math.pi / 2.0 + turned])
+    left = heading_error(np.array([0.0, 0.0]), np.array([1.0, -1.0]), (0.0, 3.0), 0.6)
+    assert left == pytest.approx([math.pi / 2.0 - 0.6, math.pi / 2.0 + 0.6])
+
+
+def test_the_heading_is_judged_from_the_end_of_the_arc():
+    quarter_circle = heading_error(np.array([1.0]), np.array([math.pi / 2.0]), (2.0 / math.pi, 5.0), 1.0)
+    assert quarter_circle == pytest.approx([0.0], abs=1e-9)
+
+
+def test_standing_before_a_wall_it_turns_to_the_target_rather_than_stay():
+    policy = make_policy("dwa")
+    policy.reset(EpisodeStart(goal=(0.0, 3.0), rng=np.random.default_rng(0)))
+    ranges = np.full(180, 10.0, dtype=np.float32)
+    angles = -math.pi + 2.0 * math.pi / 180 * np.arange(180)
+    facing = np.abs(angles) < 1.0
+    ranges[facing] = 0.32 / np.cos(angles[facing])
+    seen = {"lidar": ranges, "velocity": np.zeros(2, np.float32)}
+    _, turn = policy.act({**seen, "odometry": np.array([0.0, 0.0, 0.8])})
+    assert turn > 0.0
+
+
+def test_held_by_something_it_backs_off():
+    policy = make_policy("dwa")
+    policy.reset(EpisodeStart(goal=(3.0, 0.0), rng=np.random.default_rng(0)))
+    seen = {"lidar": np.full(180, 10.0, np.float32), "velocity": np.zeros(2, np.float32), "odometry": np.zeros(3)}
+    forward = [policy.act(seen)[0] for _ in range(8)]
+    assert forward[0] > 0.0
+    assert min(forward) == -1.0
 
 
 def test_returns_lie_where_the_lidars_rays_end():
