@@ -22,6 +22,8 @@ BRACKET = 0.01
 """Gap between a wall-mounted thing and its wall, metres."""
 ELBOW = 0.03
 """Gap kept to everything else, metres."""
+WORKING_HEIGHT = 0.35
+"""Free height that wall-mounted things leave above a worktop, metres: a gooseneck tap, a flask on its stand."""
 WALL_STEP = 0.05
 """Spacing of the places tried along a wall, metres."""
 
@@ -93,7 +95,7 @@ def on_wall(layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float,
         for x, y, yaw in candidates
     ]
     doors = [_opening(room, door) for door in room.doors]
-    free = _free(layout, boxes, [*doors, *keepouts.stands, *keepouts.zones])
+    free = _free(layout, boxes, [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones])
     for box, is_free in zip(boxes, free, strict=True):
         if is_free:
             return _placement(layout, asset, (box.x, box.y, asset.mount_height), box.yaw, WALL, None)
@@ -163,6 +165,17 @@ def _opening(room: Room, door: Door) -> OrientedBox:
     """The doorway and the wall beside it that its frame takes."""
     x, y, yaw = door_pose(room, door)
     return OrientedBox(x, y, door.width + 0.2, 0.6, yaw, 0.0, door.height + 0.15)
+
+
+def _worktops(layout: Layout) -> list[OrientedBox]:
+    """The space above open work surfaces of floor furniture, over their whole footprint."""
+    spaces = []
+    for placement in layout.placements:
+        asset = layout.asset(placement.id)
+        if placement.support == FLOOR and any(surface.headroom is None for surface in asset.surfaces):
+            box = layout.box(placement.id)
+            spaces.append(OrientedBox(box.x, box.y, box.width, box.depth, box.yaw, box.z1, box.z1 + WORKING_HEIGHT))
+    return spaces
 
 
 def _edge(spot: Spot, surface: OrientedBox) -> float:
