@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+from labgym.cli import main
+from labgym.errors import OptionError
+from labgym.eval.drive import drive_layout
+from labgym.eval.suites import Suite
+from labgym.layouts import load_published, published
+from labgym.policies.adapters.inputs import SHAPES
+from labgym.policies.http.client import HttpPolicy
+from labgym.policies.registry import parse_options
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "policies.md").read_text(encoding="utf-8")
+
+
+def test_the_pages_policy_drives():
+    names: dict[str, object] = {}
+    exec(re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1], names)
+    layout = load_published("test", published("test")[0])
+    for drive in drive_layout(names["Careful"](), layout, Suite(name="brief", max_steps=10), "careful", 0):
+        assert drive.row.error is None
+        assert drive.row.steps == 10
+        assert drive.row.path_length > 0.0
+
+
+def test_the_pages_inputs_are_those_that_networks_are_fed():
+    rows = dict(re.findall(r"^\| `(\w+)` \| (1 x [\dx ]+?) \|", PAGE, re.MULTILINE))
+    assert rows == {name: " x ".join(map(str, shape)) for name, shape in SHAPES.items()}
+
+
+def test_the_pages_defaults_are_those_of_the_client():
+    defaults = {name: part.default for name, part in inspect.signature(HttpPolicy).parameters.items()}
+    for name in ("replan", "step_timeout", "reset_timeout", "retries"):
+        assert f"`{name}` ({defaults[name]:g})" in PAGE
+
+
+def test_options_are_read_as_json_or_else_as_text():
+    given = ["replan=2", "trust=true", "url=http://x/?a=b", 'inputs={"scan": "lidar"}', "empty=", "none=null"]
+    assert parse_options(given) == {
+        "replan": 2,
+        "trust": True,
+        "url": "http://x/?a=b",
+        "inputs": {"scan": "lidar"},
+        "empty": "",
+        "none": None,
+    }
+
+
+@pytest.mark.parametrize("text", ["replan", "=2", "two words=2", ""])
+def test_an_option_without_a_name_is_refused(text):
+    with pytest.raises(OptionError, match="NAME=VALUE"):
+        parse_options([text])
+
+
+def test_an_evaluation_takes_options_and_names_its_folder_after_the_policy(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    layout = published("test")[0]
+    url = "http://127.0.0.1:1"
+    arguments = ["--layouts", layout, "--options", "retries=0", "backoff=0.0"]
+    assert main(["eval", "--policy", url, *arguments]) == 1
+    assert "episodes failed in the policy" in capsys.readouterr().err
+    folder = tmp_path / "runs" / "http_127.0.0.1_1-layouts"
+    rows = (folder / "episodes.jsonl").read_text().splitlines()
+    assert rows
+    assert all("no connection" in row for row in rows)
