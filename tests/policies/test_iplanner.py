@@ -229,10 +229,10 @@ def test_depth_out_of_range_counts_as_nothing_seen() -> None:
 class Scripted(IPlannerPolicy):
     """Plans straight ahead, as fearful as it is told; the rest is the policy's own."""
 
-    fear = 0.0
+    fear, slope = 0.0, 0.0
 
     def plan(self, depth: np.ndarray, goal: tuple[float, float]) -> tuple[np.ndarray, float]:
-        return np.column_stack([np.linspace(0.0, 3.0, 51), np.zeros(51)]), self.fear
+        return np.linspace(0.0, 3.0, 51)[:, None] * (1.0, self.slope), self.fear
 
 
 def seen(bearing: float, nearest: float = 5.0, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> dict[str, object]:
@@ -246,7 +246,7 @@ def seen(bearing: float, nearest: float = 5.0, pose: tuple[float, float, float] 
 
 @pytest.fixture
 def policy(tmp_path: Path) -> Scripted:
-    made = Scripted(saved(tmp_path), PlannerRules(replan=1))
+    made = Scripted(saved(tmp_path), PlannerRules(look=1))
     made.reset(EpisodeStart(goal=(4.0, 0.0), rng=np.random.default_rng(0)))
     return made
 
@@ -269,6 +269,14 @@ def test_it_stops_and_turns_after_more_than_three_fearful_frames_before_an_obsta
     policy.fear = 0.1
     assert policy.act(seen(0.0, nearest=0.6, pose=(0.0, 0.0, 0.3)))[0] == 0.0
     assert policy.act(seen(0.0, nearest=4.0, pose=(0.0, 0.0, 0.7)))[0] > 0.0
+
+
+def test_it_keeps_a_path_until_it_has_followed_it_for_a_while(policy: Scripted) -> None:
+    policy.slope = 2.0
+    assert policy.act(seen(0.0))[1] > 0.0
+    policy.slope = -2.0
+    assert policy.act(seen(0.0, pose=(0.0, 0.0, 0.3)))[1] > 0.0
+    assert policy.act(seen(0.0, pose=(0.2, 0.4, 0.3)))[1] < 0.0
 
 
 def test_fear_in_the_open_does_not_stop_it(policy: Scripted) -> None:

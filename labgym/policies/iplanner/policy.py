@@ -28,7 +28,10 @@ class PlannerRules:
     Attributes:
         facing: an episode begins by turning in place until the goal's bearing is within this, radians: the camera is 68
             degrees wide, and the goal may be behind.
-        replan: control steps that a path is followed for.
+        look: control steps between two looks, each of which gives a path and the fear that it collides.
+        commit: a path is followed for this distance before a new one is taken, metres. While it turns to follow a path
+            the robot keeps it: another view would give another path, and it would turn to and fro for ever.
+        patience: control steps after which a new path is taken in any case.
         fear: probability over which a frame counts as fearful.
         fearful_frames: the robot stops and turns after more than this many fearful frames in a row.
         near: the robot heads at an obstacle that is nearer than this straight ahead, metres.
@@ -37,7 +40,9 @@ class PlannerRules:
     """
 
     facing: float = 0.5
-    replan: int = 2
+    look: int = 2
+    commit: float = 0.3
+    patience: int = 25
     fear: float = 0.5
     fearful_frames: int = 3
     near: float = 0.9
@@ -70,6 +75,7 @@ class IPlannerPolicy(Policy):
 
     def _begin(self) -> None:
         self._tracker: PathTracker | None = None
+        self._planned: tuple[int, Array] = (0, np.zeros(2))
         self._step = 0
         self._fearful = 0
         self._faced = False
@@ -88,18 +94,21 @@ class IPlannerPolicy(Policy):
         depth = np.asarray(observation["depth"], dtype=np.float32).reshape(IMAGE_SHAPE)
         self._step += 1
         self._places.append(odometry[:2])
-        if self._tracker is None or self._avoiding or self._step % self._rules.replan == 0:
+        if self._tracker is None or self._avoiding or self._step % self._rules.look == 0:
             path, fear = self.plan(depth, (distance * cosine, distance * sine))
             self._fearful = self._fearful + 1 if fear > self._rules.fear else 0
-            if self._avoiding is not None and not self._avoiding.over(odometry[2], self._fearful == 0):
-                return self._avoiding.action(self._robot)
-            self._avoiding = None
+            if self._avoiding is not None:
+                if not self._avoiding.over(float(odometry[2]), self._fearful == 0):
+                    return self._avoiding.action(self._robot)
+                self._avoiding, self._tracker = None, None
             if self._must_turn(depth):
                 self._avoiding = _Turn(self._side(depth, bearing), float(odometry[2]), self._rules.turned_enough)
                 self._fearful = 0
                 self._places.clear()
                 return self._avoiding.action(self._robot)
-            self._tracker = PathTracker(moved(path, odometry), self._robot)
+            if self._tracker is None or self._worn(odometry):
+                self._tracker = PathTracker(moved(path, odometry), self._robot)
+                self._planned = self._step, odometry[:2]
         x, y, yaw = (float(value) for value in odometry)
         return self._tracker.action((x, y, yaw), float(observation["velocity"][0]))
 
@@ -112,6 +121,12 @@ class IPlannerPolicy(Policy):
         with torch.inference_mode():
             path, fear = self._network(torch.from_numpy(depth)[None], torch.tensor([goal], dtype=torch.float32))
         return path[0].numpy().astype(np.float64), float(torch.sigmoid(fear[0]))
+
+    def _worn(self, odometry: Array) -> bool:
+        """Whether the path in use has been followed for long enough."""
+        step, place = self._planned
+        driven = float(np.linalg.norm(odometry[:2] - place))
+        return driven >= self._rules.commit or self._step - step >= self._rules.patience
 
     def _must_turn(self, depth: NDArray[np.float32]) -> bool:
         ahead = depth[:, IMAGE_SHAPE[1] // 3 : -(IMAGE_SHAPE[1] // 3)]
