@@ -165,6 +165,16 @@ def test_each_robot_of_a_batch_has_a_policy_of_its_own_that_sees_its_own_frames(
         assert policy.starts[-1].truth is None
 
 
+def test_a_goal_beyond_the_environments_range_is_brought_nearer_in_its_direction():
+    with served(Diary) as server:
+        policy = Diary.made[-1]
+        reset(server)
+        step(server, goal_data={"goal_x": [3000.0], "goal_y": [-4000.0]})
+    assert math.hypot(*policy.starts[-1].goal) == pytest.approx(50.0)
+    assert math.atan2(*policy.starts[-1].goal[::-1]) == pytest.approx(math.atan2(-4.0, 3.0), abs=1e-4)
+    assert policy.seen[-1]["goal"][0] == pytest.approx(50.0)
+
+
 def state(x: float, y: float, yaw: float) -> dict[str, object]:
     return {
         "robot_pos": [[x, y, 0.0]],
@@ -425,6 +435,14 @@ def test_a_planner_drives_the_same_routes_over_http_as_directly():
         assert apart(here, there) < 0.10
         assert there.row.path_length == pytest.approx(here.row.path_length, rel=0.03)
         assert there.row.planning_ms > 0.0
+
+
+def test_a_planner_that_maps_while_it_drives_arrives_over_http_as_directly():
+    layout, suite = laboratory(), Suite(name="short", max_steps=300)
+    with served(lambda: make_policy("online_map")) as server:
+        remote = drive_layout(HttpPolicy(server.url), layout, suite, "remote", 0)
+    assert all(drive.row.success for drive in remote)
+    assert all(drive.row.contacts == 0 for drive in remote)
 
 
 def test_a_policy_that_only_acts_drives_nearly_the_same_routes_over_http():

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.point_nav import GOAL_RANGE
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, RANGE
 from labgym.errors import LabgymError
@@ -77,7 +78,7 @@ class ServedPolicy:
 
     def trajectory(self, frame: Frame) -> Array:
         """Return where to drive, (24, 3): x and y in the camera's ground frame, metres, and the heading, radians."""
-        goal = (frame.goal[0] + ROBOT.camera_forward, frame.goal[1])
+        goal = _within_range(frame.goal[0] + ROBOT.camera_forward, frame.goal[1])
         if self._origin is None or frame.pose is None:
             self._origin = frame.pose
             rng = np.random.default_rng(self._entropy.spawn(1)[0])
@@ -152,11 +153,17 @@ def blank_frame() -> Frame:
     )
 
 
+def _within_range(x: float, y: float) -> tuple[float, float]:
+    """Return a goal no farther than the environment tells: a policy may map everything as far as its goal."""
+    shrink = min(1.0, GOAL_RANGE / max(math.hypot(x, y), 1e-9))
+    return shrink * x, shrink * y
+
+
 def _observation(frame: Frame, goal: tuple[float, float], pose: Pose) -> Observation:
     bearing = math.atan2(goal[1], goal[0])
     colour, depth = resampled_view(frame)
     return _Seen(
-        goal=np.array([min(math.hypot(*goal), 50.0), math.cos(bearing), math.sin(bearing)], np.float32),
+        goal=np.array([math.hypot(*goal), math.cos(bearing), math.sin(bearing)], np.float32),
         velocity=np.array(frame.velocity, np.float32),
         odometry=np.array(pose, np.float64),
         depth=depth.ravel(),
