@@ -110,7 +110,8 @@ def _packages() -> Iterator[Finding]:
     for requirement in requirements:
         if requirement.marker is None:
             yield _package(requirement, extra=None)
-    for extra in ("train", "usd"):
+    offered = metadata.metadata(DISTRIBUTION).get_all("Provides-Extra") or []
+    for extra in sorted(set(offered) - {"all", "dev"}):
         for requirement in requirements:
             if requirement.marker is not None and requirement.marker.evaluate({"extra": extra}):
                 yield _package(requirement, extra)

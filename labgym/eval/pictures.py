@@ -89,15 +89,16 @@ def save_view(layout: Layout, path: str | Path, camera: str = "overview", width:
         OptionError: the path ends in something else than .png.
         UnknownNameError: the scene has no such camera.
     """
-    import cv2
+    from PIL import Image
 
     from labgym.scenes import render
 
     path = Path(path)
     if path.suffix != ".png":
         raise OptionError(f"view {path.name!r} must end in .png")
-    blue_first = render(layout, width, height, camera)[:, :, ::-1]
-    return write_bytes(path, cv2.imencode(".png", blue_first)[1].tobytes())
+    stream = io.BytesIO()
+    Image.fromarray(render(layout, width, height, camera)).save(stream, "png", optimize=True)
+    return write_bytes(path, stream.getvalue())
 
 
 def picture_bytes(figure: Figure, kind: str = "png") -> bytes:
