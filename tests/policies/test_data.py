@@ -10,6 +10,7 @@ import pytest
 import shapely
 from scipy.ndimage import distance_transform_edt
 
+from labgym.cli import main
 from labgym.documents import read_json, write_json
 from labgym.envs.sensors import Camera
 from labgym.errors import LabgymError, OptionError
@@ -197,3 +198,13 @@ def test_columns_are_plain_arrow_types_that_other_readers_know(made: Path) -> No
     assert table["index"].to_pylist() == list(range(12))
     assert table["frame_index"].to_pylist() == [0, 1, 2] * 4
     assert table["episode_index"].to_pylist() == [k // 3 * 3 for k in range(12)]
+
+
+def test_the_commands_make_a_dataset_and_train_on_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "data"
+    assert main(["data", "--out", str(folder), "--samples", "4", "--seed", "3"]) == 0
+    assert len(load_dataset(folder)) == 4
+    assert main(["train", "iplanner", "--data", str(folder), "--out", str(tmp_path / "run"), "--epochs", "1"]) == 0
+    assert (tmp_path / "run" / "weights.safetensors").exists()
+    assert main(["data", "--out", str(folder), "--samples", "0"]) == 2
+    assert "samples 0 must be at least 1" in capsys.readouterr().err
