@@ -32,6 +32,8 @@ Protocol_ = Positional[Annotated[str, arg(metavar="PROTOCOL")]]
 app = SubcommandApp()
 train_app = SubcommandApp()
 app.command(train_app, name="train", help="Train a policy; each command goes on where it was stopped.")
+card_app = SubcommandApp()
+app.command(card_app, name="card", help="Publish a trained policy with a card.")
 
 
 @app.command
@@ -279,6 +281,80 @@ def iplanner(
 
     train(data, out, PlannerConfig(training=TrainOptions(epochs=epochs, seed=seed, threads=threads)))
     return _written(out)
+
+
+@train_app.command(name="ppo")
+def train_ppo(
+    observation: Literal["lidar"] = "lidar",
+    steps: int = 200_000,
+    layouts: int = 120,
+    seed: int = 0,
+    out: Path | None = None,
+    threads: int = 1,
+) -> int:
+    """Train by proximal policy optimisation, after a warm start that copies a driver with the map.
+
+    Args:
+        observation: The sensor.
+        steps: Control steps of PPO; a run that is done goes on with more.
+        layouts: How many layouts to generate and train in.
+        seed: Of everything random.
+        out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION.
+        threads: Of torch; the weights' last bits depend on it.
+    """
+    if min(steps, layouts, threads) < 1 or seed < 0:
+        given = f"steps {steps}, layouts {layouts}, threads {threads}, seed {seed}"
+        raise OptionError(f"{given}: the first three must be at least 1 and the seed at least 0")
+    _need("stable_baselines3", "labgym train", "train")
+    import torch
+
+    from labgym.eval import evaluate, load_suite
+    from labgym.policies import Policy
+    from labgym.policies.ppo.options import TrainingOptions
+    from labgym.policies.ppo.training import train
+
+    torch.set_num_threads(threads)
+    validation = load_suite("val")
+
+    def judge(policy: Policy) -> float:
+        return evaluate(policy, validation, progress=False)["success"] or 0.0
+
+    options = TrainingOptions(observation=observation, steps=steps, layouts=layouts, seed=seed)
+    return _written(train(options, out or Path("runs/ppo") / observation, judge))
+
+
+@card_app.command(name="iplanner")
+def card_iplanner(
+    results: Path,
+    run: Path = Path("runs/iplanner"),
+    data: Path = Path("runs/data"),
+    out: Path = Path("policies/iplanner"),
+) -> int:
+    """Publish the weights of a training run with a card.
+
+    Args:
+        results: Folder of labgym eval with these weights.
+        run: Folder of labgym train iplanner.
+        data: Folder of the dataset that it was trained on.
+        out: Folder for weights, configuration, losses, figures and CARD.md.
+    """
+    from labgym.eval.iplanner_card import write_iplanner_card
+
+    return _written(write_iplanner_card(run, data, results, out))
+
+
+@card_app.command(name="ppo")
+def card_ppo(results: Path, run: Path = Path("runs/ppo/lidar"), out: Path = Path("policies/ppo-lidar")) -> int:
+    """Publish the best weights of a training run with a card.
+
+    Args:
+        results: Folder that labgym eval wrote with these weights.
+        run: Folder of the training run.
+        out: Folder to publish in.
+    """
+    from labgym.eval.ppo_card import write_ppo_card
+
+    return _written(write_ppo_card(run, results, out))
 
 
 @app.command

@@ -1,0 +1,90 @@
+"""The drives that a policy is trained on: between the places of a laboratory, and between points of its floor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from labgym import protocols
+from labgym.envs.stage import Stage, stage_of
+from labgym.envs.tasks import Task, TaskSource
+from labgym.layouts import Layout
+from labgym.navigation import PLANNING_RADIUS, GoalPair, goal_poses, occupancy
+from labgym.navigation.goals import same_place
+
+ANYWHERE = "anywhere"
+"""Name of a drive's end that is no place of the protocol."""
+
+
+class TrainingDrives(TaskSource):
+    """Draws a layout of a pool, then a drive in it.
+
+    Half of the drives go from a place where a step of the protocol is done to any other such place; the others from
+    a point of the free floor, at any heading, to another point of it. Drives to a goal that is farther away, straight
+    on, than the farthest allowed are left out, except where a layout has no nearer one.
+
+    Args:
+        layouts: the pool; each is made ready once and kept.
+        seed: of the points on the floor.
+        points: pairs of points in each layout.
+
+    Attributes:
+        farthest: greatest straight distance of a drive, metres; raise it as training goes on.
+        drawn: the latest drive.
+    """
+
+    def __init__(self, layouts: Sequence[Layout], seed: int = 0, points: int = 24) -> None:
+        super().__init__("train", None, None, "default", 1)
+        self.farthest = math.inf
+        self.drawn: Task | None = None
+        self._layouts = tuple(layouts)
+        self._seed, self._points = seed, points
+        self._stages: dict[int, Stage] = {}
+        self._drives: dict[int, tuple[tuple[GoalPair, ...], tuple[GoalPair, ...]]] = {}
+
+    def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:  # noqa: ARG002
+        """Return the next drive, drawn from the generator alone; there are no options."""
+        index = int(rng.integers(len(self._layouts)))
+        layout = self._layouts[index]
+        if index not in self._stages:
+            self._stages[index] = stage_of(layout)
+        places, points = self._drives.get(index) or self._drives.setdefault(index, self._drives_in(index))
+        candidates = points if points and rng.random() < 0.5 else places
+        near = [pair for pair in candidates if _straight(pair) <= self.farthest] or [min(candidates, key=_straight)]
+        pair = near[int(rng.integers(len(near)))]
+        if pair.start_location == ANYWHERE:
+            pair = replace(pair, start=(*pair.start[:2], float(rng.uniform(-math.pi, math.pi))))
+        self.drawn = Task(layout, protocols.get(str(layout.protocol)), pair)
+        return self.drawn
+
+    def _drives_in(self, index: int) -> tuple[tuple[GoalPair, ...], tuple[GoalPair, ...]]:
+        layout = self._layouts[index]
+        poses = list(goal_poses(layout).items())
+        places = [(a, b) for a in poses for b in poses if not same_place(a[1], b[1])]
+        return (
+            tuple(GoalPair(k, a[1], b[1], a[0], b[0]) for k, (a, b) in enumerate(places)),
+            tuple(_point_pairs(layout, np.random.default_rng([self._seed, index]), self._points)),
+        )
+
+
+def _straight(pair: GoalPair) -> float:
+    return math.dist(pair.start[:2], pair.goal[:2])
+
+
+def _point_pairs(layout: Layout, rng: np.random.Generator, count: int) -> list[GoalPair]:
+    """Return drives between cells of the largest free region of the floor, at least 1 m apart."""
+    grid = occupancy(layout).dilated(PLANNING_RADIUS)
+    sizes = np.bincount(grid.components.ravel())[1:]
+    if len(sizes) == 0:
+        return []
+    rows, columns = np.nonzero(grid.components == 1 + int(np.argmax(sizes)))
+    pairs: list[GoalPair] = []
+    for _ in range(4 * count):
+        start, goal = (grid.centre_of(int(rows[k]), int(columns[k])) for k in rng.integers(len(rows), size=2))
+        if math.dist(start, goal) >= 1.0 and len(pairs) < count:
+            pairs.append(GoalPair(len(pairs), (*start, 0.0), (*goal, 0.0), ANYWHERE, ANYWHERE))
+    return pairs

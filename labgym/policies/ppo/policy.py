@@ -1,0 +1,51 @@
+"""The policy that drives from trained weights."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from labgym.artefacts import artefacts
+from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
+from labgym.policies.ppo.inputs import DriveMemory
+from labgym.policies.ppo.network import Actor
+from labgym.policies.ppo.weights import WEIGHTS, load_actor
+
+
+class PPOPolicy(Policy):
+    """Drives by lidar, goal, velocity and odometry with the mean action of a network that PPO trained.
+
+    Args:
+        weights: folder with `weights.safetensors`; None takes the published ones.
+        actor: a network in place of a folder.
+
+    Raises:
+        DocumentError: the weights cannot be read.
+    """
+
+    name: ClassVar[str] = "ppo"
+    observation: ClassVar[Sensors] = "lidar"
+
+    def __init__(self, weights: str | Path | None = None, actor: Actor | None = None) -> None:
+        self._folder = None if actor else Path(weights) if weights else artefacts("policies") / "ppo-lidar"
+        self._actor = actor or load_actor(self._folder or "")
+        self._memory = DriveMemory()
+
+    def reset(self, episode: EpisodeStart) -> None:  # noqa: ARG002 - the goal comes with every observation
+        """Forget the drive before."""
+        self._memory.reset()
+
+    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+        """Return the network's mean action, clipped."""
+        vector = self._memory.vector(observation, observation["odometry"])
+        with torch.inference_mode():
+            action = self._actor(torch.from_numpy(vector)[None])[0].clamp(-1.0, 1.0)
+        return np.asarray(action.numpy(), dtype=np.float64)
+
+    def files(self) -> tuple[Path, ...]:
+        """Return the file of the weights."""
+        return () if self._folder is None else (self._folder / WEIGHTS,)

@@ -1,0 +1,103 @@
+"""The environment that training steps in: the benchmark's, on training drives, seen as the network sees it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from labgym.envs import LabPointNavEnv, RewardWeights
+from labgym.envs.episode import Episode
+from labgym.envs.robot import ROBOT
+from labgym.envs.tasks import Task
+from labgym.errors import OptionError
+from labgym.policies.ppo.drives import TrainingDrives
+from labgym.policies.ppo.inputs import SIZE, DriveMemory
+
+Vector = NDArray[np.float32]
+
+REWARD_SCALE = 0.2
+"""The environment's reward times this: returns then are of the order of one."""
+
+
+class PracticeEnv(gym.Env[Vector, NDArray[np.float32]]):
+    """`LabPointNav-v0` with the lidar, on drives of a pool; the observation is the vector of `DriveMemory`.
+
+    The reward is the environment's, scaled, with collisions costing `caution` times as much. An episode is truncated
+    after `horizon` steps.
+
+    Attributes:
+        drives: where the drives come from; environments of a process may share it only if they are stepped in turn.
+    """
+
+    def __init__(self, drives: TrainingDrives, horizon: int = 400, caution: float = 2.0) -> None:
+        ours = RewardWeights()
+        scaled = RewardWeights(
+            progress=REWARD_SCALE * ours.progress,
+            success=REWARD_SCALE * ours.success,
+            collision=REWARD_SCALE * caution * ours.collision,
+            time=REWARD_SCALE * ours.time,
+        )
+        self.drives = drives
+        self.observation_space = spaces.Box(-np.inf, np.inf, (SIZE,), np.float32)
+        self._env = _DrivenEnv(drives, scaled)
+        self.action_space = self._env.action_space
+        self._memory = DriveMemory()
+        self._horizon, self._steps = horizon, 0
+        self._task: Task | None = None
+
+    @property
+    def task(self) -> Task:
+        """The drive under way.
+
+        Raises:
+            OptionError: there is none yet.
+        """
+        if self._task is None:
+            raise OptionError("no drive is under way; call reset() first")
+        return self._task
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
+        """Begin the next drive."""
+        super().reset(seed=seed)
+        observation, info = self._env.reset(seed=seed, options=options)
+        self._task = self.drives.drawn
+        self._memory.reset()
+        self._steps = 0
+        return self._memory.vector(observation, info["pose"]), info
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
+        """Drive for 0.1 s."""
+        observation, reward, terminated, _, info = self._env.step(action)
+        self._steps += 1
+        truncated = not terminated and self._steps >= self._horizon
+        return self._memory.vector(observation, info["pose"]), reward, terminated, truncated, info
+
+    def close(self) -> None:
+        """Free what the environment holds."""
+        self._env.close()
+
+
+class _DrivenEnv(LabPointNavEnv):
+    """The benchmark's environment on drives of one's own; its info holds what training reads and nothing else."""
+
+    def __init__(self, drives: TrainingDrives, weights: RewardWeights) -> None:
+        super().__init__(split="train", observation="lidar", weights=weights)
+        self._tasks = drives
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        gym.Env.reset(self, seed=seed)
+        self._episode = Episode(self._tasks.draw(self.np_random, options or {}, fresh=seed is not None))
+        return self._observe(self._episode), {"pose": self._episode.simulation.pose}
+
+    def step(self, action: NDArray[np.float32]) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        episode = self._running()
+        episode.drive(*ROBOT.twist(float(action[0]), float(action[1])))
+        terms = self._weights.terms(episode.progress, episode.success, episode.collision)
+        info = {"pose": episode.simulation.pose, "success": episode.success, "collision": episode.collision}
+        return self._observe(episode), sum(terms.values()), episode.success, False, info
