@@ -76,6 +76,11 @@ class PathTracker:
         self._place = 0
         self._turning = turning
 
+    @property
+    def path(self) -> Array:
+        """The path that is followed, (n, 2), at even steps of about 2 cm."""
+        return self._points
+
     def action(self, pose: Pose, speed: float = 0.0) -> Array:
         """Return the action (2,) in [-1, 1] that follows the path from a pose.
 

@@ -132,3 +132,12 @@ def test_what_is_no_path_is_refused(path):
 def test_a_path_of_one_point_is_reached():
     path = np.array([[0.3, 0.0]])
     assert arrived(path, drive(path, (0.0, 0.0, 0.0)))
+
+
+def test_the_path_that_is_followed_can_be_asked_for():
+    corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.5]])
+    path = PathTracker(corner).path
+    assert path[0] == pytest.approx([0.0, 0.0])
+    assert path[-1] == pytest.approx([1.0, 1.5])
+    assert shapely.LineString(path).hausdorff_distance(shapely.LineString(corner)) < 0.02
+    assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= 0.02 + 1e-9

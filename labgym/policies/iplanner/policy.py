@@ -112,6 +112,10 @@ class IPlannerPolicy(Policy):
         x, y, yaw = (float(value) for value in odometry)
         return self._tracker.action((x, y, yaw), float(observation["velocity"][0]))
 
+    def planned_path(self) -> Array | None:
+        """Return the path that is followed; None while it turns in place."""
+        return None if self._tracker is None or self._avoiding is not None else self._tracker.path
+
     def plan(self, depth: NDArray[np.float32], goal: tuple[float, float]) -> tuple[Array, float]:
         """Return the network's path (n, 2) in the robot frame, metres, and the probability that it collides.
 
