@@ -9,6 +9,7 @@ from pathlib import Path
 from labgym.errors import OptionError
 from labgym.layouts.rules.thresholds import profile
 from labgym.policies import make_policy
+from labgym.protocols import get
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,7 @@ class RunConfig:
         name: Name of the run; it is written to runs/NAME. By default "default", or "seed-SEED".
         out: Folder to write to, in place of runs/NAME.
         seed: Seed of 30 new layouts; without it the published test layouts are made again from their own seeds.
+        protocols: Ids of the protocols to take; none takes all 30.
         profile: Thresholds of generation and scores: default, strict or paper.
         policies: Policies to evaluate, in the order of the table.
         workers: Processes to use; 0 takes as many as there are cores.
@@ -28,6 +30,7 @@ class RunConfig:
     name: str | None = None
     out: Path | None = None
     seed: int | None = None
+    protocols: tuple[str, ...] = ()
     profile: str = "default"
     policies: tuple[str, ...] = ("astar", "straight", "random")
     workers: int = 0
@@ -49,12 +52,14 @@ class RunConfig:
 
         Raises:
             OptionError: a number is negative, or policies are none or repeated.
-            UnknownNameError: a profile or a policy does not exist.
+            UnknownNameError: a profile, a protocol or a policy does not exist.
         """
         if self.workers < 0 or self.views < 0:
             raise OptionError(f"workers ({self.workers}) and views ({self.views}) must not be negative")
         if not self.policies or len(set(self.policies)) != len(self.policies):
             raise OptionError(f"policies {list(self.policies)} must be at least one, none of them twice")
         profile(self.profile)
+        for protocol in self.protocols:
+            get(protocol)
         for policy in self.policies:
             make_policy(policy).close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -47,13 +48,20 @@ class LayoutJob:
         )
 
 
-def layout_jobs(seed: int | None, profile: str) -> tuple[LayoutJob, ...]:
-    """Return the jobs of a run: new layouts with a seed, or the published test layouts made again from theirs."""
+def layout_jobs(seed: int | None, profile: str, only: Sequence[str] = ()) -> tuple[LayoutJob, ...]:
+    """Return the jobs of a run: new layouts with a seed, or the published test layouts made again from theirs.
+
+    Args:
+        profile: thresholds that layouts are scored by, and new ones are generated with.
+        only: protocols to take; none takes all.
+    """
+    wanted = set(only or protocols())
     if seed is not None:
-        return tuple(LayoutJob(f"{name}-{seed}", name, seed, None, profile, profile) for name in sorted(protocols()))
+        return tuple(LayoutJob(f"{name}-{seed}", name, seed, None, profile, profile) for name in sorted(wanted))
     return tuple(
         LayoutJob(entry.id, entry.protocol, entry.seed, entry.room, PUBLISHED_PROFILE, profile, entry.hash)
         for entry in manifest("test").layouts
+        if entry.protocol in wanted
     )
 
 

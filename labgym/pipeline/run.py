@@ -41,6 +41,7 @@ class RunIdentity(Document):
     SCHEMA: ClassVar[str] = "labgym.run/1"
 
     seed: int | None
+    protocols: tuple[str, ...] = ()
 
     def claim(self, folder: Path) -> None:
         """Take a folder for this run.
@@ -51,7 +52,8 @@ class RunIdentity(Document):
         path = folder / "run.json"
         if path.exists() and (before := RunIdentity.load(path)) != self:
             raise OptionError(
-                f"{folder} holds a run with seed {before.seed}, not {self.seed}; give another --name or remove it"
+                f"{folder} holds a run with seed {before.seed} and protocols {list(before.protocols) or 'all'}, not "
+                f"{self.seed} and {list(self.protocols) or 'all'}; give another --name or remove it"
             )
         self.save(path)
 
@@ -67,8 +69,8 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
     """
     folder, processes = config.folder, config.processes
     config.check()
-    RunIdentity(seed=config.seed).claim(folder)
-    jobs = layout_jobs(config.seed, config.profile)
+    RunIdentity(seed=config.seed, protocols=config.protocols).claim(folder)
+    jobs = layout_jobs(config.seed, config.profile, config.protocols)
     ledger = Ledger(folder)
     work_through(
         "layouts",
@@ -77,7 +79,7 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
         processes,
     )
     layouts = [Layout.load(job.files(folder)[0]) for job in jobs]
-    suite = "test" if config.seed is None else layouts
+    suite = "test" if config.seed is None and not config.protocols else layouts
     reports = [
         evaluate(policy, suite, workers=processes, out=folder / "navigation" / _folder_name(policy))
         for policy in config.policies

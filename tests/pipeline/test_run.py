@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from labgym.cli import main
+from labgym.errors import OptionError, UnknownNameError
+from labgym.layouts import load_published
+from labgym.pipeline import RunConfig
+from labgym.pipeline.layout_stage import LayoutJob, differences, layout_jobs
+from labgym.pipeline.run import RunOutcome, report_folder, run_pipeline
+from labgym.protocols import protocols
+
+PROTOCOL = "sub_02"
+LAYOUT = f"test-{PROTOCOL}"
+
+
+@pytest.fixture(scope="module")
+def config(tmp_path_factory) -> RunConfig:
+    out = tmp_path_factory.mktemp("runs") / "small"
+    return RunConfig(out=out, protocols=(PROTOCOL,), policies=("astar", "random"), workers=1, views=0)
+
+
+@pytest.fixture(scope="module")
+def outcome(config) -> RunOutcome:
+    return run_pipeline(config)
+
+
+def modified(folder: Path) -> dict[str, int]:
+    return {path.as_posix(): path.stat().st_mtime_ns for path in folder.rglob("*") if path.suffix in (".png", ".xml")}
+
+
+def test_a_run_leaves_everything_that_it_promises(config, outcome):
+    assert outcome.problems == ()
+    assert [path for path in outcome.written if not path.exists()] == []
+    rows = [json.loads(line) for line in (config.folder / "navigation/astar/episodes.jsonl").read_text().splitlines()]
+    assert [row["pair"] for row in rows] == list(range(len(rows)))
+    assert (config.folder / "pictures" / f"{LAYOUT}.png").read_bytes().startswith(b"\x89PNG")
+    page = (config.folder / "report.html").read_text()
+    assert protocols()[PROTOCOL].name in page
+    assert "data:image/png;base64," in page
+
+
+def test_the_layout_of_a_run_is_the_published_one(config, outcome):
+    (job,) = layout_jobs(None, "default", (PROTOCOL,))
+    assert differences((job,), config.folder) == ()
+    assert job.published == load_published("test", LAYOUT).hash
+
+
+def test_the_scene_of_a_run_loads_in_mujoco(config, outcome):
+    model = mujoco.MjModel.from_xml_path(str(config.folder / "scenes" / LAYOUT / "scene.xml"))
+    names = {model.body(index).name for index in range(model.nbody)}
+    assert {placement.id for placement in load_published("test", LAYOUT).placements} <= names
+
+
+def test_the_tables_hold_the_policies_in_the_order_asked_for(outcome):
+    layouts, navigation = outcome.tables
+    assert [row[0] for row in layouts.rows] == ["labgym", "LabBuilder (paper)"]
+    assert navigation.columns == ("Metric", "astar", "random")
+
+
+def test_a_second_run_makes_nothing_again_and_says_the_same(config, outcome):
+    before = modified(config.folder)
+    again = run_pipeline(config)
+    assert modified(config.folder) == before
+    assert again.tables == outcome.tables
+
+
+def test_a_picture_that_was_lost_is_drawn_again(config, outcome):
+    picture = config.folder / "pictures" / f"{LAYOUT}.png"
+    content = picture.read_bytes()
+    picture.unlink()
+    tables, written = report_folder(config.folder)
+    assert picture.read_bytes() == content
+    assert tables == outcome.tables
+    assert config.folder / "report.html" in written
+
+
+def test_a_folder_of_another_run_is_left_alone(config, outcome):
+    with pytest.raises(OptionError, match="holds a run with seed None"):
+        run_pipeline(RunConfig(out=config.out, seed=1, protocols=(PROTOCOL,)))
+
+
+def test_a_layout_that_is_not_as_published_fails_the_run(config, outcome):
+    (job,) = layout_jobs(None, "default", (PROTOCOL,))
+    other = LayoutJob(**{**job.inputs, "published": "0" * 64})
+    (sentence,) = differences((other,), config.folder)
+    assert LAYOUT in sentence
+    assert "000000000000" in sentence
+
+
+def test_new_layouts_take_the_seed_that_is_given():
+    jobs = layout_jobs(7, "strict")
+    assert {job.protocol for job in jobs} == set(protocols())
+    assert {(job.seed, job.made_for, job.published) for job in jobs} == {(7, "strict", None)}
+
+
+def test_an_unknown_protocol_is_refused_before_anything_is_made(tmp_path):
+    with pytest.raises(UnknownNameError, match="sub_99"):
+        run_pipeline(RunConfig(out=tmp_path / "r", protocols=("sub_99",)))
+    assert not (tmp_path / "r").exists()
+
+
+def test_the_command_prints_both_tables_and_where_everything_is(config, outcome, capsys):
+    flags = ["--out", str(config.out), "--protocols", PROTOCOL, "--policies", "astar", "random", "--views", "0"]
+    assert main(["run", *flags, "--workers", "1"]) == 0
+    printed = capsys.readouterr().out
+    for table in outcome.tables:
+        assert table.text() in printed
+    assert printed.rstrip().endswith("report.html")
