@@ -33,7 +33,7 @@ class KnownFloor:
 
     Attributes:
         grid: cells in which something was seen are occupied; it includes some unseen floor on every side.
-        unknown: (ny, nx), cells that were never seen.
+        unknown: (ny, nx), cells that were never seen; specks narrower than three cells are left out.
     """
 
     grid: OccupancyGrid
@@ -124,7 +124,9 @@ class DepthMap:
         (x0, x1), (y0, y1) = spans
         origin = (self._origin + x0 * self.resolution, self._origin + y0 * self.resolution)
         grid = OccupancyGrid(self._occupied[y0:y1, x0:x1].copy(), self.resolution, origin)
-        return KnownFloor(grid, self._seen[y0:y1, x0:x1] == 0)
+        unseen = (self._seen[y0:y1, x0:x1] == 0).astype(np.uint8)
+        unknown = cv2.morphologyEx(unseen, cv2.MORPH_OPEN, np.ones((3, 3), dtype=np.uint8))
+        return KnownFloor(grid, unknown.astype(bool))
 
     def _see(self, nearest: Array, pose: Pose) -> None:
         """Mark as seen the floor from the lens to the nearest return of each column, and under the robot."""

@@ -37,7 +37,7 @@ class OnlineMapOptions:
         radii: clearances to plan with, metres: the next one where the one before finds no way to the goal.
         comfort: clearance beyond which more is not sought, metres; wider than on the true map, since the camera sees
             things smaller than the boxes that stop the robot.
-        replan: control steps after which the path is planned anew though nothing blocks it.
+        replan: control steps after which a path over unseen floor is planned anew though nothing blocks it.
         margin: unseen floor around what was seen on which a path may be planned, metres.
         bump: half the width of the obstacle that is entered where the robot is stopped by what it does not see, radians
             about its axis.
@@ -55,10 +55,11 @@ class OnlineMapPolicy(Policy):
     """Maps what the camera shows, plans over it, and takes unseen floor for passable at a price. Not privileged.
 
     It turns on the spot at the start, towards the goal first, until the cheapest way to the goal leads over floor that
-    it has seen, or it has looked all around. While it drives it plans anew once a second, and at once when something
-    comes into view that is in the way. Where the map leaves no way to the goal it heads for a frontier: the reachable
-    unseen cell for which the way there and the straight line on to the goal are shortest. Where it is stopped by
-    what it does not see (too low, too high, or seen smaller than it is) it enters an obstacle and backs off.
+    it has seen, or it has looked all around. While it drives it plans anew at once when something comes into view that
+    is in the way, and once a second as long as its path leads over unseen floor. Where the map leaves no way to the
+    goal it heads for a frontier: the reachable unseen cell for which the way there and the straight line on to the goal
+    are shortest. Where it is stopped by what it does not see (too low, too high, or seen smaller than it is) it enters
+    an obstacle and backs off.
     """
 
     name: ClassVar[str] = "online_map"
@@ -99,10 +100,10 @@ class OnlineMapPolicy(Policy):
             self._look = None
         if self._blockage.blocked(v):
             self._map.occupy(self._bumped(pose))
-            self._age = self._options.replan
+            self._route, self._age = _Route.none(), self._options.replan
         if self._blockage.backing:
             return self._blockage.back_off()
-        if self._age >= self._options.replan or self._route.meets(fresh):
+        if (self._age >= self._options.replan and not self._route.seen) or self._route.meets(fresh):
             self._plan(pose)
         action = self._route.follow(pose, v, self._robot)
         self._blockage.note(self._robot.twist(*action)[0])
@@ -191,7 +192,9 @@ class _LookAround:
         self._robot = robot
         self._sense = math.copysign(1.0, bearing)
         self._to_goal = abs(bearing) - robot.camera_hfov / 2.0
-        self._circle = 2.0 * math.pi - robot.camera_hfov
+        # A turn of a circle less the field of view would just close far away; the lens is ahead of the axis, so that
+        # it would leave a slit nearby.
+        self._circle = 2.0 * math.pi - robot.camera_hfov / 2.0
         self._turned, self._yaw = 0.0, 0.0
         self.over = False
 

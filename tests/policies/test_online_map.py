@@ -94,6 +94,15 @@ def test_it_looks_towards_the_goal_first_and_drives_once_the_way_is_seen(goal, s
     assert actions[-1][0] > 0.0
 
 
+def test_walled_in_it_goes_as_near_to_the_goal_as_it_can():
+    policy = make_policy("online_map")
+    policy.reset(start((6.0, 0.0)))
+    turned(policy, np.full((72, 128), 2.0))
+    end = policy.planned_path()[-1]
+    assert 1.4 < end[0] < 2.2 - 0.27
+    assert abs(end[1]) < 0.3
+
+
 def test_stopped_by_what_it_does_not_see_it_backs_off_and_goes_around():
     policy = make_policy("online_map")
     policy.reset(start((4.0, 0.0)))
