@@ -41,7 +41,7 @@ class PlannerRules:
 
     facing: float = 0.5
     look: int = 2
-    commit: float = 0.3
+    commit: float = 0.6
     patience: int = 25
     fear: float = 0.5
     fearful_frames: int = 3
