@@ -33,7 +33,7 @@ def write_iplanner_card(run: Path, data: Path, results: Path, out: Path) -> Path
         run: folder of `labgym train iplanner`.
         data: folder of the dataset that it was trained on.
         results: folder of `labgym eval` with these weights, complete, on a suite.
-        out: folder for weights, configuration, losses, figures and `CARD.md`.
+        out: folder for weights, configuration, losses, the dataset's manifest, figures and `CARD.md`.
 
     Raises:
         DocumentError: a file is missing or broken.
@@ -58,6 +58,7 @@ def write_iplanner_card(run: Path, data: Path, results: Path, out: Path) -> Path
     else:
         (out / "failures.png").unlink(missing_ok=True)
     config, manifest = PlannerConfig.load(run / "config.json"), DatasetManifest.load(data / "manifest.json")
+    manifest.save(out / "data.json")
     return write_text(out / "CARD.md", _card(config, manifest, history, evaluation, layouts))
 
 
@@ -116,14 +117,14 @@ Made by `labgym eval --policy iplanner --suite {summary.suite.name}`, seed {summ
 ## Training
 
 - Data: `labgym data --samples {options.samples} --seed {options.seed}`; the first {samples} samples were there,
-  from {places} generated layouts.
+  from {places} generated layouts. Their hashes are in `data.json`: a later version may generate others.
 - Training: `labgym train iplanner --epochs {training.epochs} --seed {training.seed}`; {last["epoch"]} epochs were run.
   All options are in `config.json`.
 - Loss: the terms' weights are {weights}; differentiated through the path and the cost map.
   {_ending(config.loss.horizon)}
 - Means over the held-out layouts after the last epoch: {losses}.
 
-The test split was not used.
+Nothing was trained or chosen on the test split.
 
 ![Losses by epoch](losses.png)
 """

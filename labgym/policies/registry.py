@@ -19,6 +19,7 @@ GROUP = "labgym.policies"
 BUILT_IN = {
     "astar": "labgym.policies.astar:AStarPolicy",
     "dwa": "labgym.policies.dwa:DwaPolicy",
+    "iplanner": "labgym.policies.iplanner.policy:IPlannerPolicy",
     "online_map": "labgym.policies.online_map:OnlineMapPolicy",
     "random": "labgym.policies.random_actions:RandomPolicy",
     "straight": "labgym.policies.straight:StraightPolicy",

@@ -66,12 +66,12 @@ class TrainOptions(Record):
         seed: of the initial weights, the order of samples and the mirroring.
     """
 
-    epochs: Annotated[int, Field(ge=1)] = 40
+    epochs: Annotated[int, Field(ge=1)] = 20
     batch: Annotated[int, Field(ge=1)] = 32
     rate: Positive = 1e-3
     decay: Weight = 1e-3
     plateau: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
-    patience: Annotated[int, Field(ge=0)] = 2
+    patience: Annotated[int, Field(ge=0)] = 1
     held_out: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
     samples: Annotated[int, Field(ge=1)] | None = None
     threads: Annotated[int, Field(ge=1)] = 1
