@@ -116,12 +116,16 @@ points of its floor.
 
 1. Warm start: the network copies a privileged expert (shortest paths on the true map and the tracking controller) on
    the states that it comes through itself (DAgger), for {options.cloning_rounds} rounds of {options.cloning_steps}
-   control steps, {taught} in all. After it, before any PPO, success on validation was {_rate(start["success"])}.
+   control steps, {taught} in all. Most of what it can do it has from this: before any PPO, success on validation was
+   {_rate(start["success"])}.
 2. PPO (stable-baselines3) from there, for {taken} control steps, with the environment's reward, collisions costing
    twice as much. The weights are those that did best on the validation split, after {best["steps"]} steps of PPO:
    success {_rate(progress.best)}. The test split was not used.
 
 ![Learning curves](learning.png)
+
+Limits: it was trained in the rooms and by the generator that the suites are made with, on sensors without noise and
+among things that do not move; how it does elsewhere was not measured. Nor was PPO without the warm start.
 
 All options are in `config.json`, the records of the run in `training.json`. The same command goes on from the last
 checkpoint of `runs/ppo/{options.observation}`, and with more `--steps` trains for longer.

@@ -21,6 +21,7 @@ BUILT_IN = {
     "dwa": "labgym.policies.dwa:DwaPolicy",
     "iplanner": "labgym.policies.iplanner.policy:IPlannerPolicy",
     "online_map": "labgym.policies.online_map:OnlineMapPolicy",
+    "ppo": "labgym.policies.ppo.policy:PPOPolicy",
     "random": "labgym.policies.random_actions:RandomPolicy",
     "straight": "labgym.policies.straight:StraightPolicy",
 }

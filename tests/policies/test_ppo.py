@@ -1,0 +1,235 @@
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from labgym.envs.tasks import Task
+from labgym.errors import DocumentError, OptionError
+from labgym.geometry import rotate
+from labgym.layouts import load_published
+from labgym.layouts.splits import published
+from labgym.navigation import goal_pairs, shortest_path
+from labgym.policies import EpisodeStart, make_policy
+from labgym.policies.ppo.drives import ANYWHERE, TrainingDrives
+from labgym.policies.ppo.expert import Atlas, Expert
+from labgym.policies.ppo.inputs import SIZE, TRAIL, DriveMemory
+from labgym.policies.ppo.practice import REWARD_SCALE, PracticeEnv
+
+torch = pytest.importorskip("torch")
+pytest.importorskip("stable_baselines3")
+
+from safetensors.torch import load_file, save_file  # noqa: E402
+
+from labgym.policies.ppo.network import Actor  # noqa: E402
+from labgym.policies.ppo.options import TrainingOptions  # noqa: E402
+from labgym.policies.ppo.policy import PPOPolicy  # noqa: E402
+from labgym.policies.ppo.training import train  # noqa: E402
+from labgym.policies.ppo.weights import WEIGHTS, load_actor, save_actor  # noqa: E402
+
+TINY = TrainingOptions(
+    steps=192, layouts=1, environments=2, horizon=40, cloning_rounds=1, cloning_steps=64, cloning_epochs=1,
+    rollout=32, leg=1, epochs=1, batch=32, evaluate_every=1,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def layout():
+    return load_published("val", published("val")[0])
+
+
+@pytest.fixture(scope="module")
+def practice(layout):
+    return PracticeEnv(TrainingDrives([layout], points=3), horizon=30)
+
+
+def seen(lidar=5.0, goal=(2.0, 1.0, 0.0), velocity=(0.0, 0.0)):
+    return {
+        "lidar": np.full(180, lidar, np.float32),
+        "goal": np.array(goal, np.float32),
+        "velocity": np.array(velocity, np.float32),
+    }
+
+
+def weights(folder):
+    return load_file(folder / WEIGHTS)
+
+
+def test_the_trail_tells_where_the_robot_was_in_its_present_frame():
+    memory, rng = DriveMemory(), np.random.default_rng(0)
+    poses = np.cumsum(rng.normal(0.0, 0.1, (200, 3)), axis=0)
+    for pose in poses:
+        vector = memory.vector(seen(), pose)
+    for k, steps in enumerate(TRAIL):
+        expected = rotate(*(poses[-1 - steps, :2] - poses[-1, :2]), -poses[-1, 2])
+        assert vector[185 + 2 * k : 187 + 2 * k] == pytest.approx(expected, abs=1e-5)
+    memory.reset()
+    assert not memory.vector(seen(), poses[0])[185:].any()
+
+
+def test_the_vector_does_not_depend_on_the_frame_that_poses_are_given_in():
+    poses = np.cumsum(np.random.default_rng(1).normal(0.0, 0.1, (50, 3)), axis=0)
+    here, there = DriveMemory(), DriveMemory()
+    for x, y, yaw in poses:
+        a = here.vector(seen(), (x, y, yaw))
+        b = there.vector(seen(), (*np.add(rotate(x, y, 1.0), (3.0, -2.0)), yaw + 1.0))
+    assert a.shape == (SIZE,)
+    np.testing.assert_allclose(a, b, atol=1e-5)
+
+
+def test_the_network_tells_what_is_ahead_from_what_is_behind():
+    actor = Actor().eval()
+    ranges = np.random.default_rng(2).uniform(0.3, 10.0, 180).astype(np.float32)
+    vectors = torch.from_numpy(
+        np.stack([DriveMemory().vector({**seen(), "lidar": scan}, (0, 0, 0)) for scan in (ranges, np.roll(ranges, 90))])
+    )
+    with torch.no_grad():
+        first, second = actor(vectors)
+    assert not torch.allclose(first, second)
+
+
+def test_training_drives_lie_on_free_floor_and_are_drawn_from_the_generator_alone(layout):
+    drives, again = TrainingDrives([layout], seed=3), TrainingDrives([layout], seed=3)
+    drawn = [drives.draw(np.random.default_rng(k), {}, True).pair for k in range(20)]
+    assert drawn == [again.draw(np.random.default_rng(k), {}, True).pair for k in range(20)]
+    assert {pair.start_location == ANYWHERE for pair in drawn} == {True, False}
+    for pair in drawn[:6]:
+        assert shortest_path(layout, pair.start[:2], pair.goal[:2]) is not None
+
+
+def test_a_limit_leaves_out_goals_that_are_farther_away(layout):
+    drives = TrainingDrives([layout])
+    drives.farthest = 3.0
+    for k in range(30):
+        pair = drives.draw(np.random.default_rng(k), {}, True).pair
+        assert math.dist(pair.start[:2], pair.goal[:2]) <= 3.0
+
+
+def test_practice_rewards_what_the_environment_rewards_and_cuts_off_at_the_horizon(practice):
+    practice.reset(seed=1)
+    before = practice.task
+    total, steps, truncated, terminated = 0.0, 0, False, False
+    while not (truncated or terminated):
+        vector, reward, terminated, truncated, _ = practice.step(np.array([0.0, 1.0], np.float32))
+        assert vector in practice.observation_space
+        total += reward
+        steps += 1
+    assert (steps, truncated) == (30, True)
+    assert practice.task is before
+    assert total == pytest.approx(30 * REWARD_SCALE * -0.01, abs=0.05)
+
+
+def test_the_expert_reaches_every_goal_of_a_layout(layout):
+    expert, env = Expert({}), PracticeEnv(TrainingDrives([layout]), horizon=600)
+    for index in range(4):
+        _, info = env.reset(seed=index)
+        speed, done = 0.0, False
+        for _ in range(600):
+            vector, _, done, _, info = env.step(expert.action(env.task, info["pose"], speed).astype(np.float32))
+            speed = float(vector[183])
+            if done:
+                break
+        assert done
+
+
+def test_the_experts_paths_are_hardly_longer_than_the_shortest(layout):
+    atlas = Atlas(layout)
+    for pair in goal_pairs(layout):
+        path = atlas.path(pair.start[:2], pair.goal[:2])
+        length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+        assert length <= 1.25 * shortest_path(layout, pair.start[:2], pair.goal[:2]).length + 0.2
+
+
+def test_training_that_was_stopped_goes_on_to_the_same_weights(layout, tmp_path):
+    def stop(policy):
+        judged.append(policy)
+        if len(judged) == 3:
+            raise KeyboardInterrupt
+        return 0.5
+
+    judged = []
+    train(TINY, tmp_path / "straight", lambda policy: 0.5, layouts=(layout,))
+    with pytest.raises(KeyboardInterrupt):
+        train(TINY, tmp_path / "stopped", stop, layouts=(layout,))
+    halfway = weights(tmp_path / "stopped" / "last")
+    train(TINY, tmp_path / "stopped", lambda policy: 0.5, layouts=(layout,))
+    expected, found = weights(tmp_path / "straight" / "last"), weights(tmp_path / "stopped" / "last")
+    assert all(torch.equal(expected[name], found[name]) for name in expected)
+    assert any(not torch.equal(halfway[name], found[name]) for name in expected)
+
+
+def test_a_run_is_not_mixed_with_one_of_other_options(layout, tmp_path):
+    TINY.save(tmp_path / "options.json")
+    with pytest.raises(OptionError, match="seed"):
+        train(TINY.model_copy(update={"seed": 1}), tmp_path, layouts=(layout,))
+
+
+def test_the_best_on_validation_is_kept(layout, tmp_path):
+    scores = iter([0.2, 0.9, 0.5, 0.1, 0.1])
+    kept = []
+
+    def judge(policy):
+        kept.append(policy)
+        return next(scores)
+
+    train(TINY, tmp_path, judge, layouts=(layout,))
+    best, last = weights(tmp_path / "best"), weights(tmp_path / "last")
+    assert len(kept) == 4
+    assert torch.equal(best["action.bias"], kept[1]._actor.state_dict()["action.bias"])
+    assert not torch.equal(best["action.bias"], last["action.bias"])
+
+
+def test_saved_weights_drive_as_the_network_did(tmp_path):
+    torch.manual_seed(0)
+    actor = Actor().eval()
+    save_actor(actor, tmp_path)
+    policies = PPOPolicy(actor=actor), make_policy("ppo", weights=str(tmp_path))
+    actions = []
+    for policy in policies:
+        policy.reset(EpisodeStart(goal=(2.0, 0.0), rng=np.random.default_rng(0)))
+        actions.append(policy.act({**seen(), "odometry": np.zeros(3)}))
+    np.testing.assert_array_equal(*actions)
+    assert np.abs(actions[0]).max() <= 1.0
+    assert policies[1].files() == (tmp_path / WEIGHTS,)
+
+
+def test_what_is_no_weights_of_the_network_is_refused(tmp_path):
+    with pytest.raises(DocumentError, match="no such file"):
+        load_actor(tmp_path)
+    (tmp_path / WEIGHTS).write_bytes(b"\x80\x04\x95pickle")
+    with pytest.raises(DocumentError, match="no weights"):
+        load_actor(tmp_path)
+    save_file({"action.bias": torch.zeros(2)}, tmp_path / WEIGHTS)
+    with pytest.raises(DocumentError, match="no weights"):
+        load_actor(tmp_path)
+    save_file({**Actor().state_dict(), "action.bias": torch.full((2,), math.nan)}, tmp_path / WEIGHTS)
+    with pytest.raises(DocumentError, match="finite"):
+        load_actor(tmp_path)
+
+
+def test_the_policy_loads_without_the_learning_library():
+    code = "import sys; import labgym.policies.ppo.policy; sys.exit('stable_baselines3' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_published_policy_arrives(layout):
+    from labgym.eval import evaluate
+
+    report = evaluate(make_policy("ppo"), [layout], progress=False)
+    assert report.summary.errors == 0
+    assert report["success"] >= 0.5
+
+
+def test_a_drive_of_another_task_begins_a_new_path(layout):
+    expert = Expert({})
+    first, second = goal_pairs(layout)[:2]
+    drives = TrainingDrives([layout])
+    task = drives.draw(np.random.default_rng(0), {}, True)
+    a = expert.action(Task(layout, task.protocol, first), first.start, 0.0)
+    b = expert.action(Task(layout, task.protocol, second), second.start, 0.0)
+    fresh = Expert({}).action(Task(layout, task.protocol, second), second.start, 0.0)
+    assert a.shape == (2,)
+    np.testing.assert_array_equal(b, fresh)
