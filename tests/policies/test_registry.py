@@ -59,7 +59,9 @@ def test_a_name_that_a_package_registers_works(module, monkeypatch):
 
 
 def test_an_unknown_name_lists_what_exists():
-    with pytest.raises(UnknownNameError, match=r"'astr' not found; nearest: astar.*available: astar, .*random, straight"):
+    with pytest.raises(
+        UnknownNameError, match=r"'astr' not found; nearest: astar.*available: astar, .*random, straight"
+    ):
         make_policy("astr")
 
 
