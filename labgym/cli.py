@@ -12,7 +12,6 @@ import re
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,20 +19,17 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from tyro.extras import SubcommandApp
 
 from labgym import protocols as library
-from labgym.errors import LabgymError, MissingDependencyError, OptionError
+from labgym.cli_training import DONE, card_app, data, train_app, written
+from labgym.errors import LabgymError
 from labgym.pipeline import RunConfig
 from labgym.protocols import Protocol
 
-DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 Layout_ = Positional[Annotated[str, arg(metavar="LAYOUT")]]
 Protocol_ = Positional[Annotated[str, arg(metavar="PROTOCOL")]]
 
 app = SubcommandApp()
-train_app = SubcommandApp()
-app.command(train_app, name="train", help="Train a policy; each command goes on where it was stopped.")
-card_app = SubcommandApp()
-app.command(card_app, name="card", help="Publish a trained policy with a card.")
 
 
 @app.command
@@ -106,7 +102,7 @@ def generate(
     from labgym.layouts import generate as make
 
     layout = make(_protocol(protocol), seed=seed, room=room, profile=profile)
-    return _written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
+    return written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
 
 
 @app.command
@@ -148,8 +144,8 @@ def compile_(layout: Layout_, out: Path, glb: bool = False) -> int:
     from labgym.envs.tasks import resolve_layout
 
     given = resolve_layout(layout)
-    _written(scenes.write_mjcf(given, out))
-    return _written(scenes.write_glb(given, out / "scene.glb")) if glb else DONE
+    written(scenes.write_mjcf(given, out))
+    return written(scenes.write_glb(given, out / "scene.glb")) if glb else DONE
 
 
 @app.command
@@ -171,8 +167,8 @@ def view(
     given = resolve_layout(layout)
     if camera == "topdown":
         protocol = _protocol(given.protocol) if given.protocol else None
-        return _written(pictures.save_picture(pictures.topdown(given, protocol), out))
-    return _written(pictures.save_view(given, out, camera, width, height))
+        return written(pictures.save_picture(pictures.topdown(given, protocol), out))
+    return written(pictures.save_view(given, out, camera, width, height))
 
 
 @app.command(name="eval")
@@ -210,7 +206,7 @@ def eval_(
     for layout in given:
         layout.save(folder / "layouts" / f"{layout.id}.json")
     print(f"\n{navigation_table({policy: summary.metrics}, f'suite {summary.suite.label}').text()}\n")
-    _written(folder)
+    written(folder)
     return _complaints([f"{summary.errors} episodes failed in the policy"] if summary.errors else [])
 
 
@@ -240,121 +236,9 @@ def serve(
     return DONE
 
 
-@app.command
-def data(out: Path = Path("runs/data"), samples: int = 50_000, seed: int = 0, workers: int = 1) -> int:
-    """Make a training set from newly generated layouts: frames, goals, expert paths and privileged maps.
-
-    A folder that holds some of it already gets the rest.
-
-    Args:
-        out: Folder for manifest.json and the parquet files.
-        samples: How many samples.
-        seed: The same seed gives the same bytes with any number of workers.
-        workers: Processes to use.
-    """
-    from labgym.policies.data import DataOptions, make_dataset
-
-    if samples < 1 or seed < 0:
-        raise OptionError(f"samples {samples} must be at least 1 and seed {seed} at least 0")
-    make_dataset(out, DataOptions(samples=samples, seed=seed), workers)
-    return _written(out)
-
-
-@train_app.command
-def iplanner(
-    data: Path = Path("runs/data"), out: Path = Path("runs/iplanner"), epochs: int = 20, seed: int = 0, threads: int = 1
-) -> int:
-    """Train the iPlanner-style network on a dataset, without labels.
-
-    Args:
-        data: The dataset's folder, made by labgym data.
-        out: Folder for weights, configuration, losses by epoch and checkpoint.
-        epochs: Passes over the dataset.
-        seed: Of the initial weights and the order of samples.
-        threads: Of torch; the weights' last bits depend on it.
-    """
-    if epochs < 1 or seed < 0 or threads < 1:
-        raise OptionError(f"epochs {epochs} and threads {threads} must be at least 1 and seed {seed} at least 0")
-    _need("torch", "labgym train", "train")
-    from labgym.policies.iplanner.config import PlannerConfig, TrainOptions
-    from labgym.policies.iplanner.train import train
-
-    train(data, out, PlannerConfig(training=TrainOptions(epochs=epochs, seed=seed, threads=threads)))
-    return _written(out)
-
-
-@train_app.command(name="ppo")
-def train_ppo(
-    observation: Literal["lidar"] = "lidar",
-    steps: int = 200_000,
-    layouts: int = 120,
-    seed: int = 0,
-    out: Path | None = None,
-    threads: int = 1,
-) -> int:
-    """Train by proximal policy optimisation, after a warm start that copies a driver with the map.
-
-    Args:
-        observation: The sensor.
-        steps: Control steps of PPO; a run that is done goes on with more.
-        layouts: How many layouts to generate and train in.
-        seed: Of everything random.
-        out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION.
-        threads: Of torch; the weights' last bits depend on it.
-    """
-    if min(steps, layouts, threads) < 1 or seed < 0:
-        given = f"steps {steps}, layouts {layouts}, threads {threads}, seed {seed}"
-        raise OptionError(f"{given}: the first three must be at least 1 and the seed at least 0")
-    _need("stable_baselines3", "labgym train", "train")
-    import torch
-
-    from labgym.eval import evaluate, load_suite
-    from labgym.policies import Policy
-    from labgym.policies.ppo.options import TrainingOptions
-    from labgym.policies.ppo.training import train
-
-    torch.set_num_threads(threads)
-    validation = load_suite("val")
-
-    def judge(policy: Policy) -> float:
-        return evaluate(policy, validation, progress=False)["success"] or 0.0
-
-    options = TrainingOptions(observation=observation, steps=steps, layouts=layouts, seed=seed)
-    return _written(train(options, out or Path("runs/ppo") / observation, judge))
-
-
-@card_app.command(name="iplanner")
-def card_iplanner(
-    results: Path,
-    run: Path = Path("runs/iplanner"),
-    data: Path = Path("runs/data"),
-    out: Path = Path("policies/iplanner"),
-) -> int:
-    """Publish the weights of a training run with a card.
-
-    Args:
-        results: Folder of labgym eval with these weights.
-        run: Folder of labgym train iplanner.
-        data: Folder of the dataset that it was trained on.
-        out: Folder for weights, configuration, losses, figures and CARD.md.
-    """
-    from labgym.eval.iplanner_card import write_iplanner_card
-
-    return _written(write_iplanner_card(run, data, results, out))
-
-
-@card_app.command(name="ppo")
-def card_ppo(results: Path, run: Path = Path("runs/ppo/lidar"), out: Path = Path("policies/ppo-lidar")) -> int:
-    """Publish the best weights of a training run with a card.
-
-    Args:
-        results: Folder that labgym eval wrote with these weights.
-        run: Folder of the training run.
-        out: Folder to publish in.
-    """
-    from labgym.eval.ppo_card import write_ppo_card
-
-    return _written(write_ppo_card(run, results, out))
+app.command(data)
+app.command(train_app, name="train", help="Train a policy; each command goes on where it was stopped.")
+app.command(card_app, name="card", help="Publish a trained policy with a card.")
 
 
 @app.command
@@ -408,11 +292,6 @@ def _find_own_modules() -> None:
     sys.path.append(str(Path.cwd()))
 
 
-def _need(package: str, needed_for: str, extra: str) -> None:
-    if find_spec(package) is None:
-        raise MissingDependencyError(package, needed_for, extra)
-
-
 def _protocol(given: str) -> Protocol:
     return Protocol.load(given) if given.endswith(".json") else library.get(given)
 
@@ -434,11 +313,6 @@ def _complaints(problems: Sequence[str]) -> int:
     for problem in problems:
         print(f"labgym: failed: {problem}", file=sys.stderr)
     return FAILED if problems else DONE
-
-
-def _written(path: Path) -> int:
-    print(path)
-    return DONE
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import inspect
 import platform
 import subprocess
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from labgym import __version__
-from labgym.documents import Document, Record
+from labgym.documents import Document, Record, files_digest
 from labgym.eval.bootstrap import Estimate
 from labgym.eval.suites import Suite
 from labgym.policies import Policy
@@ -128,7 +127,4 @@ def _code_digest(policy: Policy) -> str:
     with contextlib.suppress(TypeError, OSError):
         files.append(Path(inspect.getfile(type(policy))))
     files.extend(policy.files())
-    digest = hashlib.sha256()
-    for path in files:
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()
+    return files_digest(files)

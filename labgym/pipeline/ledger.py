@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import labgym
 from labgym.artefacts import artefacts
-from labgym.documents import Document, Record, canonical_hash
+from labgym.documents import Document, Record, canonical_hash, files_digest
 from labgym.errors import DocumentError
 
 
@@ -79,10 +79,7 @@ def code_digest() -> str:
     package = Path(labgym.__file__).resolve().parent
     files = [path for path in package.rglob("*") if path.suffix in {".py", ".j2"}]
     files += artefacts("assets").rglob("*.json")
-    digest = hashlib.sha256()
-    for path in sorted(files):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()
+    return files_digest(sorted(files))
 
 
 def _digest(path: Path) -> str | None:

@@ -1,0 +1,144 @@
+"""The commands that make training sets, train policies and publish them."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal
+
+from tyro.extras import SubcommandApp
+
+from labgym.errors import MissingDependencyError, OptionError
+
+DONE = 0
+
+train_app = SubcommandApp()
+card_app = SubcommandApp()
+
+
+def written(path: Path) -> int:
+    """Print what was written and return the exit code of success."""
+    print(path)
+    return DONE
+
+
+def data(out: Path = Path("runs/data"), samples: int = 50_000, seed: int = 0, workers: int = 1) -> int:
+    """Make a training set from newly generated layouts: frames, goals, expert paths and privileged maps.
+
+    A folder that holds some of it already gets the rest.
+
+    Args:
+        out: Folder for manifest.json and the parquet files.
+        samples: How many samples.
+        seed: The same seed gives the same bytes with any number of workers.
+        workers: Processes to use.
+    """
+    from labgym.policies.data import DataOptions, make_dataset
+
+    if samples < 1 or seed < 0:
+        raise OptionError(f"samples {samples} must be at least 1 and seed {seed} at least 0")
+    make_dataset(out, DataOptions(samples=samples, seed=seed), workers)
+    return written(out)
+
+
+@train_app.command
+def iplanner(
+    data: Path = Path("runs/data"), out: Path = Path("runs/iplanner"), epochs: int = 20, seed: int = 0, threads: int = 1
+) -> int:
+    """Train the iPlanner-style network on a dataset, without labels.
+
+    Args:
+        data: The dataset's folder, made by labgym data.
+        out: Folder for weights, configuration, losses by epoch and checkpoint.
+        epochs: Passes over the dataset.
+        seed: Of the initial weights and the order of samples.
+        threads: Of torch; the weights' last bits depend on it.
+    """
+    if epochs < 1 or seed < 0 or threads < 1:
+        raise OptionError(f"epochs {epochs} and threads {threads} must be at least 1 and seed {seed} at least 0")
+    need("torch", "labgym train", "train")
+    from labgym.policies.iplanner.config import PlannerConfig, TrainOptions
+    from labgym.policies.iplanner.train import train
+
+    train(data, out, PlannerConfig(training=TrainOptions(epochs=epochs, seed=seed, threads=threads)))
+    return written(out)
+
+
+@train_app.command(name="ppo")
+def train_ppo(
+    observation: Literal["lidar"] = "lidar",
+    steps: int = 200_000,
+    layouts: int = 120,
+    seed: int = 0,
+    out: Path | None = None,
+    threads: int = 1,
+) -> int:
+    """Train by proximal policy optimisation, after a warm start that copies a driver with the map.
+
+    Args:
+        observation: The sensor.
+        steps: Control steps of PPO; a run that is done goes on with more.
+        layouts: How many layouts to generate and train in.
+        seed: Of everything random.
+        out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION.
+        threads: Of torch; the weights' last bits depend on it.
+    """
+    if min(steps, layouts, threads) < 1 or seed < 0:
+        given = f"steps {steps}, layouts {layouts}, threads {threads}, seed {seed}"
+        raise OptionError(f"{given}: the first three must be at least 1 and the seed at least 0")
+    need("stable_baselines3", "labgym train", "train")
+    import torch
+
+    from labgym.eval import evaluate, load_suite
+    from labgym.policies import Policy
+    from labgym.policies.ppo.options import TrainingOptions
+    from labgym.policies.ppo.training import train
+
+    torch.set_num_threads(threads)
+    validation = load_suite("val")
+
+    def judge(policy: Policy) -> float:
+        return evaluate(policy, validation, progress=False)["success"] or 0.0
+
+    options = TrainingOptions(observation=observation, steps=steps, layouts=layouts, seed=seed)
+    return written(train(options, out or Path("runs/ppo") / observation, judge))
+
+
+@card_app.command(name="iplanner")
+def card_iplanner(
+    results: Path,
+    run: Path = Path("runs/iplanner"),
+    data: Path = Path("runs/data"),
+    out: Path = Path("policies/iplanner"),
+) -> int:
+    """Publish the weights of a training run with a card.
+
+    Args:
+        results: Folder of labgym eval with these weights.
+        run: Folder of labgym train iplanner.
+        data: Folder of the dataset that it was trained on.
+        out: Folder for weights, configuration, losses, figures and CARD.md.
+    """
+    from labgym.eval.iplanner_card import write_iplanner_card
+
+    return written(write_iplanner_card(run, data, results, out))
+
+
+@card_app.command(name="ppo")
+def card_ppo(results: Path, run: Path = Path("runs/ppo/lidar"), out: Path = Path("policies/ppo-lidar")) -> int:
+    """Publish the best weights of a training run with a card.
+
+    Args:
+        results: Folder that labgym eval wrote with these weights.
+        run: Folder of the training run.
+        out: Folder to publish in.
+    """
+    from labgym.eval.ppo_card import write_ppo_card
+
+    return written(write_ppo_card(run, results, out))
+
+
+def need(package: str, needed_for: str, extra: str) -> None:
+    """Raise MissingDependencyError where a package is not installed."""
+    if find_spec(package) is None:
+        raise MissingDependencyError(package, needed_for, extra)
