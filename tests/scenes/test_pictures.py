@@ -79,8 +79,9 @@ def test_an_unknown_camera_lists_the_cameras(laboratory: Layout, renderer: str) 
 def test_unknown_renderers_and_empty_pictures_are_refused(laboratory: Layout) -> None:
     with pytest.raises(UnknownNameError, match="traced"):
         render(laboratory, renderer="ray-traced")  # type: ignore[arg-type]
-    with pytest.raises(OptionError, match="at least 1"):
-        render(laboratory, width=0)
+    for width in (0, 100_000):
+        with pytest.raises(OptionError, match="between 1x1 and 3840x2160"):
+            render(laboratory, width=width)
 
 
 def test_without_opengl_the_error_names_the_remedy(laboratory: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
