@@ -236,6 +236,28 @@ def serve(
     return DONE
 
 
+@app.command
+def reproduce(split: Literal["val", "test"] = "test", out: Path | None = None) -> int:
+    """Make the published layouts again from their seeds and compare hashes; exit 1 where one differs.
+
+    Args:
+        split: Which of the published splits.
+        out: Also write the layouts and their manifest there, as SPLIT/; into layouts/ of a checkout to publish anew.
+    """
+    from tqdm import tqdm
+
+    from labgym.layouts.splits import make_published, manifest, publish
+
+    entries = manifest(split).layouts
+    layouts = [make_published(split, index) for index in tqdm(range(len(entries)), desc=split)]
+    if out is not None:
+        publish(split, layouts, out)
+        written(out / split)
+    pairs = zip(entries, layouts, strict=True)
+    differing = [f"{entry.id} is made otherwise" for entry, layout in pairs if layout.hash != entry.hash]
+    return _complaints(differing) or _findings(())
+
+
 app.command(data)
 app.command(train_app, name="train", help="Train a policy; each command goes on where it was stopped.")
 app.command(card_app, name="card", help="Publish a trained policy with a card.")

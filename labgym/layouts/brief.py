@@ -69,7 +69,3 @@ class Brief:
     door_zone: float = 1.2
     hood_door: float = 1.0
     furnishing: str = "full"
-
-    def unit(self, unit_id: str) -> Unit:
-        """Return a unit by id."""
-        return next(unit for unit in self.units if unit.id == unit_id)

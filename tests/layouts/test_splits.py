@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import labgym.layouts.splits as splits
+from labgym.cli import main
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.layouts import Layout, generate, load_published, published, train_layout
 from labgym.protocols import protocols
@@ -59,3 +60,12 @@ def test_a_layout_survives_saving_and_loading(tmp_path):
     again = Layout.load(layout.save(tmp_path / "layout.json"))
     assert again == layout
     assert again.hash == layout.hash
+
+
+@pytest.mark.parametrize("changed, code", [(False, 0), (True, 1)])
+def test_reproduce_exits_1_where_a_hash_differs(monkeypatch, tmp_path, changed, code):
+    whole = splits.manifest("test")
+    first = whole.layouts[0].model_copy(update={"hash": "0" * 64} if changed else {})
+    monkeypatch.setattr(splits, "manifest", lambda split: splits.Manifest(split=split, layouts=(first,)))
+    assert main(["reproduce", "--split", "test", "--out", str(tmp_path)]) == code
+    assert Layout.load(tmp_path / "test" / f"{first.id}.json").hash == whole.layouts[0].hash
