@@ -129,15 +129,3 @@ def evaluate_layout(
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
         transitions=transitions(layout, protocol) if navigation and protocol is not None else None,
     )
-
-
-def violations(
-    layout: Layout, protocol: Protocol | None = None, profile: str | Profile = "default", navigation: bool = False
-) -> Violations:
-    """Return the hard violations of a layout; their count is v(L). Arguments and errors as `evaluate_layout`."""
-    return evaluate_layout(layout, protocol, profile, navigation).violations
-
-
-def fitness(layout: Layout, protocol: Protocol | None = None, profile: str | Profile = "default") -> float:
-    """Return F(L) in [0, 1]. Arguments and errors as `evaluate_layout`."""
-    return evaluate_layout(layout, protocol, profile).fitness
