@@ -19,17 +19,20 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from tyro.extras import SubcommandApp
 
 from labgym import protocols as library
-from labgym.cli_training import DONE, card_app, data, train_app, written
+from labgym.cli_outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
+from labgym.cli_protocols import protocols_app
+from labgym.cli_training import card_app, data, train_app
 from labgym.errors import LabgymError
 from labgym.pipeline import RunConfig
 from labgym.protocols import Protocol
-
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 Layout_ = Positional[Annotated[str, arg(metavar="LAYOUT")]]
 Protocol_ = Positional[Annotated[str, arg(metavar="PROTOCOL")]]
 
 app = SubcommandApp()
+
+GROUPS = {"protocols": protocols_app}
+"""Commands that do something without the name of a further command."""
 
 
 @app.command
@@ -42,7 +45,7 @@ def run(config: OmitArgPrefixes[RunConfig]) -> int:
     for table in outcome.tables:
         print(f"\n{table.text()}\n")
     print("Written:", *outcome.written, sep="\n  ")
-    return _complaints(outcome.problems)
+    return complaints(outcome.problems)
 
 
 @app.command
@@ -65,25 +68,12 @@ def assets(
     if check:
         from labgym.assets.checks import check as check_catalog
 
-        return _findings([f"{p.asset}: {p.field}: {p.message}" for p in check_catalog(catalog)])
+        return findings([f"{p.asset}: {p.field}: {p.message}" for p in check_catalog(catalog)])
     print(asset_details(catalog.find(name)) if name else asset_table(catalog.of_kind(kind) if kind else catalog))
     return DONE
 
 
-@app.command
-def protocols(name: Positional[str | None] = None, validate: Path | None = None) -> int:
-    """List the protocols, show one, or validate a protocol in a file.
-
-    Args:
-        name: Id of a protocol; nothing lists all.
-        validate: A protocol's .json file, put through the validation suite; exit 1 where something is wrong.
-    """
-    from labgym.describe import protocol_details, protocol_table
-
-    if validate:
-        return _findings([f"{f.message}; {f.suggestion}" for f in library.validate(Protocol.load(validate))])
-    print(protocol_details(library.get(name)) if name else protocol_table(library.protocols().values()))
-    return DONE
+app.command(protocols_app, name="protocols", help="List the protocols, show or validate one.")
 
 
 @app.command
@@ -207,7 +197,7 @@ def eval_(
         layout.save(folder / "layouts" / f"{layout.id}.json")
     print(f"\n{navigation_table({policy: summary.metrics}, f'suite {summary.suite.label}').text()}\n")
     written(folder)
-    return _complaints([f"{summary.errors} episodes failed in the policy"] if summary.errors else [])
+    return complaints([f"{summary.errors} episodes failed in the policy"] if summary.errors else [])
 
 
 @app.command
@@ -255,7 +245,7 @@ def reproduce(split: Literal["val", "test"] = "test", out: Path | None = None) -
         written(out / split)
     pairs = zip(entries, layouts, strict=True)
     differing = [f"{entry.id} is made otherwise" for entry, layout in pairs if layout.hash != entry.hash]
-    return _complaints(differing) or _findings(())
+    return complaints(differing) or findings(())
 
 
 app.command(data)
@@ -286,14 +276,16 @@ def doctor() -> int:
     from labgym.doctor import examine, healthy
     from labgym.doctor import report as findings_table
 
-    findings = examine()
-    print(findings_table(findings))
-    return DONE if healthy(findings) else FAILED
+    found = examine()
+    print(findings_table(found))
+    return DONE if healthy(found) else FAILED
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; an error is one line on standard error."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    if given and given[0] in GROUPS:
+        given[1:] = GROUPS[given[0]].named(given[1:])
     try:
         return int(app.cli(prog="labgym", description=__doc__, args=given or ["--help"]))
     except LabgymError as error:
@@ -322,19 +314,6 @@ def _fail(message: str) -> int:
     line = "".join(char if char.isprintable() else repr(char)[1:-1] for char in message)
     print(f"labgym: error: {line}", file=sys.stderr)
     return BAD_INPUT
-
-
-def _findings(messages: Sequence[str]) -> int:
-    for message in messages:
-        print(message)
-    print(f"{len(messages)} findings" if messages else "nothing wrong")
-    return FAILED if messages else DONE
-
-
-def _complaints(problems: Sequence[str]) -> int:
-    for problem in problems:
-        print(f"labgym: failed: {problem}", file=sys.stderr)
-    return FAILED if problems else DONE
 
 
 if __name__ == "__main__":

@@ -8,18 +8,11 @@ from typing import Literal
 
 from tyro.extras import SubcommandApp
 
+from labgym.cli_outcome import written
 from labgym.errors import MissingDependencyError, OptionError
-
-DONE = 0
 
 train_app = SubcommandApp()
 card_app = SubcommandApp()
-
-
-def written(path: Path) -> int:
-    """Print what was written and return the exit code of success."""
-    print(path)
-    return DONE
 
 
 def data(out: Path = Path("runs/data"), samples: int = 50_000, seed: int = 0, workers: int = 1) -> int:
