@@ -29,7 +29,7 @@ class PaperTable(Record):
 
 
 class Paper(Document):
-    """Tables 1 to 4 of the paper: protocol statistics, layouts, navigation and ablation."""
+    """Tables 1 to 4 of the paper: protocol statistics, layouts, ablation and navigation."""
 
     SCHEMA: ClassVar[str] = "labgym.paper/1"
 

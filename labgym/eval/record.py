@@ -16,6 +16,7 @@ from labgym.documents import Document, Record, files_digest
 from labgym.eval.bootstrap import Estimate
 from labgym.eval.suites import Suite
 from labgym.policies import Policy
+from labgym.policies.policy import Sensors
 
 PACKAGES = ("gymnasium", "mujoco", "numpy", "scipy", "embreex", "opencv-python-headless")
 
@@ -41,6 +42,7 @@ class NavigationSummary(Document):
     Attributes:
         suite: the whole suite, its version included. seed: of the evaluation and of the intervals.
         policy: its label; options: the arguments given to it; privileged: whether it was given the map.
+        sensors: what it was shown; None in summaries older than this field.
         layouts: hashes by id, in the suite's order. episodes: rows. expected: goal pairs of the suite.
         errors: episodes in which the policy raised. unreachable: goal pairs without a path (no SPL).
         complete: whether every episode was driven.
@@ -54,6 +56,7 @@ class NavigationSummary(Document):
     policy: str
     options: dict[str, Any]
     privileged: bool
+    sensors: Sensors | None = None
     seed: int
     layouts: dict[str, str]
     episodes: int

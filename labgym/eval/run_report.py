@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from labgym.eval.plan_labels import words
+from labgym.eval.record import NavigationSummary
 from labgym.eval.report import Card, Picture, Report, Tile
 from labgym.eval.report_model import LayoutReport
 from labgym.eval.results import Results
 from labgym.eval.score import aggregate
-from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure, layout_table, navigation_table
+from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure, layout_table, leaderboard, navigation_table
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs
 from labgym.protocols import get
@@ -20,9 +21,15 @@ def result_tables(results: Results) -> tuple[Table, ...]:
     """Return the layout table and the navigation table, as far as there are results for them."""
     tables = [layout_table(aggregate(results.scores.values()))] if results.scores else []
     if results.evaluations:
-        estimates = {one.summary.policy: one.summary.metrics for one in results.evaluations}
-        tables.append(navigation_table(estimates, f"suite {results.evaluations[0].summary.suite.label}"))
+        tables.append(_navigation([one.summary for one in results.evaluations]))
     return tuple(tables)
+
+
+def _navigation(summaries: Sequence[NavigationSummary]) -> Table:
+    comparable = len({summary.suite for summary in summaries}) == 1 and summaries[0].suite.metrics != "navdp"
+    if len(summaries) > 1 and comparable:
+        return leaderboard(summaries)
+    return navigation_table({one.policy: one.metrics for one in summaries}, f"suite {summaries[0].suite.label}")
 
 
 def run_report(results: Results, pictures: Mapping[str, Path], views: Mapping[str, Path]) -> Report:

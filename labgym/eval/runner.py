@@ -22,6 +22,7 @@ from labgym.eval.workers import Job, PolicySource, run_jobs
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs
 from labgym.policies import Policy
+from labgym.policies.policy import Sensors
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def evaluate(
     if made.exclusive and workers > 1:
         raise OptionError(f"policy {source.label!r} drives one robot at a time; use workers=1, not {workers}")
     arguments = {"workers": workers, "progress": progress}
-    run = _Run(source, suite, layouts, seed, made.privileged, provenance(made), arguments)
+    run = _Run(source, suite, layouts, seed, made.privileged, made.observation, provenance(made), arguments)
     if source.instance is None:
         made.close()
     folder = RunFolder(None if out is None else Path(out), run.identity)
@@ -102,6 +103,7 @@ class _Run:
     layouts: tuple[Layout, ...]
     seed: int
     privileged: bool
+    sensors: Sensors
     provenance: Provenance
     arguments: dict[str, Any]
 
@@ -145,6 +147,7 @@ class _Run:
             policy=self.source.label,
             options=self.source.options,
             privileged=self.privileged,
+            sensors=self.sensors,
             seed=self.seed,
             layouts={layout: digest for layout, (digest, _) in self.expected.items()},
             episodes=len(rows),

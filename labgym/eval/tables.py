@@ -9,6 +9,7 @@ from html import escape
 
 from labgym.eval.bootstrap import Estimate
 from labgym.eval.paper import paper
+from labgym.eval.record import NavigationSummary
 from labgym.eval.report_model import LayoutSummary
 
 _FIGURE = re.compile(r"^(-|[-+]?\d[\d.,]*%?( \[[^\]]*\])?)$")
@@ -47,6 +48,19 @@ NAVDP_ROWS = (
     ("navdp_time", "Time by NavDP's rules, s ↓", 2),
 )
 """Those of suites with the NavDP benchmark's rules, which have them in place of the headline's."""
+
+LEADERBOARD_COLUMNS = (
+    ("success", "SR ↑", 3, True),
+    ("spl", "SPL ↑", 3, True),
+    ("collision_free", "Collision-free SR ↑", 3, True),
+    ("soft_spl", "SoftSPL ↑", 3, False),
+    ("min_clearance", "Clearance, m ↑", 3, False),
+    ("time_to_goal", "Time, s ↓", 2, False),
+    ("planning_ms", "Planning, ms ↓", 2, False),
+)
+"""Metrics to compare policies by: name, heading, digits, whether its interval is shown."""
+
+_PAPER_SENSORS = {"iPlanner": "depth", "NavDP": "rgbd"}
 
 
 @dataclass(frozen=True)
@@ -155,6 +169,45 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
             "Time to goal is over successful episodes; planning time depends on the machine.",
         ),
     )
+
+
+def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
+    """Return policies below each other, those of the paper's table at the end.
+
+    Args:
+        summaries: of one suite with the headline's metrics, a row each.
+    """
+    ours = [
+        (
+            summary.policy,
+            "map" if summary.privileged else summary.sensors or "-",
+            *(_shown(summary.metrics[key], digits, whole) for key, _, digits, whole in LEADERBOARD_COLUMNS),
+        )
+        for summary in summaries
+    ]
+    rest = ("-",) * (len(LEADERBOARD_COLUMNS) - 2)
+    theirs = [
+        (f"{row['method']}, paper", sensors, figure(row["sr"], 3), figure(row["spl"], 3), *rest)
+        for name, sensors in _PAPER_SENSORS.items()
+        for row in paper().navigation.rows
+        if str(row["method"]).startswith(name)
+    ]
+    first = summaries[0]
+    return Table(
+        title=f"Navigation, suite {first.suite.label}, {first.episodes} episodes a policy",
+        columns=("Policy", "Sees", *(heading for _, heading, _, _ in LEADERBOARD_COLUMNS)),
+        rows=(*ours, *theirs),
+        notes=(
+            "In brackets: 95% bootstrap intervals over layouts.",
+            "Time is to the goal, over successful episodes; planning is for one control step, on this machine.",
+            "The paper's rows are of its own scenes and models, before and after its refinement for navigation, for "
+            "orientation; it gives no intervals.",
+        ),
+    )
+
+
+def _shown(estimate: Estimate, digits: int, whole: bool) -> str:
+    return _interval(estimate, digits) if whole else figure(estimate.value, digits)
 
 
 def _interval(estimate: Estimate, digits: int) -> str:

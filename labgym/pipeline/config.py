@@ -6,10 +6,13 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from labgym.errors import OptionError
+from labgym.errors import MissingDependencyError, OptionError
 from labgym.layouts.rules.thresholds import profile
 from labgym.policies import make_policy
 from labgym.protocols import get
+
+SHOWN = ("astar", "online_map", "iplanner", "ppo", "straight")
+"""Policies that a run evaluates unless told otherwise."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,8 @@ class RunConfig:
         seed: Seed of 30 new layouts; without it the published test layouts are made again from their own seeds.
         protocols: Ids of the protocols to take; none takes all 30.
         profile: Thresholds of generation and scores: default, strict or paper.
-        policies: Policies to evaluate, in the order of the table.
+        policies: Policies to evaluate, in the order of the table. By default astar, online_map, iplanner, ppo
+            and straight, as far as the packages that they need are installed.
         workers: Processes to use; 0 takes as many as there are cores.
         views: How many layouts are also rendered.
     """
@@ -32,7 +36,7 @@ class RunConfig:
     seed: int | None = None
     protocols: tuple[str, ...] = ()
     profile: str = "default"
-    policies: tuple[str, ...] = ("astar", "straight", "random")
+    policies: tuple[str, ...] = ()
     workers: int = 0
     views: int = 6
 
@@ -47,17 +51,30 @@ class RunConfig:
         """How many processes work."""
         return self.workers or len(os.sched_getaffinity(0))
 
+    def runnable(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return the policies to evaluate, and why each of those left out of the default is."""
+        if self.policies:
+            return self.policies, ()
+        found, absent = [], []
+        for policy in SHOWN:
+            try:
+                make_policy(policy).close()
+                found.append(policy)
+            except MissingDependencyError as error:
+                absent.append(str(error))
+        return tuple(found), tuple(absent)
+
     def check(self) -> None:
         """Check the numbers and names.
 
         Raises:
-            OptionError: a number is negative, or policies are none or repeated.
+            OptionError: a number is negative, or policies are repeated.
             UnknownNameError: a profile, a protocol or a policy does not exist.
         """
         if self.workers < 0 or self.views < 0:
             raise OptionError(f"workers ({self.workers}) and views ({self.views}) must not be negative")
-        if not self.policies or len(set(self.policies)) != len(self.policies):
-            raise OptionError(f"policies {list(self.policies)} must be at least one, none of them twice")
+        if len(set(self.policies)) != len(self.policies):
+            raise OptionError(f"policies {list(self.policies)} hold one of them twice")
         profile(self.profile)
         for protocol in self.protocols:
             get(protocol)

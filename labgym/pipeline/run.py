@@ -28,11 +28,13 @@ class RunOutcome:
         tables: layout metrics and navigation metrics.
         written: the files and folders that a person would look at.
         problems: what went wrong without stopping the run, one sentence each.
+        left_out: why policies of the default are missing, one sentence each.
     """
 
     tables: tuple[Table, ...]
     written: tuple[Path, ...]
     problems: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
 
 
 class RunIdentity(Document):
@@ -69,6 +71,7 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
     """
     folder, processes = config.folder, config.processes
     config.check()
+    policies, left_out = config.runnable()
     RunIdentity(seed=config.seed, protocols=config.protocols).claim(folder)
     jobs = layout_jobs(config.seed, config.profile, config.protocols)
     ledger = Ledger(folder)
@@ -82,13 +85,13 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
     suite = "test" if config.seed is None and not config.protocols else layouts
     reports = [
         evaluate(policy, suite, workers=processes, out=folder / "navigation" / _folder_name(policy))
-        for policy in config.policies
+        for policy in policies
     ]
     problems = list(differences(jobs, folder))
     problems += [f"policy {r.summary.policy}: {r.summary.errors} episodes failed" for r in reports if r.summary.errors]
-    tables, written = _show(Results.read(folder, config.policies), ledger, processes, config.views)
+    tables, written = _show(Results.read(folder, policies), ledger, processes, config.views)
     places = (folder / "navigation", folder / "layouts", folder / "scenes")
-    return RunOutcome(tables, (*places, *written), tuple(problems))
+    return RunOutcome(tables, (*places, *written), tuple(problems), left_out)
 
 
 def report_folder(folder: Path, processes: int = 1) -> tuple[tuple[Table, ...], tuple[Path, ...]]:

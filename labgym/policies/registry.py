@@ -10,7 +10,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import PurePath
 from typing import Any
 
-from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
 from labgym.policies.policy import Policy
 
 GROUP = "labgym.policies"
@@ -34,6 +34,9 @@ FILES = {
 }
 """What loads a file that a policy is in, by its ending."""
 
+EXTRAS = {"diffusers": "train", "safetensors": "train", "stable_baselines3": "train", "torch": "train"}
+"""Packages that built-in policies need beyond the base, and the extra that brings each."""
+
 SERVERS = ("http://", "https://")
 
 
@@ -54,6 +57,7 @@ def make_policy(name: str, **options: Any) -> Policy:
     Raises:
         UnknownNameError: nothing has that name; lists what has.
         OptionError: the class does not take the options.
+        MissingDependencyError: a built-in needs a package that is not installed.
         LabgymError: the class cannot be imported, or is no `Policy`.
     """
     factory = _factory(name)
@@ -111,6 +115,8 @@ def _imported(place: str, name: str) -> Callable[..., object]:
         for part in attribute.split("."):
             found = getattr(found, part)
     except Exception as error:
+        if isinstance(error, ImportError) and error.name in EXTRAS:
+            raise MissingDependencyError(error.name, f"policy {name!r}", EXTRAS[error.name]) from None
         raise LabgymError(
             f"policy {name!r}: cannot import {place!r} ({error}); its module must be on the Python path"
         ) from error

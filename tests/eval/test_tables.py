@@ -8,8 +8,18 @@ from labgym.errors import UnknownNameError
 from labgym.eval.bootstrap import Estimate
 from labgym.eval.navigation_metrics import METRICS
 from labgym.eval.paper import paper
+from labgym.eval.record import NavigationSummary, Provenance
 from labgym.eval.report_model import LayoutSummary, MetricMean
-from labgym.eval.tables import LAYOUT_COLUMNS, NAVIGATION_ROWS, Table, figure, layout_table, navigation_table
+from labgym.eval.suites import Suite
+from labgym.eval.tables import (
+    LAYOUT_COLUMNS,
+    NAVIGATION_ROWS,
+    Table,
+    figure,
+    layout_table,
+    leaderboard,
+    navigation_table,
+)
 
 TABLE = Table("T", ("name", "a|b"), (("x", "1.0"), ("<long>", "-")), ("A note.",))
 
@@ -100,3 +110,35 @@ def test_navigation_figures_stand_with_their_intervals_one_column_a_policy():
 
 def test_the_navigation_table_shows_every_metric_that_is_computed():
     assert {name for name, _, _ in NAVIGATION_ROWS} == set(METRICS)
+
+
+def summary_of(policy: str, **changes) -> NavigationSummary:
+    sure = Estimate(value=0.5, low=0.25, high=0.75, count=4, nulls=0)
+    return NavigationSummary(
+        suite=Suite(name="s", split="test"),
+        policy=policy,
+        options={},
+        seed=0,
+        layouts={},
+        episodes=4,
+        expected=4,
+        errors=0,
+        unreachable=0,
+        complete=True,
+        metrics=dict.fromkeys(METRICS, sure),
+        arguments={},
+        provenance=Provenance(versions={}, commit=None, dirty=None, code="0"),
+        **({"privileged": False} | changes),
+    )
+
+
+def test_the_leaderboard_says_what_each_policy_sees_and_ends_with_the_paper_s_rows():
+    table = leaderboard([summary_of("a", privileged=True, sensors="lidar"), summary_of("b", sensors="depth")])
+    assert [row[:3] for row in table.rows[:2]] == [
+        ("a", "map", "0.500 [0.250, 0.750]"),
+        ("b", "depth", "0.500 [0.250, 0.750]"),
+    ]
+    printed = {row[0]: row[1:4] for row in table.rows[2:]}
+    assert printed["NavDP, paper"] == ("rgbd", "0.517", "0.446")
+    assert printed["iPlanner (w/o nav. opt.), paper"] == ("depth", "0.350", "0.332")
+    assert len(printed) == 4

@@ -7,11 +7,13 @@ import mujoco
 import pytest
 
 from labgym.cli import main
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
 from labgym.layouts import load_published
 from labgym.pipeline import RunConfig
+from labgym.pipeline import config as config_module
 from labgym.pipeline.layout_stage import LayoutJob, differences, layout_jobs
 from labgym.pipeline.run import RunOutcome, report_folder, run_pipeline
+from labgym.policies import make_policy
 from labgym.protocols import protocols
 
 PROTOCOL = "sub_02"
@@ -59,7 +61,23 @@ def test_the_scene_of_a_run_loads_in_mujoco(config, outcome):
 def test_the_tables_hold_the_policies_in_the_order_asked_for(outcome):
     layouts, navigation = outcome.tables
     assert [row[0] for row in layouts.rows] == ["labgym", "LabBuilder (paper)"]
-    assert navigation.columns == ("Metric", "astar", "random")
+    assert [row[:2] for row in navigation.rows[:2]] == [("astar", "map"), ("random", "lidar")]
+
+
+def test_the_default_policies_are_those_whose_packages_are_installed(monkeypatch):
+    everything, absent = RunConfig().runnable()
+    assert {"astar", "online_map", "straight"} <= set(everything)
+
+    def without_torch(name):
+        if name == "ppo":
+            raise MissingDependencyError("torch", "policy 'ppo'", "train")
+        return make_policy(name)
+
+    monkeypatch.setattr(config_module, "make_policy", without_torch)
+    found, reasons = RunConfig().runnable()
+    assert found == tuple(name for name in everything if name != "ppo")
+    assert len(reasons) == len(absent) + ("ppo" in everything)
+    assert all("pip install" in reason for reason in reasons)
 
 
 def test_a_second_run_makes_nothing_again_and_says_the_same(config, outcome):
