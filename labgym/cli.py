@@ -44,6 +44,8 @@ def run(config: OmitArgPrefixes[RunConfig]) -> int:
     outcome = run_pipeline(config)
     for table in outcome.tables:
         print(f"\n{table.text()}\n")
+    for reason in outcome.left_out:
+        print(f"Left out: {reason}")
     print("Written:", *outcome.written, sep="\n  ")
     return complaints(outcome.problems)
 
