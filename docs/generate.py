@@ -21,6 +21,7 @@ from labgym.eval.record import NavigationSummary
 from labgym.eval.suites import Suite
 from labgym.layouts import Layout
 from labgym.layouts.splits import Manifest
+from labgym.llm.replay import RecordedReply
 from labgym.protocols import Protocol
 
 DOCS = Path(__file__).resolve().parent
@@ -38,6 +39,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     LayoutReport,
     LayoutSummary,
     NavigationSummary,
+    RecordedReply,
 )
 
 

@@ -1,0 +1,19 @@
+"""A client of language models, optional: questions of a given shape to any OpenAI-compatible endpoint."""
+
+from labgym.llm.client import LanguageModel, Reply, Usage
+from labgym.llm.config import LanguageModelConfig
+from labgym.llm.errors import LanguageModelError
+from labgym.llm.messages import Message
+from labgym.llm.prompting import Prompt, load_prompt, prompts
+
+__all__ = [
+    "LanguageModel",
+    "LanguageModelConfig",
+    "LanguageModelError",
+    "Message",
+    "Prompt",
+    "Reply",
+    "Usage",
+    "load_prompt",
+    "prompts",
+]

@@ -1,0 +1,181 @@
+"""One HTTP exchange with an OpenAI-compatible server, within bounds of time, size and number of tries."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import httpx2
+import openai
+
+from labgym.llm.config import NO_KEY, LanguageModelConfig
+from labgym.llm.errors import LanguageModelError, Reason
+
+MAX_REPLY_BYTES = 8 * 1024 * 1024
+FIRST_WAIT = 1.0
+MAX_WAIT = 60.0
+"""Seconds waited between two tries at most; a server that asks for longer is not waited for."""
+QUOTED = 200
+RETRIED = ("unreachable", "timeout", "rate_limited", "server")
+
+
+class Endpoint:
+    """The chat endpoint of a configuration.
+
+    Args:
+        config: address, key, bounds.
+        sleep: waits the given seconds between two tries.
+    """
+
+    def __init__(self, config: LanguageModelConfig, sleep: Callable[[float], None] = time.sleep) -> None:
+        self.config = config
+        self._sleep = sleep
+        secret = config.api_key.get_secret_value()
+        self._secret = secret if secret != NO_KEY else None
+        # Redirects stay unfollowed: the key goes to the configured address and nowhere else. Replies come uncompressed,
+        # so that the bound on their size is one on memory too.
+        self._http = openai.DefaultHttpxClient(
+            timeout=config.timeout,
+            follow_redirects=False,
+            headers={"Accept-Encoding": "identity"},
+            event_hooks={"response": [self._bound]},
+        )
+        self._client = openai.OpenAI(
+            api_key=secret,
+            base_url=config.base_url,
+            timeout=config.timeout,
+            max_retries=0,
+            http_client=self._http,
+            # What other variables of the environment say of OpenAI's accounts is no business of another server.
+            default_headers={"OpenAI-Organization": openai.omit, "OpenAI-Project": openai.omit},  # type: ignore[dict-item]
+        )
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
+
+    def complete(self, body: dict[str, Any]) -> bytes:
+        """Send a chat request and return the reply's bytes.
+
+        Raises:
+            LanguageModelError: after the tries that the configuration allows.
+        """
+        tried = 0
+        while True:
+            tried += 1
+            try:
+                return self._once(body)
+            except _FailedTryError as failure:
+                wait = min(FIRST_WAIT * 2.0 ** (tried - 1), MAX_WAIT) if failure.wait is None else failure.wait
+                if failure.reason not in RETRIED or tried > self.config.retries or wait > MAX_WAIT:
+                    raise failure.told(tried) from None
+                self._sleep(wait)
+
+    def redacted(self, text: str) -> str:
+        """Return a text without the key in it."""
+        return text.replace(self._secret, "***") if self._secret else text
+
+    def _once(self, body: dict[str, Any]) -> bytes:
+        try:
+            return self._client.chat.completions.with_raw_response.create(**body).content
+        except openai.APIStatusError as error:
+            raise self._refused(error) from None
+        except openai.APITimeoutError:
+            raise _late(self.config) from None
+        except openai.APIConnectionError as error:
+            cause = error.__cause__
+            if isinstance(cause, _FailedTryError):
+                raise cause from None
+            what = self.redacted(str(cause or error))[:QUOTED]
+            remedy = "check LABGYM_LLM_BASE_URL and that the server runs"
+            raise _FailedTryError(
+                "unreachable", f"{self.config.base_url} cannot be reached ({what}); {remedy}"
+            ) from None
+
+    def _refused(self, error: openai.APIStatusError) -> _FailedTryError:
+        status, said = error.status_code, f"(status {error.status_code}: {self._quoted(error)})"
+        server = self.config.base_url
+        if status in (401, 403):
+            return _FailedTryError(
+                "unauthorized", f"{server} does not accept the key {said}; set LABGYM_LLM_API_KEY to one"
+            )
+        if status == 429:
+            wait = _retry_after(error.response.headers)
+            remedy = "wait, or raise LABGYM_LLM_RETRIES"
+            asked = f"; it asks to wait {wait:g} s" if wait is not None else ""
+            return _FailedTryError(
+                "rate_limited", f"{server} limits the rate of requests {said}{asked}; {remedy}", wait
+            )
+        if status in (408, 409) or status >= 500:
+            wait = _retry_after(error.response.headers)
+            return _FailedTryError("server", f"{server} failed {said}; try again later", wait)
+        if 300 <= status < 400:
+            return _FailedTryError(
+                "rejected", f"{server} redirects elsewhere; set LABGYM_LLM_BASE_URL to where it leads"
+            )
+        remedy = "check LABGYM_LLM_MODEL and LABGYM_LLM_BASE_URL"
+        return _FailedTryError("rejected", f"{server} rejects the request {said}; {remedy}")
+
+    def _quoted(self, error: openai.APIStatusError) -> str:
+        body = error.body
+        said = body.get("message") if isinstance(body, dict) else body
+        text = " ".join(str(said if said is not None else error.message).split())
+        return self.redacted(text)[:QUOTED]
+
+    def _bound(self, response: httpx2.Response) -> None:
+        if response.headers.get("content-encoding", "identity") != "identity":
+            raise _FailedTryError(
+                "malformed", f"{self.config.base_url} compresses its reply, which it was asked not to"
+            )
+        assert isinstance(response.stream, httpx2.SyncByteStream)
+        response.stream = _Bounded(response.stream, self.config)
+
+
+class _Bounded(httpx2.SyncByteStream):
+    """A reply's bytes as long as they come in time and are not too many."""
+
+    def __init__(self, stream: httpx2.SyncByteStream, config: LanguageModelConfig) -> None:
+        self._stream, self._config = stream, config
+        self._deadline = time.monotonic() + config.timeout
+
+    def __iter__(self) -> Iterator[bytes]:
+        length = 0
+        for chunk in self._stream:
+            length += len(chunk)
+            if length > MAX_REPLY_BYTES:
+                problem = f"the reply of {self._config.base_url} is larger than {MAX_REPLY_BYTES} bytes"
+                raise _FailedTryError("oversize", f"{problem}; check that LABGYM_LLM_BASE_URL is the API")
+            if time.monotonic() > self._deadline:
+                raise _late(self._config)
+            yield chunk
+
+    def close(self) -> None:
+        self._stream.close()
+
+
+class _FailedTryError(Exception):
+    """A try that failed: why, and how long the server wants to be left alone."""
+
+    def __init__(self, reason: Reason, message: str, wait: float | None = None) -> None:
+        super().__init__(message)
+        self.reason: Reason = reason
+        self.wait = wait
+
+    def told(self, tries: int) -> LanguageModelError:
+        again = f" (tried {tries} times)" if tries > 1 else ""
+        return LanguageModelError(self.reason, f"language model: {self}{again}")
+
+
+def _late(config: LanguageModelConfig) -> _FailedTryError:
+    remedy = "raise LABGYM_LLM_TIMEOUT, or choose a faster model"
+    return _FailedTryError("timeout", f"{config.base_url} did not reply in {config.timeout:g} s; {remedy}")
+
+
+def _retry_after(headers: httpx2.Headers) -> float | None:
+    """Return the seconds that a server asks to wait, or None where it names none; a date counts as none."""
+    try:
+        seconds = float(headers.get("retry-after", ""))
+    except ValueError:
+        return None
+    return seconds if 0.0 <= seconds < float("inf") else None

@@ -1,0 +1,98 @@
+"""Prompts: files with a version, and the only way in which text of others gets into them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.llm.messages import Message
+
+FOLDER = Path(__file__).resolve().parent / "prompts"
+MAX_DATUM = 60_000
+SLOT = re.compile(r"\{\{([a-z_]+)\}\}")
+_FILE = re.compile(
+    r"\A---\nversion: (?P<version>[1-9]\d{0,3})\n---\n+# Role\n+(?P<role>.+?)\n+# Question\n+(?P<question>.+?)\s*\Z",
+    re.S,
+)
+
+
+@dataclass(frozen=True)
+class Prompt:
+    """A prompt as its file has it.
+
+    Attributes:
+        role: the system message, without slots: nothing that anybody else wrote can get into it.
+        question: the user message with slots such as {{text}}.
+    """
+
+    name: str
+    version: int
+    role: str
+    question: str
+
+    @property
+    def label(self) -> str:
+        """Name and version, such as annotate-asset/1."""
+        return f"{self.name}/{self.version}"
+
+    @property
+    def slots(self) -> frozenset[str]:
+        """Names of what has to be filled in."""
+        return frozenset(SLOT.findall(self.question))
+
+    def fill(self, images: Sequence[bytes] = (), **data: object) -> tuple[Message, ...]:
+        """Return the messages with the data filled in.
+
+        A datum becomes a block of JSON in which no `<` is left, so that nothing in it can end the block, and all slots
+        are filled in one pass, so that nothing in it can open another slot.
+
+        Args:
+            images: PNG pictures for the question.
+            data: a JSON value for each slot.
+
+        Raises:
+            OptionError: a slot without a datum, a datum without a slot, or one that is too long.
+        """
+        if set(data) != self.slots:
+            raise OptionError(f"prompt {self.name} takes {sorted(self.slots)}, got {sorted(data)}")
+        blocks = {name: data_block(name, value) for name, value in data.items()}
+        question = SLOT.sub(lambda slot: blocks[slot.group(1)], self.question)
+        return (Message("system", self.role), Message("user", question, tuple(images)))
+
+
+def data_block(name: str, value: object) -> str:
+    """Return a value as a delimited block of JSON that it cannot get out of.
+
+    Raises:
+        OptionError: the value is longer than a prompt may hold.
+    """
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, sort_keys=True).replace("<", "\\u003c")
+    text = "".join(char if char.isprintable() else json.dumps(char)[1:-1] for char in text)
+    if len(text) > MAX_DATUM:
+        raise OptionError(f"{name} of {len(text)} characters is too long for a prompt; at most {MAX_DATUM}")
+    return f'<data name="{name}">\n{text}\n</data>'
+
+
+def prompts() -> tuple[str, ...]:
+    """Return the names of the prompts there are."""
+    return tuple(sorted(file.stem for file in FOLDER.glob("*.md")))
+
+
+def load_prompt(name: str) -> Prompt:
+    """Return a prompt by name.
+
+    Raises:
+        UnknownNameError: there is none of that name.
+        DocumentError: the file has not the form of a prompt.
+    """
+    if name not in prompts():
+        raise UnknownNameError("prompt", name, prompts())
+    file = FOLDER / f"{name}.md"
+    parts = _FILE.match(file.read_text(encoding="utf-8"))
+    if parts is None or SLOT.search(parts["role"]):
+        raise DocumentError(file, "", "no prompt: a version, then # Role without slots, then # Question")
+    return Prompt(name, int(parts["version"]), parts["role"], parts["question"])

@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+import pytest
+
+from labgym.llm import LanguageModel, LanguageModelConfig
+
+KEY = "sk-loopback-0123456789"
+
+
+@dataclass
+class Loopback:
+    """An OpenAI-compatible server on loopback that does what a test scripts, reply by reply; the last one is kept."""
+
+    script: list[Callable[[BaseHTTPRequestHandler], None]] = field(default_factory=list)
+    requests: list[dict[str, Any]] = field(default_factory=list)
+    headers: list[dict[str, str]] = field(default_factory=list)
+    released: threading.Event = field(default_factory=threading.Event)
+    url: str = ""
+
+    def says(self, text: str, **fields: Any) -> None:
+        """Reply with a completion of that text."""
+        message = {"role": "assistant", "content": text} | fields.pop("message", {})
+        choice = {"index": 0, "message": message, "finish_reason": fields.pop("finish_reason", "stop")}
+        usage = {"prompt_tokens": 100, "completion_tokens": 20, "total_tokens": 120}
+        self.sends(200, {"id": "c", "object": "chat.completion", "choices": [choice], "usage": usage} | fields)
+
+    def sends(self, status: int, body: Any, **headers: str) -> None:
+        """Reply with that status and body."""
+        raw = body if isinstance(body, bytes) else json.dumps(body).encode()
+
+        def reply(handler: BaseHTTPRequestHandler) -> None:
+            handler.send_response(status)
+            handler.send_header("Content-Type", "application/json")
+            handler.send_header("Content-Length", str(len(raw)))
+            for name, value in headers.items():
+                handler.send_header(name.replace("_", "-"), value)
+            handler.end_headers()
+            handler.wfile.write(raw)
+
+        self.script.append(reply)
+
+    def does(self, action: Callable[[BaseHTTPRequestHandler], None]) -> None:
+        """Do something odd."""
+        self.script.append(action)
+
+
+@pytest.fixture
+def loopback(monkeypatch: pytest.MonkeyPatch) -> Iterator[Loopback]:
+    for name in ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "http_proxy", "https_proxy", "all_proxy"):
+        monkeypatch.delenv(name, raising=False)
+    state = Loopback()
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            state.requests.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+            state.headers.append({name.lower(): value for name, value in self.headers.items()} | {"path": self.path})
+            state.script[min(len(state.requests), len(state.script)) - 1](self)
+
+        def log_message(self, *arguments: object) -> None:
+            pass
+
+    class Server(ThreadingHTTPServer):
+        daemon_threads = True
+
+        def handle_error(self, request: object, client_address: object) -> None:
+            pass  # a client that hangs up is what some tests are about
+
+    server = Server(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
+    thread.start()
+    state.url = f"http://127.0.0.1:{server.server_port}/v1"
+    yield state
+    state.released.set()
+    server.shutdown()
+    server.server_close()
+    thread.join()
+
+
+@pytest.fixture
+def waits() -> list[float]:
+    """The seconds that the model of a test waited between its tries."""
+    return []
+
+
+@pytest.fixture
+def model_at(loopback: Loopback, waits: list[float]) -> Callable[..., LanguageModel]:
+    """Return a maker of clients of the loopback server."""
+
+    def make(**fields: Any) -> LanguageModel:
+        given = {"base_url": loopback.url, "model": "test-model", "api_key": KEY, "timeout": 5.0} | fields
+        return LanguageModel(LanguageModelConfig.model_validate(given), sleep=waits.append)
+
+    return make
