@@ -22,7 +22,7 @@ from labgym import protocols as library
 from labgym.cli_outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
 from labgym.cli_protocols import protocols_app
 from labgym.cli_training import card_app, data, train_app
-from labgym.errors import LabgymError
+from labgym.errors import LabgymError, OptionError
 from labgym.pipeline import RunConfig
 from labgym.protocols import Protocol
 
@@ -200,6 +200,56 @@ def eval_(
     print(f"\n{navigation_table({policy: summary.metrics}, f'suite {summary.suite.label}').text()}\n")
     written(folder)
     return complaints([f"{summary.errors} episodes failed in the policy"] if summary.errors else [])
+
+
+@app.command
+def record(
+    layout: Layout_,
+    policy: str = "astar",
+    pair: int = 0,
+    out: Path = Path("drive.mp4"),
+    seed: int = 0,
+    width: int = 640,
+    height: int = 480,
+    options: tuple[str, ...] = (),
+) -> int:
+    """Film a policy that drives one goal pair of a layout.
+
+    Args:
+        layout: A layout's .json file, or the id of a published one.
+        policy: What eval takes.
+        pair: Index of the goal pair, in the order of the protocol's steps.
+        out: The film, .mp4 or .gif.
+        seed: Seed of whatever is random in the policy.
+        width: Width in pixels.
+        height: Height in pixels.
+        options: Arguments of the policy as NAME=VALUE.
+    """
+    from tqdm import tqdm
+
+    from labgym.envs.tasks import resolve_layout
+    from labgym.eval.drive import drive_pairs
+    from labgym.eval.film import check_film_path, film, save_film
+    from labgym.eval.suites import suite_of
+    from labgym.navigation import goal_pairs
+    from labgym.policies import make_policy
+    from labgym.policies.registry import parse_options
+
+    _find_own_modules()
+    check_film_path(out)
+    given = resolve_layout(layout)
+    pairs = goal_pairs(given)
+    if not 0 <= pair < len(pairs):
+        raise OptionError(f"pair {pair}: layout {given.id!r} has the goal pairs 0 to {len(pairs) - 1}")
+    driver = make_policy(policy, **parse_options(options))
+    try:
+        (drive,) = drive_pairs(driver, given, pairs[pair : pair + 1], suite_of([given]), policy, seed)
+    finally:
+        driver.close()
+    row = drive.row
+    print(f"{'arrived' if row.success else 'not in time'} after {row.time:.1f} s, {row.path_length:.2f} m driven")
+    written(save_film(tqdm(film(given, drive.route, width, height), "film", len(drive.route)), out))
+    return complaints([row.error] if row.error else [])
 
 
 @app.command

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -65,10 +65,22 @@ def drive_layout(
     Raises:
         Stopped: `stopped` said so.
     """
+    return drive_pairs(policy, layout, goal_pairs(layout), suite, label, seed, stopped)
+
+
+def drive_pairs(
+    policy: Policy,
+    layout: Layout,
+    pairs: Sequence[GoalPair],
+    suite: Suite,
+    label: str,
+    seed: int,
+    stopped: Callable[[], bool] = lambda: False,
+) -> tuple[Drive, ...]:
+    """Drive some goal pairs of a layout, each as `drive_layout` would."""
     env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt)
     try:
-        episodes = (_Episode(env, policy, layout, pair, suite, seed) for pair in goal_pairs(layout))
-        return tuple(episode.run(label, stopped) for episode in episodes)
+        return tuple(_Episode(env, policy, layout, pair, suite, seed).run(label, stopped) for pair in pairs)
     finally:
         env.close()
 
