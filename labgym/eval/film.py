@@ -26,7 +26,9 @@ INSET = 0.28
 
 BORDER = 3
 COLOURS = 128
-"""Colours of a GIF, the same ones in all of its frames."""
+"""Colours of each picture of a GIF."""
+
+NO_PICTURE = "a film needs at least one picture; the drive has none"
 
 
 def film(layout: Layout, route: Route, width: int = 640, height: int = 480) -> Iterator[Picture]:
@@ -89,14 +91,10 @@ def _with_inset(picture: Picture, colour: Picture) -> Picture:
     return whole
 
 
-def _first(pictures: Iterator[Picture]) -> Picture:
-    for picture in pictures:
-        return picture
-    raise LabgymError("a film needs at least one picture; the drive has none")
-
-
 def _write_mp4(pictures: Iterator[Picture], path: Path, rate: float) -> None:
-    first = _first(pictures)
+    first = next(pictures, None)
+    if first is None:
+        raise LabgymError(NO_PICTURE)
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), rate, (first.shape[1], first.shape[0]))
     try:
         if not writer.isOpened():
@@ -109,7 +107,9 @@ def _write_mp4(pictures: Iterator[Picture], path: Path, rate: float) -> None:
 
 
 def _write_gif(pictures: Iterator[Picture], path: Path, rate: float) -> None:
-    palette = Image.fromarray(_first(pictures)).quantize(COLOURS)
-    frames = [Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    frames = [Image.fromarray(picture).quantize(COLOURS, dither=Image.Dither.NONE) for picture in pictures]
+    if not frames:
+        raise LabgymError(NO_PICTURE)
+    first, *others = frames
     duration = round(1000.0 / rate)
-    palette.save(path, format="GIF", save_all=True, append_images=frames, duration=duration, loop=0, optimize=True)
+    first.save(path, format="GIF", save_all=True, append_images=others, duration=duration, loop=0, optimize=True)
