@@ -323,6 +323,24 @@ def report(folder: Positional[Path], workers: int = 1) -> int:
 
 
 @app.command
+def bench(rounds: int = 15) -> int:
+    """Time the pieces, each as a ratio to something that does the same work.
+
+    Args:
+        rounds: How often each is timed.
+    """
+    from tqdm import tqdm
+
+    from labgym.bench import bench as timings
+    from labgym.bench import bench_table
+
+    if rounds < 2:
+        raise OptionError(f"rounds is {rounds}, expected at least 2")
+    print(bench_table(list(tqdm(timings(rounds), "bench"))).text())
+    return DONE
+
+
+@app.command
 def doctor() -> int:
     """Say what this machine has: versions, cores, renderer, display; what is missing, and how to get it."""
     from labgym.doctor import examine, healthy

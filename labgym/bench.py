@@ -1,0 +1,204 @@
+"""How fast the pieces are, each as a ratio to something that does the same work, measured alternately in one run."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from statistics import median, quantiles
+
+import mujoco
+import numpy as np
+
+from labgym.envs import LabPointNavEnv
+from labgym.envs.robot import PREFIX, ROBOT, attach_robot
+from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
+from labgym.envs.simulation import Simulation
+from labgym.envs.stage import Stage, physics_model
+from labgym.eval.tables import Table
+from labgym.layouts import Layout, load_published, published
+from labgym.navigation import PLANNING_RADIUS, ShortestPaths, astar, goal_pairs, occupancy
+from labgym.scenes import MissingRendererError, make_renderer, to_mjcf
+
+ROUNDS = 15
+"""How often each piece and its measure are timed, in turn."""
+
+BLOCK_SECONDS = 0.05
+"""How long a block of repetitions lasts at least."""
+
+Work = Callable[[], object]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A piece of work and what it is measured against.
+
+    Attributes:
+        name: what is done. measure: what else does it, or part of it.
+        ours, theirs: do it once.
+    """
+
+    name: str
+    measure: str
+    ours: Work
+    theirs: Work
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What a comparison took.
+
+    Attributes:
+        seconds: median of once ours. reference: median of once theirs.
+        ratio: median of ours over theirs, block by block. low, high: its quartiles.
+    """
+
+    name: str
+    measure: str
+    seconds: float
+    reference: float
+    ratio: float
+    low: float
+    high: float
+
+
+def bench(rounds: int = ROUNDS) -> Iterator[Timing]:
+    """Time every comparison on a published layout, one after the other."""
+    layout = load_published("val", published("val")[0])
+    for comparison in comparisons(layout):
+        yield timed(comparison, rounds)
+
+
+def comparisons(layout: Layout) -> Iterator[Comparison]:
+    """Yield what is compared; what needs OpenGL is left out where there is none."""
+    yield _control_step(layout)
+    yield _lidar(layout)
+    with contextlib.suppress(MissingRendererError):
+        yield _depth(layout)
+    yield _shortest_path(layout)
+    yield _restart(layout)
+
+
+def timed(comparison: Comparison, rounds: int = ROUNDS, block: float = BLOCK_SECONDS) -> Timing:
+    """Time the two sides in turn, so that what slows the machine down slows both."""
+    repeats = [_repeats(work, block) for work in (comparison.ours, comparison.theirs)]
+    ours, theirs = [], []
+    for _ in range(rounds):
+        ours.append(_block(comparison.ours, repeats[0]))
+        theirs.append(_block(comparison.theirs, repeats[1]))
+    ratios = [mine / other for mine, other in zip(ours, theirs, strict=True)]
+    low, _, high = quantiles(ratios, n=4)
+    return Timing(comparison.name, comparison.measure, median(ours), median(theirs), median(ratios), low, high)
+
+
+def bench_table(timings: Sequence[Timing]) -> Table:
+    """Return timings as a table."""
+    return Table(
+        title="Speed, ours over the measure; below 1 is faster",
+        columns=("What", "Ours, ms", "Measured against", "Its time, ms", "Ratio"),
+        rows=tuple(
+            (
+                timing.name,
+                f"{1e3 * timing.seconds:.3f}",
+                timing.measure,
+                f"{1e3 * timing.reference:.3f}",
+                f"{timing.ratio:.3f} [{timing.low:.3f}, {timing.high:.3f}]",
+            )
+            for timing in timings
+        ),
+        notes=("Medians of blocks timed in turn; in brackets the ratio's quartiles. One core.",),
+    )
+
+
+def _control_step(layout: Layout) -> Comparison:
+    env = LabPointNavEnv(layout=layout)
+    env.reset(seed=0, options={"pair": 0})
+    still = np.array([0.0, 0.4], np.float32)
+    scene = Simulation(physics_model(layout))
+    scene.place(goal_pairs(layout)[0].start)
+    return Comparison(
+        "a control step with lidar, reward and info",
+        f"{ROBOT.substeps} steps of MuJoCo alone",
+        lambda: env.step(still),
+        lambda: mujoco.mj_step(scene.model, scene.data, ROBOT.substeps),
+    )
+
+
+def _lidar(layout: Layout) -> Comparison:
+    stage, lidar = Stage(layout), Lidar()
+    pose = goal_pairs(layout)[0].start
+    model = to_mjcf(layout, visible=False).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    origin = np.array([pose[0], pose[1], ROBOT.lidar_height])
+    angles = pose[2] - math.pi + 2.0 * math.pi / LIDAR_RAYS * np.arange(LIDAR_RAYS)
+    rays = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(LIDAR_RAYS)]).ravel()
+    hits, distances = np.empty(LIDAR_RAYS, np.int32), np.empty(LIDAR_RAYS)
+    stage.solid.mesh  # noqa: B018 - made before it is timed
+    return Comparison(
+        f"a lidar scan of {LIDAR_RAYS} rays",
+        "mj_multiRay on the same boxes",
+        lambda: lidar.scan(stage.solid, pose),
+        lambda: mujoco.mj_multiRay(model, data, origin, rays, None, 1, -1, hits, distances, None, LIDAR_RAYS, RANGE),
+    )
+
+
+def _depth(layout: Layout) -> Comparison:
+    stage, camera = Stage(layout), Camera()
+    pose = goal_pairs(layout)[0].start
+    spec = to_mjcf(layout)
+    attach_robot(spec)
+    scene = Simulation(spec.compile())
+    scene.place(pose)
+    renderer = make_renderer(scene.model, IMAGE_SHAPE[1], IMAGE_SHAPE[0])
+    renderer.enable_depth_rendering()
+
+    def rasterised() -> object:
+        renderer.update_scene(scene.data, PREFIX + "camera")
+        return renderer.render()
+
+    stage.visible.mesh  # noqa: B018 - made before it is timed
+    return Comparison(
+        f"a depth image of {IMAGE_SHAPE[1]} x {IMAGE_SHAPE[0]}",
+        "mujoco.Renderer's",
+        lambda: camera.depth(stage.visible, pose),
+        rasterised,
+    )
+
+
+def _shortest_path(layout: Layout) -> Comparison:
+    start, goal = (pose[:2] for pose in (goal_pairs(layout)[0].start, goal_pairs(layout)[0].goal))
+    paths, grid = ShortestPaths(layout), occupancy(layout).dilated(PLANNING_RADIUS)
+    return Comparison(
+        "an exact any-angle shortest path",
+        "A* on the 5 cm grid, 8 neighbours",
+        lambda: paths.path(start, goal),
+        lambda: astar(grid, start, goal),
+    )
+
+
+def _restart(layout: Layout) -> Comparison:
+    env = LabPointNavEnv(layout=layout)
+    env.reset(seed=0)
+    return Comparison(
+        "an episode's start in a layout that is ready",
+        "making the layout's physics anew",
+        lambda: env.reset(options={"pair": 0}),
+        lambda: physics_model(layout),
+    )
+
+
+def _repeats(work: Work, block: float) -> int:
+    work()
+    once = _block(work, 1)
+    return max(1, math.ceil(block / once))
+
+
+def _block(work: Work, repeats: int) -> float:
+    """Return the seconds that once takes, over so many times."""
+    begin = time.perf_counter()
+    for _ in range(repeats):
+        work()
+    return (time.perf_counter() - begin) / repeats
