@@ -1,4 +1,4 @@
-"""The commands about protocols: listing, showing, validating."""
+"""The commands about protocols: listing, showing, validating, searching."""
 
 from __future__ import annotations
 
@@ -27,4 +27,20 @@ def show(name: Positional[str | None] = None, validate: Path | None = None) -> i
     if validate:
         return findings([f"{f.message}; {f.suggestion}" for f in library.validate(Protocol.load(validate))])
     print(protocol_details(library.get(name)) if name else protocol_table(library.protocols().values()))
+    return DONE
+
+
+@protocols_app.command
+def search(text: Positional[str], count: int = 5, keyword_only: bool = False) -> int:
+    """Find the fragments of the library that are nearest to a text in English or Chinese.
+
+    Args:
+        text: What to look for.
+        count: How many fragments, at most one a source.
+        keyword_only: Leave the sentence embeddings out.
+    """
+    from labgym.describe import search_results
+    from labgym.protocols.retrieval import search as retrieve
+
+    print(search_results(retrieve(text, count, keyword_only)))
     return DONE

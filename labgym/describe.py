@@ -8,6 +8,7 @@ from labgym.assets import Asset
 from labgym.eval.report_model import LayoutReport
 from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure
 from labgym.protocols import Protocol
+from labgym.protocols.retrieval import Results
 
 
 def asset_table(assets: Iterable[Asset]) -> str:
@@ -61,6 +62,23 @@ def protocol_details(protocol: Protocol) -> str:
     return "\n".join([f"{protocol.id}  {protocol.name}", protocol.description, "", *_facts(facts), "", *steps])
 
 
+def search_results(results: Results) -> str:
+    """Return one line a fragment that was found: where it is from, its scores and how it begins."""
+    rows = tuple(
+        (
+            hit.fragment.place,
+            f"{hit.score:.4f}",
+            f"{hit.keyword:.2f}",
+            "-" if hit.similarity is None else f"{hit.similarity:.3f}",
+            _beginning(hit.fragment.text),
+        )
+        for hit in results.hits
+    )
+    method = results.method + (f" ({results.note})" if results.note else "")
+    heading = f"{len(rows)} fragments, {method}" if rows else f"nothing found, {method}"
+    return Table(heading, ("source", "score", "BM25", "cosine", "fragment"), rows).text()
+
+
 def layout_score(report: LayoutReport) -> str:
     """Return a layout's metrics on one line each, then what is wrong with it and what could be better."""
     facts = [(heading, figure(getattr(report, key), digits)) for key, heading, digits in LAYOUT_COLUMNS]
@@ -79,6 +97,10 @@ def _facts(facts: Iterable[tuple[str, str]]) -> list[str]:
     present = [(name, value) for name, value in facts if value]
     width = max(len(name) for name, _ in present)
     return [f"{name:<{width}}  {value}" for name, value in present]
+
+
+def _beginning(text: str, width: int = 90) -> str:
+    return text if len(text) <= width else text[: width - 3] + "..."
 
 
 def _size(asset: Asset) -> str:

@@ -1,0 +1,38 @@
+"""Which language a text is in, as far as it matters: English, Chinese, or one that is not read here."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from typing import Literal
+
+from labgym.protocols.language.words import words
+
+Language = Literal["en", "zh", "unknown"]
+
+_WORDS = re.compile(r"[a-zà-öø-ÿ]+(?:'[a-z]+)?", re.IGNORECASE)
+_FOREIGN_SCRIPTS = ("HIRAGANA", "KATAKANA", "HANGUL", "CYRILLIC", "ARABIC", "HEBREW", "THAI", "DEVANAGARI")
+
+
+def language_of(text: str) -> Language:
+    """Return the language of a text by its script and its function words.
+
+    Chinese is recognised by its characters, Japanese and Korean told from it by theirs. Latin script counts as
+    English unless words of other languages outnumber English ones; formulas and abbreviations count for neither.
+    """
+    letters = [char for char in text if char.isalpha()]
+    if not letters:
+        return "unknown"
+    names = [unicodedata.name(char, "") for char in letters]
+    if any(name.startswith(_FOREIGN_SCRIPTS) for name in names):
+        return "unknown"
+    if sum(name.startswith("CJK") for name in names) >= 0.08 * len(letters):
+        return "zh"
+    if sum(name.startswith(("LATIN", "GREEK")) for name in names) < len(letters):
+        return "unknown"
+    table = words()
+    given = [word.lower() for word in _WORDS.findall(text)]
+    english = sum(word in table.english_words for word in given)
+    other = sum(word in table.other_languages for word in given)
+    accented = sum(not word.isascii() for word in given)
+    return "unknown" if other + accented > english else "en"

@@ -1,0 +1,133 @@
+"""Hybrid search: BM25 over terms and cosine over embeddings, fused by reciprocal rank."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Literal
+
+import numpy as np
+
+from labgym.errors import OptionError
+from labgym.protocols.retrieval.corpus import Fragment, corpus
+from labgym.protocols.retrieval.embedding import Embedder, load_embedder
+from labgym.protocols.retrieval.tokens import english, terms
+
+RANK_CONSTANT = 60.0
+"""k of reciprocal-rank fusion: score = sum over lists of 1 / (k + rank)."""
+DEPTH = 100
+"""How many fragments of each list take part in the fusion."""
+MAX_QUERY = 5000
+COUNT = 5
+
+
+@dataclass(frozen=True)
+class Hit:
+    """A fragment that was found.
+
+    Attributes:
+        score: of the fusion, comparable within one search.
+        keyword: BM25 score. similarity: cosine of the embeddings, None where there are none.
+    """
+
+    fragment: Fragment
+    score: float
+    keyword: float
+    similarity: float | None
+
+
+@dataclass(frozen=True)
+class Results:
+    """What a search found, best first, and how.
+
+    Attributes:
+        note: why embeddings were not used, or "".
+    """
+
+    query: str
+    hits: tuple[Hit, ...]
+    method: Literal["hybrid", "keyword"]
+    note: str
+
+
+class Index:
+    """Fragments ready to be searched; the same fragments give the same index.
+
+    Args:
+        embedder: what embeds texts, or None for keywords alone.
+    """
+
+    def __init__(self, fragments: Sequence[Fragment], embedder: Embedder | None) -> None:
+        import bm25s
+
+        if not fragments:
+            raise OptionError("an index needs at least one fragment, got none")
+        self.fragments = tuple(fragments)
+        self._embedder = embedder
+        self._keywords = bm25s.BM25()
+        self._keywords.index([terms(fragment.text) for fragment in fragments], show_progress=False)
+        self._vectors = None if embedder is None else embedder([english(fragment.text) for fragment in fragments])
+
+    def search(self, query: str, count: int = COUNT, keyword_only: bool = False) -> Results:
+        """Return the nearest fragments, at most one a source.
+
+        Raises:
+            OptionError: an empty or endless query, or a count below 1.
+        """
+        if not query.strip() or len(query) > MAX_QUERY or count < 1:
+            raise OptionError(f"a query needs 1 to {MAX_QUERY} characters and a count of 1 or more")
+        keyword = self._keyword_scores(query)
+        ranked = [(_ranking(keyword, positive=True), 1.0)]
+        similarity = None
+        if self._vectors is not None and self._embedder is not None and not keyword_only:
+            similarity = self._vectors @ self._embedder([english(query)])[0]
+            ranked.append((_ranking(similarity), 1.0))
+        fused = np.zeros(len(self.fragments))
+        for order, weight in ranked:
+            fused[order] += weight / (RANK_CONSTANT + np.arange(1, len(order) + 1))
+        hits = self._best_by_source(fused, keyword, similarity, count)
+        return Results(query, hits, "keyword" if similarity is None else "hybrid", self._note(keyword_only))
+
+    def _keyword_scores(self, query: str) -> np.ndarray[Any, Any]:
+        known = [term for term in terms(query) if term in self._keywords.vocab_dict]
+        if not known:
+            return np.zeros(len(self.fragments))
+        return np.asarray(self._keywords.get_scores(known), dtype=float)
+
+    def _best_by_source(
+        self,
+        fused: np.ndarray[Any, Any],
+        keyword: np.ndarray[Any, Any],
+        similarity: np.ndarray[Any, Any] | None,
+        count: int,
+    ) -> tuple[Hit, ...]:
+        hits: dict[str, Hit] = {}
+        for position in np.argsort(-fused, kind="stable"):
+            fragment = self.fragments[position]
+            if len(hits) == count or fused[position] <= 0.0:
+                break
+            near = None if similarity is None else float(similarity[position])
+            hits.setdefault(fragment.source, Hit(fragment, float(fused[position]), float(keyword[position]), near))
+        return tuple(hits.values())
+
+    def _note(self, keyword_only: bool) -> str:
+        if keyword_only:
+            return "keywords only, as asked"
+        return "" if self._embedder is not None else "keywords only: no embeddings without the extra 'embed'"
+
+
+def search(query: str, count: int = COUNT, keyword_only: bool = False) -> Results:
+    """Search the published library; see `Index.search`. The index is built once a process."""
+    return _published(load_embedder() is not None and not keyword_only).search(query, count, keyword_only)
+
+
+@lru_cache(maxsize=2)
+def _published(embedded: bool) -> Index:
+    return Index(corpus(), load_embedder() if embedded else None)
+
+
+def _ranking(scores: np.ndarray[Any, Any], positive: bool = False) -> np.ndarray[Any, Any]:
+    """Return the positions of the best scores, best first, equal ones in the order of the fragments."""
+    order = np.argsort(-scores, kind="stable")[:DEPTH]
+    return order[scores[order] > 0.0] if positive else order

@@ -1,0 +1,58 @@
+"""Text as search terms: assets and operations under one name in both languages, English stems, Chinese bigrams."""
+
+from __future__ import annotations
+
+import re
+
+from labgym.protocols.language import concepts, gloss, mentions
+from labgym.protocols.language.words import words
+
+_WORD = re.compile(r"[a-z][a-z]+|\d+(?:\.\d+)?")
+_HAN = re.compile(r"[\u3400-\u9fff]+")
+_ENDINGS = ("ations", "ation", "ising", "izing", "ised", "ized", "ingly", "ings", "ing", "ions", "ion", "ies", "ied")
+_SHORT_ENDINGS = ("ise", "ize", "ed", "es", "er", "ly", "al", "ic", "e", "s", "y")
+MIN_STEM = 4
+NAME_WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
+
+
+def terms(text: str) -> list[str]:
+    """Return the search terms of a text, repeats kept.
+
+    Assets become their canonical names, so that "DCM" meets 二氯甲烷; operations and transformations become the names
+    of concepts, so that "rotovap" meets "evaporate".
+    """
+    found = mentions(text)
+    rest, last = [], 0
+    for mention in found:
+        rest.append(text[last : mention.start])
+        last = mention.end
+    plain = " ".join([*rest, text[last:]]).lower()
+    return [
+        *(f"asset:{mention.name}" for mention in found if mention.kind != "class"),
+        *(f"concept:{name}" for name in concepts(text)),
+        *(stem(word) for word in _WORD.findall(text.lower()) if word not in words().english_words),
+        *(run[i : i + 2] for run in _HAN.findall(plain) for i in range(max(len(run) - 1, 1))),
+    ]
+
+
+def english(text: str) -> str:
+    """Return a text for an English model: names of assets spelt out, Chinese words of the trade translated."""
+    pieces, last = [], 0
+    for mention in mentions(text):
+        pieces += [gloss(text[last : mention.start]), _spelt(mention.name)]
+        last = mention.end
+    pieces.append(gloss(text[last:]))
+    return " ".join(" ".join(pieces).split())
+
+
+def stem(word: str) -> str:
+    """Return an English word without its commonest endings; both sides of a search are cut alike."""
+    for endings in (_ENDINGS, _SHORT_ENDINGS):
+        for ending in endings:
+            if word.endswith(ending) and len(word) - len(ending) >= MIN_STEM:
+                return word.removesuffix(ending)
+    return word
+
+
+def _spelt(name: str) -> str:
+    return " ".join(NAME_WORDS.findall(name)).lower() if name[:1].isupper() and " " not in name else name
