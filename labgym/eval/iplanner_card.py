@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from labgym.documents import write_bytes, write_text
-from labgym.errors import OptionError
+from labgym.eval.cards import CardResults
 from labgym.eval.pictures import save_picture
-from labgym.eval.results import Evaluation
-from labgym.eval.route_figures import drives_figure, sampled, what_went_wrong
-from labgym.eval.tables import navigation_table
-from labgym.layouts import Layout
 from labgym.policies.data import DatasetManifest
 from labgym.policies.iplanner.config import PlannerConfig
 
@@ -21,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FILES = ("config.json", "weights.safetensors", "history.jsonl")
-SHOWN_FAILURES = 10
 
 Row = dict[str, Any]
 
@@ -39,27 +33,16 @@ def write_iplanner_card(run: Path, data: Path, results: Path, out: Path) -> Path
         DocumentError: a file is missing or broken.
         OptionError: the evaluation is not complete, or of another policy.
     """
-    evaluation = Evaluation.read(results)
-    summary = evaluation.summary
-    if summary.policy != "iplanner" or not summary.complete:
-        raise OptionError(
-            f"{results} holds {summary.policy!r}, complete: {summary.complete}; expected all of 'iplanner'"
-        )
-    layouts = {layout.id: layout for layout in summary.suite.load_layouts()}
+    found = CardResults.read(results, "iplanner")
     history = [json.loads(line) for line in (run / "history.jsonl").read_text(encoding="utf-8").splitlines()]
     if run != out:
         for name in FILES:
             write_bytes(out / name, (run / name).read_bytes())
     save_picture(loss_figure(history), out / "losses.png")
-    save_picture(drives_figure(evaluation, layouts, sampled(evaluation.rows)), out / "drives.png")
-    failures = [row for row in evaluation.rows if not row.success]
-    if failures:
-        save_picture(drives_figure(evaluation, layouts, failures[:SHOWN_FAILURES]), out / "failures.png")
-    else:
-        (out / "failures.png").unlink(missing_ok=True)
+    found.draw(out)
     config, manifest = PlannerConfig.load(run / "config.json"), DatasetManifest.load(data / "manifest.json")
     manifest.save(out / "data.json")
-    return write_text(out / "CARD.md", _card(config, manifest, history, evaluation, layouts))
+    return write_text(out / "CARD.md", _card(config, manifest, history, found))
 
 
 def loss_figure(history: list[Row]) -> Figure:
@@ -81,14 +64,8 @@ def loss_figure(history: list[Row]) -> Figure:
     return figure
 
 
-def _card(
-    config: PlannerConfig,
-    manifest: DatasetManifest,
-    history: list[Row],
-    evaluation: Evaluation,
-    layouts: Mapping[str, Layout],
-) -> str:
-    summary, training, options = evaluation.summary, config.training, manifest.options
+def _card(config: PlannerConfig, manifest: DatasetManifest, history: list[Row], found: CardResults) -> str:
+    training, options = config.training, manifest.options
     samples = sum(shard.samples for shard in manifest.shards)
     places = sum(len(shard.layouts) for shard in manifest.shards)
     last = history[-1]
@@ -102,17 +79,7 @@ An iPlanner-style policy: the same inputs, outputs, training signal and inferenc
 It sees one depth image (72 x 128) and the goal, and has no memory but the path that it follows. It is not given the
 map.
 
-## Results
-
-{navigation_table({"iplanner": summary.metrics}, f"suite {summary.suite.label}").markdown()}
-
-Made by `labgym eval --policy iplanner --suite {summary.suite.name}`, seed {summary.seed}, {summary.episodes} episodes.
-
-![Ten drives over their maps](drives.png)
-
-## What went wrong
-
-{_failures(evaluation, layouts)}
+{found.markdown()}
 
 ## Training
 
@@ -137,22 +104,3 @@ def _ending(horizon: float | None) -> str:
         f"Unlike the published rule, a path is to end {horizon:g} m along the expert path, at the goal where that is\n"
         "  nearer: behind furniture the goal would pull it against what is in the way."
     )
-
-
-def _failures(evaluation: Evaluation, layouts: Mapping[str, Layout]) -> str:
-    rows = [row for row in evaluation.rows if not row.success]
-    if not rows:
-        return "Every episode succeeded."
-    table = "\n".join(
-        f"| {row.layout} | {layouts[row.layout].room.name} | {row.pair} "
-        f"| {what_went_wrong(row, evaluation.routes[row.key])} |"
-        for row in rows
-    )
-    drawn = min(len(rows), SHOWN_FAILURES)
-    return f"""{len(rows)} of {len(evaluation.rows)} episodes failed; the first {drawn} are drawn.
-
-| layout | room | pair | what happened |
-| --- | --- | --- | --- |
-{table}
-
-![Failed drives](failures.png)"""

@@ -7,13 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from labgym.documents import write_bytes, write_text
-from labgym.errors import OptionError
-from labgym.eval.episode_row import EpisodeRow
+from labgym.eval.cards import CardResults
 from labgym.eval.pictures import save_picture
-from labgym.eval.results import Evaluation
-from labgym.eval.route_figures import drives_figure, sampled, what_went_wrong
-from labgym.eval.tables import navigation_table
-from labgym.layouts import Layout
 from labgym.policies.ppo.options import TrainingOptions
 from labgym.policies.ppo.progress import Progress
 
@@ -21,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WEIGHTS = "weights.safetensors"
-SHOWN_FAILURES = 10
 
 
 def write_ppo_card(run: Path, results: Path, out: Path) -> Path:
@@ -37,23 +31,14 @@ def write_ppo_card(run: Path, results: Path, out: Path) -> Path:
         OptionError: the evaluation is not complete, or of another policy.
     """
     options, progress = TrainingOptions.load(run / "options.json"), Progress.load(run / "progress.json")
-    evaluation = Evaluation.read(results)
-    summary = evaluation.summary
-    if summary.policy != "ppo" or not summary.complete:
-        raise OptionError(f"{results} holds {summary.policy!r}, complete: {summary.complete}; expected all of 'ppo'")
-    layouts = {layout.id: layout for layout in summary.suite.load_layouts()}
+    found = CardResults.read(results, "ppo")
     if run != out:
         write_bytes(out / WEIGHTS, (run / "best" / WEIGHTS).read_bytes())
     options.save(out / "config.json")
     progress.save(out / "training.json")
     save_picture(learning_curve(progress), out / "learning.png")
-    save_picture(drives_figure(evaluation, layouts, sampled(evaluation.rows)), out / "drives.png")
-    failures = [row for row in evaluation.rows if not row.success]
-    if failures:
-        save_picture(drives_figure(evaluation, layouts, failures[:SHOWN_FAILURES]), out / "failures.png")
-    else:
-        (out / "failures.png").unlink(missing_ok=True)
-    return write_text(out / "CARD.md", _card(options, progress, evaluation, layouts))
+    found.draw(out)
+    return write_text(out / "CARD.md", _card(options, progress, found))
 
 
 def learning_curve(progress: Progress) -> Figure:
@@ -84,8 +69,7 @@ def _records(progress: Progress, kind: str) -> list[Mapping[str, Any]]:
     return [record for record in progress.records if record["kind"] == kind]
 
 
-def _card(options: TrainingOptions, progress: Progress, evaluation: Evaluation, layouts: Mapping[str, Layout]) -> str:
-    summary = evaluation.summary
+def _card(options: TrainingOptions, progress: Progress, found: CardResults) -> str:
     legs = _records(progress, "leg")
     taken = legs[-1]["steps"] if legs else 0
     judged = _records(progress, "validation")
@@ -96,17 +80,7 @@ def _card(options: TrainingOptions, progress: Progress, evaluation: Evaluation, 
 Drives by the 180 ranges of the lidar, the goal, the velocity and where the robot was 0.5 to 16 s ago (by its odometry).
 It is not given the map. The network is three circular convolutions and two layers; the action is its mean.
 
-## Results
-
-{navigation_table({"ppo": summary.metrics}, f"suite {summary.suite.label}").markdown()}
-
-Made by `labgym eval --policy ppo --suite {summary.suite.name}`, seed {summary.seed}, {summary.episodes} episodes.
-
-![Ten drives over their maps](drives.png)
-
-## What went wrong
-
-{_failures(evaluation, layouts)}
+{found.markdown()}
 
 ## Training
 
@@ -132,22 +106,5 @@ checkpoint of `runs/ppo/{options.observation}`, and with more `--steps` trains f
 """
 
 
-def _failures(evaluation: Evaluation, layouts: Mapping[str, Layout]) -> str:
-    rows = [row for row in evaluation.rows if not row.success]
-    if not rows:
-        return "Every episode succeeded."
-    drawn = min(len(rows), SHOWN_FAILURES)
-    lines = [f"{len(rows)} of {len(evaluation.rows)} episodes failed; the first {drawn} are drawn.", ""]
-    lines += ["| layout | room | pair | what happened |", "| --- | --- | --- | --- |"]
-    lines += [
-        f"| {row.layout} | {layouts[row.layout].room.name} | {row.pair} | {_cause(evaluation, row)} |" for row in rows
-    ]
-    return "\n".join([*lines, "", "![Failed drives](failures.png)"])
-
-
 def _rate(value: float | None) -> str:
     return "not measured" if value is None else f"{value:.3f}"
-
-
-def _cause(evaluation: Evaluation, row: EpisodeRow) -> str:
-    return what_went_wrong(row, evaluation.routes[row.key])

@@ -161,7 +161,7 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
         title=f"Navigation, {suite}, {episodes} a policy",
         columns=("Metric", *policies),
         rows=tuple(
-            (heading, *(_interval(metrics[key], digits) for metrics in policies.values()))
+            (heading, *(interval(metrics[key], digits) for metrics in policies.values()))
             for key, heading, digits in rows
         ),
         notes=(
@@ -206,15 +206,16 @@ def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
     )
 
 
-def _shown(estimate: Estimate, digits: int, whole: bool) -> str:
-    return _interval(estimate, digits) if whole else figure(estimate.value, digits)
-
-
-def _interval(estimate: Estimate, digits: int) -> str:
+def interval(estimate: Estimate, digits: int) -> str:
+    """Return an estimate with its interval in brackets, where it has one."""
     value = figure(estimate.value, digits)
     if estimate.low is None or estimate.high is None:
         return value
     return f"{value} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
+
+
+def _shown(estimate: Estimate, digits: int, whole: bool) -> str:
+    return interval(estimate, digits) if whole else figure(estimate.value, digits)
 
 
 def _layout_row(name: str, values: Mapping[str, str | float | None]) -> tuple[str, ...]:
