@@ -52,7 +52,7 @@ NAVDP_ROWS = (
 LEADERBOARD_COLUMNS = (
     ("success", "SR ↑", 3, True),
     ("spl", "SPL ↑", 3, True),
-    ("collision_free", "Collision-free SR ↑", 3, True),
+    ("collision_free", "Collision-free ↑", 3, False),
     ("soft_spl", "SoftSPL ↑", 3, False),
     ("min_clearance", "Clearance, m ↑", 3, False),
     ("time_to_goal", "Time, s ↓", 2, False),
