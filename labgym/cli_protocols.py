@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
 from labgym import protocols as library
 from labgym.cli_group import CommandGroup
@@ -44,3 +45,21 @@ def search(text: Positional[str], count: int = 5, keyword_only: bool = False) ->
 
     print(search_results(retrieve(text, count, keyword_only)))
     return DONE
+
+
+@protocols_app.command
+def check(protocol: Positional[Annotated[str, arg(metavar="PROTOCOL")]]) -> int:
+    """Examine whether a protocol is complete, safe, and within what its equipment can do; exit 1 where it is not.
+
+    Faults cannot or must not be done so; advice can be done better and leaves the exit code at 0.
+
+    Args:
+        protocol: Id of a protocol, or a protocol's .json file.
+    """
+    given = Protocol.load(protocol) if protocol.endswith(".json") else library.get(protocol)
+    found = library.examine(given)
+    faults = [f"fault: {f.message}; {f.suggestion} [{f.rule}]" for f in found if f.severity == "fault"]
+    for finding in found:
+        if finding.severity == "advice":
+            print(f"advice: {finding.message}; {finding.suggestion} [{finding.rule}]")
+    return findings(faults)

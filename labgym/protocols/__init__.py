@@ -5,7 +5,7 @@ from labgym.protocols.library import get, protocols
 from labgym.protocols.model import ChemicalConstraint, Protocol, ReactionType, ReagentUse, SpatialConstraint, Step
 from labgym.protocols.rules import Finding
 from labgym.protocols.statistics import Statistics, Summary, statistics
-from labgym.protocols.validate import ProtocolError, check, validate
+from labgym.protocols.validate import ProtocolError, check, examine, validate
 
 __all__ = [
     "ChemicalConstraint",
@@ -20,6 +20,7 @@ __all__ = [
     "Summary",
     "check",
     "derive",
+    "examine",
     "get",
     "protocols",
     "statistics",

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from labgym.assets import Catalog
 from labgym.errors import LabgymError
 from labgym.protocols.model import Protocol
-from labgym.protocols.rules import ALL, Case, Finding
+from labgym.protocols.rules import ALL, EQUIPMENT, Case, Finding
 
 
 class ProtocolError(LabgymError, ValueError):
@@ -35,6 +35,16 @@ def validate(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Findin
     """
     case = Case(protocol, catalog if catalog is not None else Catalog.load())
     return tuple(finding for rule in ALL for finding in rule(case))
+
+
+def examine(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Finding, ...]:
+    """Return what `validate` finds and then what speaks against doing the steps with the equipment that they name.
+
+    Beyond the paper: volumes, temperatures, pressures and speeds against the specifications of the catalogue, and
+    hazards of what a vessel holds at each step. Faults cannot or must not be done so; advice can be done better.
+    """
+    case = Case(protocol, catalog if catalog is not None else Catalog.load())
+    return tuple(finding for rule in (*ALL, *EQUIPMENT) for finding in rule(case))
 
 
 def check(protocol: Protocol, catalog: Catalog | None = None) -> Protocol:

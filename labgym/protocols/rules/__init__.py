@@ -1,8 +1,20 @@
 """The validation suite's rules, by theme; each is a function of a case: a protocol and the catalogue."""
 
-from labgym.protocols.rules import constraints, grounding, safety, sequence
-from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules import (
+    constraints,
+    grounding,
+    hazards,
+    machines,
+    safety,
+    sequence,
+    temperatures,
+    vessels,
+)
+from labgym.protocols.rules.finding import Case, Finding, Severity
 
 ALL = (*grounding.RULES, *sequence.RULES, *safety.RULES, *constraints.RULES)
+"""The paper's suite."""
+EQUIPMENT = (*vessels.RULES, *temperatures.RULES, *hazards.RULES, *machines.RULES)
+"""What equipment can do, against what the steps ask of it."""
 
-__all__ = ["ALL", "Case", "Finding"]
+__all__ = ["ALL", "EQUIPMENT", "Case", "Finding", "Severity"]

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
 
 from labgym.assets import Asset, Catalog
+from labgym.protocols.contents import Situation, situations
 from labgym.protocols.model import Protocol
+
+Severity = Literal["fault", "advice"]
 
 
 @dataclass(frozen=True)
@@ -17,12 +22,14 @@ class Finding:
         step: index of the step at fault, or None where the whole protocol is.
         message: what is wrong, naming the object and the value.
         suggestion: how to mend it.
+        severity: fault where the step cannot be done so or must not; advice where it can be done better.
     """
 
     rule: str
     step: int | None
     message: str
     suggestion: str
+    severity: Severity = "fault"
 
 
 @dataclass(frozen=True)
@@ -35,3 +42,8 @@ class Case:
     def asset(self, name: str) -> Asset | None:
         """Return the asset of exactly that name, or None."""
         return self.catalog.get(name) if name in self.catalog else None
+
+    @cached_property
+    def situations(self) -> tuple[Situation, ...]:
+        """What each step handles, in the order of the steps."""
+        return situations(self.protocol, self.catalog)

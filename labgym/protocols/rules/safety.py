@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from labgym.assets import Asset, pairs
+from labgym.protocols.capability import heats_to
 from labgym.protocols.model import Step
 from labgym.protocols.places import is_ventilated, needs_ventilation
 from labgym.protocols.rules.finding import Case, Finding
@@ -44,10 +45,21 @@ def heat_has_a_source(case: Case) -> Iterator[Finding]:
         if step.action in HEATED_ACTIONS and not sources:
             message = f"step {step.index} ({step.action}) uses no heat source"
             yield Finding("heat-source", step.index, message, "name the bath, mantle, hotplate or oven in its uses")
-        limits = [float(asset.specs["max_temperature_C"]) for asset in sources if "max_temperature_C" in asset.specs]
+        limits = [limit for asset in sources if (limit := heats_to(asset)) is not None]
         if step.temperature is not None and limits and step.temperature > min(limits):
             message = f"step {step.index} wants {step.temperature:g} C, its heat source reaches {min(limits):g} C"
-            yield Finding("heat-source", step.index, message, "choose a hotter device or a lower temperature")
+            yield Finding("heat-source", step.index, message, _hotter(case, step.temperature))
+
+
+def _hotter(case: Case, temperature: float) -> str:
+    devices = [asset for asset in case.catalog.of_kind("instrument") if asset.category == "heating"]
+    reaching = [
+        (limit, asset.name)
+        for asset in devices
+        if asset.heat_class in ("bath", "hot_surface") and asset.subtype != "gun"
+        if (limit := heats_to(asset)) is not None and limit >= temperature
+    ]
+    return f"use {min(reaching)[1]}, or a lower temperature" if reaching else "choose a lower temperature"
 
 
 def _open_steps(case: Case) -> Iterator[tuple[Step, list[Asset]]]:

@@ -1,0 +1,98 @@
+"""What equipment can do, as the catalogue specifies it, and which other asset could do what one cannot."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection
+
+from labgym.assets import Asset, Catalog
+
+_RANGE = re.compile(r"^\s*(-?\d+(?:\.\d+)?)\s*(?:\.\.|-)\s*(-?\d+(?:\.\d+)?)\s*$")
+
+
+def capacity(asset: Asset) -> float | None:
+    """Return how many millilitres a vessel or device takes, or None where the catalogue does not say."""
+    return _number(asset, "capacity_mL")
+
+
+def heats_to(asset: Asset) -> float | None:
+    """Return the highest temperature of a heating device, degrees Celsius, or None where it heats nothing."""
+    if not asset.hazards.heat_source:
+        return None
+    return _number(asset, "max_temperature_C")
+
+
+def cools_to(asset: Asset) -> float | None:
+    """Return the lowest temperature that a cooling device reaches, degrees Celsius, or None where it cools nothing."""
+    lowest = [value for name in ("min_temp_C", "with_salt_C") if (value := _number(asset, name)) is not None]
+    if asset.category == "cooling" and (bounds := _range(asset, "range_C")) is not None:
+        lowest.append(bounds[0])
+    return min(lowest, default=None)
+
+
+def stands_to(asset: Asset) -> float | None:
+    """Return the highest temperature that something which does not heat withstands or measures, degrees Celsius."""
+    if asset.hazards.heat_source or asset.category == "cooling":
+        return None
+    limit = _number(asset, "max_temperature_C")
+    bounds = _range(asset, "range_C")
+    return limit if limit is not None else None if bounds is None else bounds[1]
+
+
+def speeds(asset: Asset) -> tuple[float, float] | None:
+    """Return the slowest and the fastest rotation in turns a minute, or None where nothing turns."""
+    return _range(asset, "speed_rpm")
+
+
+def evacuates_to(asset: Asset) -> float | None:
+    """Return the lowest pressure that a pump or a device with one reaches, mbar, or None where it is no pump."""
+    ultimate = _number(asset, "ultimate_mbar")
+    return ultimate if ultimate is not None else _number(asset, "vacuum_mbar")
+
+
+def withstands(asset: Asset) -> float | None:
+    """Return the pressure that a closed vessel is built for, bar, or None where it is built for none."""
+    return _number(asset, "max_pressure_bar")
+
+
+def weighs(asset: Asset) -> tuple[float, float] | None:
+    """Return a balance's resolution and the most that it weighs, grams, or None where it is no balance."""
+    least, most = _number(asset, "resolution_g"), _number(asset, "capacity_g")
+    return None if least is None or most is None else (least, most)
+
+
+def alternative(
+    catalog: Catalog,
+    asset: Asset,
+    measure: Callable[[Asset], float | None],
+    fits: Callable[[float], bool],
+    among: Collection[str] | None = None,
+) -> str | None:
+    """Return the asset that could take the place of another, or None where none can.
+
+    Of its subtype first, then of its category; the one whose measure is nearest to what it has to be.
+
+    Args:
+        measure: what it is about, such as `capacity`.
+        fits: whether a value of the measure would do.
+        among: the names to choose from; all by default.
+    """
+    found = [
+        (other.subtype != asset.subtype, abs(value - (measure(asset) or 0.0)), other.name)
+        for other in catalog.of_kind("instrument")
+        if (among is None or other.name in among)
+        and other.category == asset.category
+        and (value := measure(other)) is not None
+        and fits(value)
+    ]
+    return min(found)[2] if found else None
+
+
+def _number(asset: Asset, name: str) -> float | None:
+    value = asset.specs.get(name)
+    return float(value) if isinstance(value, int | float) else None
+
+
+def _range(asset: Asset, name: str) -> tuple[float, float] | None:
+    found = _RANGE.match(str(asset.specs.get(name, "")))
+    return (float(found[1]), float(found[2])) if found else None

@@ -1,0 +1,191 @@
+"""What is in the vessels while a protocol is carried out: an estimate from below, step by step.
+
+Reagents go into the vessel of the step that uses them, in equal shares where several steps use one. The batch moves
+with the work-up: into the separating funnel, the quench's beaker, the filter flask, the rotary evaporator. What the
+protocol leaves open counts nothing, so that a vessel that is too small here is too small indeed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from labgym.assets import Asset, Catalog
+from labgym.protocols.amounts import read_amount, volume_of, water_in
+from labgym.protocols.capability import capacity
+from labgym.protocols.model import Protocol, Step
+
+VESSELS = ("flask", "beaker", "reactor", "vessel", "tube", "vial", "dish", "crucible")
+SEPARATING, FILTRATE = "SeparatoryFunnel", "FilterFlask"
+WATER = "DeionizedWater"
+STILL = ("Weigh", "Measure", "Prepare", "Monitor", "Analyze", "Clean")
+"""Actions that leave the batch where it is."""
+CARRYING = (
+    *("Extract", "Wash", "PhaseSeparation", "DrySolution", "Quench", "Acidify", "Basify", "Neutralize", "Filter"),
+    *("Concentrate", "Transfer", "Dilute", "Distill"),
+)
+"""Actions that take the batch along into another vessel."""
+SOLID = ("DrySolid", "Recrystallize", "Chromatograph")
+"""Actions that begin with the bare product: liquids of the steps before are gone."""
+_WATERY = frozenset({"aqueous", "strong_acid", "oxidizing_acid"})
+_QUENCHED = frozenset({"metal_hydride", "organometallic", "alkali_metal", "acyl_halide", "anhydride", "chlorosilane"})
+STRIPPED = 100.0
+"""Evaporation takes along what boils up to this much above the bath's temperature, degrees Celsius."""
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A step with what it handles.
+
+    Attributes:
+        vessel: what holds the batch; None where no vessel is known.
+        contents: millilitres of each reagent in it at the fullest; 0 for solids and gases.
+        added: the reagents that the step itself uses.
+        devices: the instruments that it uses.
+    """
+
+    step: Step
+    place: Asset | None
+    vessel: Asset | None
+    contents: Mapping[str, float]
+    added: tuple[Asset, ...] = ()
+    devices: tuple[Asset, ...] = ()
+
+    @property
+    def volume(self) -> float:
+        """Millilitres in the vessel at the fullest, at least."""
+        return sum(self.contents.values())
+
+    def bulk(self, share: float = 0.1) -> tuple[str, ...]:
+        """Return the liquids that make up at least that share of the volume."""
+        return tuple(name for name, part in self.contents.items() if part > 0.0 and part >= share * self.volume)
+
+
+def is_vessel(asset: Asset) -> bool:
+    """Tell whether a batch can be in it: flasks, beakers, reactors, tubes, dishes of known size."""
+    return capacity(asset) is not None and (asset.subtype in VESSELS or asset.name == SEPARATING)
+
+
+def situations(protocol: Protocol, catalog: Catalog) -> tuple[Situation, ...]:
+    """Return what each step handles; names that the catalogue lacks are passed over."""
+    return tuple(_Bench(protocol, catalog).steps())
+
+
+@dataclass
+class _Bench:
+    protocol: Protocol
+    catalog: Catalog
+    held: dict[str, dict[str, float]] = field(default_factory=dict)
+    batch: str = ""
+
+    def steps(self) -> Iterator[Situation]:
+        for step in self.protocol.steps:
+            used = [self.catalog.get(name) for name in step.uses if name in self.catalog]
+            devices = tuple(asset for asset in used if asset.kind == "instrument")
+            added = tuple(asset for asset in used if asset.kind == "reagent")
+            target = self._target(step, devices)
+            contents = self._during(step, target, added)
+            place = self.catalog.get(step.location) if step.location in self.catalog else None
+            vessel = self.catalog.get(target) if target else None
+            yield Situation(step, place, vessel, dict(contents), added, devices)
+            self._after(step, target, contents, added, devices)
+
+    def _target(self, step: Step, devices: tuple[Asset, ...]) -> str:
+        """Return the vessel that the batch is in during a step: the one it was in, else the largest of the step's."""
+        names = [asset.name for asset in devices if is_vessel(asset)]
+        if SEPARATING in names:
+            return SEPARATING
+        if FILTRATE in names and (step.action == "Filter" or names == [FILTRATE]):
+            return FILTRATE
+        names = [name for name in names if name != FILTRATE]
+        if not names or self.batch in names:
+            return "" if step.action == "Chromatograph" else self.batch
+        return max(names, key=lambda name: capacity(self.catalog.get(name)) or 0.0)
+
+    def _during(self, step: Step, target: str, added: tuple[Asset, ...]) -> dict[str, float]:
+        contents = {} if step.action in SOLID else dict(self.held.get(target, {}))
+        moves = step.action in CARRYING or "pour" in step.text.lower() or "transfer" in step.text.lower()
+        if moves and target != self.batch:
+            for name, part in self.held.get(self.batch, {}).items():
+                contents[name] = contents.get(name, 0.0) + part
+        shares = {reagent.name: self._share(step, target, reagent) for reagent in added}
+        if target == SEPARATING:
+            # Washes follow each other, so that only the largest of them is in the funnel at a time.
+            washes = [reagent.name for reagent in added if _is_aqueous(reagent)]
+            largest = max(washes, key=lambda name: shares[name], default="")
+            shares |= {name: 0.0 for name in washes if name != largest}
+        for name, share in shares.items():
+            contents[name] = contents.get(name, 0.0) + share
+        if step.action not in STILL and (water := water_in(step.text)):
+            contents[WATER] = contents.get(WATER, 0.0) + water
+        return contents
+
+    def _share(self, step: Step, target: str, reagent: Asset) -> float:
+        """Return the millilitres that a step adds at once; what is only weighed out for a later step adds nothing."""
+        steps = [other for other in self.protocol.steps if reagent.name in other.uses and other.action not in STILL]
+        if step.action in STILL and steps:
+            return 0.0
+        total = 0.0
+        for use in self.protocol.reagents:
+            if use.name == reagent.name:
+                amount = read_amount(use.amount)
+                times = 1 if target == SEPARATING else amount.portions
+                total += volume_of(reagent, amount) * times
+        return total / max(1, len(steps))
+
+    def _after(
+        self,
+        step: Step,
+        target: str,
+        contents: dict[str, float],
+        added: tuple[Asset, ...],
+        devices: tuple[Asset, ...],
+    ) -> None:
+        if step.action in STILL and not (step.action == "Weigh" and added and target):
+            return
+        left = self._left(step, target, contents, added)
+        names = [asset.name for asset in devices if is_vessel(asset) and asset.name != target]
+        if target == SEPARATING and names:
+            target = names[-1]
+        if step.action in CARRYING:
+            self.held.pop(self.batch, None)
+        self.batch = target
+        if target:
+            self.held[target] = left
+
+    def _left(self, step: Step, target: str, contents: dict[str, float], added: tuple[Asset, ...]) -> dict[str, float]:
+        """Return what is in the vessel once the step is done."""
+        if step.action in (*SOLID, "Distill"):
+            return {}
+        if step.action == "Concentrate":
+            limit = (step.temperature if step.temperature is not None else 40.0) + STRIPPED
+            return {name: part for name, part in contents.items() if not self._boils_by(name, limit)}
+        if target == SEPARATING and step.action == "Extract":
+            organic = [asset for asset in added if not _is_aqueous(asset) and contents[asset.name] > 0.0]
+            return {asset.name: self._whole(asset) for asset in organic}
+        if target == SEPARATING and step.action in CARRYING:
+            return {name: part for name, part in contents.items() if not _is_aqueous(self.catalog.get(name))}
+        if step.action == "Quench":
+            return {name: part for name, part in contents.items() if not _is_quenched(self.catalog.get(name))}
+        return contents
+
+    def _whole(self, reagent: Asset) -> float:
+        amounts = [read_amount(use.amount) for use in self.protocol.reagents if use.name == reagent.name]
+        return sum(volume_of(reagent, amount) * amount.portions for amount in amounts)
+
+    def _boils_by(self, name: str, limit: float) -> bool:
+        chemistry = self.catalog.get(name).chemistry
+        return chemistry is None or chemistry.boiling_point is None or chemistry.boiling_point <= limit
+
+
+def _is_aqueous(reagent: Asset) -> bool:
+    """Tell whether a reagent goes into the water layer: solutions of salts, mineral acids and bases."""
+    chemistry = reagent.chemistry
+    if chemistry is None:
+        return False
+    return chemistry.state == "solid" or not _WATERY.isdisjoint(chemistry.groups)
+
+
+def _is_quenched(reagent: Asset) -> bool:
+    chemistry = reagent.chemistry
+    return chemistry is not None and (chemistry.water_reactive or not _QUENCHED.isdisjoint(chemistry.groups))

@@ -1,0 +1,179 @@
+"""Fire, toxic vapour and violent reactions: what a step handles decides, also what it took over from steps before."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from labgym.assets import Asset, pairs
+from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
+from labgym.protocols.places import is_ventilated, needs_ventilation
+from labgym.protocols.rules.finding import Case, Finding
+
+FACE_VELOCITY = 0.3
+"""Slowest air into a hood that holds vapours back, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
+FATAL = ("H300", "H310", "H330")
+PYROPHORIC = ("H250",)
+INERT = re.compile(r"\b(?:nitrogen|argon|inert|glove\s?box|schlenk)\b", re.I)
+INERT_DEVICES = ("SchlenkLine", "NitrogenCylinder", "ArgonCylinder")
+PEROXIDE = re.compile(r"\bperoxides?\b", re.I)
+POURED_ONTO = re.compile(r"\b(?:in|into|on|onto|to|over)\s+(?:[\w,-]+\s+){0,5}?(?:water|ice)\b", re.I)
+WATER_ADDED = re.compile(r"\b(?:add|adding|dilute|diluting|dilution)\b[^.;]{0,60}\bwater\b", re.I)
+CONCENTRATED = frozenset({"oxidizing_acid"})
+TOXIC_GAS = ("acid_with_toxic_gas_former", "acid_with_hypochlorite", "hypochlorite_with_ammonia_or_amine")
+"""Pairs of the segregation rules that give off a toxic gas when they meet."""
+SCRUBBERS = ("GasWashBottle", "ColdTrap")
+
+
+def flames_are_away_from_flammables(case: Case) -> Iterator[Finding]:
+    """No flame or glowing element in a step that handles something flammable, nor where another step handles it."""
+    for situation in case.situations:
+        for flame in (asset for asset in situation.devices if _is_flame(asset)):
+            near = [name for name in situation.contents if case.catalog.get(name).hazards.flammable]
+            if near:
+                message = f"step {situation.step.index} burns {flame.name} at {near[0]}, which is flammable"
+                yield Finding("flame-near-flammable", situation.step.index, message, _flameless(case, situation))
+            else:
+                yield from _flame_in_the_room(case, situation, flame)
+
+
+def carried_vapours_are_ventilated(case: Case) -> Iterator[Finding]:
+    """A batch that still holds something volatile or toxic is not handled open where nothing carries it off."""
+    for situation in case.situations:
+        step, place = situation.step, situation.place
+        if place is None or is_ventilated(place) or step.action in STILL or situation.vessel is None:
+            continue
+        if situation.vessel not in situation.devices:
+            continue
+        added = [asset.name for asset in situation.added]
+        for name in situation.bulk(0.05):
+            if name not in added and needs_ventilation(case.catalog.get(name)):
+                message = f"step {step.index} handles a batch with {name} at {step.location}, which is not ventilated"
+                yield Finding("carried-vapour", step.index, message, "move the step to FumeHood")
+                break
+
+
+def hoods_draw_enough(case: Case) -> Iterator[Finding]:
+    """What can kill when breathed in is handled in a hood that draws, not at a bench with an exhaust arm."""
+    for situation in case.situations:
+        step, place = situation.step, situation.place
+        fatal = [asset.name for asset in situation.added if _has_statement(asset, FATAL)]
+        if place is None or not fatal or step.action in STILL or place.category == "containment":
+            continue
+        velocity = place.specs.get("face_velocity_m_s")
+        if place.fume_hood and (not isinstance(velocity, int | float) or velocity >= FACE_VELOCITY):
+            continue
+        told = f"draws {velocity} m/s" if place.fume_hood else "is no hood"
+        message = f"step {step.index} opens {fatal[0]}, which can kill, at {place.name}, which {told}"
+        yield Finding(
+            "hood-draws", step.index, message, f"use a hood with at least {FACE_VELOCITY:g} m/s, such as FumeHood"
+        )
+
+
+def acid_goes_into_water(case: Case) -> Iterator[Finding]:
+    """Water is not added to concentrated sulfuric or nitric acid."""
+    for situation in case.situations:
+        step = situation.step
+        acids = [
+            name
+            for name, volume in situation.contents.items()
+            if volume >= 5.0 and _has_group(case.catalog.get(name), CONCENTRATED)
+        ]
+        watered = WATER in [asset.name for asset in situation.added] or WATER_ADDED.search(step.text)
+        if acids and watered and not POURED_ONTO.search(step.text):
+            message = f"step {step.index} ({step.action}) adds water to {acids[0]}"
+            yield Finding("acid-into-water", step.index, message, "pour the acid slowly onto water or ice, and stir")
+
+
+def peroxides_are_tested_for(case: Case) -> Iterator[Finding]:
+    """What forms peroxides is tested for them before it is distilled."""
+    tested = False
+    for situation in case.situations:
+        tested = tested or bool(PEROXIDE.search(situation.step.text))
+        for name in situation.contents:
+            chemistry = case.catalog.get(name).chemistry
+            if (
+                situation.step.action == "Distill"
+                and not tested
+                and chemistry is not None
+                and chemistry.peroxide_former
+            ):
+                message = f"step {situation.step.index} distils {name}, which forms explosive peroxides, untested"
+                suggestion = "test for peroxides before the step, and do not distil to dryness"
+                yield Finding("peroxides-tested", situation.step.index, message, suggestion)
+                break
+
+
+def pyrophorics_see_no_air(case: Case) -> Iterator[Finding]:
+    """What catches fire in air is handled in a glove box or under an inert gas."""
+    for situation in case.situations:
+        step = situation.step
+        names = [asset.name for asset in situation.added if _has_statement(asset, PYROPHORIC)]
+        inert = any(asset.name in INERT_DEVICES for asset in situation.devices) or INERT.search(step.text)
+        if names and not inert and (situation.place is None or situation.place.category != "containment"):
+            message = f"step {step.index} handles {names[0]}, which catches fire in air, without an inert gas"
+            yield Finding("inert-gas", step.index, message, "work at GloveBox, or with SchlenkLine under nitrogen")
+
+
+def toxic_gases_are_caught(case: Case) -> Iterator[Finding]:
+    """Reagents that give off a toxic gas together are brought together with a scrubber."""
+    for situation in case.situations:
+        added = [asset.name for asset in situation.added]
+        caught = any(asset.name in SCRUBBERS for asset in situation.devices)
+        if situation.step.action in STILL or caught:
+            continue
+        for a, b, hazard in pairs(case.catalog.get(name) for name in situation.contents):
+            in_turn = situation.vessel is not None and situation.vessel.name == SEPARATING and {a, b} <= set(added)
+            hydrazine = any(_has_group(case.catalog.get(name), frozenset({"hydrazine"})) for name in (a, b))
+            if hazard.kind in TOXIC_GAS and (a in added or b in added) and not in_turn and not hydrazine:
+                message = f"step {situation.step.index} brings {a} and {b} together, which gives off a toxic gas"
+                suggestion = "lead the gas through GasWashBottle, or add slowly and cold with the sash down"
+                yield Finding("toxic-gas", situation.step.index, message, suggestion, "advice")
+
+
+def _flame_in_the_room(case: Case, situation: Situation, flame: Asset) -> Iterator[Finding]:
+    step = situation.step
+    for other in case.situations:
+        flammable = [asset.name for asset in other.added if asset.hazards.flammable]
+        if other.step.location == step.location and other.step.action not in STILL and flammable:
+            message = (
+                f"step {step.index} burns {flame.name} at {step.location}, where step {other.step.index} opens "
+                f"{flammable[0]}"
+            )
+            suggestion = f"clear {flammable[0]} away first, or heat without a flame: {_flameless(case, situation)}"
+            yield Finding("flame-near-flammable", step.index, message, suggestion, "advice")
+            return
+
+
+def _flameless(case: Case, situation: Situation) -> str:
+    wanted = situation.step.temperature if situation.step.temperature is not None else 100.0
+    fit = [
+        (float(limit), asset.name)
+        for asset in case.catalog.of_kind("instrument")
+        if asset.category == "heating" and asset.heat_class in ("bath", "hot_surface") and not _is_flame(asset)
+        if isinstance(limit := asset.specs.get("max_temperature_C"), int | float) and limit >= wanted + 10.0
+    ]
+    return f"use {min(fit)[1]}" if fit else "use MuffleFurnace in another room"
+
+
+def _is_flame(asset: Asset) -> bool:
+    return asset.heat_class == "flame" or asset.subtype == "gun"
+
+
+def _has_statement(asset: Asset, codes: tuple[str, ...]) -> bool:
+    return asset.chemistry is not None and not set(codes).isdisjoint(asset.chemistry.h_codes)
+
+
+def _has_group(asset: Asset, groups: frozenset[str]) -> bool:
+    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
+
+
+RULES = (
+    flames_are_away_from_flammables,
+    carried_vapours_are_ventilated,
+    hoods_draw_enough,
+    acid_goes_into_water,
+    peroxides_are_tested_for,
+    pyrophorics_see_no_air,
+    toxic_gases_are_caught,
+)

@@ -1,0 +1,172 @@
+"""Vessels hold what is put into them, fit what heats them, and stand the pressure."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+
+from labgym.assets import Asset
+from labgym.protocols.capability import alternative, capacity, evacuates_to, withstands
+from labgym.protocols.contents import Situation, is_vessel
+from labgym.protocols.rules.finding import Case, Finding
+
+HEADROOM = {"Reflux": 2.0 / 3.0, "Distill": 2.0 / 3.0, "Concentrate": 0.5}
+"""How full a vessel may be in which something boils: two thirds, and half on the rotary evaporator."""
+FLAT = ("ErlenmeyerFlask", "Beaker", "LargeBeaker", "VolumetricFlask", "CrystallizingDish")
+"""Thin glass with a flat bottom, which vacuum can crush."""
+SPECIAL = ("FilterFlask", "VolumetricFlask")
+"""Flasks that stand in for no other."""
+CLOSED = re.compile(r"\b(?:stopper(?:ed)?|seal(?:ed)?|closed|cap(?:ped)?|screw\s+cap)\b", re.I)
+OPENED = re.compile(
+    r"\b(?:unstoppered|unsealed|not\s+(?:sealed|closed|stoppered)|closed\s+bottle|vent(?:ing|ed)?)\b", re.I
+)
+PRESSURISED = 50.0
+"""A closed vessel below this temperature builds up little pressure, degrees Celsius."""
+TROUTON, TROUTON_ASSOCIATED = 10.6, 13.1
+"""Entropy of vaporisation over the gas constant: of most liquids by Trouton's rule (88 J/(mol K)), and of water and
+alcohols (109 J/(mol K))."""
+
+
+def vessels_hold_their_contents(case: Case) -> Iterator[Finding]:
+    """No vessel gets more than it holds; where something boils there is room above it."""
+    worst: set[tuple[str, str]] = set()
+    for situation in case.situations:
+        step, vessel = situation.step, situation.vessel
+        holds = None if vessel is None else capacity(vessel)
+        if vessel is None or holds is None or ("vessel-volume", vessel.name) in worst:
+            continue
+        told = f"step {step.index} ({step.action})"
+        limit = HEADROOM.get(step.action, 1.0) * holds
+        need = situation.volume / HEADROOM.get(step.action, 1.0)
+        if situation.volume > holds:
+            worst.add(("vessel-volume", vessel.name))
+            message = f"{told} has about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL"
+            yield Finding("vessel-volume", step.index, message, _larger(case, vessel, need))
+        elif situation.volume > limit and ("vessel-headroom", vessel.name) not in worst:
+            worst.add(("vessel-headroom", vessel.name))
+            message = (
+                f"{told} boils about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL; "
+                f"fill it to {limit:.0f} mL at most"
+            )
+            yield Finding("vessel-headroom", step.index, message, _larger(case, vessel, need), "advice")
+
+
+def additions_fit_the_funnel(case: Case) -> Iterator[Finding]:
+    """What is dropped in fits the dropping funnel, or is told to come in portions."""
+    for situation in case.situations:
+        for funnel in situation.devices:
+            holds = capacity(funnel)
+            if "Dropping" not in funnel.name or holds is None or "portion" in situation.step.text.lower():
+                continue
+            poured = sum(situation.contents.get(reagent.name, 0.0) for reagent in situation.added)
+            if poured > holds:
+                message = f"step {situation.step.index} adds about {poured:.0f} mL from {funnel.name} of {holds:g} mL"
+                suggestion = "refill it, and say so: add in portions"
+                yield Finding("funnel-volume", situation.step.index, message, suggestion, "advice")
+
+
+def vessels_fit_their_heater(case: Case) -> Iterator[Finding]:
+    """A heating mantle takes round flasks of its size."""
+    for situation in case.situations:
+        for mantle in situation.devices:
+            takes = capacity(mantle) if mantle.subtype == "mantle" else None
+            vessel = situation.vessel
+            holds = capacity(vessel) if vessel is not None and vessel in situation.devices else None
+            if takes is None or holds is None or vessel is None:
+                continue
+            if vessel.name in FLAT:
+                message = f"step {situation.step.index} heats {vessel.name}, which has a flat bottom, in {mantle.name}"
+                yield Finding(
+                    "vessel-fits-heater", situation.step.index, message, "use a hotplate, or RoundBottomFlask"
+                )
+            elif holds > takes:
+                message = (
+                    f"step {situation.step.index} heats {vessel.name} of {holds:g} mL in {mantle.name} for {takes:g} mL"
+                )
+                yield Finding("vessel-fits-heater", situation.step.index, message, "use a bath, such as OilBath")
+
+
+def closed_vessels_stand_the_pressure(case: Case) -> Iterator[Finding]:
+    """What is heated closed is built for it, and the vapour's pressure stays below what it is built for."""
+    for situation in case.situations:
+        step, temperature = situation.step, situation.step.temperature
+        if temperature is None or temperature < PRESSURISED or situation.vessel is None:
+            continue
+        vessels = [asset for asset in situation.devices if withstands(asset) is not None]
+        if vessels:
+            limit = max(withstands(asset) or 0.0 for asset in vessels)
+            pressure, liquid = max(_pressures(case, situation, temperature), default=(0.0, ""))
+            if pressure - 1.0 > limit:
+                message = (
+                    f"step {step.index} heats {liquid} to {temperature:g} C in {vessels[0].name}: about "
+                    f"{pressure:.0f} bar of vapour, it is built for {limit:g} bar"
+                )
+                suggestion = _stronger(case, vessels[0], pressure)
+                yield Finding("vessel-pressure", step.index, message, suggestion)
+        elif CLOSED.search(step.text) and not OPENED.search(step.text) and situation.volume > 0.0:
+            message = (
+                f"step {step.index} heats {situation.vessel.name} closed to {temperature:g} C; it is not built for it"
+            )
+            suggestion = "heat it open under RefluxCondenser, or closed in PressureTube"
+            yield Finding("sealed-vessel", step.index, message, suggestion)
+
+
+def vacuum_spares_flat_glass(case: Case) -> Iterator[Finding]:
+    """Thin glass with a flat bottom is not evacuated."""
+    for situation in case.situations:
+        pumps = [asset for asset in situation.devices if evacuates_to(asset) is not None and asset.category == "vacuum"]
+        flat = [asset for asset in situation.devices if asset.name in FLAT]
+        filters = any(asset.name in ("FilterFlask", "Desiccator") for asset in situation.devices)
+        if pumps and flat and not filters:
+            message = f"step {situation.step.index} evacuates {flat[0].name}, whose flat bottom vacuum can crush"
+            yield Finding("vacuum-glass", situation.step.index, message, "use RoundBottomFlask or SchlenkFlask")
+
+
+def vapour_pressure(boiling_point: float, temperature: float, associated: bool) -> float:
+    """Return the pressure of a liquid's vapour in bar by Clausius and Clapeyron with Trouton's entropy.
+
+    Args:
+        boiling_point: at 1.013 bar, degrees Celsius. temperature: degrees Celsius.
+        associated: whether it holds together by hydrogen bonds, as water and alcohols do.
+    """
+    entropy = TROUTON_ASSOCIATED if associated else TROUTON
+    return 1.013 * math.exp(entropy * (1.0 - (boiling_point + 273.15) / (temperature + 273.15)))
+
+
+def _pressures(case: Case, situation: Situation, temperature: float) -> Iterator[tuple[float, str]]:
+    for name in situation.bulk():
+        chemistry = case.catalog.get(name).chemistry
+        if chemistry is not None and chemistry.boiling_point is not None:
+            associated = not {"alcohol", "aqueous"}.isdisjoint(chemistry.groups)
+            yield vapour_pressure(chemistry.boiling_point, temperature, associated), name
+
+
+def _larger(case: Case, vessel: Asset, volume: float) -> str:
+    names = [
+        asset.name
+        for asset in case.catalog
+        if is_vessel(asset)
+        and (asset.subtype == "funnel") == (vessel.subtype == "funnel")
+        and (asset.name in FLAT) == (vessel.name in FLAT)
+        and (asset.name not in SPECIAL or vessel.name in SPECIAL)
+    ]
+    name = alternative(case.catalog, vessel, capacity, lambda value: value >= volume, names)
+    return f"use {name}" if name else f"no vessel of the catalogue takes {volume:.0f} mL; halve the batch"
+
+
+def _stronger(case: Case, vessel: Asset, pressure: float) -> str:
+    others = sorted(
+        (withstands(a) or 0.0, a.name) for a in case.catalog.of_kind("instrument") if a.subtype == "reactor"
+    )
+    fit = next((name for limit, name in others if limit >= pressure - 1.0 and name != vessel.name), None)
+    return f"use {fit}" if fit else "lower the temperature, or take a solvent that boils higher"
+
+
+RULES = (
+    vessels_hold_their_contents,
+    additions_fit_the_funnel,
+    vessels_fit_their_heater,
+    closed_vessels_stand_the_pressure,
+    vacuum_spares_flat_glass,
+)

@@ -1,0 +1,399 @@
+"""Steps against what the equipment can do: for each rule a protocol that breaks it and the nearest that does not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from labgym.assets import Catalog
+from labgym.protocols import Finding, Protocol, ReagentUse, Step, examine, protocols, validate
+from labgym.protocols.rules import EQUIPMENT, Case
+from labgym.protocols.rules.vessels import vapour_pressure
+
+CATALOG = Catalog.load()
+
+
+def step(
+    action: str, uses: str, temperature: float | None = None, text: str = "", place: str = "FumeHood"
+) -> dict[str, Any]:
+    return {
+        "location": place,
+        "action": action,
+        "text": text or action,
+        "uses": tuple(uses.split()),
+        "temperature": temperature,
+        "duration": 10.0,
+    }
+
+
+def made(amounts: dict[str, str], *steps: dict[str, Any], product: str = "something") -> Protocol:
+    """Return a protocol of those steps; reagents without an amount are of no account."""
+    used = dict.fromkeys(name for each in steps for name in each["uses"])
+    reagents = [name for name in used if CATALOG.get(name).kind == "reagent"]
+    return Protocol(
+        id="made",
+        name="Made",
+        reaction_type="substitution",
+        product=product,
+        reagents=tuple(
+            ReagentUse(name=name, role="r", amount=amounts.get(name, "")) for name in reagents or ["Ethanol"]
+        ),
+        instruments=tuple(name for name in used if CATALOG.get(name).kind == "instrument") or ("Beaker",),
+        steps=tuple(Step(index=index, **each) for index, each in enumerate(steps, start=1)),
+    )
+
+
+def found(protocol: Protocol) -> list[Finding]:
+    basic = set(validate(protocol))
+    return [finding for finding in examine(protocol) if finding not in basic]
+
+
+FLASK, BATH = "RoundBottomFlask MagneticHotplateStirrer", "RoundBottomFlask OilBath"
+CHARGE = step("Add", "RoundBottomFlask Toluene")
+# rule, step at fault, name in the suggestion, a protocol that breaks it, the nearest that does not
+CASES: dict[str, tuple[str, int, str, Protocol, Protocol]] = {
+    "400 mL in a 250 mL flask": (
+        "vessel-volume",
+        1,
+        "ThreeNeckFlask",
+        made({"Toluene": "400 mL"}, CHARGE),
+        made({"Toluene": "250 mL"}, CHARGE),
+    ),
+    "400 mL over two steps": (
+        "vessel-volume",
+        2,
+        "ThreeNeckFlask",
+        made({"Toluene": "200 mL", "Ethanol": "200 mL"}, CHARGE, step("Add", "RoundBottomFlask Ethanol")),
+        made({"Toluene": "100 mL", "Ethanol": "100 mL"}, CHARGE, step("Add", "RoundBottomFlask Ethanol")),
+    ),
+    "a mass of liquid by its density": (
+        "vessel-volume",
+        1,
+        "ThreeNeckFlask",
+        made({"Toluene": "240 g"}, CHARGE),
+        made({"SulfuricAcid": "240 g"}, step("Add", "RoundBottomFlask SulfuricAcid")),
+    ),
+    "water in the text": (
+        "vessel-volume",
+        1,
+        "ThreeNeckFlask",
+        made({"Toluene": "20 mL"}, step("Add", "RoundBottomFlask Toluene", text="Charge water (250 mL) and toluene.")),
+        made({"Toluene": "20 mL"}, step("Add", "RoundBottomFlask Toluene", text="Charge water (200 mL) and toluene.")),
+    ),
+    "the batch and a wash in the funnel": (
+        "vessel-volume",
+        2,
+        "halve the batch",
+        made(
+            {"Toluene": "200 mL", "HydrochloricAcid": "2 x 60 mL"},
+            CHARGE,
+            step("Wash", "SeparatoryFunnel HydrochloricAcid"),
+        ),
+        made(
+            {"Toluene": "200 mL", "HydrochloricAcid": "3 x 40 mL"},
+            CHARGE,
+            step("Wash", "SeparatoryFunnel HydrochloricAcid"),
+        ),
+    ),
+    "a boiling flask without headroom": (
+        "vessel-headroom",
+        2,
+        "ThreeNeckFlask",
+        made({"Toluene": "200 mL"}, CHARGE, step("Reflux", f"{BATH} RefluxCondenser", 110)),
+        made({"Toluene": "160 mL"}, CHARGE, step("Reflux", f"{BATH} RefluxCondenser", 110)),
+    ),
+    "a dropping funnel too small": (
+        "funnel-volume",
+        1,
+        "portions",
+        made({"Toluene": "150 mL"}, step("Add", "ThreeNeckFlask DroppingFunnel Toluene")),
+        made({"Toluene": "90 mL"}, step("Add", "ThreeNeckFlask DroppingFunnel Toluene")),
+    ),
+    "a flat flask in a mantle": (
+        "vessel-fits-heater",
+        1,
+        "RoundBottomFlask",
+        made({}, step("Heat", "ErlenmeyerFlask HeatingMantle", 40)),
+        made({}, step("Heat", "RoundBottomFlask HeatingMantle", 40)),
+    ),
+    "a stoppered flask heated": (
+        "sealed-vessel",
+        2,
+        "PressureTube",
+        made({"Toluene": "20 mL"}, CHARGE, step("Heat", BATH, 80, "Stopper the flask and heat.")),
+        made({"Toluene": "20 mL"}, CHARGE, step("Heat", BATH, 80, "Heat the unstoppered flask.")),
+    ),
+    "a pressure tube too hot": (
+        "vessel-pressure",
+        1,
+        "MicrowaveReactor",
+        made({"Acetone": "10 mL"}, step("Heat", "PressureTube OilBath Acetone", 170)),
+        made({"Acetone": "10 mL"}, step("Heat", "PressureTube OilBath Acetone", 120)),
+    ),
+    "an evacuated conical flask": (
+        "vacuum-glass",
+        1,
+        "SchlenkFlask",
+        made({}, step("DryVacuum", "ErlenmeyerFlask VacuumPump", 22)),
+        made({}, step("DryVacuum", "RoundBottomFlask VacuumPump", 22)),
+    ),
+    "ice for -30 C": (
+        "cooling-reach",
+        1,
+        "LowTemperatureBath",
+        made({}, step("Cool", "RoundBottomFlask IceBath", -30)),
+        made({}, step("Cool", "RoundBottomFlask IceBath", -10)),
+    ),
+    "no bath for -78 C": (
+        "cooling-reach",
+        1,
+        "CoolingBathDewar",
+        made({}, step("Cool", "RoundBottomFlask", -78)),
+        made({}, step("Cool", "RoundBottomFlask CoolingBathDewar", -78)),
+    ),
+    "a thermometer beyond its scale": (
+        "temperature-limit",
+        1,
+        "Thermometer",
+        made({}, step("Heat", "Thermometer RoundBottomFlask SandBath", 280)),
+        made({}, step("Heat", "Thermometer RoundBottomFlask SandBath", 240)),
+    ),
+    "acetone boiled off": (
+        "boils-off",
+        1,
+        "RefluxCondenser",
+        made({"Acetone": "50 mL"}, step("Heat", f"{FLASK} Acetone", 60)),
+        made({"Acetone": "50 mL"}, step("Heat", f"{FLASK} Acetone", 50)),
+    ),
+    "acetone boiled off for want of a condenser": (
+        "boils-off",
+        1,
+        "RefluxCondenser",
+        made({"Acetone": "50 mL"}, step("Heat", f"{FLASK} Acetone", 60)),
+        made({"Acetone": "50 mL"}, step("Heat", f"{FLASK} Acetone RefluxCondenser", 60)),
+    ),
+    "dichloromethane refluxed at 110 C": (
+        "reflux-temperature",
+        1,
+        "PressureTube",
+        made({"Dichloromethane": "50 mL"}, step("Reflux", f"{BATH} RefluxCondenser Dichloromethane", 110)),
+        made({"Dichloromethane": "50 mL"}, step("Reflux", f"{BATH} RefluxCondenser Dichloromethane", 40)),
+    ),
+    "a product dried while it melts": (
+        "dries-above-melting",
+        1,
+        "20 C",
+        made({}, step("DrySolid", "DryingOven", 60, place="DryingStation"), product="benzyl phenyl ether, mp 40-41 C"),
+        made({}, step("DrySolid", "DryingOven", 30, place="DryingStation"), product="benzyl phenyl ether, mp 40-41 C"),
+    ),
+    "a heated azide": (
+        "explosive-heated",
+        1,
+        "60 C",
+        made({"TertButylHydroperoxide": "5 mL"}, step("Heat", f"{FLASK} TertButylHydroperoxide", 90)),
+        made({"TertButylHydroperoxide": "5 mL"}, step("Heat", f"{FLASK} TertButylHydroperoxide", 50)),
+    ),
+    "hydride quenched warm": (
+        "quench-cold",
+        2,
+        "IceBath",
+        made(
+            {},
+            step("Add", "ThreeNeckFlask LithiumAluminumHydride", 0, "Under nitrogen."),
+            step("Quench", "ThreeNeckFlask", 40),
+        ),
+        made(
+            {},
+            step("Add", "ThreeNeckFlask LithiumAluminumHydride", 0, "Under nitrogen."),
+            step("Quench", "ThreeNeckFlask", 5),
+        ),
+    ),
+    "a flame at ether": (
+        "flame-near-flammable",
+        1,
+        "use ",
+        made({"DiethylEther": "20 mL"}, step("Heat", "Beaker BunsenBurner DiethylEther", 30)),
+        made({"DiethylEther": "20 mL"}, step("Heat", "Beaker WaterBath DiethylEther", 30)),
+    ),
+    "a flame at ethanol of an earlier step": (
+        "flame-near-flammable",
+        2,
+        "use ",
+        made({"Ethanol": "20 mL"}, step("Add", "Beaker Ethanol"), step("Heat", "Beaker BunsenBurner", 60)),
+        made(
+            {"DeionizedWater": "20 mL"}, step("Add", "Beaker DeionizedWater"), step("Heat", "Beaker BunsenBurner", 60)
+        ),
+    ),
+    "a flame where another step pours ether": (
+        "flame-near-flammable",
+        1,
+        "DiethylEther",
+        made({}, step("Heat", "Crucible BunsenBurner", 900), step("Extract", "SeparatoryFunnel DiethylEther")),
+        made(
+            {},
+            step("Heat", "Crucible BunsenBurner", 900, place="MainWorkbench"),
+            step("Extract", "SeparatoryFunnel DiethylEther"),
+        ),
+    ),
+    "a batch in methanol on the bench": (
+        "carried-vapour",
+        2,
+        "FumeHood",
+        made({"Methanol": "20 mL"}, step("Add", "Beaker Methanol"), step("Stir", "Beaker", 22, place="MainWorkbench")),
+        made(
+            {"DeionizedWater": "20 mL"},
+            step("Add", "Beaker DeionizedWater"),
+            step("Stir", "Beaker", 22, place="MainWorkbench"),
+        ),
+    ),
+    "a lethal gas at an exhaust arm": (
+        "hood-draws",
+        1,
+        "FumeHood",
+        made({}, step("Add", "Beaker Bromine", place="PurificationBench")),
+        made({}, step("Add", "Beaker Bromine")),
+    ),
+    "water onto sulfuric acid": (
+        "acid-into-water",
+        2,
+        "onto water",
+        made(
+            {"SulfuricAcid": "50 mL"},
+            step("Add", "Beaker SulfuricAcid"),
+            step("Quench", "Beaker", 5, "Add 50 mL of water slowly."),
+        ),
+        made(
+            {"SulfuricAcid": "50 mL"},
+            step("Add", "Beaker SulfuricAcid"),
+            step("Quench", "Beaker", 5, "Pour onto crushed ice, then add water."),
+        ),
+    ),
+    "tetrahydrofuran distilled untested": (
+        "peroxides-tested",
+        1,
+        "test for peroxides",
+        made({}, step("Distill", f"{BATH} DistillationHead Tetrahydrofuran", 66)),
+        made(
+            {},
+            step("Test", "Tetrahydrofuran", text="Test for peroxides."),
+            step("Distill", f"{BATH} DistillationHead Tetrahydrofuran", 66),
+        ),
+    ),
+    "butyllithium in air": (
+        "inert-gas",
+        1,
+        "SchlenkLine",
+        made({}, step("Add", "ThreeNeckFlask NButyllithium")),
+        made({}, step("Add", "ThreeNeckFlask NButyllithium SchlenkLine")),
+    ),
+    "bleach and acid without a scrubber": (
+        "toxic-gas",
+        1,
+        "GasWashBottle",
+        made({}, step("Add", "ThreeNeckFlask SodiumHypochlorite AceticAcid")),
+        made({}, step("Add", "ThreeNeckFlask SodiumHypochlorite AceticAcid GasWashBottle")),
+    ),
+    "a vacuum deeper than the pump's": (
+        "vacuum-reach",
+        1,
+        "RotaryVanePump",
+        made({}, step("Distill", "RoundBottomFlask VacuumPump OilBath", 90, "Distil at 0.1 mbar.")),
+        made({}, step("Distill", "RoundBottomFlask VacuumPump OilBath", 90, "Distil at 10 mbar.")),
+    ),
+    "a vacuum in other units": (
+        "vacuum-reach",
+        1,
+        "RotaryVanePump",
+        made({}, step("Distill", "RoundBottomFlask VacuumPump OilBath", 90, "Distil at 3 mmHg.")),
+        made({}, step("Distill", "RoundBottomFlask VacuumPump OilBath", 90, "Distil at 20 Torr.")),
+    ),
+    "a vacuum without a pump": (
+        "vacuum-source",
+        1,
+        "RotaryVanePump",
+        made({}, step("Distill", "RoundBottomFlask OilBath", 90, "Distil under vacuum.")),
+        made({}, step("Distill", "RoundBottomFlask OilBath", 90, "Distil.")),
+    ),
+    "a stirrer too slow": (
+        "speed-reach",
+        1,
+        "Centrifuge",
+        made({}, step("Centrifuge", "CentrifugeTube Centrifuge", 22, "Spin at 15000 rpm.")),
+        made({}, step("Centrifuge", "CentrifugeTube Centrifuge", 22, "Spin at 10000 rpm.")),
+    ),
+    "a pinch on a coarse balance": (
+        "balance-range",
+        1,
+        "AnalyticalBalance",
+        made({"BenzoicAcid": "20 mg"}, step("Weigh", "ElectronicScale BenzoicAcid", place="PreparationBench")),
+        made({"BenzoicAcid": "0.2 g"}, step("Weigh", "ElectronicScale BenzoicAcid", place="PreparationBench")),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_protocol_that_breaks_a_rule_is_found_at_its_step_with_a_way_out(name):
+    rule, index, way_out, broken, _ = CASES[name]
+    findings = [finding for finding in found(broken) if finding.rule == rule]
+    assert [finding.step for finding in findings] == [index]
+    assert way_out in findings[0].suggestion + findings[0].message
+    assert f"step {index}" in findings[0].message
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_nearest_protocol_that_keeps_the_rule_is_not_found(name):
+    rule, _, _, _, sound = CASES[name]
+    assert [finding for finding in found(sound) if finding.rule == rule] == []
+
+
+def test_every_rule_has_a_case():
+    cases = [Case(broken, CATALOG) for _, _, _, broken, _ in CASES.values()]
+    assert [rule.__name__ for rule in EQUIPMENT if not any(list(rule(case)) for case in cases)] == []
+
+
+def test_a_plate_that_is_not_hot_enough_gets_one_named_that_is():
+    cold = made({}, step("Heat", "Crucible OilBath", 250))
+    findings = [finding for finding in examine(cold) if finding.rule == "heat-source"]
+    assert [finding.step for finding in findings] == [1]
+    assert "SandBath" in findings[0].suggestion
+    hot = made({}, step("Heat", "Crucible SandBath", 250))
+    assert "heat-source" not in [finding.rule for finding in examine(hot)]
+
+
+def test_a_toxic_liquid_at_an_open_bench_is_sent_to_the_hood():
+    bench = made({}, step("Add", "Beaker Chloroform", place="MainWorkbench"))
+    assert [f.rule for f in examine(bench) if "FumeHood" in f.suggestion] == ["location-safe"]
+    hood = made({}, step("Add", "Beaker Chloroform"))
+    assert not [f for f in examine(hood) if f.rule == "location-safe"]
+
+
+def test_the_published_protocols_ask_nothing_impossible_of_their_equipment():
+    faults = {
+        (name, finding.rule)
+        for name, protocol in protocols().items()
+        for finding in found(protocol)
+        if finding.severity == "fault"
+    }
+    assert faults == set()
+
+
+def test_names_that_the_catalogue_lacks_do_not_stop_the_examination():
+    protocol = made({"Toluene": "400 mL"}, CHARGE)
+    odd = protocol.steps[0].model_copy(update={"uses": (*protocol.steps[0].uses, "Unobtainium"), "location": "Nowhere"})
+    rules = [finding.rule for finding in examine(protocol.model_copy(update={"steps": (odd,)}))]
+    assert {"asset-exists", "vessel-volume"} <= set(rules)
+
+
+@pytest.mark.parametrize(
+    ("boiling_point", "temperature", "associated", "bar", "tolerance"),
+    [
+        (100.0, 100.0, True, 1.013, 1e-9),
+        (100.0, 150.0, True, 4.76, 0.1),
+        (78.3, 150.0, True, 9.8, 0.2),
+        (56.1, 150.0, False, 11.7, 0.25),
+        (110.6, 200.0, False, 7.5, 0.25),
+    ],
+)
+def test_vapour_pressures_are_near_those_of_steam_tables(boiling_point, temperature, associated, bar, tolerance):
+    assert vapour_pressure(boiling_point, temperature, associated) == pytest.approx(bar, rel=tolerance)
