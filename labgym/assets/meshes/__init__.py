@@ -1,0 +1,20 @@
+"""Mesh files from anywhere: read safely, brought to metres and z up, then into the frame of an asset."""
+
+from labgym.assets.meshes.model import LIMITS, Limits, MeshError, MeshFile, MeshPart, PhysicalMesh
+from labgym.assets.meshes.physical import DIRECTIONS, normalise
+from labgym.assets.meshes.reading import DEFAULT_UNITS, FORMATS, UNITS, read_mesh
+
+__all__ = [
+    "DEFAULT_UNITS",
+    "DIRECTIONS",
+    "FORMATS",
+    "LIMITS",
+    "UNITS",
+    "Limits",
+    "MeshError",
+    "MeshFile",
+    "MeshPart",
+    "PhysicalMesh",
+    "normalise",
+    "read_mesh",
+]

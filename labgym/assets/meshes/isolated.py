@@ -1,0 +1,64 @@
+"""Reading USD in a process of its own, so that no file can hang or crash the caller."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import json
+import os
+import subprocess
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from labgym.assets.meshes.model import LIMITS, Limits, MeshError, MeshPart, RawMesh
+from labgym.errors import MissingDependencyError
+
+
+def read_usd(path: Path, limits: Limits = LIMITS) -> RawMesh:
+    """Return what `stage.read_stage` reads, from a process with bounded memory and time.
+
+    Raises:
+        MeshError: as `read_stage`, and where the process takes too long, takes too much memory or crashes.
+        MissingDependencyError: usd-core is not installed.
+    """
+    if importlib.util.find_spec("pxr") is None:
+        raise MissingDependencyError("usd-core", f"reading {path.name}", "usd")
+    command = [sys.executable, "-P", "-m", "labgym.assets.meshes.worker", str(path), json.dumps(asdict(limits))]
+    environment = {**os.environ, "PXR_WORK_THREAD_LIMIT": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        child = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=limits.seconds,
+            env=environment,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        problem = f"took more than {limits.seconds} s to read; flatten the stage, it may repeat itself without end"
+        raise MeshError(path, problem) from None
+    if child.stdout.startswith(b"{"):
+        raise MeshError(path, str(json.loads(child.stdout)["error"]))
+    if child.returncode or not child.stdout:
+        most = f"{limits.memory // 1024**2} MiB of memory"
+        raise MeshError(path, f"USD's reader gave up on it (exit {child.returncode}, {most} at most); simplify it")
+    return _unpack(child.stdout)
+
+
+def _unpack(content: bytes) -> RawMesh:
+    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+        head = json.loads(str(arrays["head"]))
+        parts = tuple(
+            MeshPart(
+                part["name"],
+                arrays[f"vertices{k}"],
+                arrays[f"faces{k}"],
+                tuple(part["color"]) if part["color"] else None,
+                part["material"],
+            )
+            for k, part in enumerate(head["parts"])
+        )
+    return RawMesh(parts, head["name"], head["unit"], head["up_axis"], head["metadata"])

@@ -1,0 +1,156 @@
+"""What is read from a mesh file, what becomes of it in the physical phase, and how much of it is accepted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.assets.model import Size
+from labgym.errors import LabgymError
+
+Points = NDArray[np.float64]
+Faces = NDArray[np.int64]
+Rgba = tuple[float, float, float, float]
+Axis = Literal["X", "Y", "Z"]
+UnitSource = Literal["file metadata", "option", "format default"]
+
+MAX_METADATA, MAX_TEXT = 32, 200
+
+
+class MeshError(LabgymError, ValueError):
+    """A mesh file that cannot be used: names the file, what is wrong and the remedy.
+
+    Attributes:
+        file: the file as it was named. problem: what is wrong and what to do, without the file's name.
+    """
+
+    def __init__(self, file: object, problem: str) -> None:
+        self.file = str(file)
+        self.problem = problem
+        super().__init__(f"{self.file}: {problem}")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How much of a file is accepted; what is beyond is refused, not cut.
+
+    Attributes:
+        bytes: of the file, and of all files that a USD stage is composed of. vertices, faces, parts: of the mesh with
+            all its instances. layers, prims, depth: of a USD stage; depth also of a glTF's nodes.
+        seconds, memory: wall-clock time and bytes that the process that reads USD or GLB may take.
+    """
+
+    bytes: int = 256 * 1024**2
+    vertices: int = 2_000_000
+    faces: int = 2_000_000
+    parts: int = 4_000
+    layers: int = 256
+    prims: int = 50_000
+    depth: int = 64
+    seconds: int = 120
+    memory: int = 6 * 1024**3
+
+
+LIMITS = Limits()
+
+
+@dataclass(frozen=True)
+class MeshPart:
+    """One body of a mesh file.
+
+    Attributes:
+        vertices: (n, 3) float64. faces: (m, 3) int64, wound outwards.
+        color: red, green, blue as sRGB and opacity, in [0, 1]; None where the file gives none.
+        material: the material's name in the file.
+    """
+
+    name: str
+    vertices: Points
+    faces: Faces
+    color: Rgba | None = None
+    material: str | None = None
+
+
+@dataclass(frozen=True)
+class RawMesh:
+    """Parts in a file's own unit and axes, with its instances and transforms applied.
+
+    Attributes:
+        unit: metres per unit as the file says, None where it does not. up_axis: as the file or its format says.
+        metadata: at most 32 texts of at most 200 characters.
+    """
+
+    parts: tuple[MeshPart, ...]
+    name: str
+    unit: float | None
+    up_axis: Axis
+    metadata: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """A mesh file in metres, z up; origin and heading are the file's.
+
+    Attributes:
+        parts: bodies with vertices in metres.
+        name: what the file calls its object, else the file's stem. path: the file as it was named.
+        source_unit: name of the file's unit, or "N m" for one without a name. unit_from: who said so.
+        up_axis: the file's own. metadata: at most 32 texts of at most 200 characters; untrusted.
+    """
+
+    parts: tuple[MeshPart, ...]
+    name: str
+    path: str
+    source_unit: str
+    unit_from: UnitSource
+    up_axis: Axis
+    metadata: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def bounds(self) -> Points:
+        """Least and greatest coordinates, shape (2, 3), metres."""
+        return np.array(
+            [
+                np.min([part.vertices.min(axis=0) for part in self.parts], axis=0),
+                np.max([part.vertices.max(axis=0) for part in self.parts], axis=0),
+            ]
+        )
+
+
+@dataclass(frozen=True)
+class PhysicalMesh:
+    """A mesh in the frame of an asset: metres, z up, front along +y, origin at the centre of the bottom face.
+
+    Attributes:
+        size: bounding box.
+        watertight: whether every part is closed and consistently wound.
+        volume: of the parts together in cubic metres, overlaps counted twice; None where not watertight.
+        convex: (vertices (n, 3), faces (m, 3)) of convex bodies that together stand for the mesh in collisions.
+        decomposed_by: how they were made.
+    """
+
+    name: str
+    parts: tuple[MeshPart, ...]
+    size: Size
+    watertight: bool
+    volume: float | None
+    convex: tuple[tuple[Points, Faces], ...]
+    decomposed_by: Literal["coacd", "convex hull"]
+
+
+def bounded_metadata(pairs: dict[str, object]) -> dict[str, str]:
+    """Return metadata within bounds: printable text alone, the first entries where there are too many."""
+    texts: dict[str, str] = {}
+    for key, value in pairs.items():
+        text = printable(value)
+        if text and len(texts) < MAX_METADATA:
+            texts[printable(key)] = text
+    return texts
+
+
+def printable(text: object, limit: int = MAX_TEXT) -> str:
+    """Return text of a file nobody trusts as one printable line of at most `limit` characters."""
+    return "".join(char if char.isprintable() else " " for char in str(text)[: 4 * limit]).strip()[:limit]

@@ -1,0 +1,103 @@
+"""One entry for every mesh format: bounded reading, checks that all formats share, then metres and z up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from labgym.assets.meshes.glb import read_glb
+from labgym.assets.meshes.isolated import read_usd
+from labgym.assets.meshes.model import (
+    LIMITS,
+    Axis,
+    Limits,
+    MeshError,
+    MeshFile,
+    MeshPart,
+    Points,
+    RawMesh,
+    UnitSource,
+)
+from labgym.assets.meshes.obj import read_obj
+from labgym.assets.meshes.stl import read_stl
+from labgym.errors import UnknownNameError
+
+UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "um": 1e-6, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
+"""Metres per unit."""
+DEFAULT_UNITS = {".stl": "mm", ".obj": "m", ".glb": "m", ".usd": "cm", ".usda": "cm", ".usdc": "cm", ".usdz": "cm"}
+"""What a file without a unit is taken to be in: by the standards of glTF and USD, by custom for STL and OBJ."""
+FORMATS = tuple(DEFAULT_UNITS)
+FAR = 1e6
+"""Greatest coordinate in metres."""
+
+_READERS: dict[str, Callable[[Path, bytes, Limits], RawMesh]] = {".stl": read_stl, ".obj": read_obj, ".glb": read_glb}
+TO_Z_UP: dict[Axis, Points] = {
+    "X": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+    "Y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+    "Z": np.eye(3),
+}
+"""Rotation from axes with that one up to z up."""
+
+
+def read_mesh(path: Path, unit: str | None = None, up: Axis | None = None, limits: Limits = LIMITS) -> MeshFile:
+    """Read a USD, GLB, OBJ or STL file into metres with z up. No texture and no network address is ever opened.
+
+    Args:
+        unit: name in `UNITS`; overrides what the file says.
+        up: axis that points up in the file; overrides what the file or its format says.
+        limits: how large a file is accepted.
+
+    Raises:
+        MeshError: missing, of an unknown format, hostile, broken, without faces, or beyond the limits.
+        UnknownNameError: no such unit.
+        MissingDependencyError: a USD file, and usd-core is not installed.
+    """
+    path = Path(path)
+    if unit is not None and unit not in UNITS:
+        raise UnknownNameError("unit", unit, UNITS)
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
+        raise MeshError(path, f"files of type {suffix or 'without a suffix'!r} are not read; use {', '.join(FORMATS)}")
+    if not path.is_file():
+        raise MeshError(path, "no such file" if not path.exists() else "not a regular file")
+    size = path.stat().st_size
+    if not 0 < size <= limits.bytes:
+        raise MeshError(
+            path, f"{size} bytes, expected 1 to {limits.bytes}; " + ("export it again", "simplify it")[size > 0]
+        )
+    raw = _READERS[suffix](path, path.read_bytes(), limits) if suffix in _READERS else read_usd(path, limits)
+    scale, name, said_by = _unit(path, raw, unit, DEFAULT_UNITS[suffix])
+    axis = up or raw.up_axis
+    parts = tuple(_checked(path, part, scale, TO_Z_UP[axis]) for part in raw.parts if len(part.faces))
+    if not parts:
+        raise MeshError(path, "has no faces; export the model's surface as a mesh")
+    return MeshFile(parts, raw.name or path.stem, str(path), name, said_by, axis, raw.metadata)
+
+
+def _unit(path: Path, raw: RawMesh, given: str | None, default: str) -> tuple[float, str, UnitSource]:
+    """Return metres per unit, the unit's name and who said so."""
+    if given is not None:
+        return UNITS[given], given, "option"
+    if raw.unit is None:
+        return UNITS[default], default, "format default"
+    if not (np.isfinite(raw.unit) and 1e-9 <= raw.unit <= 1e6):
+        raise MeshError(path, f"says that its unit is {raw.unit:g} m; name the right one with the option unit")
+    names = [name for name, scale in UNITS.items() if abs(scale - raw.unit) <= 1e-6 * scale]
+    return raw.unit, names[0] if names else f"{raw.unit:g} m", "file metadata"
+
+
+def _checked(path: Path, part: MeshPart, scale: float, turn: Points) -> MeshPart:
+    vertices, faces = np.asarray(part.vertices, dtype=np.float64), np.asarray(part.faces, dtype=np.int64)
+    if not (faces.min() >= 0 and faces.max() < len(vertices)):
+        problem = f"part {part.name!r}: a face names vertex {faces.max()}, {len(vertices)} vertices are given"
+        raise MeshError(path, f"{problem}; export it again")
+    if not np.isfinite(vertices).all():
+        raise MeshError(path, f"part {part.name!r} has a vertex that is not a number or infinite; export it again")
+    metres = scale * vertices
+    if np.abs(metres).max() > FAR:
+        reach = f"{np.abs(metres).max():.3g} m from its origin, expected at most {FAR:g} m"
+        raise MeshError(path, f"part {part.name!r} reaches {reach}; check the unit")
+    used, compact = np.unique(faces, return_inverse=True)
+    return MeshPart(part.name, metres[used] @ turn.T, compact.reshape(-1, 3), part.color, part.material)
