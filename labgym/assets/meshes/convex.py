@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-import trimesh
-from scipy.spatial import ConvexHull, QhullError
 
 from labgym.assets.meshes.model import Faces, MeshPart, Points
 
@@ -37,6 +35,9 @@ def decompose(parts: Sequence[MeshPart]) -> tuple[tuple[Convex, ...], Method]:
 
 def hull(points: Points) -> Convex:
     """Return the convex hull of points (n, 3), wound outwards; a box at least 0.1 mm thick where they are flat."""
+    import trimesh
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         if np.ptp(points, axis=0).min() >= THIN:
             found = ConvexHull(points)
@@ -65,6 +66,7 @@ def _grouped(parts: Sequence[MeshPart]) -> Sequence[MeshPart]:
 
 def _decomposed(part: MeshPart) -> list[Convex]:
     import coacd
+    import trimesh
 
     around = hull(part.vertices)
     mesh = trimesh.Trimesh(part.vertices, part.faces)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 from pydantic import ValidationError
 
 from labgym.assets.meshes.convex import decompose as decomposed
@@ -37,6 +36,8 @@ def normalise(mesh: MeshFile, front: str | None = None, decompose: bool = True) 
         MeshError: the bounding box is flat or beyond the 10 m of an asset, or the front looks up or down.
         UnknownNameError: no such direction.
     """
+    import trimesh  # here, so that the process that reads USD starts without it
+
     turn = _heading(mesh, FRONTS[mesh.up_axis] if front is None else front)
     turned = [part.vertices @ turn.T for part in mesh.parts]
     low = np.min([vertices.min(axis=0) for vertices in turned], axis=0)
