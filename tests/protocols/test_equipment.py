@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from labgym.assets import Catalog
 from labgym.protocols import Finding, Protocol, ReagentUse, Step, examine, protocols, validate
@@ -397,3 +399,28 @@ def test_names_that_the_catalogue_lacks_do_not_stop_the_examination():
 )
 def test_vapour_pressures_are_near_those_of_steam_tables(boiling_point, temperature, associated, bar, tolerance):
     assert vapour_pressure(boiling_point, temperature, associated) == pytest.approx(bar, rel=tolerance)
+
+
+NAMES = [asset.name for asset in CATALOG]
+STEPS = st.builds(
+    step,
+    action=st.sampled_from(
+        ("Weigh", "Add", "Heat", "Reflux", "Distill", "Concentrate", "Quench", "Wash", "Filter", "Odd")
+    ),
+    uses=st.lists(st.sampled_from(NAMES), max_size=6).map(" ".join),
+    temperature=st.none() | st.floats(-273.0, 2999.0),
+    text=st.text(max_size=40)
+    | st.sampled_from(("stoppered, 0 mbar", "99999 rpm", "add water (1 L)", "pour", "vacuum")),
+    place=st.sampled_from(NAMES),
+)
+AMOUNTS = st.dictionaries(st.sampled_from(NAMES), st.sampled_from(("", "0 mL", "3 x 1 L", "9 kg", "1 mol", "1e9 mL")))
+
+
+@settings(max_examples=150, deadline=None)
+@given(AMOUNTS, st.lists(STEPS, min_size=1, max_size=8))
+def test_any_protocol_of_catalogue_names_is_examined_without_failing(amounts, steps):
+    protocol = made(amounts, *steps)
+    findings = examine(protocol)
+    assert all(finding.step is None or 1 <= finding.step <= len(steps) for finding in findings)
+    assert all("\n" not in finding.message and finding.suggestion for finding in findings)
+    assert findings == examine(protocol)
