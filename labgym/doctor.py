@@ -67,7 +67,7 @@ def examine() -> tuple[Finding, ...]:
 
     Whatever may crash or hang, such as an OpenGL driver, is tried in a process of its own with a time limit.
     """
-    return (*_machine(), *_packages(), *_artefacts(), _episode(), *_renderers(), _display())
+    return (*_machine(), *_packages(), *_artefacts(), _episode(), *_renderers(), _display(), _language_model())
 
 
 def healthy(findings: Sequence[Finding]) -> bool:
@@ -164,6 +164,21 @@ def _renderers() -> Iterator[Finding]:
 def _display() -> Finding:
     name = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
     return Finding("display", "ok" if name else "optional", name or "none; only an interactive viewer needs one")
+
+
+def _language_model() -> Finding:
+    subject = "language model"
+    try:
+        from labgym.llm.config import LanguageModelConfig
+    except ImportError as error:
+        return Finding(subject, "optional", str(error), "mend the packages above")
+    if not LanguageModelConfig.configured():
+        return Finding(subject, "optional", "none configured; rules describe assets and write protocols")
+    try:
+        config = LanguageModelConfig.from_environment()
+    except LabgymError as error:
+        return Finding(subject, "optional", "configured wrongly", str(error))
+    return Finding(subject, "ok", f"{config.model} at {config.base_url}{', replayed' if config.replay else ''}")
 
 
 def _probe(code: str, **environment: str) -> tuple[bool, str]:

@@ -59,3 +59,17 @@ def test_the_command_exits_with_the_verdict():
     assert done.returncode == 0
     assert done.stderr == ""
     assert "renderer egl" in done.stdout
+
+
+def test_the_language_model_is_named_without_its_key(monkeypatch):
+    for name in ("BASE_URL", "MODEL", "API_KEY", "TIMEOUT"):
+        monkeypatch.delenv(f"LABGYM_LLM_{name}", raising=False)
+    assert doctor._language_model().state == "optional"
+    monkeypatch.setenv("LABGYM_LLM_BASE_URL", "http://127.0.0.1:1/v1")
+    monkeypatch.setenv("LABGYM_LLM_MODEL", "local")
+    monkeypatch.setenv("LABGYM_LLM_API_KEY", "sk-secret")
+    assert doctor._language_model() == Finding("language model", "ok", "local at http://127.0.0.1:1/v1")
+    monkeypatch.setenv("LABGYM_LLM_TIMEOUT", "soon")
+    wrong = doctor._language_model()
+    assert "LABGYM_LLM_TIMEOUT" in wrong.remedy
+    assert healthy([wrong])
