@@ -19,6 +19,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from tyro.extras import SubcommandApp
 
 from labgym import protocols as library
+from labgym.cli_assets import assets_app
 from labgym.cli_outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
 from labgym.cli_protocols import protocols_app
 from labgym.cli_training import card_app, data, train_app
@@ -31,7 +32,7 @@ Protocol_ = Positional[Annotated[str, arg(metavar="PROTOCOL")]]
 
 app = SubcommandApp()
 
-GROUPS = {"protocols": protocols_app}
+GROUPS = {"assets": assets_app, "protocols": protocols_app}
 """Commands that do something without the name of a further command."""
 
 
@@ -50,31 +51,7 @@ def run(config: OmitArgPrefixes[RunConfig]) -> int:
     return complaints(outcome.problems)
 
 
-@app.command
-def assets(
-    name: Positional[str | None] = None,
-    kind: Literal["reagent", "instrument", "facility"] | None = None,
-    check: bool = False,
-) -> int:
-    """List the catalogue, describe one asset, or check that the catalogue is plausible.
-
-    Args:
-        name: Name or synonym of an asset, in English or Chinese; nothing lists all.
-        kind: List the assets of this kind alone.
-        check: Check sizes, hazards and chemistry of every asset; exit 1 where something is wrong.
-    """
-    from labgym.assets import Catalog
-    from labgym.describe import asset_details, asset_table
-
-    catalog = Catalog.load()
-    if check:
-        from labgym.assets.checks import check as check_catalog
-
-        return findings([f"{p.asset}: {p.field}: {p.message}" for p in check_catalog(catalog)])
-    print(asset_details(catalog.find(name)) if name else asset_table(catalog.of_kind(kind) if kind else catalog))
-    return DONE
-
-
+app.command(assets_app, name="assets", help="List the assets, show one, check the catalogue, write USD.")
 app.command(protocols_app, name="protocols", help="List the protocols, show or validate one.")
 
 

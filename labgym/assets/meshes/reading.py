@@ -68,7 +68,16 @@ def read_mesh(path: Path, unit: str | None = None, up: Axis | None = None, limit
             path, f"{size} bytes, expected 1 to {limits.bytes}; " + ("export it again", "simplify it")[size > 0]
         )
     raw = _READERS[suffix](path, path.read_bytes(), limits) if suffix in _READERS else read_usd(path, limits)
-    scale, name, said_by = _unit(path, raw, unit, DEFAULT_UNITS[suffix])
+    return from_raw(path, raw, unit, up)
+
+
+def from_raw(path: Path, raw: RawMesh, unit: str | None = None, up: Axis | None = None) -> MeshFile:
+    """Return what a format's reader found in a file in metres with z up, after the checks that all formats share.
+
+    Raises:
+        MeshError: no faces, faces or vertices out of order, or a unit that makes no sense.
+    """
+    scale, name, said_by = _unit(path, raw, unit, DEFAULT_UNITS[path.suffix.lower()])
     axis = up or raw.up_axis
     parts = tuple(_checked(path, part, scale, TO_Z_UP[axis]) for part in raw.parts if len(part.faces))
     if not parts:

@@ -1,0 +1,19 @@
+"""The catalogue as OpenUSD: one file an asset, with materials, colliders, mass and hazards."""
+
+from labgym.assets.usd.attributes import ATTRIBUTES, NAMESPACE, Attribute
+from labgym.assets.usd.files import check_files, stray_files, usd_folder, usd_path, write_files
+from labgym.assets.usd.stages import asset_text
+from labgym.assets.usd.validation import findings
+
+__all__ = [
+    "ATTRIBUTES",
+    "NAMESPACE",
+    "Attribute",
+    "asset_text",
+    "check_files",
+    "findings",
+    "stray_files",
+    "usd_folder",
+    "usd_path",
+    "write_files",
+]

@@ -1,0 +1,99 @@
+"""Parts and boxes as UsdGeom prims: exact solids where USD has them, meshes where it has not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from labgym.assets.meshes.model import Points
+from labgym.assets.shapes import Part, tessellate
+from labgym.geometry import OrientedBox
+
+STEP = 1e-5
+"""Grid that coordinates are rounded to, metres."""
+_NUDGE = 1e-3
+
+
+def rounded(values: Any) -> Points:
+    """Return coordinates on a grid of 0.01 mm.
+
+    What lies halfway goes up together with what rounding noise puts a little below, so that every machine writes the
+    same numbers.
+    """
+    steps = np.floor(np.asarray(values, dtype=np.float64) / STEP + 0.5 + _NUDGE)
+    # To the nearest double of five decimals, and no negative zero.
+    return np.asarray(np.round(steps * STEP, 5) + 0.0)
+
+
+def write_part(stage: Any, path: str, part: Part) -> Any:
+    """Define a part's prim in the asset's frame and return it. Ellipsoids, revolves and prisms become meshes."""
+    from pxr import Gf, UsdGeom, Vt
+
+    if part.primitive in ("revolve", "prism", "ellipsoid"):
+        vertices, faces = tessellate(part)
+        mesh = UsdGeom.Mesh.Define(stage, path)
+        points = rounded(vertices)
+        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
+        mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, dtype=np.int32)))
+        mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.ravel().astype(np.int32)))
+        mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+        mesh.CreateExtentAttr([Gf.Vec3f(*map(float, points.min(axis=0))), Gf.Vec3f(*map(float, points.max(axis=0)))])
+        return mesh.GetPrim()
+    solid = _solid(stage, path, part)
+    _place(solid, part.position, part.quaternion, part.size if part.primitive == "box" else None)
+    return solid.GetPrim()
+
+
+def write_collider(stage: Any, path: str, box: OrientedBox) -> Any:
+    """Define an invisible box that takes part in collisions, and return its prim."""
+    from pxr import UsdPhysics
+
+    cube = _unit_cube(stage, path)
+    size = (box.width, box.depth, box.z1 - box.z0)
+    _place(cube, (box.x, box.y, (box.z0 + box.z1) / 2.0), (1.0, 0.0, 0.0, 0.0), size)
+    UsdPhysics.CollisionAPI.Apply(cube.GetPrim())
+    return cube.GetPrim()
+
+
+def _solid(stage: Any, path: str, part: Part) -> Any:
+    from pxr import UsdGeom
+
+    radius, height = float(part.size[0] / 2.0), float(part.size[2])
+    if part.primitive == "box":
+        return _unit_cube(stage, path)
+    if part.primitive == "sphere":
+        solid = UsdGeom.Sphere.Define(stage, path)
+    elif part.primitive == "cylinder":
+        solid = UsdGeom.Cylinder.Define(stage, path)
+    else:
+        solid = UsdGeom.Capsule.Define(stage, path)
+        height -= 2.0 * radius
+    # Unrounded: at some diameters tessellation changes the number of sides.
+    solid.CreateRadiusAttr(radius)
+    if part.primitive != "sphere":
+        solid.CreateHeightAttr(max(float(rounded(height)), STEP))
+        solid.CreateAxisAttr(UsdGeom.Tokens.z)
+    solid.CreateExtentAttr(UsdGeom.Boundable.ComputeExtentFromPlugins(solid, 0.0))
+    return solid
+
+
+def _unit_cube(stage: Any, path: str) -> Any:
+    from pxr import Gf, UsdGeom
+
+    cube = UsdGeom.Cube.Define(stage, path)
+    cube.CreateSizeAttr(1.0)
+    cube.CreateExtentAttr([Gf.Vec3f(-0.5), Gf.Vec3f(0.5)])
+    return cube
+
+
+def _place(xformable: Any, position: Any, quaternion: Any, scale: Any) -> None:
+    from pxr import Gf
+
+    xformable.AddTranslateOp().Set(Gf.Vec3d(*map(float, rounded(position))))
+    if tuple(quaternion) != (1.0, 0.0, 0.0, 0.0):
+        w, x, y, z = (float(value) for value in np.round(quaternion, 7) + 0.0)
+        xformable.AddOrientOp().Set(Gf.Quatf(w, x, y, z))
+    if scale is not None:
+        xformable.AddScaleOp().Set(Gf.Vec3f(*map(float, rounded(scale))))
+

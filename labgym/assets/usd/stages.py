@@ -1,0 +1,66 @@
+"""A catalogue asset as a USD layer: geometry, looks, physics and what the catalogue says of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from labgym.assets.model import Asset
+from labgym.assets.shapes import build
+from labgym.assets.usd.attributes import write_attributes
+from labgym.assets.usd.bodies import write_collider, write_part
+from labgym.assets.usd.looks import write_look
+from labgym.errors import MissingDependencyError
+
+
+def asset_text(asset: Asset) -> str:
+    """Return an asset as the text of a USD layer; the same on every machine.
+
+    The default prim is a component of metres and z up with its origin at the centre of the asset's bottom face and
+    its front along +y. Under it are Geometry (what is seen, materials bound), Colliders (boxes of `Asset.solids`,
+    purpose guide) and Looks. It is a rigid body of the asset's mass; facilities are kinematic: they stay where they
+    are put.
+
+    Raises:
+        MissingDependencyError: usd-core is not installed.
+    """
+    try:
+        from pxr import Usd
+    except ImportError:
+        raise MissingDependencyError("usd-core", "writing USD", "usd") from None
+    stage = Usd.Stage.CreateInMemory()
+    _write(stage, asset)
+    return str(stage.GetRootLayer().ExportToString())
+
+
+def _write(stage: Any, asset: Asset) -> None:
+    from pxr import Usd, UsdGeom, UsdPhysics
+
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
+    root = UsdGeom.Xform.Define(stage, f"/{asset.name}").GetPrim()
+    stage.SetDefaultPrim(root)
+    Usd.ModelAPI(root).SetKind("component")
+    Usd.ModelAPI(root).SetAssetName(asset.name)
+    body = UsdPhysics.RigidBodyAPI.Apply(root)
+    if asset.kind == "facility":
+        body.CreateKinematicEnabledAttr(True)
+    UsdPhysics.MassAPI.Apply(root).CreateMassAttr(asset.mass)
+    write_attributes(root, asset)
+    _write_geometry(stage, asset)
+    UsdGeom.Scope.Define(stage, f"/{asset.name}/Colliders").CreatePurposeAttr(UsdGeom.Tokens.guide)
+    for k, box in enumerate(asset.solids()):
+        write_collider(stage, f"/{asset.name}/Colliders/box_{k}", box)
+
+
+def _write_geometry(stage: Any, asset: Asset) -> None:
+    from pxr import UsdGeom, UsdShade
+
+    parts = build(asset)
+    UsdGeom.Scope.Define(stage, f"/{asset.name}/Looks")
+    names = sorted({part.material for part in parts})
+    looks = {name: write_look(stage, f"/{asset.name}/Looks/{name}", name) for name in names}
+    UsdGeom.Scope.Define(stage, f"/{asset.name}/Geometry")
+    for k, part in enumerate(parts):
+        prim = write_part(stage, f"/{asset.name}/Geometry/{part.material}_{k}", part)
+        UsdShade.MaterialBindingAPI.Apply(prim).Bind(looks[part.material])
