@@ -64,7 +64,7 @@ def solvents_stay_in_open_vessels(case: Case) -> Iterator[Finding]:
             continue
         for name in situation.bulk(VOLATILE_SHARE):
             boiling = _boiling_point(case, name)
-            if boiling is not None and temperature > boiling > 30.0:
+            if boiling is not None and temperature > boiling:
                 message = (
                     f"step {step.index} ({step.action}) is at {temperature:g} C; {name} boils at {boiling:g} C and "
                     f"nothing holds it back in {situation.vessel.name}"
