@@ -101,20 +101,19 @@ def score(
 
 
 @app.command(name="compile")
-def compile_(layout: Layout_, out: Path, glb: bool = False) -> int:
-    """Compile a layout into a self-contained MuJoCo scene.
+def compile_(layout: Layout_, out: Path, format: Literal["mjcf", "glb", "usd"] = "mjcf") -> int:  # noqa: A002
+    """Compile a layout into a scene that stands on its own.
 
     Args:
         layout: A layout's .json file, or the id of a published one.
-        out: Folder for scene.xml and its meshes.
-        glb: Also write the scene as GLB, for viewers of 3D models.
+        out: Folder for scene.xml and its meshes, or scene.usda and its assets; for glb the file.
+        format: MuJoCo's MJCF, OpenUSD with physics (extra usd), or GLB for viewers of 3D models.
     """
     from labgym import scenes
     from labgym.envs.tasks import resolve_layout
 
-    given = resolve_layout(layout)
-    written(scenes.write_mjcf(given, out))
-    return written(scenes.write_glb(given, out / "scene.glb")) if glb else DONE
+    write = {"mjcf": scenes.write_mjcf, "glb": scenes.write_glb, "usd": scenes.write_usd}[format]
+    return written(write(resolve_layout(layout), out))
 
 
 @app.command

@@ -208,9 +208,18 @@ def test_a_layout_is_generated_scored_drawn_and_compiled(call, tmp_path):
     code, out, _ = call("score", "lab.json", "--json")
     assert json.loads(out)["protocol"] == "pro_01"
     assert call("view", "lab.json", "--out", "lab.svg")[:2] == (0, "lab.svg\n")
-    code, out, _ = call("compile", "lab.json", "--out", "scene")
-    assert code == 0
-    assert Path(out.strip()).is_file()
+    for form, target in (("mjcf", "scene"), ("usd", "stage"), ("glb", "lab.glb")):
+        code, out, _ = call("compile", "lab.json", "--out", target, "--format", form)
+        assert code == 0
+        assert Path(out.strip()).is_file()
+
+
+def test_assets_become_usd_files_that_are_then_current(call, tmp_path):
+    assert call("assets", "build", "GlassRod", "烧杯", "--out", "usd")[:2] == (0, "usd\n")
+    assert files(tmp_path) == ["usd/instrument/Beaker.usda", "usd/instrument/GlassRod.usda"]
+    assert call("assets", "build", "GlassRod", "--out", "usd", "--check")[:2] == (0, "nothing wrong\n")
+    code, out, _ = call("assets", "build", "Acetone", "--out", "usd", "--check")
+    assert (code, "Acetone.usda is missing" in out) == (1, True)
 
 
 def test_a_layout_with_violations_fails_its_check(call, tmp_path):

@@ -7,6 +7,7 @@ from labgym.scenes.mjcf import to_mjcf
 from labgym.scenes.opengl import MissingRendererError, make_renderer
 from labgym.scenes.rays import RayScene
 from labgym.scenes.render import asset_sheet, render
+from labgym.scenes.usd import write_usd
 from labgym.scenes.views import View, views
 
 __all__ = [
@@ -24,4 +25,5 @@ __all__ = [
     "views",
     "write_glb",
     "write_mjcf",
+    "write_usd",
 ]

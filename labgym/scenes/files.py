@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tempfile
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -13,9 +12,9 @@ import trimesh
 
 from labgym.assets.shapes import MATERIALS
 from labgym.documents import write_bytes
-from labgym.errors import LabgymError
 from labgym.layouts import Layout, Placement
 from labgym.scenes.building import Array, Faces, room_patches
+from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh, floor_mesh
 from labgym.scenes.mjcf import to_mjcf
 
@@ -33,20 +32,14 @@ def write_mjcf(layout: Layout, folder: str | Path) -> Path:
         LabgymError: the folder exists and holds something else than a scene.
     """
     folder = Path(folder)
-    _check_replaceable(folder)
-    spec = to_mjcf(layout)
-    meshes = _move_meshes_to_files(spec)
-    spec.compile()
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as temporary:
-        fresh = Path(temporary) / "fresh"
-        (fresh / MESH_FOLDER).mkdir(parents=True)
+    with whole_folder(folder, (SCENE_FILE, MESH_FOLDER), "compiled scene") as fresh:
+        spec = to_mjcf(layout)
+        meshes = _move_meshes_to_files(spec)
+        spec.compile()
+        (fresh / MESH_FOLDER).mkdir()
         for name, content in meshes.items():
             (fresh / MESH_FOLDER / name).write_bytes(content)
         (fresh / SCENE_FILE).write_text(_portable(spec.to_xml()), encoding="utf-8")
-        if folder.exists():
-            folder.rename(Path(temporary) / "replaced")
-        fresh.rename(folder)
     return folder / SCENE_FILE
 
 
@@ -96,13 +89,6 @@ def _painted(vertices: Array, faces: Faces, material: str) -> trimesh.Trimesh:
         )
     )
     return mesh
-
-
-def _check_replaceable(folder: Path) -> None:
-    if folder.exists() and not (
-        folder.is_dir() and {entry.name for entry in folder.iterdir()} <= {SCENE_FILE, MESH_FOLDER}
-    ):
-        raise LabgymError(f"{folder}: exists and is not a compiled scene; name another folder or remove it")
 
 
 def _move_meshes_to_files(spec: mujoco.MjSpec) -> dict[str, bytes]:

@@ -1,7 +1,9 @@
 """The catalogue as OpenUSD: one file an asset, with materials, colliders, mass and hazards."""
 
 from labgym.assets.usd.attributes import ATTRIBUTES, NAMESPACE, Attribute
+from labgym.assets.usd.bodies import write_collider, write_mesh
 from labgym.assets.usd.files import check_files, stray_files, usd_folder, usd_path, write_files
+from labgym.assets.usd.looks import write_look
 from labgym.assets.usd.stages import asset_text
 from labgym.assets.usd.validation import findings
 
@@ -15,5 +17,8 @@ __all__ = [
     "stray_files",
     "usd_folder",
     "usd_path",
+    "write_collider",
     "write_files",
+    "write_look",
+    "write_mesh",
 ]

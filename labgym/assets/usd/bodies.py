@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from labgym.assets.meshes.model import Points
+from labgym.assets.meshes.model import Faces, Points
 from labgym.assets.shapes import Part, tessellate
 from labgym.geometry import OrientedBox
 
@@ -28,21 +28,26 @@ def rounded(values: Any) -> Points:
 
 def write_part(stage: Any, path: str, part: Part) -> Any:
     """Define a part's prim in the asset's frame and return it. Ellipsoids, revolves and prisms become meshes."""
-    from pxr import Gf, UsdGeom, Vt
-
     if part.primitive in ("revolve", "prism", "ellipsoid"):
-        vertices, faces = tessellate(part)
-        mesh = UsdGeom.Mesh.Define(stage, path)
-        points = rounded(vertices)
-        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
-        mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, dtype=np.int32)))
-        mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.ravel().astype(np.int32)))
-        mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-        mesh.CreateExtentAttr([Gf.Vec3f(*map(float, points.min(axis=0))), Gf.Vec3f(*map(float, points.max(axis=0)))])
-        return mesh.GetPrim()
+        return write_mesh(stage, path, *tessellate(part))
     solid = _solid(stage, path, part)
     _place(solid, part.position, part.quaternion, part.size if part.primitive == "box" else None)
     return solid.GetPrim()
+
+
+def write_mesh(stage: Any, path: str, vertices: Points, faces: Faces) -> Any:
+    """Define a mesh of triangles on the grid of `rounded` and return its prim."""
+    from pxr import Gf, UsdGeom, Vt
+
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    points = rounded(vertices)
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
+    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, dtype=np.int32)))
+    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.ravel().astype(np.int32)))
+    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    mesh.CreateExtentAttr([Gf.Vec3f(*low), Gf.Vec3f(*high)])
+    return mesh.GetPrim()
 
 
 def write_collider(stage: Any, path: str, box: OrientedBox) -> Any:
@@ -96,4 +101,3 @@ def _place(xformable: Any, position: Any, quaternion: Any, scale: Any) -> None:
         xformable.AddOrientOp().Set(Gf.Quatf(w, x, y, z))
     if scale is not None:
         xformable.AddScaleOp().Set(Gf.Vec3f(*map(float, rounded(scale))))
-

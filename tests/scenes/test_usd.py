@@ -1,0 +1,104 @@
+"""A layout as a USD stage: where everything stands, what is solid, and that the folder stands on its own."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pxr")
+from pxr import Usd, UsdGeom, UsdPhysics
+
+from labgym.assets.meshes import read_mesh
+from labgym.assets.usd import findings
+from labgym.errors import LabgymError
+from labgym.layouts import Layout, load_published
+from labgym.scenes import scene_mesh, write_usd
+
+
+@pytest.fixture
+def stage(laboratory: Layout, tmp_path: Path) -> Usd.Stage:
+    return Usd.Stage.Open(str(write_usd(laboratory, tmp_path / "scene")))
+
+
+def test_a_stage_is_clean_under_all_validators_of_openusd(stage: Usd.Stage) -> None:
+    assert findings(stage) == ()
+    assert stage.GetCompositionErrors() == []
+
+
+def test_a_published_laboratory_is_clean_too(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    layout = load_published("val", "val-alk_01")
+    stage = Usd.Stage.Open(str(write_usd(layout, tmp_path / "scene")))
+    assert findings(stage) == ()
+    assert len(stage.GetPrimAtPath("/Laboratory/Placements").GetChildren()) == len(layout.placements)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_everything_seen_is_where_the_scene_has_it(laboratory: Layout, tmp_path: Path) -> None:
+    """The stage, read back as a mesh, has the triangles of the scene that labgym's own sensors see."""
+    mesh = read_mesh(write_usd(laboratory, tmp_path / "scene"))
+    expected = scene_mesh(laboratory)
+    assert sum(len(part.faces) for part in mesh.parts) == len(expected.faces)
+    found = np.concatenate([part.vertices[part.faces].mean(axis=1) for part in mesh.parts])
+    centres = expected.vertices[expected.faces].mean(axis=1)
+    np.testing.assert_allclose(_sorted(found), _sorted(centres), atol=2e-4)
+
+
+def _sorted(points: np.ndarray) -> np.ndarray:
+    """Return each coordinate's values in order: the same for two clouds of the same points."""
+    return np.sort(points, axis=0)
+
+
+def test_colliders_are_the_solids_of_the_layout(laboratory: Layout, stage: Usd.Stage) -> None:
+    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.guide])
+    for placement in laboratory.placements:
+        prim = stage.GetPrimAtPath(f"/Laboratory/Placements/{placement.id}")
+        box = cache.ComputeWorldBound(prim.GetChild("Colliders")).ComputeAlignedRange()
+        solids = laboratory.solids(placement.id)
+        plane = np.array([solid.bounds() for solid in solids])
+        low = (*plane[:, :2].min(axis=0), min(solid.z0 for solid in solids))
+        high = (*plane[:, 2:].max(axis=0), max(solid.z1 for solid in solids))
+        np.testing.assert_allclose([box.GetMin(), box.GetMax()], [low, high], atol=1e-4)
+    walls = stage.GetPrimAtPath("/Laboratory/Room/Colliders").GetChildren()
+    assert {prim.GetName() for prim in walls} == {"front", "back", "left", "right", "floor"}
+    assert all(prim.HasAPI(UsdPhysics.CollisionAPI) for prim in walls)
+
+
+def test_furniture_and_what_hangs_stays_put_and_the_rest_can_fall(laboratory: Layout, stage: Usd.Stage) -> None:
+    for placement in laboratory.placements:
+        body = UsdPhysics.RigidBodyAPI(stage.GetPrimAtPath(f"/Laboratory/Placements/{placement.id}"))
+        stays = laboratory.asset(placement.id).kind == "facility" or placement.support == "wall"
+        assert bool(body.GetKinematicEnabledAttr().Get()) is stays, placement.id
+    scene = UsdPhysics.Scene(stage.GetPrimAtPath("/Laboratory/Physics"))
+    assert scene.GetGravityMagnitudeAttr().Get() == pytest.approx(9.81)
+
+
+def test_the_folder_can_be_moved_and_is_the_same_every_time(laboratory: Layout, tmp_path: Path) -> None:
+    write_usd(laboratory, tmp_path / "scene")
+    first = {path.name: path.read_bytes() for path in (tmp_path / "scene").rglob("*.usda")}
+    write_usd(laboratory, tmp_path / "scene")
+    assert {path.name: path.read_bytes() for path in (tmp_path / "scene").rglob("*.usda")} == first
+    (tmp_path / "scene").rename(tmp_path / "moved")
+    assert Usd.Stage.Open(str(tmp_path / "moved" / "scene.usda")).GetCompositionErrors() == []
+    assert str(tmp_path).encode() not in b"".join(first.values())
+
+
+def test_a_folder_of_something_else_is_left_alone(laboratory: Layout, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("keep")
+    with pytest.raises(LabgymError, match=r"not a USD stage"):
+        write_usd(laboratory, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_ids_that_usd_cannot_take_are_kept_as_attributes(laboratory: Layout, tmp_path: Path) -> None:
+    clock = next(p for p in laboratory.placements if p.id == "clock")
+    twins = tuple(clock.model_copy(update={"id": name}) for name in ("1-a", "1.a", "1_a"))
+    layout = laboratory.replace(placements=twins)
+    stage = Usd.Stage.Open(str(write_usd(layout, tmp_path / "scene")))
+    prims = stage.GetPrimAtPath("/Laboratory/Placements").GetChildren()
+    assert {prim.GetAttribute("labgym:id").Get() for prim in prims} == {"1-a", "1.a", "1_a"}
+    assert len(prims) == 3
+    turned = UsdGeom.XformCache().GetLocalToWorldTransform(prims[0])
+    assert math.atan2(turned[0][1], turned[0][0]) == pytest.approx(clock.yaw)
