@@ -1,7 +1,8 @@
-"""The commands about protocols: listing, showing, validating, searching."""
+"""The commands about protocols: listing, showing, validating, searching, writing."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ from tyro.conf import Positional, arg
 
 from labgym import protocols as library
 from labgym.cli_group import CommandGroup
-from labgym.cli_outcome import DONE, findings
+from labgym.cli_outcome import DONE, findings, written
 from labgym.protocols import Protocol
 
 protocols_app = CommandGroup("show")
@@ -45,6 +46,25 @@ def search(text: Positional[str], count: int = 5, keyword_only: bool = False) ->
 
     print(search_results(retrieve(text, count, keyword_only)))
     return DONE
+
+
+@protocols_app.command
+def new(text: Positional[str], out: Path = Path(), keyword_only: bool = False) -> int:
+    """Write a protocol for a description in English or Chinese; what it assumes is told on standard error.
+
+    A description that names unknown substances, no reaction, or something dangerous is refused and nothing is written.
+
+    Args:
+        text: What is to be done, such as "Reduce benzophenone with NaBH4 in methanol at 0 C for 30 min".
+        out: A .json file, or a folder for a file named after the protocol.
+        keyword_only: Search the library without sentence embeddings.
+    """
+    from labgym.protocols.synthesis import synthesize
+
+    made = synthesize(text, keyword_only=keyword_only)
+    for remark in (*made.notes, *(f"advice: {line}" for line in made.advice)):
+        print(f"labgym: {remark}", file=sys.stderr)
+    return written(made.protocol.save(out if out.suffix == ".json" else out / f"{made.protocol.id}.json"))
 
 
 @protocols_app.command

@@ -1,7 +1,7 @@
 """What free text in English or Chinese speaks of: assets, classes of substances, operations."""
 
 from labgym.protocols.language.concepts import concepts, gloss
-from labgym.protocols.language.mentions import Mention, mentions
+from labgym.protocols.language.mentions import Mention, mentions, without_chinese_names
 from labgym.protocols.language.scripts import language_of
 
-__all__ = ["Mention", "concepts", "gloss", "language_of", "mentions"]
+__all__ = ["Mention", "concepts", "gloss", "language_of", "mentions", "without_chinese_names"]

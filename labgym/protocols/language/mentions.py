@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,6 +14,14 @@ from labgym.protocols.language.folding import Folded
 from labgym.protocols.language.words import words
 
 MAX_FORM = 60
+_RADICAL_BEFORE = re.compile(r"(?:(?<![A-Za-z])(?:\d[\d,']*|[NOopm])|[a-z](?:o|yl|oxy))-$|(?<![a-z])[a-z]{2,}yl $")
+"""The end of a text after which a name only goes on: a locant or a radical, "4-bromo-" or "allyl "."""
+_HAN_BEFORE = frozenset("甲乙丙丁戊己庚辛苯氯溴碘氟硝羟氨间邻叔异仲环酰基代酸三四")
+_HAN_AFTER = re.compile(
+    r"(?:[甲乙丙丁戊己苄苯叔异正]*[酯醚酸醇酮醛胺烷烯炔腈酐酚肼脲]|[甲乙丙丁苄苯]+基|[基酰钠钾])(?!化)"
+)
+_NO_WATER_AFTER, _NO_WATER_BEFORE = tuple("脱分无排吸含氨盐冰"), tuple("解浴合蒸相层杨性洗泵")
+"""Neighbours of 水 in words that name no water that is taken: 脱水, 水解, 水浴."""
 MentionKind = Literal["reagent", "instrument", "facility", "class"]
 
 
@@ -38,6 +47,10 @@ class _Form:
     kind: MentionKind
     name: str
 
+    @property
+    def chemical(self) -> bool:
+        return self.kind in ("reagent", "class")
+
     def fits(self, span: str) -> bool:
         """Say whether a span of the text that folds to this form may mean it."""
         if span.lower() in words().everyday:
@@ -57,6 +70,14 @@ def mentions(text: str) -> tuple[Mention, ...]:
     return tuple(_scan(text))
 
 
+def without_chinese_names(text: str) -> str:
+    """Return a text with the Chinese names of reagents blanked, for 硼氢化钠 speaks of no 氢化 (hydrogenation)."""
+    for mention in mentions(text):
+        if mention.kind == "reagent" and _chinese(mention.text):
+            text = text[: mention.start] + " " * len(mention.text) + text[mention.end :]
+    return text
+
+
 def _scan(text: str) -> Iterator[Mention]:
     folded = Folded.of(text)
     forms = _forms()
@@ -71,7 +92,7 @@ def _scan(text: str) -> Iterator[Mention]:
                     continue
                 start, end = folded.places[index], folded.places[stop - 1] + 1
                 span = text[start : folded.places[index + length - 1] + 1]
-                if form.fits(span):
+                if form.fits(span) and not (form.chemical and _inside_longer_name(text, start, end)):
                     yield Mention(start, end, text[start:end], form.kind, form.name)
                     step = stop - index
                     break
@@ -83,6 +104,18 @@ def _end(folded: Folded, index: int) -> int | None:
     if folded.ends(index):
         return index
     return index + 1 if folded.plain[index] == "s" and folded.ends(index + 1) else None
+
+
+def _inside_longer_name(text: str, start: int, end: int) -> bool:
+    """Say whether a name is the rest of another, as aniline is in 4-bromo-aniline or 苯胺 in 乙酰苯胺."""
+    if not _chinese(text[start]):
+        return _RADICAL_BEFORE.search(text, max(0, start - 40), start) is not None
+    single, before, after = end - start == 1, text[start - 1 : start], text[end : end + 1]
+    if _HAN_AFTER.match(text, end) or (single and after in ("化", "代")):
+        return True
+    if text[start:end] == "水" and (before in _NO_WATER_AFTER or after in _NO_WATER_BEFORE):
+        return True
+    return before in _HAN_BEFORE if before != "对" else "进行" not in text[end : end + 12]
 
 
 def _chinese(text: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from labgym.protocols.language import concepts, gloss, mentions
+from labgym.protocols.language import concepts, gloss, mentions, without_chinese_names
 from labgym.protocols.language.words import words
 
 _WORD = re.compile(r"[a-z][a-z]+|\d+(?:\.\d+)?")
@@ -29,7 +29,7 @@ def terms(text: str) -> list[str]:
     plain = " ".join([*rest, text[last:]]).lower()
     return [
         *(f"asset:{mention.name}" for mention in found if mention.kind != "class"),
-        *(f"concept:{name}" for name in concepts(text)),
+        *(f"concept:{name}" for name in concepts(without_chinese_names(text))),
         *(stem(word) for word in _WORD.findall(text.lower()) if word not in words().english_words),
         *(run[i : i + 2] for run in _HAN.findall(plain) for i in range(max(len(run) - 1, 1))),
     ]

@@ -1,0 +1,122 @@
+"""How hot and how long: what the text says, else what the kind of reaction needs, below the boiling point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from labgym.protocols.synthesis.precedents import Precedent
+from labgym.protocols.synthesis.quantities import ROOM_TEMPERATURE
+from labgym.protocols.synthesis.reading import Clause
+from labgym.protocols.synthesis.roles import Part
+from labgym.protocols.synthesis.transformations import Transformation
+
+WARM, COLD = 30.0, 15.0
+NEAR_BOILING = 4.0
+HOLDING = ("Stir", "Heat", "Reflux", "Distill", None)
+ADDING = ("Add", "Cool", "Dissolve")
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A stretch of the reaction: action, degrees Celsius, minutes."""
+
+    action: str
+    temperature: float
+    duration: float
+
+
+def boiling_point(parts: Sequence[Part]) -> tuple[float, str] | None:
+    """Return the lowest boiling point among the solvents with the solvent's name, or None without solvents."""
+    points = [
+        (part.asset.chemistry.boiling_point, part.asset.name)
+        for part in parts
+        if "solvent" in part.role
+        and part.asset.chemistry is not None
+        and part.asset.chemistry.boiling_point is not None
+    ]
+    return min(points, default=None)
+
+
+def holds(
+    kind: Transformation,
+    clauses: Sequence[Clause],
+    parts: Sequence[Part],
+    known: Precedent | None,
+    notes: list[str],
+) -> tuple[Hold, ...]:
+    """Return the stretches of the reaction in order, at least one; a temperature that had to give is noted.
+
+    Where the text says neither how hot nor how long, it is done as in a known precedent.
+    """
+    boiling = boiling_point(parts)
+    wanted = [
+        clause
+        for clause in clauses
+        if (clause.operation.action if clause.operation else None) in HOLDING
+        and (clause.temperature is not None or clause.duration is not None or _is(clause, "Reflux"))
+    ]
+    if not wanted and known is not None and kind.action != "Distill":
+        notes.append(f"temperature and duration of the reaction as in {known.source}")
+        limit = boiling[0] if boiling is not None else known.temperature
+        temperature = min(known.temperature, limit)
+        return (Hold(_action(kind, None, temperature, boiling), temperature, known.duration),)
+    if not wanted:
+        return (_hold(kind, None, boiling, notes, add=_stated_addition(clauses)),)
+    return tuple(_hold(kind, clause, boiling, notes, add=_stated_addition(clauses)) for clause in wanted)
+
+
+def addition_temperature(kind: Transformation, clauses: Sequence[Clause]) -> float:
+    """Return the temperature at which reagents are added."""
+    stated = _stated_addition(clauses)
+    cold = [c.temperature for c in clauses if c.temperature is not None and c.temperature < COLD]
+    if stated is not None or cold:
+        return stated if stated is not None else min(cold)
+    return kind.add_temperature if kind.add_temperature is not None else ROOM_TEMPERATURE
+
+
+def _stated_addition(clauses: Sequence[Clause]) -> float | None:
+    stated = [
+        c.temperature for c in clauses if c.operation and c.operation.action in ADDING and c.temperature is not None
+    ]
+    return min(stated, default=None)
+
+
+def _hold(
+    kind: Transformation,
+    clause: Clause | None,
+    boiling: tuple[float, str] | None,
+    notes: list[str],
+    add: float | None,
+) -> Hold:
+    temperature = clause.temperature if clause is not None else None
+    if temperature is None:
+        if clause is not None and _is(clause, "Reflux") and boiling is not None:
+            temperature = boiling[0]
+        elif clause is not None and _is(clause, "Heat") and kind.temperature <= WARM:
+            temperature = 60.0 if boiling is None else min(60.0, boiling[0])
+        elif add is not None and kind.action == "Stir" and clause is not None:
+            temperature = max(add, ROOM_TEMPERATURE)
+        else:
+            temperature = kind.temperature
+    duration = clause.duration if clause is not None and clause.duration else kind.duration
+    if boiling is not None and temperature > boiling[0] and kind.action != "Distill":
+        if clause is not None and clause.temperature is not None and temperature > boiling[0] + NEAR_BOILING:
+            notes.append(f"{temperature:g} C is above the boiling point of {boiling[1]}: refluxed at {boiling[0]:g} C")
+        temperature = boiling[0]
+    return Hold(_action(kind, clause, temperature, boiling), round(temperature, 1), duration)
+
+
+def _action(kind: Transformation, clause: Clause | None, temperature: float, boiling: tuple[float, str] | None) -> str:
+    if kind.action == "Distill":
+        return "Distill"
+    hot = temperature > WARM
+    if hot and boiling is not None and temperature >= boiling[0] - NEAR_BOILING:
+        return "Reflux"
+    if hot and (_is(clause, "Reflux") or (clause is None and kind.action == "Reflux")):
+        return "Reflux"
+    return "Heat" if hot else "Stir"
+
+
+def _is(clause: Clause | None, action: str) -> bool:
+    return clause is not None and clause.operation is not None and clause.operation.action == action

@@ -1,0 +1,198 @@
+"""A description read: clauses with what they do, to what, how much, how hot and how long."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from labgym.protocols.language import Mention, concepts, language_of, mentions, without_chinese_names
+from labgym.protocols.language.scripts import Language
+from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
+from labgym.protocols.synthesis.quantities import Quantity, amounts, duration, temperature
+from labgym.protocols.synthesis.unlisted import is_named_like_a_substance, unlisted
+
+_BREAK = re.compile(
+    r"[;；。，、\n]|,(?!\d)|\.(?=\s|$)|\b(?:and )?then\b|\bfollowed by\b|\bafter which\b|\band (?=[a-z])|"
+    r"然后|随后|接着|再|最后"
+)
+_WEAK = re.compile(r"and ")
+_END = r"(?=\s+(?:from|by|via|using|with|in|at|and|under|over|through|as)\b|[,;.()]|$)"
+_PRODUCT = re.compile(
+    r"(?:\bto (?:give|afford|yield|form|obtain|furnish|make|get)|\bgiving|\baffording|\byielding|\bfurnishing|"
+    r"\b(?:make|prepare|preparing|synthesi[sz]e|synthesi[sz]ing|preparation of|synthesis of|formation of))\s+"
+    rf"(?!(?:a |the )?(?:solution|mixture|slurry|suspension))(.+?){_END}",
+    re.IGNORECASE,
+)
+_INTO = re.compile(
+    r"\b(?:convert|turn|transform|reduc|oxidi[sz]|hydroly[sz]|hydrogenat|dehydrat|rearrang|cycli[sz]|condens)\w*\s+[^,;.]+?"
+    rf"\s+(?:in)?to\s+(.+?){_END}",
+    re.IGNORECASE,
+)
+_PRODUCT_ZH = re.compile(
+    r"(?:得到?|生成|制得|制成|制备|合成|获得|(?:氧化|还原|转化|水解|脱水|缩合|环化|转变|变|酰化)(?:成|为))"
+    r"([^，。；、,;]+?)(?=[，。；、,;]|并|$)"
+)
+_FROM_ZH = re.compile(r"[由从用以将](.+)$")
+
+
+@dataclass(frozen=True)
+class Clause:
+    """A piece of a description about one operation.
+
+    Attributes:
+        operation: its action and phase, or None where the text only names things.
+        amounts: by asset, as "2.07 g, 10 mmol".
+        temperature: degrees Celsius. duration: minutes.
+    """
+
+    text: str
+    operation: Operation | None
+    mentions: tuple[Mention, ...]
+    amounts: dict[str, str] = field(default_factory=dict)
+    temperature: float | None = None
+    duration: float | None = None
+
+    def names(self, *kinds: str) -> tuple[str, ...]:
+        """Return what it names of some kinds, each once."""
+        return tuple(dict.fromkeys(mention.name for mention in self.mentions if mention.kind in kinds))
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What was understood of a description.
+
+    Attributes:
+        product: name of the product as written, or "".
+        unlisted: substances that it wants and the catalogue lacks, as written.
+    """
+
+    text: str
+    language: Language
+    clauses: tuple[Clause, ...]
+    product: str
+    unlisted: tuple[str, ...]
+
+    @property
+    def spoken_of(self) -> frozenset[str]:
+        """Assets, classes of substances and concepts that it speaks of."""
+        named = {mention.name for clause in self.clauses for mention in clause.mentions}
+        return frozenset(named | set(concepts(without_chinese_names(self.text))))
+
+
+def read(text: str) -> Reading:
+    """Read a description; deterministic, and nothing in it is carried out."""
+    found = mentions(text)
+    foreign = unlisted(text, found)
+    found = tuple(m for m in found if not any(a <= m.start and m.end <= b for a, b in foreign))
+    products = _products(text, found, foreign)
+    wanted = [m for m in found if not _within(m.start, products) or _elsewhere(m, found, products)]
+    strange = [text[a:b] for a, b in foreign if not _within(a, products)]
+    names = [text[a:b].strip() for a, b in products]
+    clauses = tuple(_clauses(text, [m for m in wanted if not _within(m.start, products)]))
+    return Reading(text, language_of(text), clauses, names[0] if names else "", tuple(dict.fromkeys(strange)))
+
+
+def _products(text: str, found: Sequence[Mention], foreign: Sequence[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    """Return the spans that name what is made: those that the wording says so of and that hold a substance."""
+    spans = []
+    for pattern in (_PRODUCT, _INTO, _PRODUCT_ZH):
+        for match in pattern.finditer(text):
+            start, end = match.span(1)
+            source = _FROM_ZH.search(match[1]) if pattern is _PRODUCT_ZH else None
+            end = start + source.start() if source else end
+            chemical = [m for m in found if m.kind in ("reagent", "class") and start <= m.start < end]
+            told = pattern is _PRODUCT and is_named_like_a_substance(match[1])
+            if chemical or told or any(start <= a < end for a, _ in foreign):
+                spans.append((start, end))
+    return tuple(spans)
+
+
+def _within(place: int, spans: Sequence[tuple[int, int]]) -> bool:
+    return any(start <= place < end for start, end in spans)
+
+
+def _elsewhere(mention: Mention, found: Sequence[Mention], products: Sequence[tuple[int, int]]) -> bool:
+    return any(other.name == mention.name and not _within(other.start, products) for other in found)
+
+
+def _clauses(text: str, found: Sequence[Mention]) -> Iterator[Clause]:
+    quantities = _assign(text, found)
+    bounds = _bounds(text, found)
+    for start, end in bounds:
+        piece = text[start:end].strip()
+        inside = tuple(m for m in found if start <= m.start < end)
+        given: dict[str, list[str]] = {}
+        for quantity, mention in quantities:
+            if start <= mention.start < end:
+                given.setdefault(mention.name, []).append(quantity.text)
+        stated = {name: ", ".join(dict.fromkeys(parts)) for name, parts in given.items()}
+        operation = main_operation(piece) or _implied(inside)
+        yield Clause(piece, operation, inside, stated, temperature(piece), duration(piece))
+
+
+def _bounds(text: str, found: Sequence[Mention]) -> list[tuple[int, int]]:
+    """Return spans of clauses: split at punctuation and conjunctions, joined where a piece has no operation."""
+    cuts = [0]
+    for match in _BREAK.finditer(text):
+        inside_name = any(m.start < match.start() < m.end for m in found)
+        weak = _WEAK.match(match[0]) is not None
+        if not inside_name and not (weak and not _starts_operation(text[match.end() :])):
+            cuts.append(match.end())
+    pieces = list(zip(cuts, [*cuts[1:], len(text)], strict=True))
+    joined: list[tuple[int, int]] = []
+    for start, end in pieces:
+        alone = main_operation(text[start:end]) is None and not _implied([m for m in found if start <= m.start < end])
+        if joined and (alone or _conditions_only(text[start:end])):
+            joined[-1] = (joined[-1][0], end)
+        elif text[start:end].strip():
+            joined.append((start, end))
+    return joined
+
+
+def _starts_operation(rest: str) -> bool:
+    head = " ".join(rest.split()[:3])
+    return any(operation.start < 12 for operation in operations(head))
+
+
+def _conditions_only(piece: str) -> bool:
+    """Say whether a piece only says how hot or how long, as "2 h" or "室温"."""
+    return not operations(piece) and (temperature(piece) is not None or duration(piece) is not None)
+
+
+def _implied(found: Sequence[Mention]) -> Operation | None:
+    """Return what an instrument implies where no verb is there: "LC" means to analyse."""
+    for mention in found:
+        for names, action, phase in _IMPLIED:
+            if mention.name in names:
+                return Operation(action, phase, 0)
+    return None
+
+
+_ANALYTICAL = (
+    *("LiquidChromatograph", "GasChromatograph", "NMRSpectrometer", "BenchtopNMR", "FTIRSpectrometer", "LCMS", "GCMS"),
+    *("MeltingPointApparatus", "Polarimeter", "Refractometer", "UVVisSpectrophotometer"),
+)
+_IMPLIED: tuple[tuple[tuple[str, ...], str, Phase], ...] = (
+    (_ANALYTICAL, "Analyze", "analysis"),
+    (("RotaryEvaporator",), "Concentrate", "workup"),
+    (("ChromatographyColumn", "FlashChromatographySystem"), "Chromatograph", "purification"),
+)
+
+
+def _assign(text: str, found: Sequence[Mention]) -> list[tuple[Quantity, Mention]]:
+    """Give each amount to the substance that it stands before ("5 mL of TFA") or behind ("TFA (5 mL, 65 mmol)")."""
+    substances = [m for m in found if m.kind in ("reagent", "class")]
+    given: list[tuple[Quantity, Mention]] = []
+    for quantity in amounts(text):
+        after = next((m for m in substances if m.start >= quantity.end), None)
+        before = next((m for m in reversed(substances) if m.end <= quantity.start), None)
+        gap_after = text[quantity.end : after.start] if after else None
+        gap_before = text[before.end : quantity.start] if before else None
+        behind = gap_before is not None and re.fullmatch(r"[\s(（:：]*(?:[^()（）;；。]*?[,，/;]\s*)?", gap_before)
+        ahead = gap_after is not None and re.fullmatch(r"\s*(?:of |的)?(?:[\w.%\s-]{0,18}?)", gap_after)
+        if before and behind and (("(" in (gap_before or "") or "（" in (gap_before or "")) or not ahead):
+            given.append((quantity, before))
+        elif after and ahead:
+            given.append((quantity, after))
+    return given

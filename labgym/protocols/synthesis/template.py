@@ -1,0 +1,343 @@
+"""Protocols from templates: the kind of reaction gives the frame, the text everything that it states."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+
+from labgym.assets import Asset, Catalog
+from labgym.protocols.constraints import derive
+from labgym.protocols.model import Protocol
+from labgym.protocols.retrieval import Results
+from labgym.protocols.synthesis.apparatus import ROOM, bath_for, millilitres, vessel_for
+from labgym.protocols.synthesis.bench import HOOD, Bench
+from labgym.protocols.synthesis.conditions import Hold, addition_temperature, holds
+from labgym.protocols.synthesis.errors import RefusalError
+from labgym.protocols.synthesis.precedents import precedent
+from labgym.protocols.synthesis.reading import Clause, Reading
+from labgym.protocols.synthesis.refusals import refuse_mixture, refuse_solvent
+from labgym.protocols.synthesis.roles import ASSUMED, PROTECTIVE_GASES, Part, cast
+from labgym.protocols.synthesis.transformations import Transformation, recognise, transformations
+from labgym.protocols.synthesis.workup import WorkUp, tasks
+from labgym.protocols.synthesis.writer import Commission, Draft
+
+GLOVE_BOX = (
+    *("AluminumChloride", "Lithium", "LithiumAluminumHydride", "Potassium", "PotassiumTertButoxide", "Sodium"),
+    *("SodiumEthoxide", "SodiumHydride", "SodiumMethoxide", "TertButyldimethylsilylChloride"),
+)
+"""Solids that are weighed where no moisture is."""
+KNOWN = 2
+"""How many reagents of the nearest protocol a text without words for a reaction must name to be taken for it."""
+PYROPHORIC = ("NButyllithium", "DIBALH", "LithiumAluminumHydride")
+
+
+class TemplateWriter:
+    """Writes protocols without a language model; the same text gives the same protocol."""
+
+    def write(self, commission: Commission) -> Draft:
+        """Return a protocol whose names, amounts and conditions come from the text, then from the table.
+
+        Raises:
+            RefusalError: no kind of reaction is recognised, a vessel or bath is lacking, or reagents must not meet.
+        """
+        reading = commission.reading
+        kind = _kind(reading, commission.context)
+        before, after = _parted(kind, reading.clauses)
+        chosen = cast(kind, before)
+        parts = chosen.parts
+        if not any(part.named and part.when != "medium" for part in parts):
+            message = f"nothing in the text takes part in {kind.name!r}: name the substance that reacts"
+            raise RefusalError("no-reaction", message)
+        refuse_solvent([p.asset.name for p in parts], [p.asset.name for p in parts if "solvent" in p.role])
+        bench = Bench()
+        reaction = _Reaction(bench, kind, commission, before, parts)
+        reaction.carry_out()
+        work_up = WorkUp(bench, kind, reaction.volume, chosen.factor, reaction.vessel)
+        for task in tasks(kind, after, [part.asset for part in parts]):
+            work_up.carry_out(task)
+        _analyse(bench, kind, after)
+        _clean(bench)
+        _weigh_first(bench, reaction)
+        refuse_mixture(use.name for use in bench.reagents)
+        bench.notes[:0] = _assumptions(kind, parts)
+        return Draft(_protocol(reading, kind, bench, parts), tuple(bench.notes))
+
+
+class _Reaction:
+    """The steps from the empty flask to the finished reaction."""
+
+    def __init__(
+        self,
+        bench: Bench,
+        kind: Transformation,
+        commission: Commission,
+        clauses: Sequence[Clause],
+        parts: Sequence[Part],
+    ) -> None:
+        self.bench, self.kind, self.clauses, self.parts = bench, kind, clauses, parts
+        self.volume = millilitres((part.asset, part.amount) for part in parts)
+        self.holds = holds(kind, clauses, parts, precedent(commission.context, parts), bench.notes)
+        self.adding = addition_temperature(kind, clauses)
+        self.inert = _wants_inert(commission.reading, parts)
+        heated = any(hold.temperature > ROOM[1] for hold in self.holds)
+        smallest = vessel_for(self.volume)
+        self.vessel = (
+            "ThreeNeckFlask" if (heated or self.inert) and smallest == "RoundBottomFlask" and self.dropped else smallest
+        )
+
+    @property
+    def dropped(self) -> tuple[Part, ...]:
+        """The parts that are added after the others."""
+        return tuple(part for part in self.parts if part.when == "add")
+
+    @property
+    def charged(self) -> tuple[Part, ...]:
+        """The parts that are in the flask before."""
+        return tuple(part for part in self.parts if part.when != "add")
+
+    def carry_out(self) -> None:
+        """Append the steps."""
+        for part in self.parts:
+            self.bench.take(part.asset, _role(part), part.amount)
+        self._protect()
+        self._charge()
+        self._add()
+        for hold in self.holds:
+            self._hold(hold)
+        if any(clause.operation and clause.operation.action == "Monitor" for clause in self.clauses):
+            self.bench.do(
+                "Monitor",
+                "Follow the reaction by TLC until the starting material is gone.",
+                ("TLCPlate", "TLCChamber"),
+                HOOD,
+                None,
+                10.0,
+            )
+
+    def _charge(self) -> None:
+        charged = self.charged
+        if not charged:
+            return
+        names = tuple(part.asset.name for part in charged)
+        measured = ("GraduatedCylinder",) if any(_liquid(part.asset) for part in charged) else ()
+        cold = self.adding < ROOM[0] and bool(self.dropped)
+        shield, line = (" under inert gas", ("SchlenkLine",)) if self.inert else ("", ())
+        text = f"Charge the {_words(self.vessel)} with {', '.join(_given(part) for part in charged)}{shield} and stir"
+        text += f"; cool to {self.adding:g} C." if cold else "."
+        at = self.adding if cold else 22.0
+        self.bench.do(
+            "MakeSolution",
+            text,
+            (self.vessel, *bath_for(at), *measured, *line, *self.kind.extras, *names),
+            HOOD,
+            at,
+            10.0,
+        )
+
+    def _protect(self) -> None:
+        if self.inert:
+            gas = next((part.asset.name for part in self.parts if part.asset.name in PROTECTIVE_GASES), None)
+            name = gas or self.bench.take(Catalog.load().get(self.inert), "protective gas", "from the cylinder")
+            text = f"Evacuate and fill the flask with {_words(name)} three times on the Schlenk line."
+            self.bench.do("Purge", text, (self.vessel, "SchlenkLine", name), HOOD, 22.0, 10.0)
+
+    def _add(self) -> None:
+        for gaseous in (False, True):
+            parts = [part for part in self.dropped if _gas(part.asset) is gaseous]
+            if not parts:
+                continue
+            names = tuple(part.asset.name for part in parts)
+            funnel = ("DroppingFunnel",) if any(_liquid(part.asset) for part in parts) else ()
+            how = (
+                "Fill the flask from the balloon with"
+                if gaseous
+                else "Add slowly"
+                if funnel
+                else "Add in small portions"
+            )
+            what = ", then ".join(_given(part) for part in parts)
+            at = 22.0 if gaseous else min(self.adding, max(hold.temperature for hold in self.holds))
+            line = ("SchlenkLine",) if self.inert else ()
+            shield = " under inert gas" if self.inert else ""
+            uses = (*funnel, self.vessel, *bath_for(at), *line, *self.kind.extras, *names)
+            self.bench.do(
+                "Purge" if gaseous else "Add",
+                f"{how} {what}{shield} at {at:g} C.",
+                uses,
+                HOOD,
+                at,
+                _addition_time(self.clauses),
+            )
+
+    def _hold(self, hold: Hold) -> None:
+        texts = {
+            "Stir": f"Stir at {hold.temperature:g} C for {hold.duration:g} min.",
+            "Heat": f"Stir at {hold.temperature:g} C for {hold.duration:g} min.",
+            "Reflux": f"Fit the condenser and reflux at {hold.temperature:g} C for {hold.duration:g} min.",
+            "Distill": f"Heat to {hold.temperature:g} C and distil the product off as it forms, {hold.duration:g} min.",
+        }
+        cooling = ("RefluxCondenser",) if hold.action in ("Reflux", "Heat") and hold.temperature > 45.0 else ()
+        still = ("VacuumAdapter", "PearShapedFlask") if hold.action == "Distill" else ()
+        uses = (self.vessel, *bath_for(hold.temperature), *cooling, *still, *self.kind.extras)
+        self.bench.do(hold.action, texts[hold.action], uses, HOOD, hold.temperature, hold.duration)
+
+
+def _kind(reading: Reading, context: Results) -> Transformation:
+    """Return the kind of reaction by what the text speaks of, else that of the nearest protocol of the library."""
+    named = {
+        mention.name
+        for clause in reading.clauses
+        for mention in clause.mentions
+        if mention.kind in ("reagent", "class")
+    }
+    if not named:
+        raise RefusalError("no-chemistry", "the text names no substance of the catalogue: say what reacts with what")
+    kind = recognise(reading.spoken_of)
+    if kind is not None:
+        return kind
+    for hit in context.hits:
+        for other in transformations().transformations:
+            wanted = {name for slot in other.slots for name in (slot.asset, *slot.accepts)}
+            if other.like == hit.fragment.source and len(wanted & named) >= KNOWN:
+                return other
+    known = ", ".join(sorted(other.name for other in transformations().transformations)[:6])
+    raise RefusalError("no-reaction", f"no reaction is recognised in the text; known are for example: {known}")
+
+
+def _parted(kind: Transformation, clauses: Sequence[Clause]) -> tuple[list[Clause], list[Clause]]:
+    """Return the clauses of the reaction and those of what comes after.
+
+    A clause after the reaction belongs to it where it brings in a reagent that the reaction needs, as copper chloride
+    that a diazonium salt is poured into.
+    """
+    needed = {name for slot in kind.slots for name in (slot.asset, *slot.accepts)}
+    ends = {kind.quench.asset} if kind.quench is not None else set()
+    before: list[Clause] = []
+    after: list[Clause] = []
+    for clause in clauses:
+        phase = clause.operation.phase if clause.operation else "reaction"
+        held = {name for earlier in before for name in earlier.names("reagent")}
+        brings = set(clause.names("reagent")) & (needed - ends - held)
+        reacting = phase == "reaction" and not after
+        (before if reacting or (phase == "quench" and brings and not after) or not before else after).append(clause)
+    return before, after
+
+
+def _wants_inert(reading: Reading, parts: Sequence[Part]) -> str:
+    """Return the protective gas that is needed, or ""."""
+    if "ArgonGas" in reading.spoken_of or "argon" in reading.text.lower():
+        return "ArgonGas"
+    asked = "NitrogenGas" in reading.spoken_of or "inert" in reading.text.lower() or "氮气" in reading.text
+    return "NitrogenGas" if asked or any(part.asset.name in PYROPHORIC for part in parts) else ""
+
+
+def _addition_time(clauses: Sequence[Clause]) -> float:
+    stated = [c.duration for c in clauses if c.operation and c.operation.action == "Add" and c.duration]
+    return stated[0] if stated else 15.0
+
+
+def _analyse(bench: Bench, kind: Transformation, clauses: Sequence[Clause]) -> None:
+    named = [name for clause in clauses for name in clause.names("instrument")]
+    devices = [name for name in dict.fromkeys(named) if Catalog.load().get(name).category == "analytical"] or [
+        kind.analysis
+    ]
+    tube = ("NMRTube",) if any("NMR" in name for name in devices) else ()
+    words = " and ".join(_words(name) for name in devices)
+    bench.do(
+        "Analyze",
+        f"Check identity and purity of the product with the {words}.",
+        (*devices, *tube),
+        "ValidationPlatform",
+        None,
+        20.0,
+    )
+
+
+def _clean(bench: Bench) -> None:
+    halogens = any("halogen" in group for use in bench.reagents for group in _groups(use.name))
+    waste = "halogenated and other solvent waste apart" if halogens else "solvent and aqueous waste apart"
+    bench.do("Clean", f"Collect {waste} and wash the glassware.", (), "SinkBench", None, 20.0)
+
+
+def _groups(name: str) -> tuple[str, ...]:
+    chemistry = Catalog.load().get(name).chemistry
+    return () if chemistry is None else chemistry.groups
+
+
+def _weigh_first(bench: Bench, reaction: _Reaction) -> None:
+    """Put the preparation before everything else: solids weighed, moisture-sensitive ones in the glove box."""
+    solids = [use.name for use in bench.reagents if _solid(Catalog.load().get(use.name))]
+    dry = tuple(name for name in solids if name in GLOVE_BOX)
+    plain = tuple(name for name in solids if name not in GLOVE_BOX)
+    steps, bench.steps = bench.steps, []
+    if plain:
+        text = (
+            f"Weigh {', '.join(_words(name) for name in plain)}; carry the closed bottles of the liquids to the hood."
+        )
+        bench.do("Weigh", text, ("ElectronicScale", *plain), "PreparationBench", None, 10.0)
+    else:
+        text = f"Lay out the dry {_words(reaction.vessel)}; carry the closed bottles of the liquids to the hood."
+        bench.do("Measure", text, (reaction.vessel,), "PreparationBench", None, 10.0)
+    if dry:
+        text = f"Weigh {', '.join(_words(name) for name in dry)} in the glove box into a stoppered vial."
+        bench.do("Weigh", text, ("SampleVial", *dry), "GloveBox", None, 15.0)
+    for step in steps:
+        bench.do(step.action, step.text, step.uses, step.location, step.temperature, step.duration or 10.0)
+
+
+def _assumptions(kind: Transformation, parts: Sequence[Part]) -> list[str]:
+    notes = [f"written as: {kind.name} (template {kind.id}, like {kind.like})"]
+    notes += [f"{p.asset.name} stands in for the {p.stands_for} of the text" for p in parts if p.stands_for]
+    unnamed = [part.asset.name for part in parts if not part.named]
+    if unnamed:
+        notes.append(f"not named in the text and assumed: {', '.join(unnamed)}")
+    return notes
+
+
+def _protocol(reading: Reading, kind: Transformation, bench: Bench, parts: Sequence[Part]) -> Protocol:
+    digest = hashlib.sha256(reading.text.encode()).hexdigest()[:10]
+    product = reading.product or kind.product
+    stand_ins = "".join(f" {p.asset.name} stands in for the {p.stands_for}." for p in parts if p.stands_for)
+    return derive(
+        Protocol(
+            id=f"{kind.id}-{digest}",
+            name=kind.name,
+            reaction_type=kind.type,
+            product=product,
+            description=f"{kind.name}, giving {product}.{stand_ins} Written from the text: {reading.text[:1000]}",
+            reagents=bench.reagents,
+            instruments=bench.instruments,
+            steps=tuple(bench.steps),
+        )
+    )
+
+
+def _role(part: Part) -> str:
+    return f"{part.role} (stands in for the {part.stands_for})" if part.stands_for else part.role
+
+
+def _given(part: Part) -> str:
+    return f"{_words(part.asset.name)} ({part.amount.removesuffix(ASSUMED)})"
+
+
+def _words(name: str) -> str:
+    asset = Catalog.load().get(name)
+    written = asset.synonyms_en[0].split(" (")[0] if asset.kind == "reagent" and asset.synonyms_en else ""
+    return (
+        written
+        or "".join(
+            f" {c.lower()}" if c.isupper() and i and not name[i - 1].isupper() else c for i, c in enumerate(name)
+        ).lower()
+    )
+
+
+def _liquid(asset: Asset) -> bool:
+    return asset.chemistry is not None and asset.chemistry.state == "liquid"
+
+
+def _solid(asset: Asset) -> bool:
+    return asset.chemistry is not None and asset.chemistry.state == "solid"
+
+
+def _gas(asset: Asset) -> bool:
+    return asset.chemistry is not None and asset.chemistry.state == "gas"

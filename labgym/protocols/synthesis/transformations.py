@@ -1,0 +1,110 @@
+"""Kinds of reaction that can be written down without a language model, with what each takes when the text is silent."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from labgym.artefacts import artefacts
+from labgym.documents import Document, Record
+from labgym.protocols.model import ReactionType
+
+
+class Slot(Record):
+    """A part that a reagent plays.
+
+    Attributes:
+        asset, amount: what is taken when the text names nothing for it.
+        when: charged into the flask first, or added afterwards.
+        accepts: assets, and classes of substances, that can play it.
+        optional: left empty unless the text names something for it.
+    """
+
+    role: str
+    asset: str
+    amount: str
+    when: Literal["charge", "add"]
+    accepts: tuple[str, ...] = ()
+    classes: tuple[str, ...] = ()
+    optional: bool = False
+
+
+class Solvent(Record):
+    """The solvent that is taken when the text names none."""
+
+    asset: str
+    amount: str
+
+
+class Quench(Record):
+    """How the reaction is ended."""
+
+    action: Literal["Quench", "Acidify", "Basify"]
+    asset: str
+    amount: str
+
+
+class Transformation(Record):
+    """A kind of reaction.
+
+    Attributes:
+        like: a published protocol of the kind.
+        signs: assets and concepts that decide for this kind where a text speaks of one of them.
+        cues: sets of assets, concepts and classes; a text that speaks of all of a set may mean this kind.
+        action, temperature, duration: of the reaction itself, degrees Celsius and minutes.
+        add_temperature: at which the second half of the reagents is added, where it is another.
+        extras: instruments of the reaction beyond vessel, stirrer and bath.
+        workup: operations after the quench as "extract:EthylAcetate"; purify: the last of them.
+    """
+
+    id: str
+    name: str
+    type: ReactionType
+    like: str
+    signs: tuple[str, ...]
+    cues: tuple[tuple[str, ...], ...]
+    slots: Annotated[tuple[Slot, ...], Field(min_length=1)]
+    solvent: Solvent | None
+    action: Literal["Stir", "Heat", "Reflux", "Distill"]
+    temperature: float
+    duration: float
+    add_temperature: float | None
+    extras: tuple[str, ...]
+    quench: Quench | None
+    workup: tuple[str, ...]
+    purify: str
+    analysis: str
+    product: str
+
+
+class Transformations(Document):
+    """The table, and which asset stands in for a class of substances that a text names."""
+
+    SCHEMA: ClassVar[str] = "labgym.transformations/1"
+
+    stand_ins: dict[str, str]
+    transformations: tuple[Transformation, ...]
+
+
+@lru_cache(maxsize=1)
+def transformations() -> Transformations:
+    """Return the published table; read once a process."""
+    return Transformations.load(artefacts("assets") / "synthesis" / "transformations.json")
+
+
+def recognise(spoken_of: frozenset[str]) -> Transformation | None:
+    """Return the kind of reaction that a text means, by the assets, concepts and classes it speaks of, or None.
+
+    A kind of which there is a sign goes before one without; then the kind with the largest set of cues that are all
+    there wins; of several, the one with more such sets, then the first of the table.
+    """
+    best: tuple[int, int, int] = (0, 0, 0)
+    chosen = None
+    for kind in transformations().transformations:
+        sizes = [len(cue) for cue in kind.cues if spoken_of.issuperset(cue)]
+        rank = (len(spoken_of.intersection(kind.signs)), max(sizes, default=0), len(sizes))
+        if rank > best:
+            best, chosen = rank, kind
+    return chosen
