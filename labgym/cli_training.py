@@ -11,6 +11,8 @@ from tyro.extras import SubcommandApp
 from labgym.cli_outcome import written
 from labgym.errors import MissingDependencyError, OptionError
 
+Sensor = Literal["lidar", "depth"]
+
 train_app = SubcommandApp()
 card_app = SubcommandApp()
 
@@ -59,21 +61,24 @@ def iplanner(
 
 @train_app.command(name="ppo")
 def train_ppo(
-    observation: Literal["lidar"] = "lidar",
+    observation: Sensor = "lidar",
     steps: int = 200_000,
     layouts: int = 120,
+    warm_start: bool = True,
     seed: int = 0,
     out: Path | None = None,
     threads: int = 1,
 ) -> int:
-    """Train by proximal policy optimisation, after a warm start that copies a driver with the map.
+    """Train by proximal policy optimisation, by default after a warm start that copies a driver with the map.
 
     Args:
         observation: The sensor.
         steps: Control steps of PPO; a run that is done goes on with more.
         layouts: How many layouts to generate and train in.
+        warm_start: Copy a driver with the map first.
         seed: Of everything random.
-        out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION.
+        out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION, without a warm start
+            runs/ppo/OBSERVATION-cold.
         threads: Of torch; the weights' last bits depend on it.
     """
     if min(steps, layouts, threads) < 1 or seed < 0:
@@ -94,7 +99,10 @@ def train_ppo(
         return evaluate(policy, validation, progress=False)["success"] or 0.0
 
     options = TrainingOptions(observation=observation, steps=steps, layouts=layouts, seed=seed)
-    return written(train(options, out or Path("runs/ppo") / observation, judge))
+    if not warm_start:
+        options = options.model_copy(update={"cloning_rounds": 0})
+    folder = out or Path("runs/ppo") / (observation if warm_start else f"{observation}-cold")
+    return written(train(options, folder, judge))
 
 
 @card_app.command(name="iplanner")
@@ -118,17 +126,26 @@ def card_iplanner(
 
 
 @card_app.command(name="ppo")
-def card_ppo(results: Path, run: Path = Path("runs/ppo/lidar"), out: Path = Path("policies/ppo-lidar")) -> int:
+def card_ppo(
+    results: Path,
+    observation: Sensor = "lidar",
+    run: Path | None = None,
+    out: Path | None = None,
+    without_warm_start: Path | None = None,
+) -> int:
     """Publish the best weights of a training run with a card.
 
     Args:
         results: Folder that labgym eval wrote with these weights.
-        run: Folder of the training run.
-        out: Folder to publish in.
+        observation: The sensor.
+        run: Folder of the training run; by default runs/ppo/OBSERVATION.
+        out: Folder to publish in; by default policies/ppo-OBSERVATION.
+        without_warm_start: Folder of a run without the warm start, to be set beside it.
     """
     from labgym.eval.ppo_card import write_ppo_card
 
-    return written(write_ppo_card(run, results, out))
+    folder, target = run or Path("runs/ppo") / observation, out or Path("policies") / f"ppo-{observation}"
+    return written(write_ppo_card(folder, results, target, without_warm_start))
 
 
 def need(package: str, needed_for: str, extra: str) -> None:

@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+from labgym.envs.sensors import IMAGE_SHAPE, Camera, Lidar
 from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, OptionError
 from labgym.geometry import rotate
@@ -16,8 +17,10 @@ from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.ppo.drives import ANYWHERE, TrainingDrives
 from labgym.policies.ppo.expert import Atlas, Expert
-from labgym.policies.ppo.inputs import SIZE, TRAIL, DriveMemory
+from labgym.policies.ppo.inputs import KNOWN, SIZES, SPEED, TRAIL, DriveMemory
 from labgym.policies.ppo.practice import REWARD_SCALE, PracticeEnv
+from labgym.policies.ppo.surroundings import Surroundings
+from labgym.scenes import RayScene
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
@@ -26,7 +29,8 @@ from safetensors.torch import load_file, save_file  # noqa: E402
 
 from labgym.policies.ppo.network import Actor  # noqa: E402
 from labgym.policies.ppo.options import TrainingOptions  # noqa: E402
-from labgym.policies.ppo.policy import PPOPolicy  # noqa: E402
+from labgym.policies.ppo.policy import DRIVERS  # noqa: E402
+from labgym.policies.ppo.progress import Progress  # noqa: E402
 from labgym.policies.ppo.training import train  # noqa: E402
 from labgym.policies.ppo.weights import WEIGHTS, load_actor, save_actor  # noqa: E402
 
@@ -43,7 +47,7 @@ def layout():
 
 @pytest.fixture(scope="module")
 def practice(layout):
-    return PracticeEnv(TrainingDrives([layout], points=3), horizon=30)
+    return PracticeEnv(TrainingDrives([layout], points=3), "lidar", horizon=30)
 
 
 def seen(lidar=5.0, goal=(2.0, 1.0, 0.0), velocity=(0.0, 0.0)):
@@ -59,32 +63,69 @@ def weights(folder):
 
 
 def test_the_trail_tells_where_the_robot_was_in_its_present_frame():
-    memory, rng = DriveMemory(), np.random.default_rng(0)
+    memory, rng = DriveMemory("lidar"), np.random.default_rng(0)
     poses = np.cumsum(rng.normal(0.0, 0.1, (200, 3)), axis=0)
     for pose in poses:
         vector = memory.vector(seen(), pose)
     for k, steps in enumerate(TRAIL):
         expected = rotate(*(poses[-1 - steps, :2] - poses[-1, :2]), -poses[-1, 2])
-        assert vector[185 + 2 * k : 187 + 2 * k] == pytest.approx(expected, abs=1e-5)
+        assert vector[5 + 2 * k : 7 + 2 * k] == pytest.approx(expected, abs=1e-5)
     memory.reset()
-    assert not memory.vector(seen(), poses[0])[185:].any()
+    assert not memory.vector(seen(), poses[0])[5:KNOWN].any()
 
 
 def test_the_vector_does_not_depend_on_the_frame_that_poses_are_given_in():
     poses = np.cumsum(np.random.default_rng(1).normal(0.0, 0.1, (50, 3)), axis=0)
-    here, there = DriveMemory(), DriveMemory()
+    here, there = DriveMemory("lidar"), DriveMemory("lidar")
     for x, y, yaw in poses:
         a = here.vector(seen(), (x, y, yaw))
         b = there.vector(seen(), (*np.add(rotate(x, y, 1.0), (3.0, -2.0)), yaw + 1.0))
-    assert a.shape == (SIZE,)
+    assert a.shape == (SIZES["lidar"],)
     np.testing.assert_allclose(a, b, atol=1e-5)
 
 
+def test_a_turn_on_the_spot_shows_the_camera_what_the_lidar_sees(layout):
+    rays, camera = RayScene(layout), Camera()
+    x, y, yaw = goal_pairs(layout)[0].start
+    surroundings = Surroundings()
+    for turned in np.linspace(0.0, 2.0 * math.pi, 60):
+        picture = camera.depth(rays, (x, y, yaw + turned))
+        seen_by_camera = surroundings.ranges(picture, (0.0, 0.0, turned))
+    scan = Lidar().scan(rays, (x, y, yaw))
+    # It sees higher and lower things too, so it may see nearer ones; nothing may be missing, a cell's size aside.
+    assert (seen_by_camera <= scan + 0.1).mean() > 0.95
+    assert (np.abs(seen_by_camera - scan) < 0.1).mean() > 0.4
+
+
+def test_what_is_seen_with_the_camera_does_not_depend_on_the_frame_of_the_poses(layout):
+    rays, camera = RayScene(layout), Camera()
+    x, y, yaw = goal_pairs(layout)[0].start
+    here, there = DriveMemory("depth"), DriveMemory("depth")
+    for turned in (0.0, 0.4, 0.8):
+        observation = {**seen(), "depth": camera.depth(rays, (x, y, yaw + turned)).ravel()}
+        a = here.vector(observation, (x, y, yaw + turned))
+        b = there.vector(observation, (*np.add(rotate(x, y, 1.0), (3.0, -2.0)), yaw + turned + 1.0))
+    assert a.shape == (SIZES["depth"],)
+    np.testing.assert_allclose(a, b, atol=1e-4)
+
+
+def test_the_picture_is_taken_down_to_the_nearest_of_each_square():
+    picture = np.random.default_rng(4).uniform(0.5, 9.0, IMAGE_SHAPE).astype(np.float32)
+    vector = DriveMemory("depth").vector({**seen(), "depth": picture.ravel()}, (0, 0, 0))
+    small = vector[-18 * 32 :].reshape(18, 32)
+    assert small[3, 7] == picture[12:16, 28:32].min()
+
+
 def test_the_network_tells_what_is_ahead_from_what_is_behind():
-    actor = Actor().eval()
+    actor = Actor("lidar").eval()
     ranges = np.random.default_rng(2).uniform(0.3, 10.0, 180).astype(np.float32)
     vectors = torch.from_numpy(
-        np.stack([DriveMemory().vector({**seen(), "lidar": scan}, (0, 0, 0)) for scan in (ranges, np.roll(ranges, 90))])
+        np.stack(
+            [
+                DriveMemory("lidar").vector({**seen(), "lidar": scan}, (0, 0, 0))
+                for scan in (ranges, np.roll(ranges, 90))
+            ]
+        )
     )
     with torch.no_grad():
         first, second = actor(vectors)
@@ -123,13 +164,13 @@ def test_practice_rewards_what_the_environment_rewards_and_cuts_off_at_the_horiz
 
 
 def test_the_expert_reaches_every_goal_of_a_layout(layout):
-    expert, env = Expert({}), PracticeEnv(TrainingDrives([layout]), horizon=600)
+    expert, env = Expert({}), PracticeEnv(TrainingDrives([layout]), "lidar", horizon=600)
     for index in range(4):
         _, info = env.reset(seed=index)
         speed, done = 0.0, False
         for _ in range(600):
             vector, _, done, _, info = env.step(expert.action(env.task, info["pose"], speed).astype(np.float32))
-            speed = float(vector[183])
+            speed = float(vector[SPEED])
             if done:
                 break
         assert done
@@ -141,6 +182,13 @@ def test_the_experts_paths_are_hardly_longer_than_the_shortest(layout):
         path = atlas.path(pair.start[:2], pair.goal[:2])
         length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
         assert length <= 1.25 * shortest_path(layout, pair.start[:2], pair.goal[:2]).length + 0.2
+
+
+def test_a_run_without_the_warm_start_begins_with_ppo(layout, tmp_path):
+    cold = TINY.model_copy(update={"cloning_rounds": 0, "observation": "depth", "steps": 64})
+    best = train(cold, tmp_path, layouts=(layout,))
+    assert [record["kind"] for record in Progress.load(tmp_path / "progress.json").records] == ["leg", "validation"]
+    assert load_actor(best, "depth").encoder.picture is not None
 
 
 def test_training_that_was_stopped_goes_on_to_the_same_weights(layout, tmp_path):
@@ -182,15 +230,17 @@ def test_the_best_on_validation_is_kept(layout, tmp_path):
     assert not torch.equal(best["action.bias"], last["action.bias"])
 
 
-def test_saved_weights_drive_as_the_network_did(tmp_path):
+@pytest.mark.parametrize("sensor", DRIVERS)
+def test_saved_weights_drive_as_the_network_did(sensor, tmp_path):
     torch.manual_seed(0)
-    actor = Actor().eval()
+    actor = Actor(sensor).eval()
     save_actor(actor, tmp_path)
-    policies = PPOPolicy(actor=actor), make_policy("ppo", weights=str(tmp_path))
+    policies = DRIVERS[sensor](actor=actor), DRIVERS[sensor](weights=str(tmp_path))
     actions = []
     for policy in policies:
         policy.reset(EpisodeStart(goal=(2.0, 0.0), rng=np.random.default_rng(0)))
-        actions.append(policy.act({**seen(), "odometry": np.zeros(3)}))
+        picture = np.full(IMAGE_SHAPE, 3.0, np.float32).ravel()
+        actions.append(policy.act({**seen(), "depth": picture, "odometry": np.zeros(3)}))
     np.testing.assert_array_equal(*actions)
     assert np.abs(actions[0]).max() <= 1.0
     assert policies[1].files() == (tmp_path / WEIGHTS,)
@@ -198,16 +248,16 @@ def test_saved_weights_drive_as_the_network_did(tmp_path):
 
 def test_what_is_no_weights_of_the_network_is_refused(tmp_path):
     with pytest.raises(DocumentError, match="no such file"):
-        load_actor(tmp_path)
+        load_actor(tmp_path, "lidar")
     (tmp_path / WEIGHTS).write_bytes(b"\x80\x04\x95pickle")
     with pytest.raises(DocumentError, match="no weights"):
-        load_actor(tmp_path)
+        load_actor(tmp_path, "lidar")
     save_file({"action.bias": torch.zeros(2)}, tmp_path / WEIGHTS)
     with pytest.raises(DocumentError, match="no weights"):
-        load_actor(tmp_path)
-    save_file({**Actor().state_dict(), "action.bias": torch.full((2,), math.nan)}, tmp_path / WEIGHTS)
+        load_actor(tmp_path, "lidar")
+    save_file({**Actor("lidar").state_dict(), "action.bias": torch.full((2,), math.nan)}, tmp_path / WEIGHTS)
     with pytest.raises(DocumentError, match="finite"):
-        load_actor(tmp_path)
+        load_actor(tmp_path, "lidar")
 
 
 def test_the_policy_loads_without_the_learning_library():
@@ -215,10 +265,11 @@ def test_the_policy_loads_without_the_learning_library():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_the_published_policy_arrives(layout):
+@pytest.mark.parametrize("name", ["ppo"])
+def test_the_published_policy_arrives(name, layout):
     from labgym.eval import evaluate
 
-    report = evaluate(make_policy("ppo"), [layout], progress=False)
+    report = evaluate(make_policy(name), [layout], progress=False)
     assert report.summary.errors == 0
     assert report["success"] >= 0.5
 

@@ -59,6 +59,17 @@ def test_the_card_has_the_numbers_of_the_evaluation_and_says_how_it_was_trained(
     assert card.count(f"| {SUITE.layouts[0]} |") == episodes * (1 - success)
 
 
+def test_a_run_without_the_warm_start_is_set_beside_it(trained, tmp_path):
+    options = TrainingOptions.load(trained / "run" / "options.json")
+    cold = options.model_copy(update={"cloning_rounds": 0})
+    layouts = (load_published("val", published("val")[0]),)
+    train(cold, tmp_path / "cold", lambda policy: 0.125, layouts)
+    card = write_ppo_card(trained / "run", trained / "results", tmp_path / "card", tmp_path / "cold").read_text()
+    assert "0.125 after 64 steps" in card
+    with pytest.raises(OptionError, match="no-warm-start"):
+        write_ppo_card(trained / "run", trained / "results", tmp_path / "card", trained / "run")
+
+
 def test_a_card_is_made_of_a_complete_evaluation_of_the_policy_only(trained, tmp_path):
     evaluate("straight", SUITE, out=tmp_path / "other", progress=False)
     with pytest.raises(OptionError, match="straight"):

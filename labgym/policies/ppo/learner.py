@@ -12,6 +12,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 from torch import Tensor, nn
 
 from labgym.policies.ppo.drives import TrainingDrives
+from labgym.policies.ppo.inputs import Sensor
 from labgym.policies.ppo.network import FEATURES, HIDDEN, Actor, Encoder
 from labgym.policies.ppo.options import TrainingOptions
 from labgym.policies.ppo.practice import PracticeEnv
@@ -20,9 +21,9 @@ from labgym.policies.ppo.practice import PracticeEnv
 class EncoderExtractor(BaseFeaturesExtractor):
     """The encoder in the place where stable-baselines3 looks for one; actor and critic share it."""
 
-    def __init__(self, observation_space: spaces.Box) -> None:
+    def __init__(self, observation_space: spaces.Box, sensor: Sensor) -> None:
         super().__init__(observation_space, FEATURES)
-        self.encoder = Encoder()
+        self.encoder = Encoder(sensor)
 
     def forward(self, observations: Tensor) -> Tensor:
         """Return the features of vectors."""
@@ -32,7 +33,7 @@ class EncoderExtractor(BaseFeaturesExtractor):
 
 def make_environments(drives: TrainingDrives, options: TrainingOptions) -> DummyVecEnv:
     """Return the environments, stepped in turn in this process."""
-    return DummyVecEnv([lambda: PracticeEnv(drives, options.horizon)] * options.environments)
+    return DummyVecEnv([lambda: PracticeEnv(drives, options.observation, options.horizon)] * options.environments)
 
 
 def make_learner(environments: VecEnv, options: TrainingOptions) -> PPO:
@@ -51,6 +52,7 @@ def make_learner(environments: VecEnv, options: TrainingOptions) -> PPO:
         target_kl=0.03,
         policy_kwargs={
             "features_extractor_class": EncoderExtractor,
+            "features_extractor_kwargs": {"sensor": options.observation},
             "net_arch": {"pi": [HIDDEN], "vf": [HIDDEN]},
             "activation_fn": nn.ReLU,
             "log_std_init": float(torch.tensor(options.noise).log()),
@@ -61,9 +63,9 @@ def make_learner(environments: VecEnv, options: TrainingOptions) -> PPO:
     )
 
 
-def actor_of(learner: PPO) -> Actor:
+def actor_of(learner: PPO, sensor: Sensor) -> Actor:
     """Return a copy of what drives: the policy without critic and noise."""
-    actor = Actor()
+    actor = Actor(sensor)
     policy: Any = learner.policy
     actor.encoder.load_state_dict(policy.features_extractor.encoder.state_dict())
     actor.hidden.load_state_dict(policy.mlp_extractor.policy_net.state_dict())

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from labgym.documents import Document
+from labgym.policies.ppo.inputs import Sensor
 
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0.0)]
@@ -44,7 +45,7 @@ class TrainingOptions(Document):
 
     SCHEMA: ClassVar[str] = "labgym.ppo-options/1"
 
-    observation: Literal["lidar"] = "lidar"
+    observation: Sensor = "lidar"
     seed: Annotated[int, Field(ge=0)] = 0
     steps: Count = 200_000
     layouts: Count = 120
@@ -68,4 +69,4 @@ class TrainingOptions(Document):
     noise: Positive = 0.3
     nearest: Positive = 5.0
     farthest: Positive = 15.0
-    evaluate_every: Count = 2
+    evaluate_every: Count = 6

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from labgym.artefacts import artefacts
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
-from labgym.policies.ppo.inputs import DriveMemory
+from labgym.policies.ppo.inputs import DriveMemory, Sensor
 from labgym.policies.ppo.network import Actor
 from labgym.policies.ppo.weights import WEIGHTS, load_actor
 
@@ -29,11 +29,12 @@ class PPOPolicy(Policy):
 
     name: ClassVar[str] = "ppo"
     observation: ClassVar[Sensors] = "lidar"
+    sensor: ClassVar[Sensor] = "lidar"
 
     def __init__(self, weights: str | Path | None = None, actor: Actor | None = None) -> None:
-        self._folder = None if actor else Path(weights) if weights else artefacts("policies") / "ppo-lidar"
-        self._actor = actor or load_actor(self._folder or "")
-        self._memory = DriveMemory()
+        self._folder = None if actor else Path(weights) if weights else artefacts("policies") / f"ppo-{self.sensor}"
+        self._actor = actor or load_actor(self._folder or "", self.sensor)
+        self._memory = DriveMemory(self.sensor)
 
     def reset(self, episode: EpisodeStart) -> None:  # noqa: ARG002 - the goal comes with every observation
         """Forget the drive before."""
@@ -49,3 +50,15 @@ class PPOPolicy(Policy):
     def files(self) -> tuple[Path, ...]:
         """Return the file of the weights."""
         return () if self._folder is None else (self._folder / WEIGHTS,)
+
+
+class PPODepthPolicy(PPOPolicy):
+    """Likewise by the depth camera in place of the lidar; what it saw before it remembers with the odometry."""
+
+    name: ClassVar[str] = "ppo-depth"
+    observation: ClassVar[Sensors] = "depth"
+    sensor: ClassVar[Sensor] = "depth"
+
+
+DRIVERS: dict[Sensor, type[PPOPolicy]] = {"lidar": PPOPolicy, "depth": PPODepthPolicy}
+"""The policy that drives by each sensor."""

@@ -15,7 +15,7 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError
 from labgym.policies.ppo.drives import TrainingDrives
-from labgym.policies.ppo.inputs import SIZE, DriveMemory
+from labgym.policies.ppo.inputs import SIZES, DriveMemory, Sensor
 
 Vector = NDArray[np.float32]
 
@@ -24,7 +24,7 @@ REWARD_SCALE = 0.2
 
 
 class PracticeEnv(gym.Env[Vector, NDArray[np.float32]]):
-    """`LabPointNav-v0` with the lidar, on drives of a pool; the observation is the vector of `DriveMemory`.
+    """`LabPointNav-v0` with a sensor, on drives of a pool; the observation is the vector of `DriveMemory`.
 
     The reward is the environment's, scaled, with collisions costing `caution` times as much. An episode is truncated
     after `horizon` steps.
@@ -33,7 +33,9 @@ class PracticeEnv(gym.Env[Vector, NDArray[np.float32]]):
         drives: where the drives come from; environments of a process may share it only if they are stepped in turn.
     """
 
-    def __init__(self, drives: TrainingDrives, horizon: int = 400, caution: float = 2.0) -> None:
+    def __init__(
+        self, drives: TrainingDrives, sensor: Sensor = "lidar", horizon: int = 400, caution: float = 2.0
+    ) -> None:
         ours = RewardWeights()
         scaled = RewardWeights(
             progress=REWARD_SCALE * ours.progress,
@@ -42,10 +44,10 @@ class PracticeEnv(gym.Env[Vector, NDArray[np.float32]]):
             time=REWARD_SCALE * ours.time,
         )
         self.drives = drives
-        self.observation_space = spaces.Box(-np.inf, np.inf, (SIZE,), np.float32)
-        self._env = _DrivenEnv(drives, scaled)
+        self.observation_space = spaces.Box(-np.inf, np.inf, (SIZES[sensor],), np.float32)
+        self._env = _DrivenEnv(drives, sensor, scaled)
         self.action_space = self._env.action_space
-        self._memory = DriveMemory()
+        self._memory = DriveMemory(sensor)
         self._horizon, self._steps = horizon, 0
         self._task: Task | None = None
 
@@ -84,8 +86,8 @@ class PracticeEnv(gym.Env[Vector, NDArray[np.float32]]):
 class _DrivenEnv(LabPointNavEnv):
     """The benchmark's environment on drives of one's own; its info holds what training reads and nothing else."""
 
-    def __init__(self, drives: TrainingDrives, weights: RewardWeights) -> None:
-        super().__init__(split="train", observation="lidar", weights=weights)
+    def __init__(self, drives: TrainingDrives, sensor: Sensor, weights: RewardWeights) -> None:
+        super().__init__(split="train", observation=sensor, weights=weights)
         self._tasks = drives
 
     def reset(

@@ -20,7 +20,7 @@ from labgym.policies.ppo.cloning import clone_expert
 from labgym.policies.ppo.drives import TrainingDrives
 from labgym.policies.ppo.learner import actor_of, make_environments, make_learner
 from labgym.policies.ppo.options import TrainingOptions
-from labgym.policies.ppo.policy import PPOPolicy
+from labgym.policies.ppo.policy import DRIVERS
 from labgym.policies.ppo.pool import layout_pool
 from labgym.policies.ppo.progress import Progress
 from labgym.policies.ppo.weights import save_actor
@@ -59,7 +59,7 @@ def train(
         _checkpoint(learner, progress, out)
     learner = PPO.load(_checkpoint_path(out, progress), env=environments, device="cpu")
     if progress.records and progress.records[-1]["kind"] == "warm start":
-        progress = _judged(learner, progress, judge, out)
+        progress = _judged(learner, progress, judge, options, out)
         _checkpoint(learner, progress, out)
     bar = tqdm(desc="ppo", total=options.steps, initial=learner.num_timesteps, unit="step", mininterval=10.0)
     while learner.num_timesteps < options.steps:
@@ -69,7 +69,7 @@ def train(
         progress = progress.model_copy(update={"legs": progress.legs + 1, "records": (*progress.records, record)})
         last = learner.num_timesteps >= options.steps
         if last or progress.legs % options.evaluate_every == 0:
-            progress = _judged(learner, progress, judge, out)
+            progress = _judged(learner, progress, judge, options, out)
         _checkpoint(learner, progress, out)
         bar.update(learner.num_timesteps - bar.n)
         bar.set_postfix(training=record["success"], validation=progress.best)
@@ -115,11 +115,11 @@ class Outcomes(BaseCallback):
         }
 
 
-def _judged(learner: PPO, progress: Progress, judge: Judge | None, out: Path) -> Progress:
+def _judged(learner: PPO, progress: Progress, judge: Judge | None, options: TrainingOptions, out: Path) -> Progress:
     """Score the weights on validation and note it; keep them as the best where they are and PPO had a part in them."""
-    actor = actor_of(learner)
+    actor = actor_of(learner, options.observation)
     save_actor(actor, out / "last")
-    score = None if judge is None else judge(PPOPolicy(actor=actor))
+    score = None if judge is None else judge(DRIVERS[options.observation](actor=actor))
     record = {"kind": "validation", "steps": learner.num_timesteps, "success": score}
     best = progress.best
     if learner.num_timesteps > 0 and (score is None or best is None or score >= best):

@@ -10,6 +10,7 @@ from safetensors.torch import load, save
 
 from labgym.documents import write_bytes
 from labgym.errors import DocumentError
+from labgym.policies.ppo.inputs import Sensor
 from labgym.policies.ppo.network import Actor
 
 WEIGHTS = "weights.safetensors"
@@ -22,8 +23,8 @@ def save_actor(actor: Actor, folder: str | Path) -> Path:
     return write_bytes(Path(folder) / WEIGHTS, save(tensors))
 
 
-def load_actor(folder: str | Path) -> Actor:
-    """Return the actor whose weights are in a folder.
+def load_actor(folder: str | Path, sensor: Sensor) -> Actor:
+    """Return the actor of a sensor whose weights are in a folder.
 
     Raises:
         DocumentError: there is no such file, it is too large or no safetensors file, or its tensors are not this
@@ -34,7 +35,7 @@ def load_actor(folder: str | Path) -> Actor:
         raise DocumentError(path, "", "no such file; `labgym train ppo` makes it")
     if path.stat().st_size > MAX_BYTES:
         raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
-    actor = Actor()
+    actor = Actor(sensor)
     try:
         tensors = load(path.read_bytes())
         if not all(bool(torch.isfinite(tensor).all()) for tensor in tensors.values()):
