@@ -39,6 +39,17 @@ class Usage:
     tokens_out: int = 0
     cost: float | None = None
 
+    def since(self, before: Usage) -> Usage:
+        """Return what was taken since an earlier count."""
+        cost = None if self.cost is None else self.cost - (before.cost or 0.0)
+        return Usage(
+            self.asked - before.asked,
+            self.replayed - before.replayed,
+            self.tokens_in - before.tokens_in,
+            self.tokens_out - before.tokens_out,
+            cost,
+        )
+
     def __str__(self) -> str:
         price = "" if self.cost is None else f", {self.cost:.4f} USD"
         return (

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from types import GenericAlias
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
-from labgym.assets import Asset
+from labgym.assets import Asset, Catalog
 from labgym.documents import Record
 from labgym.errors import OptionError
 from labgym.llm.client import LanguageModel
@@ -19,9 +19,14 @@ from labgym.llm.errors import LanguageModelError
 from labgym.llm.messages import Message
 from labgym.llm.prompting import load_prompt
 from labgym.protocols import Protocol, ProtocolError, ReactionType, ReagentUse, Step, derive, examine
+from labgym.protocols.capability import capacity, cools_to, evacuates_to, heats_to
+from labgym.protocols.places import is_ventilated, is_workplace
+from labgym.protocols.synthesis import Commission, Draft, RefusalError
+from labgym.protocols.synthesis.transformations import recognise
 
 REPAIRS = 3
 MAX_FINDINGS = 40
+KINDS = ("reagent", "instrument", "facility")
 ACTIONS = (
     *("Weigh", "Measure", "Prepare", "MakeSolution", "Add", "Stir", "Heat", "Reflux", "Cool", "Purge", "Quench"),
     *("Acidify", "Basify", "Extract", "Wash", "PhaseSeparation", "DrySolution", "Filter", "Concentrate", "Distill"),
@@ -49,7 +54,7 @@ class Material:
 
 
 class LanguageWriter:
-    """Writes protocols with a language model.
+    """A `labgym.protocols.synthesis.Writer` that works with a language model.
 
     Args:
         model: the client.
@@ -61,42 +66,102 @@ class LanguageWriter:
             raise OptionError(f"repairs {repairs} must be at least 0")
         self.model, self.repairs = model, repairs
 
-    def write(self, material: Material) -> Protocol:
-        """Return a protocol without faults, its constraints derived.
+    def write(self, commission: Commission) -> Draft:
+        """Return a protocol without faults, and what it took to write it.
 
         Raises:
+            RefusalError: the text speaks of no substance and of no reaction.
             LanguageModelError: the model refuses, or gives no usable answer.
-            ProtocolError: faults are left after the repairs; carries them all.
+            ProtocolError: faults are left after the repairs.
         """
-        prompt, answer = load_prompt("write_protocol"), _answer(material.inventory)
-        inventory = {kind: _names(material.inventory, kind) for kind in ("reagent", "instrument", "facility")}
-        asked = prompt.fill(
-            request=material.request,
-            passages=list(material.passages),
-            inventory=inventory,
-            priors=list(material.priors),
-        )
-        label, conversation = prompt.label, asked
-        for attempt in range(self.repairs + 1):
-            try:
-                reply = self.model.ask(label, conversation, answer)
-            except LanguageModelError as error:
-                if error.reason != "malformed" or not error.reply or attempt == self.repairs:
-                    raise
-                said, faults = error.reply, [_complaint(None, str(error), "")]
-            else:
-                protocol = _protocol(reply.answer, material.request)
-                found = tuple(finding for finding in examine(protocol) if finding.severity == "fault")
-                if not found:
-                    return protocol
-                if attempt == self.repairs:
-                    raise ProtocolError(protocol.id, found)
-                said, faults = reply.text, [_complaint(f.step, f.message, f.suggestion) for f in found[:MAX_FINDINGS]]
-            repair = load_prompt("repair_protocol")
-            label = repair.label
-            # The first question and the latest answer are enough; a whole history would outgrow the model's window.
-            conversation = (*asked, Message("assistant", said), repair.fill(findings=faults)[-1])
-        raise AssertionError("the loop returns or raises")
+        if not commission.reading.spoken_of:
+            raise RefusalError("no-chemistry", "the text speaks of no substance and of no reaction: say what reacts")
+        before = self.model.usage
+        protocol, tries = compose(self.model, material(commission), self.repairs)
+        spent = self.model.usage.since(before)
+        return Draft(protocol, (f"written by {self.model.config.model} in {tries} tries; {spent}",))
+
+
+def material(commission: Commission) -> Material:
+    """Return what a model is given for a commission: the passages found, the whole inventory and the rules' priors."""
+    passages = [f"{hit.fragment.place} ({hit.fragment.title}): {hit.fragment.text}" for hit in commission.context.hits]
+    inventory = [asset for asset in Catalog.load() if asset.kind != "facility" or is_workplace(asset)]
+    return Material(commission.text, passages, inventory, _priors(commission))
+
+
+def compose(model: LanguageModel, given: Material, repairs: int = REPAIRS) -> tuple[Protocol, int]:
+    """Return a protocol without faults, its constraints derived, and how many tries it took.
+
+    Raises:
+        LanguageModelError: the model refuses, or gives no usable answer.
+        ProtocolError: faults are left after the repairs; carries them all.
+    """
+    prompt, answer = load_prompt("write_protocol"), _answer(given.inventory)
+    asked = prompt.fill(
+        request=given.request,
+        passages=list(given.passages),
+        inventory={kind: _abstracts(given.inventory, kind) for kind in KINDS},
+        priors=list(given.priors),
+    )
+    label, conversation, tried = prompt.label, asked, 0
+    while True:
+        tried += 1
+        try:
+            reply = model.ask(label, conversation, answer)
+        except LanguageModelError as error:
+            if error.reason != "malformed" or not error.reply or tried > repairs:
+                raise
+            said, faults = error.reply, [_complaint(None, str(error), "")]
+        else:
+            protocol = _protocol(reply.answer, given.request)
+            found = tuple(finding for finding in examine(protocol) if finding.severity == "fault")
+            if not found:
+                return protocol, tried
+            if tried > repairs:
+                raise ProtocolError(protocol.id, found)
+            said, faults = reply.text, [_complaint(f.step, f.message, f.suggestion) for f in found[:MAX_FINDINGS]]
+        repair = load_prompt("repair_protocol")
+        label = repair.label
+        # The first question and the latest answer are enough; a whole history would outgrow the model's window.
+        conversation = (*asked, Message("assistant", said), repair.fill(findings=faults)[-1])
+
+
+def _abstracts(inventory: Sequence[Asset], kind: str) -> dict[str, str]:
+    """Return by name what a writer has to know of each asset."""
+    return {asset.name: "; ".join(_abstract(asset)) for asset in inventory if asset.kind == kind}
+
+
+def _abstract(asset: Asset) -> Iterator[str]:
+    yield asset.subtype
+    if asset.chemistry is not None:
+        yield asset.chemistry.state
+        if asset.chemistry.boiling_point is not None:
+            yield f"boils at {asset.chemistry.boiling_point:g} C"
+    for measure, unit in ((capacity, "mL"), (heats_to, "C at most"), (cools_to, "C at least"), (evacuates_to, "mbar")):
+        value = measure(asset)
+        if value is not None:
+            yield f"{value:g} {unit}"
+    if asset.kind == "facility":
+        yield "ventilated" if is_ventilated(asset) else "not ventilated"
+    yield from (flag for flag, carried in asset.hazards.model_dump().items() if carried and flag != "glass_container")
+
+
+def _priors(commission: Commission) -> list[str]:
+    """Return what the rules know: the kind of reaction that they see, and what they read in each clause."""
+    kind = recognise(commission.reading.spoken_of)
+    known = []
+    if kind is not None:
+        known.append(f"kind of reaction: {kind.name} ({kind.type}); like {kind.like}")
+        known.append(f"usual conditions: {kind.action} at {kind.temperature:g} C for {kind.duration:g} min")
+    for clause in commission.reading.clauses:
+        parts = [f"{name} {amount}" for name, amount in clause.amounts.items()]
+        parts += [name for name in clause.names("reagent", "instrument") if name not in clause.amounts]
+        parts += [] if clause.temperature is None else [f"{clause.temperature:g} C"]
+        parts += [] if clause.duration is None else [f"{clause.duration:g} min"]
+        if parts:
+            action = clause.operation.action if clause.operation is not None else "named"
+            known.append(f"read in the request: {action}: {', '.join(parts)}")
+    return known
 
 
 def _names(inventory: Sequence[Asset], kind: str) -> list[str]:
@@ -113,7 +178,7 @@ def _answer(inventory: Sequence[Asset]) -> type[Record]:
     Raises:
         OptionError: the inventory lacks reagents, instruments or workplaces.
     """
-    names = {kind: _names(inventory, kind) for kind in ("reagent", "instrument", "facility")}
+    names = {kind: _names(inventory, kind) for kind in KINDS}
     if not all(names.values()):
         lacking = ", ".join(kind for kind, given in names.items() if not given)
         raise OptionError(f"an inventory without any {lacking}: nothing can be done with it")
