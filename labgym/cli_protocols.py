@@ -12,6 +12,7 @@ from labgym import protocols as library
 from labgym.cli_group import CommandGroup
 from labgym.cli_outcome import DONE, findings, written
 from labgym.protocols import Protocol
+from labgym.protocols.synthesis import Writer
 
 protocols_app = CommandGroup("show")
 
@@ -49,7 +50,9 @@ def search(text: Positional[str], count: int = 5, keyword_only: bool = False) ->
 
 
 @protocols_app.command
-def new(text: Positional[str], out: Path = Path(), keyword_only: bool = False) -> int:
+def new(
+    text: Positional[str], out: Path = Path(), keyword_only: bool = False, model: bool = False, repairs: int = 3
+) -> int:
     """Write a protocol for a description in English or Chinese; what it assumes is told on standard error.
 
     A description that names unknown substances, no reaction, or something dangerous is refused and nothing is written.
@@ -58,10 +61,12 @@ def new(text: Positional[str], out: Path = Path(), keyword_only: bool = False) -
         text: What is to be done, such as "Reduce benzophenone with NaBH4 in methanol at 0 C for 30 min".
         out: A .json file, or a folder for a file named after the protocol.
         keyword_only: Search the library without sentence embeddings.
+        model: Have the language model that the environment names write it, in place of templates.
+        repairs: How often what the model wrote goes back to it with its faults.
     """
     from labgym.protocols.synthesis import synthesize
 
-    made = synthesize(text, keyword_only=keyword_only)
+    made = synthesize(text, _model_writer(repairs) if model else None, keyword_only)
     for remark in (*made.notes, *(f"advice: {line}" for line in made.advice)):
         print(f"labgym: {remark}", file=sys.stderr)
     return written(made.protocol.save(out if out.suffix == ".json" else out / f"{made.protocol.id}.json"))
@@ -83,3 +88,10 @@ def check(protocol: Positional[Annotated[str, arg(metavar="PROTOCOL")]]) -> int:
         if finding.severity == "advice":
             print(f"advice: {finding.message}; {finding.suggestion} [{finding.rule}]")
     return findings(faults)
+
+
+def _model_writer(repairs: int) -> Writer:
+    from labgym.llm import LanguageModel
+    from labgym.llm.writer import LanguageWriter
+
+    return LanguageWriter(LanguageModel.from_environment(), repairs)

@@ -44,8 +44,8 @@ def test_descriptions_become_complete_protocols_without_faults(text: str) -> Non
 
 
 def test_the_descriptions_are_many_and_of_both_languages_and_all_seven_types() -> None:
-    assert len(DESCRIPTIONS) >= 30
-    assert sum(any("\u4e00" <= char <= "\u9fff" for char in text) for text in DESCRIPTIONS) >= 9
+    assert len(DESCRIPTIONS) >= 50
+    assert sum(any("\u4e00" <= char <= "\u9fff" for char in text) for text in DESCRIPTIONS) >= 15
     assert len({written(text).reaction_type for text in DESCRIPTIONS}) == 7
 
 
@@ -114,6 +114,25 @@ def test_moisture_sensitive_solids_are_weighed_in_the_glove_box_and_cold_reactio
     ]
 
 
+def test_a_solid_is_rinsed_and_dried_as_a_solid() -> None:
+    protocol = written("苯甲醛与丙二酸在吡啶和哌啶中95℃反应1.5小时，倒入盐酸，过滤，水洗，干燥")
+    after = [step.action for step in protocol.steps][-5:]
+    assert after == ["Filter", "Filter", "DrySolid", "Analyze", "Clean"]
+
+
+def test_solutions_are_measured_by_their_strength() -> None:
+    protocol = written("Shake tert-butanol (7.41 g, 100 mmol) with concentrated hydrochloric acid for 20 min, distil")
+    amount = read_amount(next(use.amount for use in protocol.reagents if use.name == "HydrochloricAcid"))
+    assert amount.moles == pytest.approx(0.3, rel=0.01)
+    acid = Catalog.load().get("HydrochloricAcid").chemistry
+    assert amount.volume == pytest.approx(0.3 * acid.molar_mass / 0.37 / acid.density, rel=0.01)
+
+
+def test_a_solvent_that_is_no_solvent_by_category_is_one_where_the_text_says_so() -> None:
+    protocol = written("Acetylate p-toluidine (5.35 g) with acetic anhydride (6 mL) in acetic acid at 60 C for 30 min")
+    assert next(use.role for use in protocol.reagents if use.name == "AceticAcid") == "solvent"
+
+
 def test_conditions_that_the_text_leaves_open_come_from_the_library() -> None:
     made = synthesize(
         "Resorcinol and ethyl acetoacetate to a coumarin in concentrated sulfuric acid", keyword_only=True
@@ -136,6 +155,10 @@ def test_conditions_that_the_text_leaves_open_come_from_the_library() -> None:
         ("Write a poem about benzene", "no-reaction"),
         ("Recrystallise benzoic acid from water", "no-reaction"),
         ("Stir benzene and toluene for 3 h", "no-reaction"),
+        ("Swern oxidation of benzyl alcohol with oxalyl chloride and DMSO in DCM", "no-reaction"),
+        ("Wittig reaction of benzaldehyde in THF", "no-reaction"),
+        ("Treat benzaldehyde with n-BuLi in THF to the imine", "no-reaction"),
+        ("Phenylmagnesium bromide and methyl benzoate in THF", "unlisted"),
         ("Réduire la benzophénone avec NaBH4 dans le méthanol", "language"),
         ("Das Keton mit NaBH4 in Methanol reduzieren", "language"),
         ("ベンゾフェノンをNaBH4で還元する", "language"),

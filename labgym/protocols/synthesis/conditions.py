@@ -38,6 +38,13 @@ def boiling_point(parts: Sequence[Part]) -> tuple[float, str] | None:
     return min(points, default=None)
 
 
+def _boils(parts: Sequence[Part]) -> float | None:
+    """Return the lowest temperature at which a liquid of the reaction boils under a condenser, or None."""
+    found = [part.asset.chemistry for part in parts if part.asset.chemistry is not None]
+    points = [item.boiling_point for item in found if item.state == "liquid" and item.boiling_point is not None]
+    return min((point for point in points if point > WARM), default=None)
+
+
 def holds(
     kind: Transformation,
     clauses: Sequence[Clause],
@@ -62,8 +69,8 @@ def holds(
         temperature = min(known.temperature, limit)
         return (Hold(_action(kind, None, temperature, boiling), temperature, known.duration),)
     if not wanted:
-        return (_hold(kind, None, boiling, notes, add=_stated_addition(clauses)),)
-    return tuple(_hold(kind, clause, boiling, notes, add=_stated_addition(clauses)) for clause in wanted)
+        return (_hold(kind, None, parts, notes, add=_stated_addition(clauses)),)
+    return tuple(_hold(kind, clause, parts, notes, add=_stated_addition(clauses)) for clause in wanted)
 
 
 def addition_temperature(kind: Transformation, clauses: Sequence[Clause]) -> float:
@@ -85,14 +92,17 @@ def _stated_addition(clauses: Sequence[Clause]) -> float | None:
 def _hold(
     kind: Transformation,
     clause: Clause | None,
-    boiling: tuple[float, str] | None,
+    parts: Sequence[Part],
     notes: list[str],
     add: float | None,
 ) -> Hold:
+    boiling = boiling_point(parts)
     temperature = clause.temperature if clause is not None else None
     if temperature is None:
         if clause is not None and _is(clause, "Reflux") and boiling is not None:
             temperature = boiling[0]
+        elif clause is not None and _is(clause, "Reflux") and kind.temperature <= WARM:
+            temperature = _boils(parts) or kind.temperature
         elif clause is not None and _is(clause, "Heat") and kind.temperature <= WARM:
             temperature = 60.0 if boiling is None else min(60.0, boiling[0])
         elif add is not None and kind.action == "Stir" and clause is not None:

@@ -16,6 +16,8 @@ _BREAK = re.compile(
     r"[;；。，、\n]|,(?!\d)|\.(?=\s|$)|\b(?:and )?then\b|\bfollowed by\b|\bafter which\b|\band (?=[a-z])|"
     r"然后|随后|接着|再|最后"
 )
+_STATE = r"dry|hot|cold|warm|conc\.?|concentrated|glacial|boiling|refluxing|aqueous|aq\.?|\d+ ?%|\d+ ?mL(?: of)?"
+_IN = re.compile(rf"\bin (?:(?:{_STATE}) ){{0,2}}$", re.IGNORECASE)
 _WEAK = re.compile(r"and ")
 _END = r"(?=\s+(?:from|by|via|using|with|in|at|and|under|over|through|as)\b|[,;.()]|$)"
 _PRODUCT = re.compile(
@@ -56,6 +58,16 @@ class Clause:
     def names(self, *kinds: str) -> tuple[str, ...]:
         """Return what it names of some kinds, each once."""
         return tuple(dict.fromkeys(mention.name for mention in self.mentions if mention.kind in kinds))
+
+    def media(self) -> tuple[str, ...]:
+        """Return the reagents that something is done in: "in acetic acid", 在乙酸中."""
+        found = []
+        for mention in self.mentions:
+            at = self.text.find(mention.text)
+            before, after = self.text[:at], self.text[at + len(mention.text) :]
+            if mention.kind == "reagent" and (_IN.search(before) or after.startswith("中")):
+                found.append(mention.name)
+        return tuple(found)
 
 
 @dataclass(frozen=True)

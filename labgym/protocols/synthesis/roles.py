@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from labgym.assets import Asset, Catalog
@@ -28,6 +28,7 @@ ROLES = {
     "drying_agent": "drying agent",
     "inorganic_salt": "salt",
 }
+_MOLAR, _SHARE = re.compile(r"\((\d+(?:\.\d+)?) M\b"), re.compile(r"\((?:[<=]*\d+-)?(\d+)\s?%")
 _SCALABLE = re.compile(r"(\d+(?:\.\d+)?)(\s*(?:kg|mg|g|mmol|mol|mL|L)\b)")
 
 
@@ -68,6 +69,7 @@ class Cast:
 def cast(kind: Transformation, clauses: Sequence[Clause]) -> Cast:
     """Return the parts of a reaction, those that the text leaves open filled as the kind of reaction says."""
     named = _named(clauses)
+    media = {name for clause in clauses for name in clause.media()}
     classes = _classes(clauses)
     chosen: dict[int, _Named] = {}
     for wanted in (_is_default, _is_accepted):
@@ -95,14 +97,14 @@ def cast(kind: Transformation, clauses: Sequence[Clause]) -> Cast:
     parts = [
         _part(slot, chosen.get(i), factor) for i, slot in enumerate(kind.slots) if i in chosen or not slot.optional
     ]
-    return Cast((*_merged(parts), *_others(kind, rest, parts, factor)), factor)
+    return Cast((*_merged(parts), *_others(kind, rest, parts, factor, media)), factor)
 
 
 def scaled(amount: str, factor: float) -> str:
     """Return an amount times a factor, three figures kept."""
 
     def times(match: re.Match[str]) -> str:
-        return f"{float(f'{float(match[1]) * factor:.3g}'):g}{match[2]}"
+        return f"{_figure(float(match[1]) * factor)}{match[2]}"
 
     return _SCALABLE.sub(times, amount)
 
@@ -159,9 +161,23 @@ def _equimolar(asset: Asset, amount: str) -> str:
         return amount
     grams = moles * chemistry.molar_mass
     millimoles = f"{moles * 1000:.3g} mmol"
+    molar, share = _strength(asset)
+    if molar:
+        return f"{_figure(1000.0 * moles / molar)} mL of {molar:g} M, {millimoles}"
     if chemistry.state == "liquid" and chemistry.density:
-        return f"{float(f'{grams / chemistry.density:.3g}'):g} mL, {millimoles}"
-    return f"{float(f'{grams:.3g}'):g} g, {millimoles}"
+        return f"{_figure(grams / share / chemistry.density)} mL, {millimoles}"
+    return f"{_figure(grams)} g, {millimoles}"
+
+
+def _figure(value: float) -> str:
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def _strength(asset: Asset) -> tuple[float | None, float]:
+    """Return mol/L and the share by mass of a reagent that is a solution, by its name: "(1 M in THF)", "(37%)"."""
+    name = asset.synonyms_en[0] if asset.synonyms_en else ""
+    molar, share = _MOLAR.search(name), _SHARE.search(name)
+    return (float(molar[1]) if molar else None), (float(share[1]) / 100.0 if share else 1.0)
 
 
 def _scale(kind: Transformation, chosen: dict[int, _Named]) -> float:
@@ -199,14 +215,25 @@ def _merged(parts: Sequence[Part]) -> tuple[Part, ...]:
     return tuple(found.values())
 
 
-def _others(kind: Transformation, rest: Iterable[_Named], parts: Sequence[Part], factor: float) -> Iterable[Part]:
-    """Yield the solvents and the reagents that the kind of reaction has no slot for."""
+def _is_medium(asset: Asset, said: Collection[str]) -> bool:
+    liquid = asset.chemistry is not None and asset.chemistry.state == "liquid"
+    return asset.category in SOLVENTS or (asset.name in said and liquid)
+
+
+def _others(
+    kind: Transformation, rest: Iterable[_Named], parts: Sequence[Part], factor: float, said: Collection[str]
+) -> Iterable[Part]:
+    """Yield the solvents and the reagents that the kind of reaction has no slot for.
+
+    Args:
+        said: what the text says that the reaction is done in.
+    """
     catalog = Catalog.load()
     taken = {part.asset.name for part in parts}
     left = [item for item in rest if item.name not in taken]
     usual = kind.solvent
     usual_name = usual.asset if usual else ""
-    media = [item for item in left if item.name == usual_name or catalog.get(item.name).category in SOLVENTS]
+    media = [item for item in left if item.name == usual_name or _is_medium(catalog.get(item.name), said)]
     for place, item in enumerate(media):
         volume = usual.amount if usual else "30 mL"
         amount = item.amount or scaled(volume, factor) + ASSUMED
@@ -217,5 +244,5 @@ def _others(kind: Transformation, rest: Iterable[_Named], parts: Sequence[Part],
     for item in left:
         asset = catalog.get(item.name)
         if item not in media and asset.name not in PROTECTIVE_GASES:
-            amount = item.amount or "as needed" + ASSUMED
+            amount = item.amount or scaled(_equimolar(asset, kind.slots[0].amount), factor) + ASSUMED
             yield Part(asset, ROLES.get(asset.category, "reagent"), amount, "add", named=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import replace
 
 from labgym.assets import Asset, Catalog
 from labgym.protocols.constraints import derive
@@ -13,6 +14,7 @@ from labgym.protocols.synthesis.apparatus import ROOM, bath_for, millilitres, ve
 from labgym.protocols.synthesis.bench import HOOD, Bench
 from labgym.protocols.synthesis.conditions import Hold, addition_temperature, holds
 from labgym.protocols.synthesis.errors import RefusalError
+from labgym.protocols.synthesis.operations import Operation
 from labgym.protocols.synthesis.precedents import precedent
 from labgym.protocols.synthesis.reading import Clause, Reading
 from labgym.protocols.synthesis.refusals import refuse_mixture, refuse_solvent
@@ -28,7 +30,24 @@ GLOVE_BOX = (
 """Solids that are weighed where no moisture is."""
 KNOWN = 2
 """How many reagents of the nearest protocol a text without words for a reaction must name to be taken for it."""
-PYROPHORIC = ("NButyllithium", "DIBALH", "LithiumAluminumHydride")
+PYROPHORIC = "H250"
+QUENCHES = frozenset(
+    (
+        "HydrochloricAcid",
+        "DeionizedWater",
+        "AmmoniumChloride",
+        "SodiumBicarbonate",
+        "SodiumThiosulfate",
+        "SodiumBisulfite",
+    )
+)
+"""What is added to end a reaction once it has been left to react."""
+DECISIVE = (
+    *("oxidizer", "reducing_agent", "chlorinating_agent", "brominating_agent", "halogenating_agent", "acylating_agent"),
+    *("alkylating_agent", "organometallic", "active_metal", "halogen", "azide", "cyanide", "sulfonylating_agent"),
+    *("silylating_agent", "coupling_agent", "organic_reagent", "lewis_acid"),
+)
+"""Categories of reagents that make a reaction what it is."""
 
 
 class TemplateWriter:
@@ -48,6 +67,7 @@ class TemplateWriter:
         if not any(part.named and part.when != "medium" for part in parts):
             message = f"nothing in the text takes part in {kind.name!r}: name the substance that reacts"
             raise RefusalError("no-reaction", message)
+        _refuse_mismatch(kind, parts)
         refuse_solvent([p.asset.name for p in parts], [p.asset.name for p in parts if "solvent" in p.role])
         bench = Bench()
         reaction = _Reaction(bench, kind, commission, before, parts)
@@ -192,6 +212,9 @@ def _kind(reading: Reading, context: Results) -> Transformation:
     }
     if not named:
         raise RefusalError("no-chemistry", "the text names no substance of the catalogue: say what reacts with what")
+    unwritten = transformations().unwritten.found(reading.text)
+    if unwritten:
+        raise RefusalError("no-reaction", f"there is no template for a reaction called {unwritten!r}")
     kind = recognise(reading.spoken_of)
     if kind is not None:
         return kind
@@ -202,6 +225,22 @@ def _kind(reading: Reading, context: Results) -> Transformation:
                 return other
     known = ", ".join(sorted(other.name for other in transformations().transformations)[:6])
     raise RefusalError("no-reaction", f"no reaction is recognised in the text; known are for example: {known}")
+
+
+def _refuse_mismatch(kind: Transformation, parts: Sequence[Part]) -> None:
+    """Pass a cast that fits the kind of reaction.
+
+    Raises:
+        RefusalError: the text names a decisive reagent that has no part in it, while one that has is missing.
+    """
+    roles = {slot.role for slot in kind.slots}
+    strange = [p.asset.name for p in parts if p.when == "add" and p.role not in roles and p.asset.category in DECISIVE]
+    missing = [p.asset.name for p in parts if not p.named and p.role in roles and p.asset.category in DECISIVE]
+    if strange and missing:
+        message = (
+            f"{strange[0]} has no part in {kind.name!r}, which would need {missing[0]}: describe the reaction further"
+        )
+        raise RefusalError("no-reaction", message)
 
 
 def _parted(kind: Transformation, clauses: Sequence[Clause]) -> tuple[list[Clause], list[Clause]]:
@@ -215,6 +254,8 @@ def _parted(kind: Transformation, clauses: Sequence[Clause]) -> tuple[list[Claus
     before: list[Clause] = []
     after: list[Clause] = []
     for clause in clauses:
+        if _ends_reaction(kind, clause, before):
+            clause = replace(clause, operation=Operation("Quench", "quench", 0))
         phase = clause.operation.phase if clause.operation else "reaction"
         held = {name for earlier in before for name in earlier.names("reagent")}
         brings = set(clause.names("reagent")) & (needed - ends - held)
@@ -223,12 +264,20 @@ def _parted(kind: Transformation, clauses: Sequence[Clause]) -> tuple[list[Claus
     return before, after
 
 
+def _ends_reaction(kind: Transformation, clause: Clause, before: Sequence[Clause]) -> bool:
+    """Say whether a clause adds what ends a reaction that was left to react: "stir 2 h, add dilute acid"."""
+    needed = {name for slot in kind.slots for name in (slot.asset, *slot.accepts)}
+    reagents = set(clause.names("reagent"))
+    adds = clause.operation is not None and clause.operation.action == "Add"
+    return adds and any(c.duration for c in before) and bool(reagents) and reagents <= QUENCHES - needed
+
+
 def _wants_inert(reading: Reading, parts: Sequence[Part]) -> str:
     """Return the protective gas that is needed, or ""."""
     if "ArgonGas" in reading.spoken_of or "argon" in reading.text.lower():
         return "ArgonGas"
     asked = "NitrogenGas" in reading.spoken_of or "inert" in reading.text.lower() or "氮气" in reading.text
-    return "NitrogenGas" if asked or any(part.asset.name in PYROPHORIC for part in parts) else ""
+    return "NitrogenGas" if asked or any(_pyrophoric(part.asset) for part in parts) else ""
 
 
 def _addition_time(clauses: Sequence[Clause]) -> float:
@@ -267,8 +316,8 @@ def _groups(name: str) -> tuple[str, ...]:
 def _weigh_first(bench: Bench, reaction: _Reaction) -> None:
     """Put the preparation before everything else: solids weighed, moisture-sensitive ones in the glove box."""
     solids = [use.name for use in bench.reagents if _solid(Catalog.load().get(use.name))]
-    dry = tuple(name for name in solids if name in GLOVE_BOX)
-    plain = tuple(name for name in solids if name not in GLOVE_BOX)
+    dry = tuple(name for name in solids if name in GLOVE_BOX or _pyrophoric(Catalog.load().get(name)))
+    plain = tuple(name for name in solids if name not in dry)
     steps, bench.steps = bench.steps, []
     if plain:
         text = (
@@ -341,3 +390,7 @@ def _solid(asset: Asset) -> bool:
 
 def _gas(asset: Asset) -> bool:
     return asset.chemistry is not None and asset.chemistry.state == "gas"
+
+
+def _pyrophoric(asset: Asset) -> bool:
+    return asset.chemistry is not None and PYROPHORIC in asset.chemistry.h_codes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from typing import Annotated, ClassVar, Literal
 
@@ -79,12 +80,29 @@ class Transformation(Record):
     product: str
 
 
+class Unwritten(Record):
+    """Names of reactions that the table has nothing for: a pattern over English, and Chinese words."""
+
+    english: str
+    chinese: tuple[str, ...]
+
+    def found(self, text: str) -> str:
+        """Return the first of them that a text names, or ""."""
+        match = re.search(rf"\b(?:{self.english})\b", text, re.IGNORECASE)
+        return match[0] if match else next((word for word in self.chinese if word in text), "")
+
+
 class Transformations(Document):
-    """The table, and which asset stands in for a class of substances that a text names."""
+    """The table.
+
+    Attributes:
+        stand_ins: which asset stands in for a class of substances that a text names.
+    """
 
     SCHEMA: ClassVar[str] = "labgym.transformations/1"
 
     stand_ins: dict[str, str]
+    unwritten: Unwritten
     transformations: tuple[Transformation, ...]
 
 

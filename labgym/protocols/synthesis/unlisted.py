@@ -19,16 +19,18 @@ _SALT = re.compile(
     rf"\b(?:{_METALS})(?:\s?\([iv]+\))?\s(?:(?:tri|di|per|bi|hydrogen\s)?[a-z-]*(?:ide|ate|ite)s?)\b", re.IGNORECASE
 )
 _ACID = re.compile(r"\b(?:\d[\d,']*-|[opm]-)?[a-z][a-z0-9,()\[\]'-]*(?:ic|ous)\sacid\b", re.IGNORECASE)
+_RADICALS = r"[a-z]{4,}onium\s|[a-z]{4,}(?:magnesium|zinc)\s|(?:(?:[a-z0-9,()\[\]'-]*[a-z]yl)[ -])+"
 _TWO_WORDS = re.compile(
-    r"(?<![\w-])(?:(?:[a-z0-9,()\[\]'-]*[a-z]yl)[ -])+(?:(?:magnesium|lithium|zinc)\s?)?"
+    rf"(?<![\w-])(?:{_RADICALS})(?:(?:magnesium|lithium|zinc)\s?)?"
     r"(?:chloride|bromide|iodide|fluoride|alcohol|amine|ether|ketone|azide|cyanide|isocyanate|acetate|formate|benzoate|"
-    r"acrylate|aniline|phenol|pyridine|benzene|toluene|nitrite|nitrate|mercaptan|thiol|tosylate|mesylate|triflate|chloroformate|acetoacetate|malonate)s?\b",
+    r"acrylate|aniline|phenol|pyridine|benzene|toluene|nitrite|nitrate|mercaptan|thiol|tosylate|mesylate|triflate|"
+    r"chloroformate|acetoacetate|malonate)s?\b",
     re.IGNORECASE,
 )
 _WORD = re.compile(r"(?<![A-Za-z0-9])(?:\d[\d,']*-|[NOopm]-)?[A-Za-z][A-Za-z0-9,()\[\]'-]*[A-Za-z)]")
 _ENDING = re.compile(
     r"(?:ane|ene|yne|ol|one|al|amine|aniline|amide|imide|ate|ide|ite|ine|azole|ophene|furan|aldehyde|nitrile|yl|oxide|"
-    r"indole|silane|borane|lactone|lactam|acid|phthalein|oate|azine|urea|hydride)s?$"
+    r"indole|silane|borane|lactone|lactam|acid|phthalein|lithium|oate|azine|urea|hydride)s?$"
 )
 _MORPHEME = re.compile(
     r"meth|eth|prop|but|pent|hex|hept|oct|phen|benz|naphth|tolu|anis|chlor|brom|iod|fluor|nitr|cyan|amin|hydrox|oxy|"

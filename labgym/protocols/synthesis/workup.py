@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from labgym.assets import Asset, Catalog
 from labgym.protocols.synthesis.apparatus import BEAKERS, vessel_for
@@ -14,6 +14,7 @@ from labgym.protocols.synthesis.transformations import Transformation
 
 FUNNEL_FILL = 0.8
 PURIFYING = ("Recrystallize", "Crystallize", "Chromatograph", "Distill", "DrySolid", "DryVacuum")
+SOLID = ("Filter", "Recrystallize", "Crystallize")
 WORKING_UP = ("Extract", "Wash", "Filter", "Concentrate", "DrySolution")
 MAX_SCALE = 2.5
 """Work-up volumes grow with the batch up to this factor; beyond it more portions are taken than the text says."""
@@ -59,7 +60,7 @@ DOERS = {
 
 def tasks(kind: Transformation, clauses: Sequence[Clause], reagents: Sequence[Asset]) -> tuple[Task, ...]:
     """Return what the text says is done after the reaction, completed to a whole life cycle by the kind of reaction."""
-    said = [task for clause in clauses if (task := _said(clause)) is not None]
+    said = _settled([task for clause in clauses if (task := _said(clause)) is not None])
     usual = _usual(kind)
     if kind.action == "Distill" and said and said[0].action == "Distill":
         said = said[1:]
@@ -78,6 +79,19 @@ def tasks(kind: Transformation, clauses: Sequence[Clause], reagents: Sequence[As
     return tuple(said)
 
 
+def _settled(said: Sequence[Task]) -> list[Task]:
+    """Return tasks with what follows a solid meant for the solid: it is rinsed on the filter, and dried in the oven."""
+    settled: list[Task] = []
+    for task in said:
+        solid = bool(settled) and settled[-1].action in SOLID
+        if solid and task.action == "DrySolution" and not task.reagents:
+            task = replace(task, action="DrySolid")
+        elif solid and task.action == "Wash":
+            task = replace(task, action="Filter")
+        settled.append(task)
+    return settled
+
+
 def _lively(reagent: Asset) -> bool:
     """Say whether what is left of a reagent has to be destroyed before the mixture is worked up."""
     chemistry = reagent.chemistry
@@ -90,6 +104,8 @@ def _said(clause: Clause) -> Task | None:
         return None
     catalog = Catalog.load()
     reagents = tuple((catalog.get(name), clause.amounts.get(name, "")) for name in clause.names("reagent"))
+    if not reagents and "水洗" in clause.text:
+        reagents = ((catalog.get("DeionizedWater"), ""),)
     return Task(operation.action, reagents, clause.temperature, clause.duration, clause.names("instrument"))
 
 
