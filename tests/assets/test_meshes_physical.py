@@ -121,6 +121,13 @@ def test_without_coacd_each_part_has_its_hull(bowl, monkeypatch):
     assert trimesh.Trimesh(*mesh.convex[0]).volume == pytest.approx(bowl.convex_hull.volume)
 
 
+def test_meshes_too_fine_for_coacd_have_hulls_and_it_is_said(bowl, monkeypatch):
+    pytest.importorskip("coacd")
+    monkeypatch.setattr(convex_module, "MAX_FACES", len(bowl.faces) - 1)
+    mesh = normalise(mesh_file(bowl, trimesh.creation.box()))
+    assert (mesh.decomposed_by, len(mesh.convex)) == ("convex hull", 2)
+
+
 def test_flat_parts_become_thin_plates(bowl):
     square = trimesh.Trimesh([(0, 0, 2), (1, 0, 2), (0, 1, 2)], [(0, 1, 2)])
     slanted = trimesh.Trimesh([(0, 0, 0), (1, 0, 1), (0, 1, 0)], [(0, 1, 2)])

@@ -15,6 +15,8 @@ Convex = tuple[Points, Faces]
 
 MAX_BODIES = 64
 """More parts than this are decomposed as one."""
+MAX_FACES = 20_000
+"""Meshes of more faces, convex parts apart, have hulls alone: coacd would take minutes."""
 HULLS_A_PART = 16
 _COACD = {"threshold": 0.05, "resolution": 500, "mcts_nodes": 10, "mcts_iterations": 60, "mcts_max_depth": 2, "seed": 0}
 """A search of two seconds a part; coacd's own settings take eight times as long for no tighter bodies."""
@@ -23,13 +25,19 @@ THIN = 1e-4
 
 
 def decompose(parts: Sequence[MeshPart]) -> tuple[tuple[Convex, ...], Method]:
-    """Return convex bodies that cover the parts, and how they were made: coacd where it is installed, else hulls.
+    """Return convex bodies that cover the parts, and how they were made.
 
-    The same parts give the same bodies. Parts that are convex already stay as they are.
+    Parts that are convex or flat stay as they are. The others go through coacd where it is installed and they have at
+    most 20 000 faces together; else each has its hull. The same parts give the same bodies.
     """
-    if importlib.util.find_spec("coacd") is None:
-        return tuple(hull(part.vertices) for part in _grouped(parts)), "convex hull"
-    bodies = [convex for part in _grouped(parts) for convex in _decomposed(part)]
+    grouped = _grouped(parts)
+    hollow = [not _is_convex(part) for part in grouped]
+    faces = sum(len(part.faces) for part, turns_in in zip(grouped, hollow, strict=True) if turns_in)
+    if faces > MAX_FACES or importlib.util.find_spec("coacd") is None:
+        return tuple(hull(part.vertices) for part in grouped), "convex hull"
+    bodies: list[Convex] = []
+    for part, turns_in in zip(grouped, hollow, strict=True):
+        bodies += _decomposed(part) if turns_in else [hull(part.vertices)]
     return tuple(bodies), "coacd"
 
 
@@ -64,15 +72,20 @@ def _grouped(parts: Sequence[MeshPart]) -> Sequence[MeshPart]:
     return [MeshPart("all", np.concatenate([part.vertices for part in parts]), faces)]
 
 
+def _is_convex(part: MeshPart) -> bool:
+    """Return whether the hull is the part: it is closed and turns in nowhere, or it is flat."""
+    import trimesh
+
+    mesh = trimesh.Trimesh(part.vertices, part.faces)
+    return bool(np.ptp(part.vertices, axis=0).min() < THIN or (mesh.is_watertight and mesh.is_convex))
+
+
 def _decomposed(part: MeshPart) -> list[Convex]:
     import coacd
     import trimesh
 
-    around = hull(part.vertices)
     mesh = trimesh.Trimesh(part.vertices, part.faces)
-    if np.ptp(part.vertices, axis=0).min() < THIN or (mesh.is_watertight and mesh.is_convex):
-        return [around]
     coacd.set_log_level("error")
     whole = coacd.Mesh(np.array(mesh.vertices), np.array(mesh.faces))
     pieces = coacd.run_coacd(whole, max_convex_hull=HULLS_A_PART, **_COACD)
-    return [hull(np.asarray(vertices, dtype=np.float64)) for vertices, _ in pieces] or [around]
+    return [hull(np.asarray(vertices, dtype=np.float64)) for vertices, _ in pieces] or [hull(part.vertices)]
