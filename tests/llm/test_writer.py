@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 
 from labgym.assets import Catalog
+from labgym.cli import main
 from labgym.errors import OptionError
 from labgym.llm import LanguageModelError
 from labgym.llm.writer import LanguageWriter, Material, compose
-from labgym.protocols import ProtocolError, examine, get
+from labgym.protocols import Protocol, ProtocolError, examine, get
 from labgym.protocols.places import is_workplace
 from labgym.protocols.synthesis import RefusalError, synthesize
 
@@ -177,3 +178,39 @@ def test_a_dangerous_product_is_refused_whatever_the_model_writes(loopback, mode
     loopback.says(json.dumps(answer(product="trinitrotoluene")))
     with pytest.raises(RefusalError):
         synthesize("Alkylate phenol with benzyl bromide in acetone", LanguageWriter(model_at()), keyword_only=True)
+
+
+@pytest.fixture
+def configured(loopback, monkeypatch):
+    """Name the loopback server in the environment, as a user of the command line does."""
+    for name, value in {"BASE_URL": loopback.url, "MODEL": "test-model", "API_KEY": "sk-loopback"}.items():
+        monkeypatch.setenv(f"LABGYM_LLM_{name}", value)
+    return loopback
+
+
+TEXT = "Alkylate 4.71 g of phenol with benzyl bromide and potassium carbonate in refluxing acetone for 5 h"
+
+
+def test_the_command_line_writes_with_the_configured_model(configured, tmp_path, capsys):
+    configured.says(json.dumps(answer()))
+    file = tmp_path / "made.json"
+    assert main(["protocols", "new", TEXT, "--model", "--keyword-only", "--out", str(file)]) == 0
+    assert Protocol.load(file).steps == GIVEN.steps
+    told = capsys.readouterr()
+    assert "test-model" in told.err
+    assert "sk-loopback" not in told.out + told.err
+
+
+def test_the_command_line_says_what_a_model_did_not_do(configured, tmp_path, capsys):
+    configured.says(json.dumps(with_step(3, temperature=300.0)))
+    file = tmp_path / "made.json"
+    arguments = ["protocols", "new", TEXT, "--model", "--keyword-only", "--repairs", "0", "--out", str(file)]
+    assert main(arguments) == 2
+    assert "300 C" in capsys.readouterr().err
+    assert not file.exists()
+
+
+def test_the_command_line_names_what_to_configure(monkeypatch, tmp_path, capsys):
+    monkeypatch.delenv("LABGYM_LLM_BASE_URL", raising=False)
+    assert main(["protocols", "new", TEXT, "--model", "--keyword-only", "--out", str(tmp_path / "made.json")]) == 2
+    assert "LABGYM_LLM_BASE_URL" in capsys.readouterr().err
