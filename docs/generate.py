@@ -23,6 +23,10 @@ from labgym.layouts import Layout
 from labgym.layouts.splits import Manifest
 from labgym.llm.replay import RecordedReply
 from labgym.protocols import Protocol
+from labgym.protocols.language.words import Words
+from labgym.protocols.synthesis.operations import Operations
+from labgym.protocols.synthesis.refusals import Refusals
+from labgym.protocols.synthesis.transformations import Transformations
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
@@ -40,6 +44,10 @@ DOCUMENTS: tuple[type[Document], ...] = (
     LayoutSummary,
     NavigationSummary,
     RecordedReply,
+    Words,
+    Operations,
+    Transformations,
+    Refusals,
 )
 
 
