@@ -7,6 +7,9 @@ from collections.abc import Callable, Collection
 
 from labgym.assets import Asset, Catalog
 
+MATERIAL_LIMITS = {"glassware": 500.0, "plasticware": 120.0}
+"""What ware withstands where the catalogue does not say, degrees Celsius: borosilicate glass 3.3 for a short time, and
+polypropylene in an autoclave."""
 _RANGE = re.compile(r"^\s*(-?\d+(?:\.\d+)?)\s*(?:\.\.|-)\s*(-?\d+(?:\.\d+)?)\s*$")
 
 
@@ -36,7 +39,9 @@ def stands_to(asset: Asset) -> float | None:
         return None
     limit = _number(asset, "max_temperature_C")
     bounds = _range(asset, "range_C")
-    return limit if limit is not None else None if bounds is None else bounds[1]
+    if limit is None and bounds is not None:
+        limit = bounds[1]
+    return limit if limit is not None else MATERIAL_LIMITS.get(asset.category)
 
 
 def speeds(asset: Asset) -> tuple[float, float] | None:

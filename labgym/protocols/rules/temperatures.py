@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from labgym.assets import Asset
 from labgym.protocols.capability import cools_to, stands_to, withstands
-from labgym.protocols.contents import Situation
+from labgym.protocols.contents import VESSELS, Situation, is_vessel
 from labgym.protocols.rules.finding import Case, Finding
 
 COLD = 0.0
@@ -51,9 +52,7 @@ def ware_stands_the_heat(case: Case) -> Iterator[Finding]:
             limit = stands_to(asset)
             if temperature is not None and limit is not None and temperature > limit:
                 message = f"step {step.index} ({step.action}) is at {temperature:g} C, {asset.name} ends at {limit:g} C"
-                yield Finding(
-                    "temperature-limit", step.index, message, f"leave {asset.name} out, or stay below {limit:g} C"
-                )
+                yield Finding("temperature-limit", step.index, message, _hardier(case, asset, temperature, limit))
 
 
 def solvents_stay_in_open_vessels(case: Case) -> Iterator[Finding]:
@@ -121,6 +120,14 @@ def quenches_are_cold(case: Case) -> Iterator[Finding]:
             told = "no temperature" if step.temperature is None else f"{step.temperature:g} C"
             message = f"step {step.index} quenches {names[0]}, which reacts violently, at {told}"
             yield Finding("quench-cold", step.index, message, "quench at 0 to 10 C in IceBath, slowly")
+
+
+def _hardier(case: Case, asset: Asset, temperature: float, limit: float) -> str:
+    """Return what to use instead: for a vessel one that withstands the heat, for anything else nothing."""
+    vessels = [other for other in case.catalog.of_kind("instrument") if is_vessel(asset) and other.subtype in VESSELS]
+    fit = sorted((stands_to(other) or 0.0, other.name) for other in vessels)
+    chosen = next((name for most, name in fit if most >= temperature), None)
+    return f"use {chosen}" if chosen else f"leave {asset.name} out, or stay below {limit:g} C"
 
 
 def _kept(situation: Situation) -> bool:
