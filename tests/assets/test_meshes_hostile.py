@@ -305,6 +305,31 @@ def test_a_reader_that_asks_for_too_much_memory_ends_alone(tmp_path):
     refused(tmp_path / "l0.usda", "memory", limits=replace(LIMITS, memory=400 * 1024**2, seconds=60))
 
 
+def test_a_file_that_crashes_the_reader_of_usd_is_refused_and_we_live_on(tmp_path, capfd):
+    path = tmp_path / "abyss.usda"
+    path.write_text("#usda 1.0\n" + 'def "A" {\n' * 200_000 + "}\n" * 200_000)
+    refused(path, "signal")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_binary_usd_with_flipped_bytes_is_read_or_refused(tmp_path):
+    from pxr import Usd
+
+    sound = tmp_path / "sound.usdc"
+    Usd.Stage.Open(str(stage(tmp_path / "a.usda", TRIANGLE))).Export(str(sound))
+    rng = np.random.default_rng(3)
+    refusals = 0
+    for _ in range(12):
+        content = np.frombuffer(sound.read_bytes(), dtype=np.uint8).copy()
+        content[rng.integers(0, len(content), size=8)] = rng.integers(0, 256, size=8)
+        (tmp_path / "b.usdc").write_bytes(content.tobytes())
+        try:
+            read_mesh(tmp_path / "b.usdc")
+        except MeshError:
+            refusals += 1
+    assert refusals > 0
+
+
 def test_deep_nesting_and_many_prims_are_refused(tmp_path):
     deep = "".join(f'def Xform "N{k}" {{\n' for k in range(100)) + TRIANGLE + "}\n" * 100
     refused(stage(tmp_path / "deep.usda", deep), "deeper")

@@ -43,8 +43,9 @@ def read_usd(path: Path, limits: Limits = LIMITS) -> RawMesh:
     if child.stdout.startswith(b"{"):
         raise MeshError(path, str(json.loads(child.stdout)["error"]))
     if child.returncode or not child.stdout:
-        most = f"{limits.memory // 1024**2} MiB of memory"
-        raise MeshError(path, f"USD's reader gave up on it (exit {child.returncode}, {most} at most); simplify it")
+        how = f"signal {-child.returncode}" if child.returncode < 0 else f"exit {child.returncode}"
+        problem = f"USD's reader broke down on it ({how}; it may take {limits.memory // 1024**2} MiB of memory)"
+        raise MeshError(path, f"{problem}; flatten and simplify the stage or export it again")
     return _unpack(child.stdout)
 
 
