@@ -77,6 +77,22 @@ def test_amounts_go_to_the_substance_they_stand_at() -> None:
     assert given == {"SalicylicAcid": "5 g, 36 mmol", "AceticAnhydride": "10 mL"}
 
 
+def test_what_is_only_taken_away_is_no_reagent() -> None:
+    reading = read("Cyclohexanone with glycol in toluene, azeotropic removal of water 5 h")
+    assert "DeionizedWater" not in reading.spoken_of
+
+
+def test_salts_before_a_solvent_are_read_as_two_in_chinese() -> None:
+    reading = read("苯乙酮与苯甲醛在氢氧化钠乙醇溶液中反应")
+    assert {"SodiumHydroxide", "Ethanol", "Acetophenone", "Benzaldehyde"} <= reading.spoken_of
+    assert reading.unlisted == ()
+
+
+def test_a_cold_addition_and_a_stretch_at_another_temperature_are_two_clauses() -> None:
+    reading = read("Couple benzoic acid and benzylamine with EDC in DCM at 0 °C then room temperature overnight")
+    assert [(clause.temperature, clause.duration) for clause in reading.clauses] == [(0.0, None), (22.0, 960.0)]
+
+
 def test_clauses_follow_the_operations() -> None:
     text = "Dissolve phenol in acetone, reflux for 5 h, filter, wash with 2 M NaOH, dry over Na2SO4 and recrystallise"
     actions = [clause.operation.action for clause in read(text).clauses if clause.operation]
@@ -112,6 +128,8 @@ def test_words_that_look_like_operations_are_told_from_them(text: str, action: s
         ("Oxidise cyclohexanol to cyclohexanone with bleach", "cyclohexanone"),
         ("React aniline with benzoyl chloride to give benzanilide", "benzanilide"),
         ("由苯甲酸和氯化亚砜制备苯甲酰氯，蒸馏", "苯甲酰氯"),
+        ("Isoamyl acetate (banana oil): reflux isoamyl alcohol with acetic acid", "Isoamyl acetate"),
+        ("1-bromobutane to butyl azide with sodium azide", "butyl azide"),
         ("Heat the mixture to 80 C with aniline", ""),
         ("Prepare a solution of phenol in acetone", ""),
     ],

@@ -44,8 +44,8 @@ def test_descriptions_become_complete_protocols_without_faults(text: str) -> Non
 
 
 def test_the_descriptions_are_many_and_of_both_languages_and_all_seven_types() -> None:
-    assert len(DESCRIPTIONS) >= 50
-    assert sum(any("\u4e00" <= char <= "\u9fff" for char in text) for text in DESCRIPTIONS) >= 15
+    assert len(DESCRIPTIONS) >= 90
+    assert sum(any("\u4e00" <= char <= "\u9fff" for char in text) for text in DESCRIPTIONS) >= 25
     assert len({written(text).reaction_type for text in DESCRIPTIONS}) == 7
 
 

@@ -18,7 +18,7 @@ _RADICAL_BEFORE = re.compile(r"(?:(?<![A-Za-z])(?:\d[\d,']*|[NOopm])|[a-z](?:o|y
 """The end of a text after which a name only goes on: a locant or a radical, "4-bromo-" or "allyl "."""
 _HAN_BEFORE = frozenset("甲乙丙丁戊己庚辛苯氯溴碘氟硝羟氨间邻叔异仲环酰基代酸三四")
 _HAN_AFTER = re.compile(
-    r"(?:[甲乙丙丁戊己苄苯叔异正]*[酯醚酸醇酮醛胺烷烯炔腈酐酚肼脲]|[甲乙丙丁苄苯]+基|[基酰钠钾])(?!化)"
+    r"(?:[甲乙丙丁戊己苄苯叔异正]+酯|[酯醚酸醇酮醛胺烷烯炔腈酐酚肼脲]|[甲乙丙丁苄苯]+基|[基酰钠钾])(?!化)"
 )
 _NO_WATER_AFTER, _NO_WATER_BEFORE = tuple("脱分无排吸含氨盐冰"), tuple("解浴合蒸相层杨性洗泵")
 """Neighbours of 水 in words that name no water that is taken: 脱水, 水解, 水浴."""

@@ -63,6 +63,9 @@ def holds(
         if (clause.operation.action if clause.operation else None) in HOLDING
         and (clause.temperature is not None or clause.duration is not None or _is(clause, "Reflux"))
     ]
+    timed = [clause for clause in wanted if clause.duration is not None or _is(clause, "Reflux")]
+    # A temperature without a time before a stretch with one is that of the addition: "at 0 C, then 2 h at 22 C".
+    wanted = timed or wanted
     if not wanted and known is not None and kind.action != "Distill":
         notes.append(f"temperature and duration of the reaction as in {known.source}")
         limit = boiling[0] if boiling is not None else known.temperature

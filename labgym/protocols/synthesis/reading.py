@@ -35,6 +35,14 @@ _PRODUCT_ZH = re.compile(
     r"(?:得到?|生成|制得|制成|制备|合成|获得|(?:氧化|还原|转化|水解|脱水|缩合|环化|转变|变|酰化)(?:成|为))"
     r"([^，。；、,;]+?)(?=[，。；、,;]|并|$)"
 )
+_AFTER_PRODUCT = re.compile(r"\s*(?:\([^)]*\))?\s*(?:from\b|by\b|via\b|synthesis\b|preparation\b|[:：])", re.IGNORECASE)
+_AWAY = re.compile(
+    r"\b(?:removal|loss|exclusion|absence|evolution) of (?:the )?$|\bremov(?:e|ing) (?:the )?$", re.IGNORECASE
+)
+"""What is before the name of something that goes away and is not taken."""
+_LAST_CLAUSE = re.compile(r"[^;.。；]*$")
+_BEFORE_PRODUCT = re.compile(r"\bto (?:the |an? )?$", re.IGNORECASE)
+_ADDING = re.compile(r"\b(?:add|pour|transfer|charg|introduc|treat|drop)", re.IGNORECASE)
 _FROM_ZH = re.compile(r"[由从用以将](.+)$")
 
 
@@ -97,6 +105,7 @@ def read(text: str) -> Reading:
     found = mentions(text)
     foreign = unlisted(text, found)
     found = tuple(m for m in found if not any(a <= m.start and m.end <= b for a, b in foreign))
+    found = tuple(m for m in found if not _AWAY.search(text[: m.start]))
     products = _products(text, found, foreign)
     wanted = [m for m in found if not _within(m.start, products) or _elsewhere(m, found, products)]
     strange = [text[a:b] for a, b in foreign if not _within(a, products)]
@@ -117,7 +126,16 @@ def _products(text: str, found: Sequence[Mention], foreign: Sequence[tuple[int, 
             told = pattern is _PRODUCT and is_named_like_a_substance(match[1])
             if chemical or told or any(start <= a < end for a, _ in foreign):
                 spans.append((start, end))
+    spans += [(a, b) for a, b in foreign if not _within(a, spans) and _announced(text, a, b)]
     return tuple(spans)
+
+
+def _announced(text: str, start: int, end: int) -> bool:
+    """Say whether a name stands where a product does: "X from ...", "X: ...", "... to X"."""
+    if start == 0 or not text[:start].strip():
+        return _AFTER_PRODUCT.match(text[end:]) is not None
+    head = _LAST_CLAUSE.search(text[:start])
+    return head is not None and _BEFORE_PRODUCT.search(head[0]) is not None and not _ADDING.search(head[0])
 
 
 def _within(place: int, spans: Sequence[tuple[int, int]]) -> bool:
@@ -155,7 +173,7 @@ def _bounds(text: str, found: Sequence[Mention]) -> list[tuple[int, int]]:
     joined: list[tuple[int, int]] = []
     for start, end in pieces:
         alone = main_operation(text[start:end]) is None and not _implied([m for m in found if start <= m.start < end])
-        if joined and (alone or _conditions_only(text[start:end])):
+        if joined and alone and not _second_stretch(text[slice(*joined[-1])], text[start:end]):
             joined[-1] = (joined[-1][0], end)
         elif text[start:end].strip():
             joined.append((start, end))
@@ -167,9 +185,9 @@ def _starts_operation(rest: str) -> bool:
     return any(operation.start < 12 for operation in operations(head))
 
 
-def _conditions_only(piece: str) -> bool:
-    """Say whether a piece only says how hot or how long, as "2 h" or "室温"."""
-    return not operations(piece) and (temperature(piece) is not None or duration(piece) is not None)
+def _second_stretch(before: str, piece: str) -> bool:
+    """Say whether a piece without an operation goes on at another temperature: "at 0 C, then room temperature 2 h"."""
+    return temperature(before) is not None and temperature(piece) is not None
 
 
 def _implied(found: Sequence[Mention]) -> Operation | None:

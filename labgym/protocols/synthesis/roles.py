@@ -14,6 +14,8 @@ from labgym.protocols.synthesis.transformations import Slot, Transformation, tra
 ASSUMED = " (assumed)"
 SOLVENTS = ("organic_solvent", "solvent")
 PROTECTIVE_GASES = ("NitrogenGas", "ArgonGas")
+AIDS = {"adsorbent": "5 g", "drying_agent": "5 g"}
+"""Amounts of what takes no part in the reaction."""
 COOLANTS = ("DryIce",)
 SAME_SCALE = 0.05
 """Batches that differ by less are of one size."""
@@ -157,6 +159,10 @@ def _part(slot: Slot, named: _Named | None, factor: float) -> Part:
 def _equimolar(asset: Asset, amount: str) -> str:
     """Return as many moles of another reagent as an amount holds, weighed or measured."""
     moles, chemistry = read_amount(amount).moles, asset.chemistry
+    if asset.category in AIDS:
+        return AIDS[asset.category]
+    if moles is None and chemistry is not None and chemistry.state == "solid":
+        return amount.replace("mL", "g")
     if moles is None or chemistry is None or not chemistry.molar_mass or chemistry.state == "gas":
         return amount
     grams = moles * chemistry.molar_mass

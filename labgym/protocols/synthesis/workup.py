@@ -174,7 +174,8 @@ class WorkUp:
         usual = self.kind.quench
         fallback = usual.asset if usual is not None else "SodiumBicarbonate" if task.action == "Quench" else ""
         fallback = fallback or {"Acidify": "HydrochloricAcid", "Basify": "SodiumHydroxide"}[task.action]
-        amount = usual.amount if usual is not None and usual.asset == fallback else "40 mL"
+        chosen = [asset.name for asset, _ in task.reagents] or [fallback]
+        amount = usual.amount if usual is not None and chosen == [usual.asset] else "40 mL"
         role = {"Quench": "quench", "Acidify": "acidification", "Basify": "basification"}[task.action]
         names = self._list(task, role, amount, fallback)
         beaker = vessel_for(2.0 * self.volume + 60.0, BEAKERS, 0.95)
@@ -223,20 +224,15 @@ class WorkUp:
         )
 
     def _filter(self, task: Task) -> None:
-        names = tuple(
-            self.bench.take(
-                asset,
-                "filter aid" if asset.name == "Celite" else "rinse",
-                said or ("5 g" if asset.name == "Celite" else "20 mL") + ASSUMED,
-            )
-            for asset, said in task.reagents
+        aids = tuple(
+            self.bench.take(asset, "filter aid", said or f"5 g{ASSUMED}") for asset, said in task.of("adsorbent")
         )
-        through = f" with {_words(names)}" if names else ""
-        text = f"Filter by suction{through}; rinse and keep what is wanted."
+        rinses = tuple(self.bench.take(asset, "rinse", said or f"20 mL{ASSUMED}") for asset, said in task.of(*SOLVENTS))
+        text = "Filter by suction" + (f" through {_words(aids)}" if aids else "")
+        text += f", rinse with {_words(rinses)}" if rinses else ""
         at = task.temperature if task.temperature is not None and task.temperature < 25.0 else 22.0
-        self.bench.do(
-            "Filter", text, ("BuchnerFunnel", "FilterFlask", "FilterPaper", *names), HOOD, at, task.duration or 15.0
-        )
+        uses = ("BuchnerFunnel", "FilterFlask", "FilterPaper", *aids, *rinses)
+        self.bench.do("Filter", f"{text} and keep what is wanted.", uses, HOOD, at, task.duration or 15.0)
 
     def _concentrate(self, task: Task) -> None:
         at = task.temperature if task.temperature is not None and task.temperature >= 25.0 else 40.0
