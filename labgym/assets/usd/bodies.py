@@ -13,6 +13,8 @@ from labgym.geometry import OrientedBox
 STEP = 1e-5
 """Grid that coordinates are rounded to, metres."""
 _NUDGE = 1e-3
+EXACT = ("box", "cylinder", "sphere", "capsule")
+"""Primitives of parts that USD has as solids."""
 
 
 def rounded(values: Any) -> Points:
@@ -27,8 +29,8 @@ def rounded(values: Any) -> Points:
 
 
 def write_part(stage: Any, path: str, part: Part) -> Any:
-    """Define a part's prim in the asset's frame and return it. Ellipsoids, revolves and prisms become meshes."""
-    if part.primitive in ("revolve", "prism", "ellipsoid"):
+    """Define a part's prim in the asset's frame and return it: an exact solid where USD has it, else a mesh."""
+    if part.primitive not in EXACT:
         return write_mesh(stage, path, *tessellate(part))
     solid = _solid(stage, path, part)
     _place(solid, part.position, part.quaternion, part.size if part.primitive == "box" else None)
