@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from labgym.assets import Catalog
@@ -183,6 +184,22 @@ def test_what_cannot_or_must_not_be_written_is_refused(text: str, reason: str) -
         synthesize(text, keyword_only=True)
     assert caught.value.reason == reason
     assert "\n" not in str(caught.value)
+
+
+def test_any_mixture_of_descriptions_is_written_soundly_or_refused_in_one_line() -> None:
+    rng = np.random.default_rng(5)
+    written_soundly = 0
+    for _ in range(80):
+        first, second = (str(rng.choice(DESCRIPTIONS)).split(",") for _ in range(2))
+        text = ",".join(first[: 1 + rng.integers(len(first))] + second[rng.integers(len(second)) :])
+        try:
+            protocol = written(text)
+        except LabgymError as error:
+            assert "\n" not in str(error), text
+        else:
+            assert validate(protocol) == (), text
+            written_soundly += 1
+    assert written_soundly >= 20
 
 
 def test_an_unlisted_reagent_is_named_with_what_is_nearest() -> None:

@@ -141,6 +141,14 @@ def _words(names: Sequence[str]) -> str:
     return " and ".join(_spaced(name) for name in names) or "water"
 
 
+def _dissolved(names: Sequence[str]) -> str:
+    """Return what is poured in: solids as their solutions in water."""
+    solids = {
+        name for name in names if (chemistry := Catalog.load().get(name).chemistry) and chemistry.state == "solid"
+    }
+    return " and ".join(f"{_spaced(name)} solution" if name in solids else _spaced(name) for name in names) or "water"
+
+
 def _spaced(name: str) -> str:
     asset = Catalog.load().get(name)
     return asset.synonyms_en[0].split(" (")[0] if asset.synonyms_en else name
@@ -180,9 +188,9 @@ class WorkUp:
         names = self._list(task, role, amount, fallback)
         beaker = vessel_for(2.0 * self.volume + 60.0, BEAKERS, 0.95)
         texts = {
-            "Quench": f"Pour the cold mixture slowly onto {_words(names)} with ice and let gas escape.",
-            "Acidify": f"Pour the mixture onto ice and acidify slowly with {_words(names)}; check with pH paper.",
-            "Basify": f"Pour the mixture onto ice and basify slowly with {_words(names)}; check with pH paper.",
+            "Quench": f"Pour the cold mixture slowly onto {_dissolved(names)} with ice and let gas escape.",
+            "Acidify": f"Pour the mixture onto ice and acidify slowly with {_dissolved(names)}; check with pH paper.",
+            "Basify": f"Pour the mixture onto ice and basify slowly with {_dissolved(names)}; check with pH paper.",
         }
         paper = ("PHPaper",) if task.action != "Quench" else ()
         at = task.temperature if task.temperature is not None and task.temperature <= 25.0 else 5.0
@@ -213,7 +221,7 @@ class WorkUp:
 
     def _wash(self, task: Task) -> None:
         names = self._list(task, "wash", "30 mL aq.", "SodiumChloride")
-        text = f"Wash the organic layer in the separating funnel with {_words(names)}."
+        text = f"Wash the organic layer in the separating funnel with {_dissolved(names)}."
         self.bench.do("Wash", text, ("SeparatoryFunnel", "ErlenmeyerFlask", *names), HOOD, 22.0, task.duration or 15.0)
 
     def _dry_solution(self, task: Task) -> None:
