@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ WORK_UP = {"Extract", "Wash", "Filter", "Concentrate", "DrySolution"}
 PURIFICATION = {"Recrystallize", "Crystallize", "Chromatograph", "Distill", "DrySolid", "DryVacuum"}
 
 
+@cache
 def written(text: str) -> Protocol:
     return synthesize(text, keyword_only=True).protocol
 
@@ -93,7 +95,7 @@ def test_english_and_chinese_descriptions_of_one_experiment_agree() -> None:
 
 
 def test_the_same_text_gives_the_same_protocol_and_another_text_another_id() -> None:
-    assert written(FIRST) == written(FIRST)
+    assert synthesize(FIRST, keyword_only=True).protocol == written(FIRST)
     assert written(FIRST).id != written(FIRST + ".").id
 
 
@@ -188,18 +190,19 @@ def test_what_cannot_or_must_not_be_written_is_refused(text: str, reason: str) -
 
 def test_any_mixture_of_descriptions_is_written_soundly_or_refused_in_one_line() -> None:
     rng = np.random.default_rng(5)
-    written_soundly = 0
-    for _ in range(80):
+    sound, refused = 0, []
+    for _ in range(40):
         first, second = (str(rng.choice(DESCRIPTIONS)).split(",") for _ in range(2))
         text = ",".join(first[: 1 + rng.integers(len(first))] + second[rng.integers(len(second)) :])
         try:
             protocol = written(text)
         except LabgymError as error:
-            assert "\n" not in str(error), text
+            refused.append(str(error))
         else:
             assert validate(protocol) == (), text
-            written_soundly += 1
-    assert written_soundly >= 20
+            sound += 1
+    assert sound >= 10
+    assert all("\n" not in message for message in refused)
 
 
 def test_an_unlisted_reagent_is_named_with_what_is_nearest() -> None:
