@@ -22,7 +22,7 @@ from labgym import protocols as library
 from labgym.cli_assets import assets_app
 from labgym.cli_outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
 from labgym.cli_protocols import protocols_app
-from labgym.cli_training import card_app, data, train_app
+from labgym.cli_training import ablate_app, card_app, data, train_app
 from labgym.errors import LabgymError, OptionError
 from labgym.pipeline import RunConfig
 from labgym.protocols import Protocol
@@ -278,6 +278,7 @@ def reproduce(split: Literal["val", "test"] = "test", out: Path | None = None) -
 
 app.command(data)
 app.command(train_app, name="train", help="Train a policy; each command goes on where it was stopped.")
+app.command(ablate_app, name="ablate", help="Leave out parts of a trained policy; train and drive the rest.")
 app.command(card_app, name="card", help="Publish a trained policy with a card.")
 
 

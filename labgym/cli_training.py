@@ -15,6 +15,7 @@ Sensor = Literal["lidar", "depth"]
 
 train_app = SubcommandApp()
 card_app = SubcommandApp()
+ablate_app = SubcommandApp()
 
 
 def data(out: Path = Path("runs/data"), samples: int = 50_000, seed: int = 0, workers: int = 1) -> int:
@@ -105,11 +106,40 @@ def train_ppo(
     return written(train(options, folder, judge))
 
 
+@ablate_app.command(name="iplanner")
+def ablate_iplanner(
+    data: Path = Path("runs/data"),
+    out: Path = Path("runs/iplanner-ablation"),
+    samples: int = 4000,
+    epochs: int = 6,
+    every: int = 2,
+    threads: int = 1,
+) -> int:
+    """Leave out one main part of the iPlanner-style policy after the other; train and drive the rest.
+
+    Args:
+        data: The dataset's folder, made by labgym data.
+        out: Folder for the training runs and the evaluations.
+        samples: How many of the dataset's samples to train on.
+        epochs: Passes over them.
+        every: Drive in every so many-th layout of the validation split.
+        threads: Of torch.
+    """
+    if min(samples, epochs, every, threads) < 1:
+        raise OptionError(f"samples {samples}, epochs {epochs}, every {every} and threads {threads} must be at least 1")
+    need("torch", "labgym ablate", "train")
+    from labgym.eval.iplanner_ablation import ablate_iplanner as ablate
+    from labgym.policies.iplanner.config import TrainOptions
+
+    return written(ablate(data, out, TrainOptions(samples=samples, epochs=epochs, threads=threads), every))
+
+
 @card_app.command(name="iplanner")
 def card_iplanner(
     results: Path,
     run: Path = Path("runs/iplanner"),
     data: Path = Path("runs/data"),
+    ablation: Path | None = None,
     out: Path = Path("policies/iplanner"),
 ) -> int:
     """Publish the weights of a training run with a card.
@@ -118,11 +148,12 @@ def card_iplanner(
         results: Folder of labgym eval with these weights.
         run: Folder of labgym train iplanner.
         data: Folder of the dataset that it was trained on.
+        ablation: Folder of labgym ablate iplanner.
         out: Folder for weights, configuration, losses, figures and CARD.md.
     """
     from labgym.eval.iplanner_card import write_iplanner_card
 
-    return written(write_iplanner_card(run, data, results, out))
+    return written(write_iplanner_card(run, data, results, out, ablation))
 
 
 @card_app.command(name="ppo")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -92,19 +93,25 @@ Made by `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, se
         return "\n".join([*lines, "", f"![Failed drives]({FAILURES})"])
 
 
-def ablation_table(folder: Path) -> str:
-    """Return a table in Markdown of the evaluations in a folder's folders, a row each by the folder's name.
+def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:
+    """Return a table in Markdown of evaluations, a row each.
+
+    Args:
+        folder: with a folder for each of them, of what `labgym eval` writes.
+        titles: of the rows by the folder's name, in order.
 
     Raises:
-        OptionError: there are none, or they are of different suites.
-        DocumentError: one cannot be read.
+        OptionError: they are not complete, or of different suites.
+        DocumentError: one is missing or cannot be read.
     """
-    summaries = {path.parent.name: NavigationSummary.load(path) for path in sorted(folder.glob("*/summary.json"))}
+    summaries = {name: NavigationSummary.load(folder / name / "summary.json") for name in titles}
     suites = {summary.suite.label for summary in summaries.values()}
-    if len(suites) != 1:
-        raise OptionError(f"{folder} holds evaluations of the suites {sorted(suites)}; expected folders, all of one")
+    if len(suites) != 1 or not all(summary.complete for summary in summaries.values()):
+        raise OptionError(
+            f"{folder} holds evaluations of {sorted(suites)}, or parts; expected whole ones, of one suite"
+        )
     rows = tuple(
-        (name, *(interval(summary.metrics[key], 3) for key, _ in ABLATION_COLUMNS))
+        (titles[name], *(interval(summary.metrics[key], 3) for key, _ in ABLATION_COLUMNS))
         for name, summary in summaries.items()
     )
     episodes = ", ".join(sorted({str(summary.episodes) for summary in summaries.values()}))

@@ -6,21 +6,27 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from labgym.documents import write_bytes, write_text
-from labgym.eval.cards import CardResults
+from labgym.eval.cards import CardResults, ablation_table
 from labgym.eval.pictures import save_picture
-from labgym.policies.data import DatasetManifest
+from labgym.policies.data import DatasetManifest, load_dataset
 from labgym.policies.iplanner.config import PlannerConfig
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from labgym.policies.iplanner.calibration import Calibration
+
+PUBLISHED_FEAR = 0.5
+"""Cost over which the published fear is true."""
 FILES = ("config.json", "weights.safetensors", "history.jsonl")
 
 Row = dict[str, Any]
 
 
-def write_iplanner_card(run: Path, data: Path, results: Path, out: Path) -> Path:
+def write_iplanner_card(run: Path, data: Path, results: Path, out: Path, ablation: Path | None = None) -> Path:
     """Publish the weights of a training run with a card, and return the card's path.
 
     Args:
@@ -28,21 +34,28 @@ def write_iplanner_card(run: Path, data: Path, results: Path, out: Path) -> Path
         data: folder of the dataset that it was trained on.
         results: folder of `labgym eval` with these weights, complete, on a suite.
         out: folder for weights, configuration, losses, the dataset's manifest, figures and `CARD.md`.
+        ablation: folder of `labgym ablate iplanner`; None leaves its table out.
 
     Raises:
         DocumentError: a file is missing or broken.
-        OptionError: the evaluation is not complete, or of another policy.
+        OptionError: an evaluation is not complete, or of another policy.
     """
+    from labgym.policies.iplanner.calibration import calibration
+    from labgym.policies.iplanner.network import load_planner
+
     found = CardResults.read(results, "iplanner")
     history = [json.loads(line) for line in (run / "history.jsonl").read_text(encoding="utf-8").splitlines()]
+    config, manifest = PlannerConfig.load(run / "config.json"), DatasetManifest.load(data / "manifest.json")
+    fear = calibration(load_planner(run), load_dataset(data, config.training.samples), config)
+    parts = "" if ablation is None else _ablation(ablation)
     if run != out:
         for name in FILES:
             write_bytes(out / name, (run / name).read_bytes())
-    save_picture(loss_figure(history), out / "losses.png")
-    found.draw(out)
-    config, manifest = PlannerConfig.load(run / "config.json"), DatasetManifest.load(data / "manifest.json")
     manifest.save(out / "data.json")
-    return write_text(out / "CARD.md", _card(config, manifest, history, found))
+    save_picture(loss_figure(history), out / "losses.png")
+    save_picture(fear_figure(fear), out / "fear.png")
+    found.draw(out)
+    return write_text(out / "CARD.md", _card(config, manifest, history, found, fear, parts))
 
 
 def loss_figure(history: list[Row]) -> Figure:
@@ -64,7 +77,40 @@ def loss_figure(history: list[Row]) -> Figure:
     return figure
 
 
-def _card(config: PlannerConfig, manifest: DatasetManifest, history: list[Row], found: CardResults) -> str:
+def fear_figure(fear: Calibration) -> Figure:
+    """Draw how often paths collide against the fear of it, and precision and recall against the threshold."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 3.0), facecolor="#ffffff")
+    reliable, counts, trade = figure.subplots(1, 3)
+    mean, share, count = fear.reliability().T
+    reliable.plot([0.0, 1.0], [0.0, 1.0], ":", color="#7b838c")
+    reliable.plot(mean, share, "o-", color="#2a6fb5", markersize=4)
+    reliable.set_title("share of paths that collide", fontsize=9)
+    counts.bar(mean, count, width=0.08, color="#3d444b")
+    counts.set_title("samples", fontsize=9)
+    thresholds = np.linspace(0.02, 0.98, 49)
+    for kind, colour in (("precision", "#2a6fb5"), ("recall", "#b5482a")):
+        trade.plot(thresholds, [getattr(fear, kind)(each) for each in thresholds], color=colour, label=kind)
+    trade.set_title("of a threshold", fontsize=9)
+    trade.legend(fontsize=7)
+    for axes in (reliable, counts, trade):
+        axes.set_xlabel("fear", fontsize=8)
+        axes.set_xlim(0.0, 1.0)
+        axes.tick_params(labelsize=7)
+        axes.grid(alpha=0.3)
+    figure.tight_layout()
+    return figure
+
+
+def _card(
+    config: PlannerConfig,
+    manifest: DatasetManifest,
+    history: list[Row],
+    found: CardResults,
+    fear: Calibration,
+    ablation: str,
+) -> str:
     training, options = config.training, manifest.options
     samples = sum(shard.samples for shard in manifest.shards)
     places = sum(len(shard.layouts) for shard in manifest.shards)
@@ -76,31 +122,93 @@ def _card(config: PlannerConfig, manifest: DatasetManifest, history: list[Row], 
     return f"""# iplanner: paths from one depth image, learned without labels
 
 An iPlanner-style policy: the same inputs, outputs, training signal and inference rule at a size that trains on a CPU.
-It sees one depth image (72 x 128) and the goal, and has no memory but the path that it follows. It is not given the
-map.
+It sees one depth image (72 x 128) and the goal, and has no memory but the path that it follows and where it last faced
+the goal. It is not given the map.
 
 {found.markdown()}
 
 ## Training
 
-- Data: `labgym data --samples {options.samples} --seed {options.seed}`; the first {samples} samples were there,
+- Data: `labgym data --samples {options.samples} --seed {options.seed}`; {samples} samples were there,
   from {places} generated layouts. Their hashes are in `data.json`: a later version may generate others.
 - Training: `labgym train iplanner --epochs {training.epochs} --seed {training.seed}`; {last["epoch"]} epochs were run.
   All options are in `config.json`.
 - Loss: the terms' weights are {weights}; differentiated through the path and the cost map.
-  {_ending(config.loss.horizon)}
 - Means over the held-out layouts after the last epoch: {losses}.
 
 Nothing was trained or chosen on the test split.
 
 ![Losses by epoch](losses.png)
+
+## Fear
+
+Fear is to be the probability that the planned path, in its first {config.loss.fear_length:g} m, comes to a cost over
+{config.loss.fear_cost:g}. {_fear(fear)}
+
+![Fear against what paths do](fear.png)
+
+{ablation}## What differs from the published method
+
+{_differences(config)}
 """
 
 
-def _ending(horizon: float | None) -> str:
-    if horizon is None:
-        return "A path is to end at the goal, as published."
+def _fear(fear: Calibration) -> str:
+    if len(fear.fear) == 0:
+        return "No sample was held out to test it on."
     return (
-        f"Unlike the published rule, a path is to end {horizon:g} m along the expert path, at the goal where that is\n"
-        "  nearer: behind furniture the goal would pull it against what is in the way."
+        f"On the {len(fear.fear)} samples of the held-out layouts {fear.collides.mean():.1%} of the paths do;\n"
+        f"at the threshold of 0.5 the fear has precision {_rate(fear.precision(0.5))} and recall "
+        f"{_rate(fear.recall(0.5))}; its expected calibration error is {fear.error():.3f}."
     )
+
+
+def _ablation(folder: Path) -> str:
+    from labgym.eval.iplanner_ablation import RESULTS, RUNS, TITLES, WHOLE
+
+    training = PlannerConfig.load(folder / RUNS / WHOLE / "config.json").training
+    return f"""## What its parts are worth
+
+One part is changed at a time, in training or in driving, at a smaller budget than the published weights had:
+{training.samples} samples, {training.epochs} epochs.
+
+{ablation_table(folder / RESULTS, TITLES)}
+
+Made by `labgym ablate iplanner --samples {training.samples} --epochs {training.epochs}`.
+
+"""
+
+
+def _differences(config: PlannerConfig) -> str:
+    loss, training = config.loss, config.training
+    lines = [
+        "Size: the image is 72 x 128, averaged over squares of 2 x 2 (360 x 640 published); the encoder has "
+        f"{len(config.network.channels) - 1} residual blocks in place of ResNet-18.",
+        "The floor is flat: key points have no height, and the height term is left out.",
+        f"AdamW with a rate of {training.rate:g}, times {training.plateau:g} where the held-out loss did not fall, for "
+        "fewer epochs (1e-4 and 0.1 published); images are mirrored.",
+    ]
+    if loss.horizon is not None:
+        lines.append(
+            f"A path is to end {loss.horizon:g} m along the expert path, at the goal where that is nearer. "
+            "The published one is to end at the goal, which behind furniture pulls it against what is in the way."
+        )
+    if loss.along:
+        lines.append(
+            "The motion term's even steps are as long as the way to the path's end needs, not as the straight line."
+        )
+    if loss.fear_cost != PUBLISHED_FEAR:
+        lines.append(
+            f"Fear is of a cost over {loss.fear_cost:g}, not {PUBLISHED_FEAR:g}, since the cost map is another: see "
+            "`LossOptions` for what these costs mean in metres."
+        )
+    lines.append(
+        "Driving: the published rule stops and turns after more than 3 fearful frames while heading at an obstacle; "
+        "so does this. Beside it, an episode begins by facing the goal; a path is kept for a while; a goal out of "
+        "sight for a metre is looked at; the robot backs off from what holds it up (`PlannerRules`)."
+    )
+    return "\n".join(f"- {line}" for line in lines)
+
+
+def _rate(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"

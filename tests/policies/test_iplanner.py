@@ -17,6 +17,7 @@ from labgym.policies import EpisodeStart
 from labgym.policies.data import Dataset
 from labgym.policies.data.maps import Maps, cost_map
 from labgym.policies.iplanner import train as training
+from labgym.policies.iplanner.calibration import Calibration, calibration
 from labgym.policies.iplanner.config import LossOptions, NetworkOptions, PlannerConfig, TrainOptions
 from labgym.policies.iplanner.loss import CostMaps, fear_label, in_room, planning_loss
 from labgym.policies.iplanner.network import PlannerNetwork, load_planner, save_planner
@@ -45,6 +46,7 @@ def toy_dataset(count: int = 64) -> Dataset:
         path=np.linspace(0.0, 1.0, 64, dtype=np.float32)[None, :, None] * goal[:, None],
         length=np.linalg.norm(goal, axis=1).astype(np.float32),
         place=(np.arange(count) // (count // 2)).astype(np.int64),
+        drive=np.arange(count),
         maps=(room_with_a_block(), room_with_a_block()),
     )
 
@@ -113,7 +115,7 @@ def test_loss_terms_are_what_a_hand_makes_of_them() -> None:
     assert float(losses.total) == pytest.approx(0.5 * 1.0 + 2.0 * 1.0 + 5.0 * math.log(2.0) + math.log(2.0))
 
 
-@pytest.mark.parametrize("costs, afraid", [([0.0, 0.6, 0.0, 0.0], 1.0), ([0, 0.5, 0.4, 0], 0.0), ([0, 0, 0, 0.9], 0.0)])
+@pytest.mark.parametrize("costs, afraid", [([0.0, 1.1, 0.0, 0.0], 1.0), ([0, 1.0, 0.4, 0], 0.0), ([0, 0, 0, 1.9], 0.0)])
 def test_fear_is_of_the_first_two_metres(costs: list[float], afraid: float) -> None:
     steps = torch.tensor([[1.0, 1.0, 1.0]])
     assert fear_label(steps, torch.tensor([costs]), LossOptions()).tolist() == [afraid]
@@ -153,9 +155,11 @@ def test_targets_lie_a_horizon_along_the_expert_path_or_at_the_goal() -> None:
     np.testing.assert_allclose(training.targets(data, 1.5), [[1.0, 0.5]] * 4)
     np.testing.assert_allclose(training.targets(data, 9.0), [[1.0, 1.0]] * 4)
     np.testing.assert_allclose(training.targets(data, None), [[1.0, 1.0]] * 4)
-    np.testing.assert_allclose(training.reaches(data, 1.5), [1.5] * 4)
-    np.testing.assert_allclose(training.reaches(data, 9.0), [2.0] * 4)
-    np.testing.assert_allclose(training.reaches(data, None), [math.sqrt(2.0)] * 4)
+    for horizon, along, straight in [(1.5, 1.5, math.hypot(1.0, 0.5)), (9.0, 2.0, math.sqrt(2.0))]:
+        target = training.targets(data, horizon)
+        np.testing.assert_allclose(training.reaches(data, target, LossOptions(horizon=horizon)), [along] * 4)
+        published = LossOptions(horizon=horizon, along=False)
+        np.testing.assert_allclose(training.reaches(data, target, published), [straight] * 4)
 
 
 def test_thirty_steps_of_training_lower_the_loss(toy: Dataset, tmp_path: Path) -> None:
@@ -235,10 +239,12 @@ class Scripted(IPlannerPolicy):
         return np.linspace(0.0, 3.0, 51)[:, None] * (1.0, self.slope), self.fear
 
 
-def seen(bearing: float, nearest: float = 5.0, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> dict[str, object]:
+def seen(
+    bearing: float, nearest: float = 5.0, pose: tuple[float, float, float] = (0.0, 0.0, 0.0), speed: float = 0.5
+) -> dict[str, object]:
     return {
         "goal": np.array([4.0, math.cos(bearing), math.sin(bearing)], np.float32),
-        "velocity": np.zeros(2, np.float32),
+        "velocity": np.array([speed, 0.0], np.float32),
         "depth": np.full(IMAGE_SHAPE[0] * IMAGE_SHAPE[1], nearest, np.float32),
         "odometry": np.array(pose),
     }
@@ -295,3 +301,63 @@ def test_paths_are_followed_in_the_frame_of_the_episode(policy: Scripted) -> Non
     forward, turn = policy.act(seen(0.0, pose=(1.0, 2.0, 0.4)))
     assert forward > 0.0
     assert abs(turn) < 1e-6
+
+
+def test_it_backs_off_where_something_that_it_does_not_see_stops_it(policy: Scripted) -> None:
+    forwards = [policy.act(seen(0.0, speed=0.0))[0] for _ in range(12)]
+    assert forwards[0] > 0.0
+    assert min(forwards) < 0.0
+    assert forwards[-1] > 0.0
+
+
+def driven_until_it_glances(policy: Scripted) -> tuple[float, float, float]:
+    """Drive ahead with the goal abeam, to the left, until the robot stops to look at it; return the pose."""
+    for k in range(30):
+        pose = (0.1 * k, 0.0, 0.0)
+        if policy.act(seen(0.0 if k == 0 else 1.4, pose=pose))[0] == 0.0:
+            return pose
+    raise AssertionError("it never looked")
+
+
+def test_it_looks_at_a_goal_that_was_out_of_sight_for_a_metre_and_takes_a_way_that_leads_on(policy: Scripted) -> None:
+    x, y, _ = driven_until_it_glances(policy)
+    assert x == pytest.approx(1.1)
+    assert policy.act(seen(0.8, pose=(x, y, 0.6)))[1] > 0.0
+    # Seen from there the way is straight on, between where it was heading and the goal.
+    assert policy.act(seen(0.0, pose=(x, y, 1.4)))[0] > 0.0
+
+
+@pytest.mark.parametrize("slope, fear", [(2.0, 0.1), (0.0, 0.9)])
+def test_after_a_look_at_the_goal_it_goes_on_as_before_where_the_way_is_feared_or_leads_back(
+    policy: Scripted, slope: float, fear: float
+) -> None:
+    x, y, _ = driven_until_it_glances(policy)
+    policy.slope, policy.fear = slope, fear
+    forward, turn = policy.act(seen(0.0, pose=(x, y, 1.4)))
+    assert forward == 0.0
+    assert turn < 0.0
+
+
+def test_fear_is_calibrated_where_paths_collide_as_often_as_is_feared() -> None:
+    rng = np.random.default_rng(5)
+    fear = rng.uniform(0.0, 1.0, 20_000)
+    honest = Calibration(fear, rng.uniform(0.0, 1.0, 20_000) < fear)
+    assert honest.error() < 0.02
+    # Of those above a half three in four collide, and these are three in four of all that do.
+    assert honest.precision(0.5) == pytest.approx(0.75, abs=0.02)
+    assert honest.recall(0.5) == pytest.approx(0.75, abs=0.02)
+    assert Calibration(fear, np.zeros(20_000, dtype=bool)).error() == pytest.approx(0.5, abs=0.02)
+    assert Calibration(np.zeros(3), np.zeros(3, dtype=bool)).precision(0.5) is None
+
+
+def test_fear_is_tested_on_samples_that_were_held_out(toy: Dataset) -> None:
+    found = calibration(PlannerNetwork(SMALL), toy, config())
+    assert len(found.fear) == len(toy) // 2
+    assert ((found.fear > 0.0) & (found.fear < 1.0)).all()
+
+
+def test_the_cost_that_is_feared_is_where_the_planning_disc_touches() -> None:
+    maps = room_with_a_block()
+    # Blocked cells are those nearer than 0.35 m to something: 5 cm inside, the disc of 0.30 m touches it.
+    inside = CostMaps([maps]).at(torch.tensor([[[2.05, 2.5], [1.95, 2.5]]]), torch.tensor([0]))[0]
+    assert inside[0] > LossOptions().fear_cost - 0.1 > inside[1]

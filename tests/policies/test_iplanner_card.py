@@ -6,11 +6,14 @@ import pytest
 
 from labgym.artefacts import artefacts
 from labgym.errors import OptionError
+from labgym.eval import iplanner_ablation
+from labgym.eval.iplanner_ablation import VARIANTS, ablate_iplanner
 from labgym.eval.iplanner_card import write_iplanner_card
 from labgym.eval.results import Evaluation
 from labgym.eval.runner import evaluate
 from labgym.eval.suites import Suite
 from labgym.policies.data import DataOptions, make_dataset
+from labgym.policies.iplanner.config import TrainOptions
 from labgym.policies.iplanner.network import load_planner
 
 SHORT = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=3)
@@ -45,6 +48,24 @@ def test_the_card_s_numbers_are_the_evaluation_s(run: Path, data: Path, tmp_path
         assert (tmp_path / "card" / name).read_bytes() == (run / name).read_bytes()
     for name in ("losses.png", "drives.png", "failures.png"):
         assert (tmp_path / "card" / name).read_bytes().startswith(b"\x89PNG"), name
+
+
+def test_an_ablation_has_a_row_for_each_variant_driven_with_its_own_weights_or_the_whole_s(
+    data: Path, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen = [variant for variant in VARIANTS if variant.name in {"whole", "obstacle", "glance"}]
+    monkeypatch.setattr(iplanner_ablation, "VARIANTS", chosen)
+    monkeypatch.setattr(iplanner_ablation, "TITLES", {variant.name: variant.title for variant in chosen})
+    monkeypatch.setattr(iplanner_ablation, "_suite", lambda every: SHORT)
+    results = ablate_iplanner(data, tmp_path / "ablation", TrainOptions(epochs=1, samples=2), 2, progress=False)
+    weights = {name: Evaluation.read(results / name).summary.options["weights"] for name in ("whole", "obstacle")}
+    assert load_planner(weights["obstacle"]).state_dict().keys() == load_planner(weights["whole"]).state_dict().keys()
+    assert weights["obstacle"] != weights["whole"] == Evaluation.read(results / "glance").summary.options["weights"]
+    evaluate("iplanner", SHORT, out=tmp_path / "eval", progress=False)
+    card = write_iplanner_card(run, data, tmp_path / "eval", tmp_path / "card", tmp_path / "ablation").read_text()
+    for variant in chosen:
+        success = Evaluation.read(results / variant.name).summary.metrics["success"].value
+        assert f"| {variant.title} | {success:.3f}" in card
 
 
 def test_a_card_needs_an_evaluation_of_this_policy(run: Path, data: Path, tmp_path: Path) -> None:

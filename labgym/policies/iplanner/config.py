@@ -29,7 +29,7 @@ class NetworkOptions(Record):
 
 
 class LossOptions(Record):
-    """Weights and thresholds of the loss, as published, but for the horizon.
+    """Weights and thresholds of the loss: the published terms and weights; the last three options differ.
 
     L = obstacle O + motion M + goal G + fear BCE: O the sum of the cost map along the path, M the sum of what its steps
     differ in length from even ones, G = log(1 + how far its end is from where it is to end). The published height term
@@ -37,7 +37,11 @@ class LossOptions(Record):
 
     Attributes:
         obstacle, motion, goal, fear: weights.
-        fear_cost: fear is true where the highest cost over the path's first `fear_length` metres exceeds this.
+        fear_length: fear is true where the highest cost over the path's first so many metres exceeds `fear_cost`.
+        fear_cost: 1.0 is what our cost map holds 0.30 m from an obstacle: the robot's planning disc touches. The
+            published 0.5, of another map, lies 0.39 m away here, where paths through laboratories often have to go.
+        along: even steps are as long as the way to the path's end needs; with False as the straight line there needs,
+            as published, which is a pull to cut corners.
         horizon: the path is to end at the place this far along the expert path, metres, or at the goal where that is
             nearer. With None it is to end at the goal itself, as published: behind furniture the goal then pulls
             the path against it.
@@ -47,8 +51,9 @@ class LossOptions(Record):
     motion: Weight = 2.0
     goal: Weight = 5.0
     fear: Weight = 1.0
-    fear_cost: Positive = 0.5
     fear_length: Positive = 2.0
+    fear_cost: Positive = 1.0
+    along: bool = True
     horizon: Positive | None = 3.5
 
 

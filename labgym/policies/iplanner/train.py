@@ -22,7 +22,7 @@ from tqdm import tqdm
 from labgym.documents import write_text
 from labgym.errors import OptionError
 from labgym.policies.data import Dataset, load_dataset
-from labgym.policies.iplanner.config import PlannerConfig
+from labgym.policies.iplanner.config import LossOptions, PlannerConfig, TrainOptions
 from labgym.policies.iplanner.loss import CostMaps, Losses, in_room, planning_loss
 from labgym.policies.iplanner.network import CONFIG, PlannerNetwork, save_planner
 
@@ -46,14 +46,15 @@ class Samples:
     place: Tensor
 
     @classmethod
-    def of(cls, data: Dataset, horizon: float | None) -> Samples:
+    def of(cls, data: Dataset, options: LossOptions) -> Samples:
         """Take over a dataset."""
+        target = targets(data, options.horizon)
         return cls(
             depth=torch.from_numpy(data.depth),
             pose=torch.from_numpy(data.pose),
             goal=torch.from_numpy(data.goal),
-            target=torch.from_numpy(targets(data, horizon)),
-            reach=torch.from_numpy(reaches(data, horizon)),
+            target=torch.from_numpy(target),
+            reach=torch.from_numpy(reaches(data, target, options)),
             place=torch.from_numpy(data.place),
         )
 
@@ -71,11 +72,17 @@ def targets(data: Dataset, horizon: float | None) -> NDArray[np.float32]:
     return np.asarray(found, dtype=np.float32)
 
 
-def reaches(data: Dataset, horizon: float | None) -> NDArray[np.float32]:
-    """Return the length of the way to each target, (n,): along the expert path, or straight without a horizon."""
-    if horizon is None:
-        return np.asarray(np.linalg.norm(data.goal, axis=1), dtype=np.float32)
-    return np.minimum(data.length, np.float32(horizon))
+def reaches(data: Dataset, target: NDArray[np.float32], options: LossOptions) -> NDArray[np.float32]:
+    """Return the length of the way to each target (n, 2), (n,): along the expert path, or straight as published."""
+    if not options.along or options.horizon is None:
+        return np.asarray(np.linalg.norm(target, axis=1), dtype=np.float32)
+    return np.minimum(data.length, np.float32(options.horizon))
+
+
+def divided(data: Dataset, options: TrainOptions) -> tuple[Tensor, Tensor]:
+    """Return the indices of the samples to train on and of those held out, which are in layouts of their own."""
+    held_out = torch.from_numpy(data.place >= round((1.0 - options.held_out) * len(data.maps)))
+    return torch.nonzero(~held_out)[:, 0], torch.nonzero(held_out)[:, 0]
 
 
 def train(data: str | Path, out: str | Path, config: PlannerConfig, progress: bool = True) -> PlannerNetwork:
@@ -100,10 +107,8 @@ def train(data: str | Path, out: str | Path, config: PlannerConfig, progress: bo
     torch.set_num_threads(options.threads)
 
     dataset = load_dataset(data, options.samples)
-    samples, maps = Samples.of(dataset, config.loss.horizon), CostMaps(dataset.maps)
-    first_held_out = round((1.0 - options.held_out) * len(dataset.maps))
-    trained = torch.nonzero(samples.place < first_held_out)[:, 0]
-    held_out = torch.nonzero(samples.place >= first_held_out)[:, 0]
+    samples, maps = Samples.of(dataset, config.loss), CostMaps(dataset.maps)
+    trained, held_out = divided(dataset, options)
 
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(options.seed)
