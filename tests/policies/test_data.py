@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,8 @@ from labgym.navigation.plan import OBSTACLE_HEIGHT
 from labgym.policies.data import DataOptions, Dataset, DatasetManifest, load_dataset, make_dataset, shard
 from labgym.policies.data.columns import depth_of, depth_png, jpeg, rgb_of
 from labgym.policies.data.maps import CLEARANCE, cost_map, privileged_maps
-from labgym.policies.data.situations import Situations, resampled
+from labgym.policies.data.read import pictures
+from labgym.policies.data.situations import STRIDES, TURN, Situations, resampled
 from labgym.scenes import RayScene
 
 OPTIONS = DataOptions(samples=24, seed=5, shard=12, layout=6, drive=3)
@@ -175,15 +177,42 @@ def test_maps_agree_with_a_distance_transform_of_the_room(layouts: list[Layout])
     assert maps.origin == pytest.approx((-1.0, -1.0))
 
 
-def test_drives_share_a_goal_and_headings_vary(layouts: list[Layout]) -> None:
-    drawn = Situations(layouts[0]).drive(np.random.default_rng(2), 30)
-    goals = []
-    for each in drawn:
-        (x, y, yaw), (gx, gy) = each.pose, each.goal
-        goals.append((x + math.cos(yaw) * gx - math.sin(yaw) * gy, y + math.sin(yaw) * gx + math.cos(yaw) * gy))
-    np.testing.assert_allclose(goals, [goals[0]] * 30, atol=1e-9)
-    assert {each.kind for each in drawn} >= {"route"}
+def in_room(pose: tuple[float, float, float], point: tuple[float, float]) -> tuple[float, float]:
+    (x, y, yaw), (px, py) = pose, point
+    return x + math.cos(yaw) * px - math.sin(yaw) * py, y + math.sin(yaw) * px + math.cos(yaw) * py
+
+
+def test_the_frames_of_a_drive_follow_each_other_as_a_robot_can_drive_and_share_a_goal(layouts: list[Layout]) -> None:
+    drawn = Situations(layouts[0]).drive(np.random.default_rng(2), 60)
+    assert len(drawn) == 60
+    assert [each.frame == 0 or each.frame == before.frame + 1 for before, each in pairwise(drawn)] == [True] * 59
+    assert sum(each.frame == 0 for each in drawn) > 3
+    for before, each in pairwise(drawn):
+        if each.frame == 0:
+            continue
+        assert math.dist(before.pose[:2], each.pose[:2]) <= STRIDES[1] + 1e-9
+        assert abs(wrap_angle(each.pose[2] - before.pose[2])) <= TURN + 1e-9
+        assert in_room(each.pose, each.goal) == pytest.approx(in_room(before.pose, before.goal), abs=1e-9)
+        assert each.kind == before.kind
+
+
+def test_drives_get_nearer_to_their_goal_but_leave_the_expert_s_way(layouts: list[Layout]) -> None:
+    drawn = Situations(layouts[0]).drive(np.random.default_rng(4), 80)
+    steps = [(before, each) for before, each in pairwise(drawn) if each.frame]
+    assert np.mean([each.length - before.length for before, each in steps]) < -0.1
+    # Where the expert went straight on from the frame before, and where the drive went instead.
+    aside = [
+        shapely.LineString(before.path).distance(shapely.Point(_relative(before.pose, each.pose[:2])))
+        for before, each in steps
+    ]
+    assert max(aside) > 0.05
     assert np.ptp([each.pose[2] for each in drawn]) > 1.0
+    assert {each.kind for each in drawn} >= {"route"}
+
+
+def _relative(pose: tuple[float, float, float], point: tuple[float, float]) -> tuple[float, float]:
+    dx, dy = point[0] - pose[0], point[1] - pose[1]
+    return math.cos(pose[2]) * dx + math.sin(pose[2]) * dy, math.cos(pose[2]) * dy - math.sin(pose[2]) * dx
 
 
 def test_resampling_spaces_points_evenly_and_keeps_the_ends() -> None:
@@ -196,8 +225,18 @@ def test_columns_are_plain_arrow_types_that_other_readers_know(made: Path) -> No
     listed = DatasetManifest.load(made / "manifest.json").columns
     assert {field.name: str(field.type) for field in table.schema} == listed
     assert table["index"].to_pylist() == list(range(12))
-    assert table["frame_index"].to_pylist() == [0, 1, 2] * 4
-    assert table["episode_index"].to_pylist() == [k // 3 * 3 for k in range(12)]
+    frames, episodes = table["frame_index"].to_pylist(), table["episode_index"].to_pylist()
+    assert [index - frame for index, frame in enumerate(frames)] == episodes
+    assert max(frames) == 2
+    assert table["timestamp"].to_pylist() == [0.5 * frame for frame in frames]
+
+
+def test_pictures_come_in_the_order_of_the_samples(made: Path, data: Dataset) -> None:
+    assert np.diff(data.drive).min() >= 0
+    table = pq.read_table(made / "samples/00001.parquet").to_pylist()
+    seen = list(pictures(made, 17))
+    assert len(seen) == 17
+    np.testing.assert_array_equal(seen[14], rgb_of(table[2]["observation.images.rgb"]["bytes"]))
 
 
 def test_the_commands_make_a_dataset_and_train_on_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from labgym.errors import LabgymError, MissingDependencyError
 from labgym.policies.data.maps import Maps
-from labgym.policies.data.situations import PATH_POINTS, Situation
+from labgym.policies.data.situations import PATH_POINTS, PERIOD, Situation
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -41,7 +41,8 @@ def arrow() -> Any:
 def sample_schema() -> pa.Schema:
     """Return the columns of a sample file.
 
-    - `index`: of the sample. `episode_index`: of its drive's first sample. `frame_index`: of the sample in its drive.
+    - `index`: of the sample. `episode_index`: of its drive's first sample. `frame_index`: of the sample in its drive,
+      which goes on from row to row; `timestamp`: since the drive's start, seconds.
     - `map_index`: row of its layout in the map file of the same number. `kind`: how its pose was drawn.
     - `observation.images.rgb`: JPEG. `observation.images.depth`: 16-bit PNG, millimetres, planar, at most 10 m.
     - `observation.state`: x, y (m) and yaw (rad) in the room frame. `observation.goal`: x, y in the robot frame, m.
@@ -55,6 +56,7 @@ def sample_schema() -> pa.Schema:
             ("index", pa.int64()),
             ("episode_index", pa.int64()),
             ("frame_index", pa.int64()),
+            ("timestamp", pa.float32()),
             ("map_index", pa.int64()),
             ("kind", pa.string()),
             ("observation.images.rgb", image),
@@ -87,8 +89,10 @@ def map_schema() -> pa.Schema:
 
 
 def sample_row(situation: Situation, rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> dict[str, Any]:
-    """Return a row of the sample file but for its indices."""
+    """Return a row of the sample file but for its place in the dataset."""
     return {
+        "frame_index": situation.frame,
+        "timestamp": situation.frame * PERIOD,
         "kind": situation.kind,
         "observation.images.rgb": {"bytes": jpeg(rgb), "path": None},
         "observation.images.depth": {"bytes": depth_png(depth), "path": None},

@@ -17,15 +17,15 @@ class DataOptions(Record):
     Attributes:
         samples: how many.
         seed: shard i draws from `SeedSequence([seed, i])`.
-        shard, layout, drive: samples in a shard, in one layout of it and in one drive there; the last of each have
-            what is left.
+        shard, layout, drive: samples in a shard, in one layout of it, and at most in one drive there; the last of each
+            have what is left.
     """
 
     samples: Annotated[int, Field(ge=1, le=100_000_000)] = 50_000
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
     shard: Annotated[int, Field(ge=1, le=100_000)] = 500
     layout: Annotated[int, Field(ge=1)] = 100
-    drive: Annotated[int, Field(ge=1)] = 10
+    drive: Annotated[int, Field(ge=1)] = 20
 
     @property
     def shards(self) -> int:

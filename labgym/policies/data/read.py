@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import OptionError
-from labgym.policies.data.columns import arrow, depth_of
+from labgym.policies.data.columns import arrow, depth_of, rgb_of
 from labgym.policies.data.make import MANIFEST
 from labgym.policies.data.manifest import DatasetManifest
 from labgym.policies.data.maps import Maps
@@ -27,6 +28,7 @@ class Dataset:
         goal: (n, 2) in the robot frame, metres.
         path: (n, 64, 2) expert paths in the robot frame, metres. length: (n,) of the paths, metres.
         place: (n,) index of the sample's maps.
+        drive: (n,) number of the sample's drive, whose samples lie together in the order of time.
         maps: of each layout.
     """
 
@@ -36,6 +38,7 @@ class Dataset:
     path: NDArray[np.float32]
     length: NDArray[np.float32]
     place: NDArray[np.int64]
+    drive: NDArray[np.int64]
     maps: tuple[Maps, ...]
 
     def __len__(self) -> int:
@@ -71,8 +74,26 @@ def load_dataset(folder: str | Path, samples: int | None = None) -> Dataset:
         path=_column(tables, "action", 2 * PATH_POINTS).reshape(-1, PATH_POINTS, 2)[:samples],
         length=_column(tables, "path_length", 1)[:samples, 0],
         place=np.concatenate(places)[:samples],
+        drive=np.concatenate([table["episode_index"].to_numpy() for table in tables])[:samples],
         maps=tuple(maps),
     )
+
+
+def pictures(folder: str | Path, samples: int) -> Iterator[NDArray[np.uint8]]:
+    """Yield the RGB pictures (72, 128, 3) of a dataset's first samples.
+
+    Raises:
+        DocumentError: there is no manifest, or it is broken.
+        MissingDependencyError: pyarrow is not installed.
+    """
+    pa, folder = arrow(), Path(folder)
+    for shard in DatasetManifest.load(folder / MANIFEST).shards:
+        column = pa.parquet.read_table(folder / f"samples/{shard.index:05d}.parquet")["observation.images.rgb"]
+        for image in column.to_pylist():
+            if samples == 0:
+                return
+            samples -= 1
+            yield rgb_of(image["bytes"])
 
 
 def _column(tables: list[Any], name: str, width: int) -> NDArray[np.float32]:

@@ -56,9 +56,9 @@ def _seen(layout: Layout, rng: np.random.Generator, drives: list[int]) -> list[R
     situations, rays, camera = Situations(layout), RayScene(layout), Camera()
     rows: list[Row] = []
     for count in drives:
-        for frame, situation in enumerate(situations.drive(rng, count)):
+        for situation in situations.drive(rng, count):
             rgb, depth = camera.colour_and_depth(rays, situation.pose)
-            rows.append({"frame_index": frame, **sample_row(situation, rgb, depth)})
+            rows.append(sample_row(situation, rgb, depth))
     return rows
 
 

@@ -29,8 +29,23 @@ SHORTEST = 0.6
 PLACES_SHARE = 0.7
 """Share of a drive's ends that are goal poses of the layout's protocol; the others lie anywhere."""
 
-KINDS: tuple[tuple[Kind, float], ...] = (("route", 0.75), ("tight", 0.125), ("anywhere", 0.125))
+KINDS: tuple[tuple[Kind, float], ...] = (("route", 0.7), ("tight", 0.15), ("anywhere", 0.15))
 ATTEMPTS = 200
+
+PERIOD = 0.5
+"""Time between two frames of a drive, seconds."""
+
+STRIDES = 0.12, 0.45
+"""How far a drive gets from one frame to the next, least and most, metres."""
+
+TURN = 0.75
+"""How far it turns at most meanwhile, radians: half a second at 1.5 rad/s."""
+
+WANDER = 0.25
+"""Standard deviation of the heading about the expert's, radians: what is learned from must hold beside the path too."""
+
+TURN_IN_PLACE = 1.0
+"""Error of the heading from which on a drive turns without moving, radians."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +58,9 @@ class Situation:
         path: (64, 2) in the robot frame: the shortest way of a disc from the robot to the goal.
         length: of that way, metres.
         clearance: of that way's centre line to the nearest obstacle or wall, metres.
-        kind: "route" beside the way of a drive, "tight" near obstacles, "anywhere" in free space.
+        kind: of the place that the drive began at: "route" beside the way between two ends, "tight" near obstacles,
+            "anywhere" in free space.
+        frame: number of the sample in its drive, `PERIOD` seconds after the one before.
     """
 
     pose: Pose
@@ -52,6 +69,7 @@ class Situation:
     length: float
     clearance: float
     kind: Kind
+    frame: int
 
 
 class Situations:
@@ -72,37 +90,67 @@ class Situations:
         self._places = poses[self._space.holds(poses)]
 
     def drive(self, rng: np.random.Generator, count: int) -> list[Situation]:
-        """Return situations of one drive: they share its goal and lie mostly along the way to it."""
-        for _ in range(ATTEMPTS):
-            start, goal = self._end(rng), self._end(rng)
-            route = self._way(start, goal)
-            if route is not None and route.length > 2.0 * SHORTEST:
-                return [self._situation(rng, route, goal) for _ in range(count)]
-        raise LabgymError(f"layout {self._layout.id!r}: {ATTEMPTS} drives drawn and none is feasible")
+        """Return the frames of drives in turn, `count` in all; a drive goes on until its goal is near.
 
-    def _situation(self, rng: np.random.Generator, route: ShortestPath, goal: Array) -> Situation:
+        A drive follows the expert's way from wherever it is, with a heading that wanders about the expert's.
+        """
+        found: list[Situation] = []
+        while len(found) < count:
+            found += self._drive(rng, count - len(found))
+        return found
+
+    def _drive(self, rng: np.random.Generator, most: int) -> list[Situation]:
+        """Return the frames of one drive."""
+        place, goal, kind = self._begin(rng)
+        way = self._way(place, goal)
+        yaw: float | None = None
+        frames: list[Situation] = []
+        while way is not None and way.length > SHORTEST and len(frames) < most:
+            if yaw is None:
+                yaw = _heading(rng, resampled(way.points, PATH_POINTS) - place, way.length)
+            frames.append(self._seen_from(place, yaw, goal, way, kind, len(frames)))
+            place, yaw = self._moved(rng, place, yaw, way)
+            way = self._way(place, goal)
+        return frames
+
+    def _begin(self, rng: np.random.Generator) -> tuple[Array, Array, Kind]:
+        """Draw a place that a goal can be reached from, the goal and the kind of the place."""
         names, weights = zip(*KINDS, strict=True)
         for _ in range(ATTEMPTS):
+            route = self._way(self._end(rng), goal := self._end(rng))
+            if route is None or route.length <= 2.0 * SHORTEST:
+                continue
             kind: Kind = names[int(rng.choice(len(names), p=weights))]
             place = self._beside(rng, route) if kind == "route" else self._free(rng, tight=kind == "tight")
             way = self._way(place, goal) if self._space.holds(place[None])[0] else None
             if way is not None and way.length > SHORTEST:
-                return self._seen_from(rng, place, goal, way, kind)
-        raise LabgymError(f"layout {self._layout.id!r}: {ATTEMPTS} poses drawn and the goal is out of reach from all")
+                return place, goal, kind
+        raise LabgymError(f"layout {self._layout.id!r}: {ATTEMPTS} drives drawn and none is feasible")
 
-    def _seen_from(
-        self, rng: np.random.Generator, place: Array, goal: Array, way: ShortestPath, kind: Kind
-    ) -> Situation:
-        ahead = resampled(way.points, PATH_POINTS)
-        yaw = _heading(rng, ahead - place, way.length)
-        path = _in_frame(ahead, place, yaw)
+    def _moved(self, rng: np.random.Generator, place: Array, yaw: float, way: ShortestPath) -> tuple[Array, float]:
+        """Return where a drive is `PERIOD` later: a little off the way, or on it where nothing beside it is free."""
+        near = _along(way.points, 0.3) - place
+        error = wrap_angle(math.atan2(near[1], near[0]) - yaw)
+        turned = float(np.clip(error + rng.normal(0.0, WANDER), -TURN, TURN))
+        stride = float(rng.uniform(*STRIDES)) if abs(error) < TURN_IN_PLACE else 0.0
+        heading = wrap_angle(yaw + turned)
+        there = place + stride * np.array([math.cos(heading), math.sin(heading)])
+        if self._space.holds(there[None])[0]:
+            return there, heading
+        there = _along(way.points, stride)
+        if not self._space.holds(there[None])[0]:
+            there = place
+        return there, wrap_angle(yaw + float(np.clip(error, -TURN, TURN)))
+
+    def _seen_from(self, place: Array, yaw: float, goal: Array, way: ShortestPath, kind: Kind, frame: int) -> Situation:
         return Situation(
             pose=(float(place[0]), float(place[1]), yaw),
             goal=rotate(float(goal[0] - place[0]), float(goal[1] - place[1]), -yaw),
-            path=path,
+            path=_in_frame(resampled(way.points, PATH_POINTS), place, yaw),
             length=way.length,
             clearance=self._clearance(way.points),
             kind=kind,
+            frame=frame,
         )
 
     def _way(self, start: Array, goal: Array) -> ShortestPath | None:
@@ -144,6 +192,12 @@ def resampled(points: Array, count: int) -> Array:
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     steps = np.linspace(0.0, lengths[-1], count)
     return np.column_stack([np.interp(steps, lengths, points[:, axis]) for axis in range(2)])
+
+
+def _along(points: Array, distance: float) -> Array:
+    """Return the point at a distance along a polyline (n, 2), at most its end."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    return np.array([np.interp(distance, lengths, points[:, axis]) for axis in range(2)])
 
 
 def _heading(rng: np.random.Generator, ahead: Array, length: float) -> float:
