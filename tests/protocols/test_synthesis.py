@@ -123,6 +123,23 @@ def test_a_solid_is_rinsed_and_dried_as_a_solid() -> None:
     assert after == ["Filter", "Filter", "DrySolid", "Analyze", "Clean"]
 
 
+@pytest.mark.parametrize(
+    "text, template",
+    [
+        ("Hydrolyse diethyl malonate with 4 M NaOH under reflux for 2 h", "ester_hydrolysis"),
+        ("React cyclohexanone with benzaldehyde and NaOH in ethanol", "aldol"),
+        ("Reductive amination of benzaldehyde with benzylamine and STAB in DCE", "reductive_amination"),
+        ("Dess-Martin oxidation of benzyl alcohol in DCM", "alcohol_oxidation"),
+        ("用硼氢化钠在甲醇中还原苯乙酮", "borohydride_reduction"),
+        ("邻苯二胺与甲酸加热2小时合成苯并咪唑", "benzimidazole"),
+    ],
+)
+def test_kinds_of_reaction_that_share_reagents_are_told_apart(text: str, template: str) -> None:
+    protocol = written(text)
+    assert protocol.id.startswith(f"{template}-")
+    assert "Imidazole" not in {use.name for use in protocol.reagents}
+
+
 def test_solutions_are_measured_by_their_strength() -> None:
     protocol = written("Shake tert-butanol (7.41 g, 100 mmol) with concentrated hydrochloric acid for 20 min, distil")
     amount = read_amount(next(use.amount for use in protocol.reagents if use.name == "HydrochloricAcid"))

@@ -16,7 +16,7 @@ from labgym.protocols.language.words import words
 MAX_FORM = 60
 _RADICAL_BEFORE = re.compile(r"(?:(?<![A-Za-z])(?:\d[\d,']*|[NOopm])|[a-z](?:o|yl|oxy))-$|(?<![a-z])[a-z]{2,}yl $")
 """The end of a text after which a name only goes on: a locant or a radical, "4-bromo-" or "allyl "."""
-_HAN_BEFORE = frozenset("甲乙丙丁戊己庚辛苯氯溴碘氟硝羟氨间邻叔异仲环酰基代酸三四")
+_HAN_BEFORE = frozenset("甲乙丙丁戊己庚辛苯氯溴碘氟硝羟氨间邻叔异仲环酰基代酸三四并")
 _HAN_AFTER = re.compile(
     r"(?:[甲乙丙丁戊己苄苯叔异正]+酯|[酯醚酸醇酮醛胺烷烯炔腈酐酚肼脲]|[甲乙丙丁苄苯]+基|[基酰钠钾])(?!化)"
 )
@@ -111,7 +111,7 @@ def _inside_longer_name(text: str, start: int, end: int) -> bool:
     if not _chinese(text[start]):
         return _RADICAL_BEFORE.search(text, max(0, start - 40), start) is not None
     single, before, after = end - start == 1, text[start - 1 : start], text[end : end + 1]
-    if _HAN_AFTER.match(text, end) or (single and after in ("化", "代")):
+    if _HAN_AFTER.match(text, end) or (single and after in tuple("化代并环")):
         return True
     if text[start:end] == "水" and (before in _NO_WATER_AFTER or after in _NO_WATER_BEFORE):
         return True
