@@ -22,6 +22,7 @@ BUILT_IN = {
     "iplanner": "labgym.policies.iplanner.policy:IPlannerPolicy",
     "online_map": "labgym.policies.online_map:OnlineMapPolicy",
     "ppo": "labgym.policies.ppo.policy:PPOPolicy",
+    "ppo-depth": "labgym.policies.ppo.policy:PPODepthPolicy",
     "random": "labgym.policies.random_actions:RandomPolicy",
     "straight": "labgym.policies.straight:StraightPolicy",
 }
