@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 from labgym.assets import AssetFile
+from labgym.assets.forge import Annotation
 from labgym.documents import Document, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError
@@ -36,6 +37,7 @@ SHOWN = "test-alk_01"
 BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
 DOCUMENTS: tuple[type[Document], ...] = (
     AssetFile,
+    Annotation,
     Protocol,
     Layout,
     Manifest,

@@ -1,14 +1,23 @@
-"""The commands about assets: listing, showing, checking, and their USD files."""
+"""The commands about assets: listing, showing, checking, adding meshes, and their USD files."""
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from tyro.conf import Positional
 
+from labgym.assets.catalog import FOLDER_VARIABLE, Catalog
 from labgym.cli_group import CommandGroup
-from labgym.cli_outcome import DONE, findings, written
+from labgym.cli_outcome import DONE, complaints, findings, written
+from labgym.errors import LabgymError, OptionError
+
+if TYPE_CHECKING:
+    from labgym.assets import Asset
+    from labgym.assets.forge import Annotator
 
 assets_app = CommandGroup("show")
 
@@ -26,7 +35,6 @@ def show(
         kind: List the assets of this kind alone.
         check: Check sizes, hazards and chemistry of every asset; exit 1 where something is wrong.
     """
-    from labgym.assets import Catalog
     from labgym.describe import asset_details, asset_table
 
     catalog = Catalog.load()
@@ -36,6 +44,62 @@ def show(
         return findings([f"{p.asset}: {p.field}: {p.message}" for p in check_catalog(catalog)])
     print(asset_details(catalog.find(name)) if name else asset_table(catalog.of_kind(kind) if kind else catalog))
     return DONE
+
+
+@assets_app.command
+def add(
+    paths: Positional[tuple[Path, ...]],
+    catalog: Path | None = None,
+    unit: str | None = None,
+    up: Literal["X", "Y", "Z"] | None = None,
+    front: Literal["+x", "-x", "+y", "-y", "+z", "-z"] | None = None,
+    name: str | None = None,
+    like: str | None = None,
+    replace: bool = False,
+    model: bool = False,
+) -> int:
+    """Add USD, GLB, OBJ or STL files to a catalogue of your own, annotated by rules; exit 1 where some fail.
+
+    The published catalogue stays as it is; the variable LABGYM_CATALOG names the folder that is used beside it.
+
+    Args:
+        paths: Files, or folders whose mesh files are added.
+        catalog: Folder of your own assets; by default what LABGYM_CATALOG names, else labgym-assets.
+        unit: Unit of the files, such as mm or in; by default what they say, else the custom of their format.
+        up: Axis that points up in the files; by default what they or their format say.
+        front: Where the front looks, in the files' own axes.
+        name: Canonical name in CamelCase, for a single file.
+        like: Published asset, by name or synonym, that it is a model of.
+        replace: Replace what was added under the same name.
+        model: Have the language model that the environment names describe each, with pictures.
+    """
+    from tqdm import tqdm
+
+    from labgym.assets.forge import Options, OwnAssets, mesh_files
+
+    own = OwnAssets(catalog)
+    files = list(mesh_files(paths, own.folder))
+    if not files or (name is not None and len(files) > 1):
+        raise OptionError("name a file or a folder to add" if not files else f"name {name!r} is for one file alone")
+    annotator, label = _model_annotator() if model else (None, "")
+    options = Options(unit, up, front, name, like, label)
+    failed: list[str] = []
+    for path in tqdm(files, "added", unit="file", disable=len(files) == 1):
+        try:
+            added, outcome = own.add(path, options, replace, annotator, _pictures)
+        except LabgymError as error:
+            if len(files) == 1:
+                raise
+            failed.append(str(error))
+            continue
+        tqdm.write(f"{outcome} {added}")
+        for note in own.annotation(added).notes if outcome != "unchanged" else ():
+            tqdm.write(f"labgym: {added}: {note}", file=sys.stderr)
+    if len(files) > 1:
+        print(f"{len(files) - len(failed)} of {len(files)} files are in the catalogue")
+    if os.environ.get(FOLDER_VARIABLE) != str(own.folder):
+        print(f"labgym: to use them: export {FOLDER_VARIABLE}={own.folder.resolve()}", file=sys.stderr)
+    return complaints(failed)
 
 
 @assets_app.command
@@ -49,7 +113,6 @@ def build(names: Positional[tuple[str, ...]] = (), out: Path | None = None, chec
     """
     from tqdm import tqdm
 
-    from labgym.assets import Catalog
     from labgym.assets.usd import check_files, stray_files, usd_folder, write_files
 
     catalog = Catalog.load()
@@ -63,3 +126,27 @@ def build(names: Positional[tuple[str, ...]] = (), out: Path | None = None, chec
     for _ in tqdm(write_files(assets, folder), total=len(assets), desc="written", unit="asset"):
         pass
     return written(folder)
+
+
+def _model_annotator() -> tuple[Annotator, str]:
+    """Return the configured language model as an annotator, and its name."""
+    from labgym.assets.forge import Described
+    from labgym.llm import LanguageModel
+    from labgym.llm.annotator import describe
+
+    client = LanguageModel.from_environment()
+
+    def annotator(measured: Mapping[str, Any], draft: Mapping[str, Any], pictures: Sequence[bytes]) -> Described:
+        return Described.model_validate(describe(client, measured, draft, pictures, Catalog.published()).model_dump())
+
+    return annotator, client.config.model
+
+
+def _pictures(asset: Asset) -> Sequence[bytes]:
+    """Return PNG pictures of an asset for a language model."""
+    import cv2
+
+    from labgym.scenes import asset_sheet
+
+    ok, png = cv2.imencode(".png", asset_sheet([asset], columns=1, tile=512)[:, :, ::-1])
+    return [png.tobytes()] if ok else []

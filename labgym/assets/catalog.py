@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -10,11 +11,16 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from labgym.artefacts import artefacts
+from labgym.assets.archive import SHAPE, find_geometry
 from labgym.assets.model import Asset, Kind
 from labgym.assets.search import SynonymIndex
 from labgym.assets.sizes import size_problem
 from labgym.documents import Document
 from labgym.errors import DocumentError, UnknownNameError
+
+FOLDER_VARIABLE = "LABGYM_CATALOG"
+OWN_ASSETS = "assets"
+"""Folder of the entries within a folder of one's own."""
 
 
 class AssetFile(Document):
@@ -41,8 +47,21 @@ class Catalog:
             raise DocumentError(source, "assets", f"{twice!r} is defined twice; names must be unique")
 
     @classmethod
-    def load(cls) -> Catalog:
-        """Return the published catalogue; read once a process."""
+    def load(cls, folder: str | Path | None = None) -> Catalog:
+        """Return the published catalogue with the assets of a folder of one's own; each is read once a process.
+
+        Args:
+            folder: what `labgym assets add` wrote to; by default the environment variable LABGYM_CATALOG names it.
+
+        Raises:
+            DocumentError: the folder does not exist, holds broken entries or geometry, or a name that is published.
+        """
+        own = str(folder) if folder is not None else os.environ.get(FOLDER_VARIABLE, "")
+        return _with_own(own) if own else _published()
+
+    @classmethod
+    def published(cls) -> Catalog:
+        """Return the published catalogue alone; read once a process."""
         return _published()
 
     @classmethod
@@ -117,6 +136,31 @@ def _read(file: Path) -> tuple[Asset, ...]:
         if problem is not None:
             raise DocumentError(file, f"assets.{index}.size", problem)
     return assets
+
+
+def read_own(folder: str | Path) -> tuple[Asset, ...]:
+    """Return the assets of a folder of one's own, their geometry found and checked.
+
+    Raises:
+        DocumentError: no such folder, or an entry or its geometry is broken.
+    """
+    if not Path(folder).is_dir():
+        raise DocumentError(folder, "", f"no such folder; make it with labgym assets add, or unset {FOLDER_VARIABLE}")
+    assets = [asset for file in sorted((Path(folder) / OWN_ASSETS).glob("*.json")) for asset in _read(file)]
+    for asset in assets:
+        if asset.shape.name == SHAPE:
+            find_geometry(asset, Path(folder))
+    return tuple(assets)
+
+
+def forget_own() -> None:
+    """Have folders of one's own read again: something was added."""
+    _with_own.cache_clear()
+
+
+@lru_cache(maxsize=8)
+def _with_own(folder: str) -> Catalog:
+    return Catalog([*_published().assets, *read_own(folder)], folder)
 
 
 @lru_cache(maxsize=1)

@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
 
+from labgym.assets.archive import SHAPE
 from labgym.assets.model import Asset
 
 MAX_QUERY = 200
@@ -41,8 +42,11 @@ def normalise(text: str) -> str:
 
 
 def surface_forms(asset: Asset) -> tuple[str, ...]:
-    """Return what an asset may be called: its name, its synonyms, its CAS number."""
-    chemistry = asset.chemistry
+    """Return what an asset may be called: its name, its synonyms, its CAS number.
+
+    An imported bottle has the CAS number of what is in it, which stays the name of the published reagent.
+    """
+    chemistry = asset.chemistry if asset.shape.name != SHAPE else None
     identifiers = (chemistry.cas,) if chemistry is not None and chemistry.cas is not None else ()
     return (asset.name, *asset.synonyms_en, *asset.synonyms_zh, *identifiers)
 

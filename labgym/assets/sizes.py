@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from labgym.assets.model import Asset
+from labgym.assets.model import Asset, Kind, Placing
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,19 @@ _SLIPS = {
 
 def bounds(asset: Asset) -> Bounds:
     """Return what the sides of an asset of this kind, category and placing may measure."""
-    if asset.kind == "reagent":
-        return CYLINDER if asset.chemistry is not None and asset.chemistry.state == "gas" else CONTAINER
-    if asset.placing == "floor":
+    gas = asset.chemistry is not None and asset.chemistry.state == "gas"
+    return bounds_of(asset.kind, asset.category, asset.placing, gas)
+
+
+def bounds_of(kind: Kind, category: str, placing: Placing, gas: bool = False) -> Bounds:
+    """Return what the sides of an asset may measure; `gas` is for reagents alone."""
+    if kind == "reagent":
+        return CYLINDER if gas else CONTAINER
+    if placing == "floor":
         return FLOOR_STANDING
-    if asset.placing == "wall":
+    if placing == "wall":
         return ON_WALL
-    return GLASSWARE if asset.category in GLASS_CATEGORIES else BENCH_TOP
+    return GLASSWARE if category in GLASS_CATEGORIES else BENCH_TOP
 
 
 def size_problem(asset: Asset) -> str | None:

@@ -55,10 +55,11 @@ def contacts(layout: Layout, depth: float = 0.001) -> tuple[Contact, ...]:
 
 
 def _candidates(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> NDArray[np.int64]:
-    """Pairs of box geoms of different bodies whose axis-aligned bounds overlap, shape (n, 2)."""
+    """Pairs of geoms of different bodies whose axis-aligned bounds overlap, shape (n, 2)."""
     rotation = data.geom_xmat[geoms].reshape(-1, 3, 3)
-    reach = np.einsum("nij,nj->ni", np.abs(rotation), model.geom_size[geoms])
-    low, high = data.geom_xpos[geoms] - reach, data.geom_xpos[geoms] + reach
+    reach = np.einsum("nij,nj->ni", np.abs(rotation), model.geom_aabb[geoms, 3:])
+    middle = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", rotation, model.geom_aabb[geoms, :3])
+    low, high = middle - reach, middle + reach
     overlap = np.all((low[:, None] < high[None, :]) & (low[None, :] < high[:, None]), axis=-1)
     body = model.geom_bodyid[geoms]
     first, second = np.nonzero(np.triu(overlap & (body[:, None] != body[None, :]), k=1))

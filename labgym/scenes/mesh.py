@@ -12,8 +12,9 @@ import trimesh
 from numpy.typing import NDArray
 
 from labgym.assets import Asset
+from labgym.assets.archive import convex_bodies
 from labgym.assets.shapes import MATERIALS, Part, build, tessellate
-from labgym.layouts import Layout, Room
+from labgym.layouts import Layout, Placement, Room
 from labgym.scenes.building import hanging_on, join, room_patches, room_solids
 
 MATERIAL_NAMES = tuple(MATERIALS)
@@ -112,9 +113,7 @@ def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
         if hidden and hanging_on(layout, placement) in hidden:
             continue
         local = asset_mesh(layout.asset(placement.id))
-        cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
-        turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-        meshes.append((local.vertices @ turn + np.array(placement.position), local.faces))
+        meshes.append((_placed(local.vertices, placement), local.faces))
         materials.append(local.material)
         owners.append(np.full(len(local.faces), index))
     vertices, faces = join(meshes)
@@ -122,11 +121,15 @@ def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
 
 
 def solid_mesh(layout: Layout) -> SceneMesh:
-    """Return what a robot bumps into: floor, whole walls, and the solid boxes of all placements."""
+    """Return what a robot bumps into: floor, whole walls, and the solids of all placements."""
     meshes = [floor_mesh(layout.room)]
     owners = [np.full(2, ROOM)]
     boxes = [(ROOM, box) for box in room_solids(layout.room).values()]
-    boxes += [(k, box) for k, placement in enumerate(layout.placements) for box in layout.solids(placement.id)]
+    for k, placement in enumerate(layout.placements):
+        bodies = convex_bodies(layout.asset(placement.id))
+        boxes += [(k, box) for box in (() if bodies else layout.solids(placement.id))]
+        meshes += [(_placed(vertices, placement), faces) for vertices, faces in bodies]
+        owners += [np.full(len(faces), k) for _, faces in bodies]
     for owner, box in boxes:
         ring = box.corners()
         vertices = np.concatenate([np.column_stack([ring, np.full(4, z)]) for z in (box.z0, box.z1)])
@@ -134,6 +137,13 @@ def solid_mesh(layout: Layout) -> SceneMesh:
         owners.append(np.full(len(_BOX_FACES), owner))
     vertices, faces = join(meshes)
     return SceneMesh(vertices, faces, np.full(len(faces), _MATERIAL_INDEX["powder_grey"]), np.concatenate(owners))
+
+
+def _placed(vertices: NDArray[np.float64], placement: Placement) -> NDArray[np.float64]:
+    """Return vertices of an asset's frame in the room frame."""
+    cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
+    turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(vertices @ turn + np.array(placement.position))
 
 
 def floor_mesh(room: Room) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

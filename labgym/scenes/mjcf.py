@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from labgym.assets import Asset
+from labgym.assets.archive import convex_bodies
 from labgym.assets.shapes import MATERIALS, Part
 from labgym.assets.shapes.parts import Vector
 from labgym.assets.shapes.tessellate import local_mesh
@@ -43,8 +44,9 @@ def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
     """Compile a layout into an MJCF specification, without a robot: attach one with `spec.attach`.
 
     Each placement is a static body of its id at the layout's pose. Its visible parts are geoms of group 2 that
-    collide with nothing; its solids (`Asset.solids`) are box geoms of group 3 named `<id>/solid/<k>`, hidden in
-    default views. Walls and floor belong to the world body, as `<wall>/solid` and `floor/solid`.
+    collide with nothing; its solids (boxes of `Asset.solids`, convex bodies of an imported mesh) are geoms of group 3
+    named `<id>/solid/<k>`, hidden in default views. Walls and floor belong to the world body, as `<wall>/solid` and
+    `floor/solid`.
 
     Args:
         visible: whether to include what is only looked at; without it the model is small and quick to compile.
@@ -97,7 +99,10 @@ class SpecBuilder:
         _set_inertia(body, asset)
         for part in asset_mesh(asset).parts if self._visible else ():
             self.add_part(body, part)
-        for k, solid in enumerate(asset.solids()):
+        bodies = convex_bodies(asset)
+        for k, (vertices, faces) in enumerate(bodies):
+            self._add_convex(body, f"{name}/solid/{k}", f"{asset.name}/convex/{k}", vertices, faces)
+        for k, solid in enumerate(() if bodies else asset.solids()):
             self.add_solid(body, f"{name}/solid/{k}", solid)
 
     def add_part(self, body: mujoco.MjsBody, part: Part) -> None:
@@ -122,6 +127,11 @@ class SpecBuilder:
             quat=_yaw(box.yaw),
             size=[box.width / 2.0, box.depth / 2.0, (box.z1 - box.z0) / 2.0],
         )
+
+    def _add_convex(self, body: mujoco.MjsBody, name: str, mesh: str, vertices: Array, faces: Faces) -> None:
+        if mesh not in self._names:
+            self._mesh(mesh, vertices, faces)
+        body.add_geom(self.solid, name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh)
 
     def _add_tiles(self) -> None:
         look = MATERIALS["floor_vinyl"]
@@ -158,16 +168,18 @@ class SpecBuilder:
         )
 
     def _swept(self, part: Part) -> str:
-        """Return the name of a revolve's or prism's mesh, which parts of equal form share."""
+        """Return the name of a revolve's, prism's or imported mesh, which parts of equal form share."""
         content = repr((part.primitive, part.size, part.profile))
+        if part.triangles is not None:
+            content = repr([hashlib.sha256(array.tobytes()).hexdigest() for array in part.triangles])
         name = f"{part.primitive}_{hashlib.sha256(content.encode()).hexdigest()[:12]}"
         if name not in self._names:
-            self._mesh(name, *local_mesh(part.primitive, part.size, part.profile))
+            self._mesh(name, *(part.triangles or local_mesh(part.primitive, part.size, part.profile)))
         return name
 
     def _mesh(self, name: str, vertices: Array, faces: Faces) -> None:
         self._names.add(name)
-        # Only looked at, never collided with or moved: a shell needs no closed volume.
+        # No body gets its mass from its meshes: a shell needs no closed volume.
         shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
         self.spec.add_mesh(name=name, uservert=vertices.ravel(), userface=faces.ravel(), inertia=shell)
 

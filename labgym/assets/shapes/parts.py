@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal
 
@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Point = tuple[float, float]
-Primitive = Literal["box", "cylinder", "sphere", "ellipsoid", "capsule", "revolve", "prism"]
+Primitive = Literal["box", "cylinder", "sphere", "ellipsoid", "capsule", "revolve", "prism", "mesh"]
+Triangles = tuple[Array, NDArray[np.int64]]
 
 UPRIGHT: Quaternion = (1.0, 0.0, 0.0, 0.0)
 ALONG_X: Quaternion = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)
@@ -30,12 +31,13 @@ class Part:
 
     Attributes:
         primitive: box, cylinder, sphere, ellipsoid and capsule as MuJoCo has them; `revolve` turns a profile about
-            z; `prism` extrudes a convex outline along z, symmetric about z = 0.
+            z; `prism` extrudes a convex outline along z, symmetric about z = 0; `mesh` has triangles of its own.
         size: full extents along the part's own axes before rotation, metres; (0, 0, 0) for a revolve.
         position: origin of the part in the asset's frame: its centre, for a revolve the profile's (0, 0).
         quaternion: rotation (w, x, y, z).
         material: name in `MATERIALS`.
         profile: points (radius, z) of a revolve from bottom to top, or (x, y) of a prism counter-clockwise.
+        triangles: vertices (n, 3) about the position and faces (m, 3) of a mesh.
     """
 
     primitive: Primitive
@@ -44,6 +46,7 @@ class Part:
     quaternion: Quaternion
     material: str
     profile: tuple[Point, ...] = ()
+    triangles: Triangles | None = field(default=None, compare=False)
 
     @property
     def rotation(self) -> Array:
@@ -71,7 +74,7 @@ class Part:
             reach = np.abs(rotation[:, 2]) * self.size[2] / 2.0
             return np.array([(middle - reach).min(axis=0), (middle + reach).max(axis=0)])
         half = np.array(self.size) / 2.0
-        if self.primitive == "box":
+        if self.primitive in ("box", "mesh"):
             reach = np.abs(rotation) @ half
         elif self.primitive == "cylinder":
             reach = np.hypot(rotation[:, 0], rotation[:, 1]) * half[0] + np.abs(rotation[:, 2]) * half[2]

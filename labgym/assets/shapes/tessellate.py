@@ -18,7 +18,7 @@ Faces = NDArray[np.int64]
 
 def tessellate(part: Part) -> tuple[Array, Faces]:
     """Return a part's vertices (n, 3) in the asset's frame and its faces (m, 3), wound outwards."""
-    vertices, faces = local_mesh(part.primitive, part.size, part.profile)
+    vertices, faces = part.triangles or local_mesh(part.primitive, part.size, part.profile)
     return vertices @ part.rotation.T + np.array(part.position), faces
 
 

@@ -63,6 +63,16 @@ def write_collider(stage: Any, path: str, box: OrientedBox) -> Any:
     return cube.GetPrim()
 
 
+def write_convex(stage: Any, path: str, vertices: Points, faces: Faces) -> Any:
+    """Define a convex mesh that takes part in collisions as its own hull, and return its prim."""
+    from pxr import UsdPhysics
+
+    prim = write_mesh(stage, path, vertices, faces)
+    UsdPhysics.CollisionAPI.Apply(prim)
+    UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(UsdPhysics.Tokens.convexHull)
+    return prim
+
+
 def _solid(stage: Any, path: str, part: Part) -> Any:
     from pxr import UsdGeom
 

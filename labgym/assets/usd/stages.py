@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from labgym.assets.archive import convex_bodies
 from labgym.assets.model import Asset
 from labgym.assets.shapes import build
 from labgym.assets.usd.attributes import write_attributes
-from labgym.assets.usd.bodies import write_collider, write_part
+from labgym.assets.usd.bodies import write_collider, write_convex, write_part
 from labgym.assets.usd.looks import write_look
 from labgym.errors import MissingDependencyError
 
@@ -16,9 +17,9 @@ def asset_text(asset: Asset) -> str:
     """Return an asset as the text of a USD layer; the same on every machine.
 
     The default prim is a component of metres and z up with its origin at the centre of the asset's bottom face and
-    its front along +y. Under it are Geometry (what is seen, materials bound), Colliders (boxes of `Asset.solids`,
-    purpose guide) and Looks. It is a rigid body of the asset's mass; facilities are kinematic: they stay where they
-    are put.
+    its front along +y. Under it are Geometry (what is seen, materials bound), Colliders (boxes of `Asset.solids`, or
+    the convex bodies of an imported mesh; purpose guide) and Looks. It is a rigid body of the asset's mass; facilities
+    are kinematic: they stay where they are put.
 
     Raises:
         MissingDependencyError: usd-core is not installed.
@@ -49,7 +50,10 @@ def _write(stage: Any, asset: Asset) -> None:
     write_attributes(root, asset)
     _write_geometry(stage, asset)
     UsdGeom.Scope.Define(stage, f"/{asset.name}/Colliders").CreatePurposeAttr(UsdGeom.Tokens.guide)
-    for k, box in enumerate(asset.solids()):
+    bodies = convex_bodies(asset)
+    for k, (vertices, faces) in enumerate(bodies):
+        write_convex(stage, f"/{asset.name}/Colliders/convex_{k}", vertices, faces)
+    for k, box in enumerate(() if bodies else asset.solids()):
         write_collider(stage, f"/{asset.name}/Colliders/box_{k}", box)
 
 

@@ -1,0 +1,175 @@
+"""From a mesh file to a catalogue entry: the four phases in order, by rules or with a language model."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from labgym.assets.archive import SHAPE, digest, pack, remember
+from labgym.assets.catalog import Catalog
+from labgym.assets.checks import kinds_agree, sizes_are_plausible, surfaces_fit, texts_are_given
+from labgym.assets.forge.caption import write_caption
+from labgym.assets.forge.domain import domain
+from labgym.assets.forge.facts import Facts, texts
+from labgym.assets.forge.looks import geometry_of
+from labgym.assets.forge.matching import Match, match
+from labgym.assets.forge.modelled import Annotator, drafted, measured, take
+from labgym.assets.forge.record import Annotation, Physical, Source
+from labgym.assets.forge.scale import check_scale
+from labgym.assets.forge.semantic import Draft, semantic
+from labgym.assets.forge.visual import glb
+from labgym.assets.meshes import MeshError, MeshFile, PhysicalMesh, normalise, read_mesh
+from labgym.assets.meshes.model import LIMITS, Axis
+from labgym.assets.model import Asset
+from labgym.assets.search import normalise as name_key
+from labgym.documents import document_error
+
+Views = Callable[[Asset], Sequence[bytes]]
+"""Pictures of an asset as PNG; a layer that can render gives it."""
+_RULES = (sizes_are_plausible, texts_are_given, surfaces_fit, kinds_agree)
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a mesh file is read and what is known of it beforehand.
+
+    Attributes:
+        unit: of the file, such as "mm"; overrides the file's. up: its vertical axis, X, Y or Z; likewise.
+        front: where the front looks in the file's axes, such as "-x".
+        name: canonical name to give. like: published entry, by name or synonym, that it is.
+        model: name of the language model that annotates; "" for rules.
+    """
+
+    unit: str | None = None
+    up: Axis | None = None
+    front: str | None = None
+    name: str | None = None
+    like: str | None = None
+    model: str = ""
+
+    def given(self) -> dict[str, str]:
+        """Return the options that are set."""
+        return {name: str(value) for name, value in vars(self).items() if value}
+
+
+@dataclass(frozen=True)
+class Annotated:
+    """A new entry with the record of its annotation, its geometry (npz) and its picture for viewers (GLB)."""
+
+    asset: Asset
+    annotation: Annotation
+    geometry: bytes
+    visual: bytes
+
+
+def source_digest(path: Path) -> str:
+    """Return the SHA-256 of a mesh file.
+
+    Raises:
+        MeshError: missing, no regular file, or too large.
+    """
+    if not path.is_file():
+        raise MeshError(path, "no such file" if not path.exists() else "not a regular file")
+    if path.stat().st_size > LIMITS.bytes:
+        raise MeshError(path, f"{path.stat().st_size} bytes, expected at most {LIMITS.bytes}; simplify it")
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def annotate(
+    path: Path,
+    options: Options | None = None,
+    catalog: Catalog | None = None,
+    annotator: Annotator | None = None,
+    views: Views | None = None,
+) -> Annotated:
+    """Return the catalogue entry for a mesh file; the same file and options give the same entry.
+
+    Args:
+        path: a USD, GLB, OBJ or STL file.
+        catalog: what it is compared with; the published one by default.
+        annotator: asks a language model; without one rules alone annotate.
+        views: renders the draft for the annotator.
+
+    Raises:
+        MeshError: an unusable file, or a size that its category does not allow; names the likely unit.
+        UnknownNameError: an option names what does not exist.
+        MissingDependencyError: a USD file, and usd-core is not installed.
+    """
+    path, options = Path(path), options or Options()
+    published = catalog if catalog is not None else Catalog.published()
+    file_digest = source_digest(path)
+    file = read_mesh(path, options.unit, options.up)
+    found = _match(published, file, path.stem, options.like)
+    check_scale(published, file, found)
+    mesh = normalise(file, options.front)
+    facts = Facts(path.stem, file_digest, published, file, mesh, found, options.name)
+    if options.name is not None and name_key(options.name) in facts.taken:
+        raise MeshError(path, f"{options.name!r} is what a published asset is called; choose another --name")
+    draft = semantic(facts)
+    domain(facts, draft)
+    write_caption(draft)
+    content = pack(geometry_of(mesh, draft.fields["category"]))
+    if annotator is not None:
+        remember(content)
+        pictures = views(_asset(path, draft, content)) if views is not None else ()
+        take(annotator(measured(facts), drafted(draft), pictures), facts, draft)
+    asset = _asset(path, draft, content)
+    for rule in _RULES:
+        for problem in rule(asset):
+            raise MeshError(path, f"{problem.field} of {asset.name}: {problem.message}")
+    source = Source(
+        file=path.name[:200],
+        sha256=file_digest,
+        source_unit=file.source_unit,
+        unit_from=file.unit_from,
+        up_axis=file.up_axis,
+        options=options.given(),
+    )
+    annotation = Annotation(
+        asset=asset.name,
+        source=source,
+        physical=_physical(mesh),
+        resembles=found.asset.name if found else None,
+        fields=draft.origins,
+        notes=tuple(draft.notes),
+    )
+    return Annotated(asset, annotation, content, glb(mesh))
+
+
+def _match(published: Catalog, file: MeshFile, stem: str, like: str | None) -> Match | None:
+    if like is not None:
+        return Match(published.find(like), 1.0, "chosen by the user")
+    low, high = file.bounds
+    width, depth, height = (float(side) for side in high - low)
+    return match(published, texts(file, stem), (width, depth, height))
+
+
+def _asset(path: Path, draft: Draft, content: bytes) -> Asset:
+    name, hashed = str(draft.fields["name"]), digest(content)
+    shape: dict[str, Any] = {
+        "name": SHAPE,
+        "parameters": {"file": f"meshes/{name}-{hashed[:12]}.npz", "sha256": hashed},
+    }
+    try:
+        return Asset.model_validate({**draft.fields, "shape": shape})
+    except ValidationError as error:
+        raise MeshError(path, f"cannot be an asset: {document_error('entry', error)}") from None
+
+
+def _physical(mesh: PhysicalMesh) -> Physical:
+    return Physical(
+        short=mesh.size.short,
+        long=mesh.size.long,
+        height=mesh.size.height,
+        watertight=mesh.watertight,
+        volume=mesh.volume,
+        parts=len(mesh.parts),
+        faces=sum(len(part.faces) for part in mesh.parts),
+        convex_bodies=len(mesh.convex),
+        decomposed_by=mesh.decomposed_by,
+    )

@@ -1,0 +1,96 @@
+"""Materials of a mesh file as materials of labgym: by the words of their names, else by the nearest colour."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from labgym.assets.archive import Geometry, Piece
+from labgym.assets.forge.words import words
+from labgym.assets.meshes import MeshPart, PhysicalMesh
+from labgym.assets.shapes import MATERIALS
+
+SUBSTANCES: dict[str, tuple[str, ...]] = {
+    "glass": ("glass", "borosilicate", "pyrex", "duran", "quartz", "glas", "verre", "vidrio", "玻璃", "石英"),
+    "ceramic": ("ceramic", "porcelain", "alumina", "陶瓷"),
+    "metal": (
+        "steel",
+        "stainless",
+        "inox",
+        "chrome",
+        "metal",
+        "aluminium",
+        "aluminum",
+        "iron",
+        "brass",
+        "不锈钢",
+        "金属",
+    ),
+    "plastic": ("plastic", "polypropylene", "polyethylene", "pp", "pe", "hdpe", "ptfe", "teflon", "pvc", "abs", "塑料"),
+    "rubber": ("rubber", "silicone", "橡胶", "硅胶"),
+    "wood": ("wood", "oak", "plywood", "timber", "木"),
+}
+"""What a thing is made of, and the words of material names that say so."""
+_LOOKS = {
+    "glass": "borosilicate",
+    "ceramic": "porcelain",
+    "metal": "stainless",
+    "plastic": "plastic_white",
+    "rubber": "rubber",
+    "wood": "oak",
+}
+_GLASSES = ("borosilicate", "thick_glass", "amber_glass")
+CLEAR = 0.85
+"""Opacity below which a surface is seen through."""
+PLAIN = "plastic_light"
+"""Material of what has neither a telling name nor a colour."""
+LEAST_VERTICES = 4
+
+
+def substance(name: str | None) -> str | None:
+    """Return what a material's name says that it is: glass, metal, ...; None where it says nothing."""
+    said = {word.casefold() for word in words(name or "")} | ({name.casefold()} if name else set())
+    return next((kind for kind, known in SUBSTANCES.items() if said & set(known)), None)
+
+
+def look(part: MeshPart, plain: str = PLAIN) -> str:
+    """Return the name in `MATERIALS` of what a part of a mesh file looks like; `plain` where the file does not say."""
+    if part.material in MATERIALS:
+        return part.material
+    made_of = substance(part.material)
+    color = tuple(round(channel, 3) for channel in part.color) if part.color else None
+    if made_of == "glass" and color:
+        return min(_GLASSES, key=lambda name: math.dist(MATERIALS[name].rgba[:3], color[:3]))
+    if made_of == "wood" or (made_of and color is None):
+        return _LOOKS[made_of]
+    return _nearest(color) if color else plain
+
+
+def geometry_of(mesh: PhysicalMesh, category: str) -> Geometry:
+    """Return a mesh with labgym's materials, a piece for each; glassware without looks of its own is clear."""
+    plain = _LOOKS["glass"] if category == "glassware" else PLAIN
+    by_look: dict[str, list[MeshPart]] = {}
+    for part in mesh.parts:
+        by_look.setdefault(look(part, plain), []).append(part)
+    # MuJoCo takes no mesh of three vertices: a lone triangle goes with the largest piece.
+    largest = max(by_look, key=lambda name: sum(len(part.faces) for part in by_look[name]))
+    for name in [name for name in by_look if sum(len(part.vertices) for part in by_look[name]) < LEAST_VERTICES]:
+        if name != largest:
+            by_look[largest] += by_look.pop(name)
+    return Geometry(tuple(_joined(name, parts) for name, parts in sorted(by_look.items())), mesh.convex)
+
+
+def _joined(name: str, parts: list[MeshPart]) -> Piece:
+    offsets = np.cumsum([0, *[len(part.vertices) for part in parts[:-1]]])
+    faces = np.concatenate([part.faces + offset for part, offset in zip(parts, offsets, strict=True)])
+    return Piece(np.concatenate([part.vertices for part in parts]), faces, name)
+
+
+@lru_cache(maxsize=4096)
+def _nearest(color: tuple[float, ...]) -> str:
+    """Return the material of the nearest colour among those that are as clear or as opaque, without lights."""
+    clear = color[3] < CLEAR
+    alike = [name for name, known in MATERIALS.items() if (known.rgba[3] < CLEAR) == clear and known.emission == 0.0]
+    return min(alike, key=lambda name: (math.dist(MATERIALS[name].rgba[:3], color[:3]), name))

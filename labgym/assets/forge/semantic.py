@@ -1,0 +1,161 @@
+"""The semantic phase by rules: name, kind, category, subtype, synonyms and description, and how they place it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from labgym.assets.checks import DENSITY
+from labgym.assets.forge.facts import Facts, standing, top_surface
+from labgym.assets.forge.record import Origin, origin
+from labgym.assets.forge.words import camel, is_amount, number_of, spoken, telling
+from labgym.assets.model import Kind, Size
+from labgym.assets.search import normalise
+
+VESSEL = "vessel"
+BULK = 300.0
+"""Mass over bounding box of what is unknown, kg/m3."""
+HEAVIEST = 5000.0
+_MILLILITRES = {"ml": 1.0, "l": 1000.0}
+
+
+@dataclass
+class Draft:
+    """Fields of an asset under way, where each comes from, and what a user should look at."""
+
+    fields: dict[str, Any] = field(default_factory=dict)
+    origins: dict[str, Origin] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def put(self, name: str, value: Any, source: Origin) -> None:
+        """Set a field."""
+        self.fields[name], self.origins[name] = value, source
+
+
+def semantic(facts: Facts) -> Draft:
+    """Return a draft with everything but hazards and caption."""
+    draft = Draft()
+    _classify(facts, draft)
+    _name(facts, draft)
+    _synonyms(facts, draft)
+    _place(facts, draft)
+    _capacity(facts, draft)
+    draft.put("size", _rounded(facts.size), origin("measured"))
+    draft.put(
+        "mass",
+        _mass(facts),
+        origin("catalogue", f"{facts.like.name}, by volume", 0.4) if facts.like else origin("default"),
+    )
+    draft.put("description", description(facts, draft), origin("rule"))
+    return draft
+
+
+def description(facts: Facts, draft: Draft) -> str:
+    """Return a sentence of what was measured and, where it resembles an entry, what that is."""
+    size, like = facts.size, facts.like
+    made = f" of {' and '.join(facts.substances)}" if facts.substances else ""
+    box = " x ".join(f"{1000.0 * side:.0f}" for side in (size.width, size.depth, size.height))
+    first = f"{spoken(draft.fields['name']).capitalize()}{made}, {box} mm, imported from a mesh."
+    return f"{first} Like {spoken(like.name)}: {like.description}" if like else first
+
+
+def _classify(facts: Facts, draft: Draft) -> None:
+    like, size = facts.like, facts.size
+    kind, category, placing = standing(like, (size.width, size.depth, size.height))
+    if facts.match and like:
+        source = origin("catalogue", f"{facts.match.why}, like {like.name}", facts.match.confidence)
+        subtype = like.subtype
+        if category == "glassware" and facts.substances and "glass" not in facts.substances:
+            category, source = "plasticware", origin("rule", f"made of {', '.join(facts.substances)}", 0.6)
+    elif kind == "instrument" and "glass" in facts.substances:
+        category, subtype, source = "glassware", VESSEL, origin("rule", "made of glass, nothing names it", 0.3)
+    else:
+        subtype, source = "other", origin("default", "by size alone")
+        draft.notes.append("nothing in the file says what it is; name it with --like, or describe it with --model")
+    for name, value in (("kind", kind), ("category", category), ("subtype", subtype), ("placing", placing)):
+        draft.put(name, value, source)
+
+
+def _name(facts: Facts, draft: Draft) -> None:
+    if facts.given_name:
+        draft.put("name", facts.given_name, origin("file", "chosen by the user", 1.0))
+        return
+    parts = telling(facts.label)
+    amounts = [part for part in parts if is_amount(part)]
+    named = camel([part for part in parts if not is_amount(part)])
+    source = origin("file", f"from {facts.label!r}"[:80])
+    if facts.like and (facts.like.kind == "reagent" or len(named) < 2):
+        named, source = facts.like.name, origin("catalogue", f"like {facts.like.name}", 0.7)
+    name = named + camel(["x", *amounts])[1:] if len(named) > 1 else f"Object{facts.digest[:8].upper()}"
+    draft.put("name", free_name(facts, name, draft.fields["kind"]), source)
+
+
+def _synonyms(facts: Facts, draft: Draft) -> None:
+    name, like = draft.fields["name"], facts.like
+    taken = facts.taken
+    words = [spoken(name)] + [text for text in (facts.stem, facts.file.name) if text.isascii()]
+    english = _untaken(words, taken) or (f"imported {spoken(name)}",)
+    draft.put("synonyms_en", english, origin("file", "names in the file", 0.5))
+    chinese = [text for text in (facts.stem, facts.file.name) if not text.isascii()]
+    source = origin("file", "names in the file", 0.5)
+    if like and like.synonyms_zh:
+        chinese.append(f"{like.synonyms_zh[0]} {name}")
+        source = origin("catalogue", f"like {like.name}", 0.5)
+    elif not chinese:
+        chinese, source = [f"导入资产 {name}"], origin("default")
+    draft.put("synonyms_zh", _untaken(chinese, taken), source)
+
+
+def free_name(facts: Facts, name: str, kind: Kind) -> str:
+    """Return a name that is no published entry's and no synonym of one, with a suffix where it would be."""
+    if normalise(name) in facts.taken:
+        name += "Bottle" if kind == "reagent" else "Mesh"
+    return name + facts.digest[:6].upper() if normalise(name) in facts.taken else name
+
+
+def _untaken(texts: list[str], taken: frozenset[str]) -> tuple[str, ...]:
+    """Return texts that no published entry is called by, each spelling once."""
+    kept: dict[str, str] = {}
+    for text in texts:
+        form = normalise(text)
+        if form and form not in taken:
+            kept.setdefault(form, text[:60])
+    return tuple(kept.values())
+
+
+def _place(facts: Facts, draft: Draft) -> None:
+    like = facts.like
+    if like is None:
+        return
+    source = origin("catalogue", f"like {like.name}")
+    for name in ("clearance", "mount_height", "chemistry"):
+        if getattr(like, name):
+            draft.put(name, getattr(like, name), source)
+    if like.surfaces and like.cavity is None:
+        surface = top_surface(facts.mesh)
+        if surface is not None:
+            draft.put("surfaces", (surface,), origin("measured", "a flat top"))
+        else:
+            draft.notes.append("its top is not flat, so that nothing can stand on it")
+    if like.cavity is not None:
+        draft.notes.append("its inside is not measured: it is solid and holds nothing")
+
+
+def _capacity(facts: Facts, draft: Draft) -> None:
+    found = [number_of(part) for part in telling(facts.label)]
+    volumes = [value * _MILLILITRES[unit] for value, unit in filter(None, found) if unit in _MILLILITRES]
+    if volumes and draft.fields["kind"] != "facility":
+        key = "pack_mL" if draft.fields["kind"] == "reagent" else "capacity_mL"
+        draft.put("specs", {key: volumes[0]}, origin("file", f"from {facts.label!r}"[:80]))
+
+
+def _rounded(size: Size) -> Size:
+    """To a micrometre: files hold single precision."""
+    return Size(width=round(size.width, 6), depth=round(size.depth, 6), height=round(size.height, 6))
+
+
+def _mass(facts: Facts) -> float:
+    size, like = facts.size, facts.like
+    box = size.width * size.depth * size.height
+    density = like.mass / (like.size.width * like.size.depth * like.size.height) if like else BULK
+    return min(max(float(f"{density * box:.3g}"), 1.01 * DENSITY[0] * box, 1e-6), HEAVIEST)
