@@ -107,7 +107,7 @@ def build(names: Positional[tuple[str, ...]] = (), out: Path | None = None, chec
     """Write assets as USD files with materials, colliders, mass and hazards; needs the extra usd.
 
     Args:
-        names: Names or synonyms of assets; nothing takes the whole catalogue.
+        names: Names or synonyms of assets; nothing takes the whole published catalogue.
         out: Folder for KIND/NAME.usda; by default assets/usd of this checkout or installation.
         check: Write nothing; exit 1 where a file is missing, not current, or not clean under OpenUSD's validators.
     """
@@ -116,7 +116,10 @@ def build(names: Positional[tuple[str, ...]] = (), out: Path | None = None, chec
     from labgym.assets.usd import check_files, stray_files, usd_folder, write_files
 
     catalog = Catalog.load()
-    assets = [catalog.find(name) for name in names] or list(catalog)
+    assets = [catalog.find(name) for name in names] or list(Catalog.published())
+    own = [asset.name for asset in assets if asset.name not in Catalog.published()]
+    if own and out is None:
+        raise OptionError(f"{own[0]!r} is an asset of your own; name a folder for its USD file with --out")
     folder = out or usd_folder()
     if check:
         checked = tqdm(check_files(assets, folder), total=len(assets), desc="checked", unit="asset")

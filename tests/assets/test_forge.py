@@ -294,3 +294,23 @@ def test_the_geometry_of_an_entry_is_the_files(tmp_path, own):
     tall = {piece.material: np.ptp(piece.vertices[:, 2]) for piece in pieces}
     assert tall["borosilicate"] == pytest.approx(0.18, abs=1e-6)
     assert sorted(tall.values()) == pytest.approx([0.03, 0.18], abs=1e-6)
+
+
+def test_an_exported_asset_that_comes_back_is_known_by_its_attribute(tmp_path):
+    pytest.importorskip("pxr")
+    from labgym.assets.usd import asset_text
+
+    (tmp_path / "thing_7.usda").write_text(asset_text(PUBLISHED.get("ErlenmeyerFlask")))
+    made = annotate(tmp_path / "thing_7.usda")
+    assert made.annotation.resembles == "ErlenmeyerFlask"
+    assert "labgym:name" in made.annotation.fields["kind"].why
+    assert made.asset.size.height == pytest.approx(PUBLISHED.get("ErlenmeyerFlask").size.height, abs=1e-4)
+
+
+def test_usd_of_ones_own_assets_goes_nowhere_unnamed(tmp_path, own, monkeypatch):
+    pytest.importorskip("pxr")
+    own.add(bottle(tmp_path / "acetone_500ml.glb"))
+    monkeypatch.setenv("LABGYM_CATALOG", str(own.folder))
+    assert main(["assets", "build", "Acetone500ml"]) == 2
+    assert main(["assets", "build", "Acetone500ml", "--out", str(tmp_path / "usd")]) == 0
+    assert (tmp_path / "usd" / "reagent" / "Acetone500ml.usda").is_file()

@@ -127,7 +127,7 @@ def test_the_whole_catalogue_stays_light_enough_to_draw() -> None:
 
 
 def test_every_shape_is_used_by_the_catalogue_and_every_family_registers_shapes() -> None:
-    assert {asset.shape.name for asset in ASSETS} == set(SHAPES)
+    assert {asset.shape.name for asset in ASSETS} == set(SHAPES) - {"mesh"}  # that of imported assets
     assert {builder.__module__ for builder in SHAPES.values()} == {family.__name__ for family in FAMILIES}
 
 
