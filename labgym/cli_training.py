@@ -39,7 +39,12 @@ def data(out: Path = Path("runs/data"), samples: int = 50_000, seed: int = 0, wo
 
 @train_app.command
 def iplanner(
-    data: Path = Path("runs/data"), out: Path = Path("runs/iplanner"), epochs: int = 20, seed: int = 0, threads: int = 1
+    data: Path = Path("runs/data"),
+    out: Path = Path("runs/iplanner"),
+    epochs: int = 20,
+    patience: int = 1,
+    seed: int = 0,
+    threads: int = 1,
 ) -> int:
     """Train the iPlanner-style network on a dataset, without labels.
 
@@ -47,16 +52,41 @@ def iplanner(
         data: The dataset's folder, made by labgym data.
         out: Folder for weights, configuration, losses by epoch and checkpoint.
         epochs: Passes over the dataset.
+        patience: Passes without a lower held-out loss before the rate falls.
         seed: Of the initial weights and the order of samples.
+        threads: Of torch; the weights' last bits depend on it.
+    """
+    if min(epochs, threads) < 1 or min(seed, patience) < 0:
+        given = f"epochs {epochs}, threads {threads}, patience {patience}, seed {seed}"
+        raise OptionError(f"{given}: the first two must be at least 1 and the others at least 0")
+    need("torch", "labgym train", "train")
+    from labgym.policies.iplanner.config import PlannerConfig, TrainOptions
+    from labgym.policies.iplanner.train import train
+
+    train(data, out, PlannerConfig(training=TrainOptions(epochs=epochs, patience=patience, seed=seed, threads=threads)))
+    return written(out)
+
+
+@train_app.command
+def navdp(
+    data: Path = Path("runs/data"), out: Path = Path("runs/navdp"), epochs: int = 12, seed: int = 0, threads: int = 1
+) -> int:
+    """Train the NavDP-style network on a dataset: diffusion of the expert's paths, and a critic by the true map.
+
+    Args:
+        data: The dataset's folder, made by labgym data.
+        out: Folder for weights, configuration, losses by epoch and checkpoint.
+        epochs: Passes over the dataset.
+        seed: Of the initial weights, the order of samples and the noise.
         threads: Of torch; the weights' last bits depend on it.
     """
     if epochs < 1 or seed < 0 or threads < 1:
         raise OptionError(f"epochs {epochs} and threads {threads} must be at least 1 and seed {seed} at least 0")
     need("torch", "labgym train", "train")
-    from labgym.policies.iplanner.config import PlannerConfig, TrainOptions
-    from labgym.policies.iplanner.train import train
+    from labgym.policies.navdp.config import NavDPConfig, TrainOptions
+    from labgym.policies.navdp.train import train
 
-    train(data, out, PlannerConfig(training=TrainOptions(epochs=epochs, seed=seed, threads=threads)))
+    train(data, out, NavDPConfig(training=TrainOptions(epochs=epochs, seed=seed, threads=threads)))
     return written(out)
 
 
@@ -134,6 +164,34 @@ def ablate_iplanner(
     return written(ablate(data, out, TrainOptions(samples=samples, epochs=epochs, threads=threads), every))
 
 
+@ablate_app.command(name="navdp")
+def ablate_navdp(
+    data: Path = Path("runs/data"),
+    out: Path = Path("runs/navdp-ablation"),
+    samples: int = 4000,
+    epochs: int = 6,
+    every: int = 3,
+    threads: int = 1,
+) -> int:
+    """Leave out one main part of the NavDP-style policy after the other; train and drive the rest.
+
+    Args:
+        data: The dataset's folder, made by labgym data.
+        out: Folder for the training runs and the evaluations.
+        samples: How many of the dataset's samples to train on.
+        epochs: Passes over them.
+        every: Drive in every so many-th layout of the validation split.
+        threads: Of torch.
+    """
+    if min(samples, epochs, every, threads) < 1:
+        raise OptionError(f"samples {samples}, epochs {epochs}, every {every} and threads {threads} must be at least 1")
+    need("torch", "labgym ablate", "train")
+    from labgym.eval.navdp_ablation import ablate_navdp as ablate
+    from labgym.policies.navdp.config import TrainOptions
+
+    return written(ablate(data, out, TrainOptions(samples=samples, epochs=epochs, threads=threads), every))
+
+
 @card_app.command(name="iplanner")
 def card_iplanner(
     results: Path,
@@ -154,6 +212,28 @@ def card_iplanner(
     from labgym.eval.iplanner_card import write_iplanner_card
 
     return written(write_iplanner_card(run, data, results, out, ablation))
+
+
+@card_app.command(name="navdp")
+def card_navdp(
+    results: Path,
+    run: Path = Path("runs/navdp"),
+    data: Path = Path("runs/data"),
+    ablation: Path | None = None,
+    out: Path = Path("policies/navdp"),
+) -> int:
+    """Publish the weights of a training run with a card.
+
+    Args:
+        results: Folder of labgym eval with these weights.
+        run: Folder of labgym train navdp.
+        data: Folder of the dataset that it was trained on.
+        ablation: Folder of labgym ablate navdp.
+        out: Folder for weights, configuration, losses, figures and CARD.md.
+    """
+    from labgym.eval.navdp_card import write_navdp_card
+
+    return written(write_navdp_card(run, data, results, out, ablation))
 
 
 @card_app.command(name="ppo")

@@ -59,7 +59,7 @@ def ablate_iplanner(data: Path, out: Path, training: TrainOptions, every: int, p
     """
     from labgym.policies.iplanner.train import train
 
-    suite = _suite(every)
+    suite = every_so_many(every)
     for variant in VARIANTS:
         weights = out / RUNS / (variant.name if variant.loss else WHOLE)
         train(data, weights, PlannerConfig(loss=LossOptions(**variant.loss), training=training), progress)
@@ -68,7 +68,8 @@ def ablate_iplanner(data: Path, out: Path, training: TrainOptions, every: int, p
     return out / RESULTS
 
 
-def _suite(every: int) -> Suite:
+def every_so_many(every: int) -> Suite:
+    """Return the validation suite, or one of every so many-th of its layouts."""
     validation = load_suite("val")
     if every == 1:
         return validation

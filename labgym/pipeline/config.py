@@ -11,7 +11,7 @@ from labgym.layouts.rules.thresholds import profile
 from labgym.policies import make_policy
 from labgym.protocols import get
 
-SHOWN = ("astar", "online_map", "iplanner", "ppo", "straight")
+SHOWN = ("astar", "online_map", "navdp", "iplanner", "ppo", "straight")
 """Policies that a run evaluates unless told otherwise."""
 
 
@@ -25,7 +25,7 @@ class RunConfig:
         seed: Seed of 30 new layouts; without it the published test layouts are made again from their own seeds.
         protocols: Ids of the protocols to take; none takes all 30.
         profile: Thresholds of generation and scores: default, strict or paper.
-        policies: Policies to evaluate, in the order of the table. By default astar, online_map, iplanner, ppo
+        policies: Policies to evaluate, in the order of the table. By default astar, online_map, navdp, iplanner, ppo
             and straight, as far as the packages that they need are installed.
         workers: Processes to use; 0 takes as many as there are cores.
         views: How many layouts are also rendered.

@@ -20,6 +20,7 @@ BUILT_IN = {
     "astar": "labgym.policies.astar:AStarPolicy",
     "dwa": "labgym.policies.dwa:DwaPolicy",
     "iplanner": "labgym.policies.iplanner.policy:IPlannerPolicy",
+    "navdp": "labgym.policies.navdp.policy:NavDPPolicy",
     "online_map": "labgym.policies.online_map:OnlineMapPolicy",
     "ppo": "labgym.policies.ppo.policy:PPOPolicy",
     "ppo-depth": "labgym.policies.ppo.policy:PPODepthPolicy",

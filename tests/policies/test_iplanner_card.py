@@ -56,7 +56,7 @@ def test_an_ablation_has_a_row_for_each_variant_driven_with_its_own_weights_or_t
     chosen = [variant for variant in VARIANTS if variant.name in {"whole", "obstacle", "glance"}]
     monkeypatch.setattr(iplanner_ablation, "VARIANTS", chosen)
     monkeypatch.setattr(iplanner_ablation, "TITLES", {variant.name: variant.title for variant in chosen})
-    monkeypatch.setattr(iplanner_ablation, "_suite", lambda every: SHORT)
+    monkeypatch.setattr(iplanner_ablation, "every_so_many", lambda every: SHORT)
     results = ablate_iplanner(data, tmp_path / "ablation", TrainOptions(epochs=1, samples=2), 2, progress=False)
     weights = {name: Evaluation.read(results / name).summary.options["weights"] for name in ("whole", "obstacle")}
     assert load_planner(weights["obstacle"]).state_dict().keys() == load_planner(weights["whole"]).state_dict().keys()

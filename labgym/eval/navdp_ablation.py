@@ -1,0 +1,69 @@
+"""What each main part of the NavDP-style policy is worth: it is left out, and the rest is trained and driven."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from labgym.eval.iplanner_ablation import RESULTS, RUNS, WHOLE, every_so_many
+from labgym.eval.runner import evaluate
+from labgym.policies.navdp.config import LossOptions, NavDPConfig, NetworkOptions, TrainOptions
+
+
+@dataclass(frozen=True)
+class Variant:
+    """The policy with something changed.
+
+    Attributes:
+        name: of its folders. title: what the table calls it.
+        network, loss: options that differ in training; a variant with none drives with the weights of the whole.
+        rules: rules of the policy that differ.
+    """
+
+    name: str
+    title: str
+    network: dict[str, Any] = field(default_factory=dict)
+    loss: dict[str, Any] = field(default_factory=dict)
+    rules: dict[str, Any] = field(default_factory=dict)
+
+
+VARIANTS = (
+    Variant(WHOLE, "the whole"),
+    Variant("critic", "the first sample in place of the critic's choice", rules={"choose": "first"}),
+    Variant("turn", "no turn in place where no sample is safe", rules={"stop": None}),
+    Variant("samples", "two samples in place of twelve", rules={"samples": 2}),
+    Variant("memory", "one frame, no memory", network={"memory": 1}),
+    Variant("negatives", "a critic without turned paths", loss={"rotation": 0.0}),
+)
+
+TITLES = {variant.name: variant.title for variant in VARIANTS}
+
+
+def ablate_navdp(data: Path, out: Path, training: TrainOptions, every: int, progress: bool = True) -> Path:
+    """Train and drive every variant, or what is missing of it, and return the folder with an evaluation of each.
+
+    Args:
+        data: folder of a dataset.
+        out: folder for the training runs and the evaluations.
+        training: how each is trained.
+        every: the suite is every so many-th layout of the validation split.
+        progress: whether to show progress bars.
+
+    Raises:
+        OptionError: the folder holds runs of other options.
+        DocumentError: the dataset cannot be read.
+    """
+    from labgym.policies.navdp.train import train
+
+    suite = every_so_many(every)
+    for variant in VARIANTS:
+        weights = out / RUNS / (variant.name if variant.loss or variant.network else WHOLE)
+        config = NavDPConfig(
+            network=NetworkOptions(**variant.network), loss=LossOptions(**variant.loss), training=training
+        )
+        if weights.name == variant.name:
+            train(data, weights, config, progress)
+        options: dict[str, Any] = {"weights": str(weights), "rules": variant.rules}
+        evaluate("navdp", suite, out=out / RESULTS / variant.name, progress=progress, options=options)
+    return out / RESULTS

@@ -1,0 +1,82 @@
+"""A dataset as the network learns from it, in memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from labgym.policies.data.read import Dataset, load_dataset, pictures
+from labgym.policies.navdp.config import NavDPConfig
+from labgym.policies.navdp.frames import frame
+from labgym.policies.navdp.trajectory import resampled, steps_of
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """n samples.
+
+    Attributes:
+        frames: (n, 36, 64, 4) uint8. memory: (n, memory) which frames a sample sees, the oldest first, its own last;
+            a drive that is younger than that repeats its first.
+        goal: (n, 2) in the robot frame, metres. pose: (n, 3) in the room frame. place: (n,) index of the maps.
+        path: (n, points + 1, 2) of the expert, robot frame, metres. steps: (n, points, 3) the same as steps.
+    """
+
+    frames: Tensor
+    memory: Tensor
+    goal: Tensor
+    pose: Tensor
+    place: Tensor
+    path: Tensor
+    steps: Tensor
+
+    @classmethod
+    def read(cls, folder: str | Path, config: NavDPConfig) -> tuple[Samples, Dataset]:
+        """Read a dataset that `labgym data` made; also return what else is in it.
+
+        Raises:
+            OptionError: it has no finished shard.
+            MissingDependencyError: pyarrow is not installed.
+        """
+        dataset = load_dataset(folder, config.training.samples)
+        path = resampled(
+            torch.from_numpy(dataset.path),
+            torch.from_numpy(dataset.length),
+            config.loss.horizon,
+            config.network.points,
+        )
+        seen = zip(pictures(folder, len(dataset)), dataset.depth, strict=True)
+        samples = cls(
+            frames=torch.from_numpy(np.stack([frame(rgb, depth / 1000.0) for rgb, depth in seen])),
+            memory=torch.from_numpy(memory_of(dataset.drive, config.network.memory)),
+            goal=torch.from_numpy(dataset.goal),
+            pose=torch.from_numpy(dataset.pose),
+            place=torch.from_numpy(dataset.place),
+            path=path,
+            steps=steps_of(path, config.diffusion.scale),
+        )
+        return samples, dataset
+
+    def seen(self, chosen: Tensor, mirrored: Tensor) -> Tensor:
+        """Return the frames (b, memory, 36, 64, 4) that samples (b,) see, some of them left for right (b,)."""
+        frames = self.frames[self.memory[chosen]]
+        return torch.where(mirrored[:, None, None, None, None], frames.flip(3), frames)
+
+
+def memory_of(drives: Indices, count: int) -> Indices:
+    """Return which samples each sample remembers, (n, count), the oldest first, itself last.
+
+    Args:
+        drives: (n,) number of each sample's drive; the samples of a drive lie together, in the order of time.
+    """
+    own = np.arange(len(drives))
+    first = np.maximum.accumulate(np.where(np.diff(drives, prepend=-1) != 0, own, 0))
+    found: Indices = np.maximum(own[:, None] - np.arange(count - 1, -1, -1), first[:, None])
+    return found
