@@ -103,6 +103,22 @@ def test_what_nothing_names_is_placed_by_size_and_says_that_it_is_a_guess(tmp_pa
     assert made.annotation.notes
 
 
+@pytest.mark.parametrize(
+    "stem, name, volume",
+    [
+        ("acetone_500ml", "Acetone500ml", 500.0),
+        ("conc. H2SO4 2.5 L", "SulfuricAcid2p5L", 2500.0),
+        ("盐酸_1L", "HydrochloricAcid1L", 1000.0),
+        ("ErlenmeyerFlask-250 mL", "ErlenmeyerFlask250ml", 250.0),
+        ("toluene-100mL", "Toluene100ml", 100.0),
+    ],
+)
+def test_amounts_in_a_name_are_the_volume(tmp_path, stem, name, volume):
+    asset = annotate(box(tmp_path / f"{stem}.stl", (95, 95, 160))).asset
+    assert asset.name == name
+    assert list(asset.specs.values()) == [volume]
+
+
 def test_every_field_that_is_set_tells_where_it_comes_from(tmp_path):
     made = annotate(bottle(tmp_path / "acetone.glb"))
     given = {name for name in made.asset.model_fields_set if name not in ("shape", "hazards")}

@@ -16,17 +16,28 @@ CONTAINERS = frozenset(
 )
 """What a reagent may be said to be in."""
 AMOUNT = re.compile(r"\d+(?:\.\d+)?(?:ml|l|g|kg|mg|m|mm|cm|um|pc|percent|n|x)?", re.IGNORECASE)
-_BREAKS = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|[^\w]+|_+|(?<=[^\x00-\x7f])(?=[\x00-\x7f])")
+_BREAKS = re.compile(
+    r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<!\d)\.|\.(?!\d)|[^\w.]+|_+|(?<=[^\x00-\x7f])(?=[\x00-\x7f])"
+)
 _AMOUNT_PARTS = re.compile(r"^(\d+(?:\.\d+)?)([a-z]*)$", re.IGNORECASE)
 MAX_WORDS = 16
+_MILLILITRES = re.compile(r"(?<![A-Za-z])mL(?![A-Za-z])")
+UNITS = frozenset({"ml", "l", "g", "kg", "mg", "mm", "cm"})
+"""Units that belong to a number before them."""
 
 
 def words(text: str) -> list[str]:
     """Return the words of a name: split at separators and where capitals begin; at most 16.
 
-    "acetone_500mL" gives ["acetone", "500mL"], "RoundBottomFlask" gives ["Round", "Bottom", "Flask"].
+    "acetone_2.5 L" gives ["acetone", "2.5L"], "RoundBottomFlask" gives ["Round", "Bottom", "Flask"].
     """
-    return [word for word in _BREAKS.split(text[:200]) if word][:MAX_WORDS]
+    found: list[str] = []
+    for word in _BREAKS.split(_MILLILITRES.sub("ml", text[:200])):
+        if found and re.fullmatch(r"\d+(\.\d+)?", found[-1]) and word.casefold() in UNITS:
+            found[-1] += word
+        elif word:
+            found.append(word)
+    return found[:MAX_WORDS]
 
 
 def telling(text: str) -> list[str]:
@@ -43,7 +54,7 @@ def is_amount(word: str) -> bool:
 
 def camel(parts: list[str]) -> str:
     """Return words as one CamelCase name of ASCII letters and digits, at most 60 characters; "" where none are left."""
-    plain = [re.sub(r"[^A-Za-z0-9]", "", part) for part in parts]
+    plain = [re.sub(r"[^A-Za-z0-9]", "", part.replace(".", "p")) for part in parts]
     name = "".join(part[0].upper() + part[1:] for part in plain if part)[:60]
     return re.sub(r"^[^A-Za-z]+", "", name)
 
