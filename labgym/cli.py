@@ -51,7 +51,7 @@ def run(config: OmitArgPrefixes[RunConfig]) -> int:
     return complaints(outcome.problems)
 
 
-app.command(assets_app, name="assets", help="List the assets, show one, check the catalogue, write USD.")
+app.command(assets_app, name="assets", help="List the assets, show one, check the catalogue, add meshes, write USD.")
 app.command(protocols_app, name="protocols", help="List the protocols, show or validate one.")
 
 
