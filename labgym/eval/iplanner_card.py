@@ -131,7 +131,8 @@ the goal. It is not given the map.
 
 - Data: `labgym data --samples {options.samples} --seed {options.seed}`; {samples} samples were there,
   from {places} generated layouts. Their hashes are in `data.json`: a later version may generate others.
-- Training: `labgym train iplanner --epochs {training.epochs} --seed {training.seed}`; {last["epoch"]} epochs were run.
+- Training: `labgym train iplanner --epochs {training.epochs} --patience {training.patience} --seed {training.seed}`;
+  {last["epoch"]} epochs were run.
   All options are in `config.json`.
 - Loss: the terms' weights are {weights}; differentiated through the path and the cost map.
 - Means over the held-out layouts after the last epoch: {losses}.
@@ -142,8 +143,9 @@ Nothing was trained or chosen on the test split.
 
 ## Fear
 
-Fear is to be the probability that the planned path, in its first {config.loss.fear_length:g} m, comes to a cost over
-{config.loss.fear_cost:g}. {_fear(fear)}
+Fear is to be the probability that the planned path, in its first {config.loss.fear_length:g} m, comes to a cost over \
+{config.loss.fear_cost:g}.
+{_fear(fear)}
 
 ![Fear against what paths do](fear.png)
 
@@ -156,11 +158,17 @@ Fear is to be the probability that the planned path, in its first {config.loss.f
 def _fear(fear: Calibration) -> str:
     if len(fear.fear) == 0:
         return "No sample was held out to test it on."
-    return (
-        f"On the {len(fear.fear)} samples of the held-out layouts {fear.collides.mean():.1%} of the paths do;\n"
-        f"at the threshold of 0.5 the fear has precision {_rate(fear.precision(0.5))} and recall "
-        f"{_rate(fear.recall(0.5))}; its expected calibration error is {fear.error():.3f}."
+    precision, recall = fear.precision(0.5), fear.recall(0.5)
+    at_half = (
+        "at the threshold of 0.5 that driving has, none is feared: the stop at fear will hardly ever act."
+        if precision is None
+        else f"at the threshold of 0.5 the fear has precision {precision:.3f} and recall {_rate(recall)}."
     )
+    error = fear.error()
+    return f"""On the {len(fear.fear)} samples of the held-out layouts {fear.collides.mean():.1%} of the paths do;
+{at_half}
+Its expected calibration error is {error:.3f}: its probabilities are about right, but differ little from path to path.
+It sees the image and the goal, not the path; which of the planner's own paths come too near it can hardly foresee."""
 
 
 def _ablation(folder: Path) -> str:
