@@ -166,6 +166,7 @@ def ablate_iplanner(
 
 @ablate_app.command(name="navdp")
 def ablate_navdp(
+    run: Path = Path("runs/navdp"),
     data: Path = Path("runs/data"),
     out: Path = Path("runs/navdp-ablation"),
     samples: int = 4000,
@@ -176,6 +177,7 @@ def ablate_navdp(
     """Leave out one main part of the NavDP-style policy after the other; train and drive the rest.
 
     Args:
+        run: Folder of the weights that are driven with where training is the same.
         data: The dataset's folder, made by labgym data.
         out: Folder for the training runs and the evaluations.
         samples: How many of the dataset's samples to train on.
@@ -189,7 +191,7 @@ def ablate_navdp(
     from labgym.eval.navdp_ablation import ablate_navdp as ablate
     from labgym.policies.navdp.config import TrainOptions
 
-    return written(ablate(data, out, TrainOptions(samples=samples, epochs=epochs, threads=threads), every))
+    return written(ablate(run, data, out, TrainOptions(samples=samples, epochs=epochs, threads=threads), every))
 
 
 @card_app.command(name="iplanner")

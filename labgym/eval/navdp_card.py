@@ -174,14 +174,14 @@ Nothing was trained or chosen on the test split; the rules of driving were chose
 
 
 def _ablation(folder: Path) -> str:
-    from labgym.eval.iplanner_ablation import RESULTS, RUNS, WHOLE
-    from labgym.eval.navdp_ablation import TITLES
+    from labgym.eval.iplanner_ablation import RESULTS, RUNS
+    from labgym.eval.navdp_ablation import SMALL, TITLES
 
-    training = NavDPConfig.load(folder / RUNS / WHOLE / "config.json").training
+    training = NavDPConfig.load(folder / RUNS / SMALL / "config.json").training
     return f"""## What its parts are worth
 
-One part is changed at a time, in training or in driving, at a smaller budget than the published weights had:
-{training.samples} samples, {training.epochs} epochs.
+One part is changed at a time: in driving, with the published weights; or in training, on less than the published
+weights had ({training.samples} samples, {training.epochs} epochs), to be compared with the whole trained on as little.
 
 {ablation_table(folder / RESULTS, TITLES)}
 
