@@ -182,8 +182,8 @@ One part is changed at a time, in training or in driving, at a smaller budget th
 
 {ablation_table(folder / RESULTS, TITLES)}
 
-Made by `labgym ablate iplanner --samples {training.samples} --epochs {training.epochs} --every N`, N as in the suite's \
-name.
+Made by `labgym ablate iplanner --samples {training.samples} --epochs {training.epochs} --every N`, \
+with N as in the suite's name.
 
 """
 
