@@ -16,6 +16,7 @@ from labgym.eval.cards import CardResults, ablation_table
 from labgym.eval.iplanner_card import loss_figure
 from labgym.eval.pictures import save_picture
 from labgym.eval.plan_drawing import draw_objects, draw_room
+from labgym.eval.record import NavigationSummary
 from labgym.layouts import Layout, load_published, published
 from labgym.navigation import goal_pairs
 from labgym.policies.data import DatasetManifest
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from labgym.policies.navdp.policy import Drawn, NavDPPolicy
 
 FILES = ("config.json", "weights.safetensors", "history.jsonl")
+LEARNED = 0.5
+"""Success rate below which a policy says little of what its parts are worth."""
+
 SHOWN = 10
 """Validation layouts at whose first drive trajectories are drawn."""
 
@@ -178,13 +182,24 @@ def _ablation(folder: Path) -> str:
     from labgym.eval.navdp_ablation import SMALL, TITLES
 
     training = NavDPConfig.load(folder / RUNS / SMALL / "config.json").training
+    small = NavigationSummary.load(folder / RESULTS / SMALL / "summary.json")
+    success = small.metrics["success"].value or 0.0
+    caution = (
+        ""
+        if success >= LEARNED
+        else (
+            f"\nTrained on so little the policy has hardly learned to drive (SR {success:.3f}): those rows say little of what\n"
+            "memory and turned paths are worth to one that has.\n"
+        )
+    )
     return f"""## What its parts are worth
 
 One part is changed at a time: in driving, with the published weights; or in training, on less than the published
 weights had ({training.samples} samples, {training.epochs} epochs), to be compared with the whole trained on as little.
 
 {ablation_table(folder / RESULTS, TITLES)}
-
-Made by `labgym ablate navdp --samples {training.samples} --epochs {training.epochs}`.
+{caution}
+Made by `labgym ablate navdp --samples {training.samples} --epochs {training.epochs}`, in the layouts of the suite that
+the table names.
 
 """
