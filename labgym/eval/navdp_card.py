@@ -188,8 +188,8 @@ def _ablation(folder: Path) -> str:
         ""
         if success >= LEARNED
         else (
-            f"\nTrained on so little the policy has hardly learned to drive (SR {success:.3f}): those rows say little of what\n"
-            "memory and turned paths are worth to one that has.\n"
+            f"\nTrained on so little the policy has hardly learned to drive (SR {success:.3f}): those rows say little\n"
+            "of what memory and turned paths are worth to one that has.\n"
         )
     )
     return f"""## What its parts are worth

@@ -9,8 +9,8 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from labgym import protocols as library
-from labgym.cli_group import CommandGroup
-from labgym.cli_outcome import DONE, findings, written
+from labgym.cli.group import CommandGroup
+from labgym.cli.outcome import DONE, findings, written
 from labgym.protocols import Protocol
 from labgym.protocols.synthesis import Writer
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 from tyro.extras import SubcommandApp
 
-from labgym.cli_outcome import written
+from labgym.cli.outcome import written
 from labgym.errors import MissingDependencyError, OptionError
 
 Sensor = Literal["lidar", "depth"]

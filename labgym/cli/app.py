@@ -19,10 +19,10 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from tyro.extras import SubcommandApp
 
 from labgym import protocols as library
-from labgym.cli_assets import assets_app
-from labgym.cli_outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
-from labgym.cli_protocols import protocols_app
-from labgym.cli_training import ablate_app, card_app, data, train_app
+from labgym.cli.assets import assets_app
+from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
+from labgym.cli.protocols import protocols_app
+from labgym.cli.training import ablate_app, card_app, data, train_app
 from labgym.errors import LabgymError, OptionError
 from labgym.pipeline import RunConfig
 from labgym.protocols import Protocol
@@ -361,7 +361,3 @@ def _fail(message: str) -> int:
     line = "".join(char if char.isprintable() else repr(char)[1:-1] for char in message)
     print(f"labgym: error: {line}", file=sys.stderr)
     return BAD_INPUT
-
-
-if __name__ == "__main__":
-    sys.exit(main())

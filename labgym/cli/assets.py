@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from tyro.conf import Positional
 
 from labgym.assets.catalog import FOLDER_VARIABLE, Catalog
-from labgym.cli_group import CommandGroup
-from labgym.cli_outcome import DONE, complaints, findings, written
+from labgym.cli.group import CommandGroup
+from labgym.cli.outcome import DONE, complaints, findings, written
 from labgym.errors import LabgymError, OptionError
 
 if TYPE_CHECKING:
