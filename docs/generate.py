@@ -24,6 +24,7 @@ from labgym.layouts import Layout
 from labgym.layouts.splits import Manifest
 from labgym.llm.replay import RecordedReply
 from labgym.protocols import Protocol
+from labgym.protocols.experiments import ExperimentFile
 from labgym.protocols.language.words import Words
 from labgym.protocols.synthesis.operations import Operations
 from labgym.protocols.synthesis.refusals import Refusals
@@ -39,6 +40,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     AssetFile,
     Annotation,
     Protocol,
+    ExperimentFile,
     Layout,
     Manifest,
     Suite,

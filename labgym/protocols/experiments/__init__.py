@@ -1,0 +1,16 @@
+"""The experiment library: reactions with their equation and the atomic actions that carry them out."""
+
+from labgym.protocols.experiments.library import experiments, get, read_experiments
+from labgym.protocols.experiments.model import Action, Experiment, ExperimentFile, Material, Portion, Rejection
+
+__all__ = [
+    "Action",
+    "Experiment",
+    "ExperimentFile",
+    "Material",
+    "Portion",
+    "Rejection",
+    "experiments",
+    "get",
+    "read_experiments",
+]
