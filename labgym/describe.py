@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-from labgym.assets import Asset
+from labgym.assets import Asset, Catalog
 from labgym.eval.report_model import LayoutReport
 from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure
 from labgym.protocols import Protocol
+from labgym.protocols.experiments import Experiment
+from labgym.protocols.experiments.feasibility import Verdict
+from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.retrieval import Results
 
 
@@ -77,6 +80,42 @@ def search_results(results: Results) -> str:
     method = results.method + (f" ({results.note})" if results.note else "")
     heading = f"{len(rows)} fragments, {method}" if rows else f"nothing found, {method}"
     return Table(heading, ("source", "score", "BM25", "cosine", "fragment"), rows).text()
+
+
+def experiment_table(experiments: Sequence[Experiment]) -> str:
+    """Return one line an experiment: id, name, type and counts."""
+    rows = tuple(
+        (item.id, item.name, item.reaction_type or "-", str(len(item.materials)), str(len(item.actions)))
+        for item in experiments
+    )
+    return Table(f"{len(rows)} experiments", ("id", "name", "reaction type", "materials", "actions"), rows).text()
+
+
+def experiment_details(experiment: Experiment) -> str:
+    """Return what an experiment makes, of what, and its actions."""
+    catalog = Catalog.load()
+    facts = [
+        ("type", (experiment.reaction_type or "").replace("_", " ")),
+        ("also called", ", ".join(experiment.synonyms)),
+        ("reaction", experiment.reaction),
+        ("product", experiment.product),
+        ("materials", ", ".join(f"{item.name} ({item.role})" for item in experiment.materials)),
+        ("licence", experiment.license),
+    ]
+    actions = [f"  {k:>2}. {sentence(action, catalog)}" for k, action in enumerate(experiment.actions, 1)]
+    return "\n".join([f"{experiment.id}  {experiment.name}", experiment.description, "", *_facts(facts), "", *actions])
+
+
+def verdict_table(verdicts: Sequence[Verdict]) -> str:
+    """Return how many experiments are feasible, then each obstacle of the others on a line."""
+    possible = sum(verdict.feasible for verdict in verdicts)
+    rows = tuple(
+        (verdict.experiment.id, obstacle.code, str(obstacle.action or "-"), obstacle.message)
+        for verdict in verdicts
+        for obstacle in verdict.obstacles
+    )
+    heading = f"{possible} of {len(verdicts)} experiments are feasible"
+    return Table(heading, ("experiment", "obstacle", "action", "why"), rows).text() if rows else heading
 
 
 def layout_score(report: LayoutReport) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,9 @@ from tyro.conf import Positional, arg
 from labgym import protocols as library
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, findings, written
-from labgym.protocols import Protocol
+from labgym.protocols import Protocol, ReactionType
+from labgym.protocols.experiments import Experiment, Rejection
+from labgym.protocols.importers import Format
 from labgym.protocols.synthesis import Writer
 
 protocols_app = CommandGroup("show")
@@ -88,6 +91,89 @@ def check(protocol: Positional[Annotated[str, arg(metavar="PROTOCOL")]]) -> int:
         if finding.severity == "advice":
             print(f"advice: {finding.message}; {finding.suggestion} [{finding.rule}]")
     return findings(faults)
+
+
+@protocols_app.command
+def experiments(name: Positional[str | None] = None, type: ReactionType | None = None, check: bool = False) -> int:  # noqa: A002
+    """List the experiments of the library, show one, or check that all are complete and consistent.
+
+    Args:
+        name: Id of an experiment; nothing lists all.
+        type: List those of a reaction type alone.
+        check: Check completeness, and amounts against molar mass and density; exit 1 where something is wrong.
+    """
+    from labgym.describe import experiment_details, experiment_table
+    from labgym.protocols.experiments import experiments as every
+    from labgym.protocols.experiments import get
+    from labgym.protocols.experiments.checks import check as faults
+
+    chosen = [get(name)] if name else [item for item in every().values() if type in (None, item.reaction_type)]
+    if check:
+        return findings([f"{item.id}: {fault}" for item in chosen for fault in faults(item)])
+    print(experiment_details(chosen[0]) if name else experiment_table(chosen))
+    return DONE
+
+
+@protocols_app.command(name="import")
+def import_(
+    path: Positional[Path],
+    format: Format,  # noqa: A002
+    out: Path,
+    limit: int | None = None,
+    feasible: bool = False,
+    replace: bool = False,
+) -> int:
+    """Import experiments from the file formats of others; what cannot be used is listed with the reason.
+
+    Args:
+        path: A file, or a folder of files.
+        format: ord (Open Reaction Database, extra ord) or xdl.
+        out: Folder for files of a thousand experiments and rejected.csv.
+        limit: How many records to read, at most.
+        feasible: Keep only what the catalogue's reagents and equipment can do, under the catalogue's names.
+        replace: Write over an earlier import in that folder.
+    """
+    from itertools import islice
+
+    from labgym.protocols.importers import read
+
+    return _collected(islice(read(path, format), limit), out, feasible, replace)
+
+
+@protocols_app.command(name="filter")
+def filter_(path: Positional[Path | None] = None, out: Path | None = None, replace: bool = False) -> int:
+    """Say which experiments the catalogue's reagents and equipment can do, and what stands against the others.
+
+    Args:
+        path: A file or folder of experiments; by default the published library.
+        out: Folder for those that can be done and rejected.csv with the reason for each of the others.
+        replace: Write over what is in that folder.
+    """
+    from labgym.describe import verdict_table
+    from labgym.protocols.experiments import experiments as every
+    from labgym.protocols.experiments import read_experiments
+    from labgym.protocols.experiments.feasibility import FeasibilityFilter
+
+    chosen = read_experiments(path) if path else tuple(every().values())
+    if out is not None:
+        return _collected(iter(chosen), out, True, replace)
+    feasibility = FeasibilityFilter()
+    print(verdict_table([feasibility.judge(experiment) for experiment in chosen]))
+    return DONE
+
+
+def _collected(records: Iterator[Experiment | Rejection], out: Path, feasible: bool, replace: bool) -> int:
+    """Write records to a folder, tell what became of them, and return the exit code."""
+    from tqdm import tqdm
+
+    from labgym.protocols.experiments.collection import REJECTED, collect, filtered
+    from labgym.protocols.experiments.feasibility import FeasibilityFilter
+
+    shown = tqdm(records, "read", unit="record")
+    tally = collect(filtered(shown, FeasibilityFilter()) if feasible else shown, out, replace)
+    why = ", ".join(f"{count} {kind}" for kind, count in tally.reasons.most_common())
+    print(f"{tally.kept} experiments kept, {tally.rejected} turned down" + (f": {why}; see {REJECTED}" if why else ""))
+    return written(out)
 
 
 def _model_writer(repairs: int) -> Writer:

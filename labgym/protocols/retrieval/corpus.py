@@ -10,10 +10,12 @@ from typing import Literal
 
 from labgym.assets import Catalog
 from labgym.assets.compatibility import rules
+from labgym.protocols.experiments import Experiment, experiments
+from labgym.protocols.experiments.narration import narrate
 from labgym.protocols.library import protocols
 from labgym.protocols.model import Protocol, Step
 
-FragmentKind = Literal["card", "steps", "rule"]
+FragmentKind = Literal["card", "steps", "actions", "rule"]
 SourceKind = Literal["protocol", "experiment", "rule"]
 
 
@@ -24,7 +26,8 @@ class Fragment:
     Attributes:
         source: id of the protocol or experiment, or kind of the rule.
         origin: what the source is.
-        kind: a card speaks of the whole experiment, steps are a run of actions at one place, a rule is one.
+        kind: a card speaks of the whole, steps are those in a row at one place, actions are all of an experiment's, a
+            rule is one.
         steps: first and last step that it covers, or None.
         title: name of the source.
         text: what it says, in English, with the Chinese names of what occurs in it on cards.
@@ -49,7 +52,11 @@ class Fragment:
 @lru_cache(maxsize=1)
 def corpus() -> tuple[Fragment, ...]:
     """Return the fragments of the published protocols, the experiment library and the segregation rules."""
-    return (*fragments(protocols().values()), *_rule_fragments())
+    return (
+        *fragments(protocols().values()),
+        *experiment_fragments(experiments().values()),
+        *_rule_fragments(),
+    )
 
 
 def fragments(library: Iterable[Protocol]) -> tuple[Fragment, ...]:
@@ -65,12 +72,30 @@ def fragments(library: Iterable[Protocol]) -> tuple[Fragment, ...]:
     return tuple(found)
 
 
+def experiment_fragments(library: Iterable[Experiment]) -> tuple[Fragment, ...]:
+    """Return experiments cut into a card and their actions in words."""
+    catalog = Catalog.published()
+    found: list[Fragment] = []
+    for item in library:
+        names = "; ".join(f"{use.role} {_called(use.name, catalog)}" for use in item.materials)
+        kind = (item.reaction_type or "").replace("_", " ")
+        card = f"{item.name}. {'; '.join(item.synonyms)}. {kind}. {item.description} {item.product}. {names}."
+        found.append(Fragment(item.id, "experiment", "card", item.name, card))
+        found.append(Fragment(item.id, "experiment", "actions", item.name, f"{item.name}. {narrate(item, catalog)}"))
+    return tuple(found)
+
+
+def _called(name: str, catalog: Catalog) -> str:
+    """Return the names that a search should find an asset by: two in English, one in Chinese."""
+    if name not in catalog:
+        return name
+    asset = catalog.get(name)
+    return " ".join((*asset.synonyms_en[:2], *asset.synonyms_zh[:1])) or name
+
+
 def _card(protocol: Protocol) -> str:
     catalog = Catalog.load()
-    names = []
-    for use in protocol.reagents:
-        asset = catalog.get(use.name)
-        names.append(f"{use.role} {' '.join((*asset.synonyms_en[:2], *asset.synonyms_zh[:1])) or asset.name}")
+    names = [f"{use.role} {_called(use.name, catalog)}" for use in protocol.reagents]
     kind = protocol.reaction_type.replace("_", " ")
     synonyms = "; ".join(protocol.synonyms)
     return f"{protocol.name}. {synonyms}. {kind}. {protocol.description} {protocol.product}. {'; '.join(names)}."

@@ -1,0 +1,86 @@
+"""Structures of molecules, read from SMILES with RDKit (extra `chem`) within bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any
+
+from labgym.errors import LabgymError, MissingDependencyError
+
+MAX_CHARACTERS = 500
+MAX_ATOMS = 200
+"""The longest SMILES and the largest molecule that are read; the catalogue's largest has 90 characters."""
+
+
+class StructureError(LabgymError, ValueError):
+    """A SMILES that cannot be read, or is too large."""
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep RDKit from writing to standard error while a structure is read; its errors are raised here."""
+    from rdkit import rdBase
+
+    block = rdBase.BlockLogs()
+    try:
+        yield
+    finally:
+        del block
+
+
+def molecule(smiles: str) -> Any:
+    """Return the RDKit molecule of a SMILES; several parts may be joined by dots.
+
+    Raises:
+        StructureError: empty, too long, too large, or no valid SMILES.
+        MissingDependencyError: RDKit is not installed.
+    """
+    if not smiles or len(smiles) > MAX_CHARACTERS or not smiles.isascii() or any(map(str.isspace, smiles)):
+        raise StructureError(
+            f"{smiles[:60]!r} is no SMILES: 1 to {MAX_CHARACTERS} characters without spaces are expected"
+        )
+    try:
+        from rdkit import Chem
+    except ImportError:
+        raise MissingDependencyError("rdkit", "reading structures", "chem") from None
+    with _quiet():
+        found = Chem.MolFromSmiles(smiles)
+    if found is None:
+        raise StructureError(f"{smiles[:60]!r} is no valid SMILES: check brackets, ring closures and valences")
+    if not 0 < found.GetNumAtoms() <= MAX_ATOMS:
+        raise StructureError(f"{smiles[:60]!r} has {found.GetNumAtoms()} heavy atoms; 1 to {MAX_ATOMS} are read")
+    return found
+
+
+@lru_cache(maxsize=4096)
+def canonical(smiles: str) -> str:
+    """Return the one spelling of a structure that all its spellings share.
+
+    Atom maps and isotope labels are dropped, stereochemistry stays. Alkoxides and amides that are
+    drawn with a bond to their metal are brought to the separated form.
+
+    Raises:
+        StructureError: no valid SMILES, or too large.
+        MissingDependencyError: RDKit is not installed.
+    """
+    found = molecule(smiles)
+    from rdkit import Chem
+    from rdkit.Chem.MolStandardize import rdMolStandardize
+
+    for atom in found.GetAtoms():
+        atom.SetAtomMapNum(0)
+        atom.SetIsotope(0)
+    with _quiet():
+        try:
+            found = rdMolStandardize.MetalDisconnector().Disconnect(found)
+            found = rdMolStandardize.Normalizer().normalize(found)
+        except (ValueError, RuntimeError):
+            raise StructureError(f"{smiles[:60]!r} cannot be brought to a canonical form") from None
+        return str(Chem.MolToSmiles(found))
+
+
+def same_substance(first: str, second: str) -> bool:
+    """Say whether two SMILES are spellings of one substance; see `canonical` for what is looked through."""
+    return canonical(first) == canonical(second)

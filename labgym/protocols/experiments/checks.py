@@ -1,0 +1,97 @@
+"""Whether an experiment is complete and its figures agree with each other and with the catalogue."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from labgym.assets import Asset, Catalog
+from labgym.protocols.amounts import read_amount
+from labgym.protocols.experiments.model import Experiment
+
+TOLERANCE = 0.03
+"""Relative disagreement that mass, volume and moles of one amount may have beyond their rounding."""
+_DILUTED = re.compile(r"%|\baq\b|sat|solution|in (?:water|hexanes?|thf|ethanol|methanol|toluene)|wet|conc", re.I)
+_MOLAR = re.compile(r"(\d+(?:\.\d+)?)\s*M\b")
+_DECIMALS = re.compile(r"\d+(?:\.(\d+))?\s*(mg|g|mL|mmol|mol|µL|L)\b")
+_CHINESE = re.compile(r"[\u4e00-\u9fff]")
+
+
+def check(experiment: Experiment, catalog: Catalog | None = None) -> list[str]:
+    """Return what is missing or does not agree, one sentence each; none for a sound entry of the library.
+
+    Args:
+        catalog: whose molar masses and densities the amounts are held against; the published one by default.
+    """
+    assets = catalog if catalog is not None else Catalog.published()
+    return [*_incomplete(experiment), *_amounts(experiment, assets)]
+
+
+def _incomplete(experiment: Experiment) -> Iterator[str]:
+    taken = {portion.name for action in experiment.actions for portion in action.takes}
+    for material in experiment.materials:
+        if material.name not in taken:
+            yield f"{material.name} is among the materials, and no action takes it"
+    names = [material.name for material in experiment.materials]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        yield f"{name} is listed twice among the materials"
+    parts = experiment.reaction.split(">")
+    if len(parts) != 3 or not parts[0] or not parts[2]:
+        yield "the reaction is not written as reactants>agents>products"
+    if experiment.reaction_type is None:
+        yield "it has no reaction type"
+    if not experiment.product or len(experiment.description) < 40:
+        yield "it does not say what is made and how"
+    if len(experiment.synonyms) < 2 or not any(_CHINESE.search(synonym) for synonym in experiment.synonyms):
+        yield "it has fewer than two synonyms, or none in Chinese"
+    verbs = [action.verb for action in experiment.actions]
+    if verbs[-1] != "Yield" or "Analyze" not in verbs:
+        yield "it does not end with an analysis and a yield"
+
+
+def _amounts(experiment: Experiment, catalog: Catalog) -> Iterator[str]:
+    for number, action in enumerate(experiment.actions, 1):
+        for portion in action.takes:
+            if portion.name in catalog and portion.amount:
+                problem = disagreement(catalog.get(portion.name), portion.amount)
+                if problem:
+                    yield f"action {number} ({action.verb}) takes {portion.name} {portion.amount!r}: {problem}"
+
+
+def disagreement(reagent: Asset, text: str) -> str | None:
+    """Return how the parts of an amount contradict each other, or None where they agree or cannot be compared.
+
+    Mass and moles are held together by the molar mass, mass and volume by the density, volume and moles of a solution
+    by its molarity. Other solutions are left alone.
+    """
+    chemistry, amount = reagent.chemistry, read_amount(text)
+    if chemistry is None:
+        return None
+    molar = _MOLAR.search(text)
+    estimates: list[tuple[str, float, float]] = []
+    if molar and amount.volume is not None and amount.moles is not None:
+        expected = amount.portions * amount.volume * float(molar[1]) / 1000.0
+        estimates.append(("mol by the molarity", expected, amount.moles))
+    elif not molar and not _DILUTED.search(text):
+        mass, density = amount.mass, chemistry.density
+        if mass is None and amount.volume is not None and density:
+            mass = amount.volume * density
+        if mass is not None and amount.moles is not None and chemistry.molar_mass:
+            estimates.append(("mol by the molar mass", amount.portions * mass / chemistry.molar_mass, amount.moles))
+        if amount.mass is not None and amount.volume is not None and density and chemistry.state == "liquid":
+            estimates.append(("mL by the density", amount.mass / density, amount.volume))
+    slack = TOLERANCE + _rounding(text)
+    for what, expected, stated in estimates:
+        if abs(expected - stated) > slack * stated:
+            return f"{stated:g} stated, {expected:.3g} {what}"
+    return None
+
+
+def _rounding(text: str) -> float:
+    """Return the relative error that the roundings of a text's numbers may add up to."""
+    total = 0.0
+    for found in _DECIMALS.finditer(text):
+        value = float(found[0][: -len(found[2])])
+        if value > 0.0:
+            total += 0.5 * 10.0 ** -len(found[1] or "") / value
+    return total

@@ -1,0 +1,227 @@
+"""Whether an experiment can be done with a catalogue's reagents and equipment, and if not, why not."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from labgym.assets import Asset, Catalog
+from labgym.protocols.amounts import Amount, read_amount, volume_of
+from labgym.protocols.capability import capacity, cools_to, heats_to, weighs, withstands
+from labgym.protocols.contents import is_vessel
+from labgym.protocols.experiments.grounding import Grounder, grounded
+from labgym.protocols.experiments.model import Action, Atmosphere, Experiment, Verb
+from labgym.protocols.synthesis.apparatus import FILL
+from labgym.protocols.synthesis.errors import RefusalError
+from labgym.protocols.synthesis.refusals import refuse_mixture, refuse_solvent, refuse_wish
+
+Code = Literal[
+    "unlisted", "equipment", "temperature", "volume", "mass", "pressure", "atmosphere", "unsafe", "incomplete"
+]
+
+NEEDS: dict[Verb, tuple[frozenset[str], ...]] = {
+    "AdjustPH": (frozenset({"PHPaper", "PHMeter"}),),
+    "Chromatograph": (frozenset({"ChromatographyColumn", "FlashChromatographySystem"}),),
+    "CollectLayer": (frozenset({"SeparatoryFunnel"}),),
+    "Concentrate": (frozenset({"RotaryEvaporator"}),),
+    "Distill": (frozenset({"DistillationHead"}), frozenset({"LiebigCondenser"})),
+    "DrySolid": (frozenset({"DryingOven", "VacuumOven", "Desiccator"}),),
+    "Extract": (frozenset({"SeparatoryFunnel"}),),
+    "Filter": (frozenset({"BuchnerFunnel", "FrittedFunnel", "GlassFunnel"}),),
+    "Hydrogenate": (frozenset({"HydrogenationApparatus", "HydrogenBalloon"}),),
+    "Irradiate": (frozenset({"PhotoReactor"}),),
+    "Microwave": (frozenset({"MicrowaveReactor"}),),
+    "Partition": (frozenset({"SeparatoryFunnel"}),),
+    "PhaseSeparation": (frozenset({"SeparatoryFunnel"}),),
+    "Purify": (frozenset({"ChromatographyColumn", "FlashChromatographySystem"}),),
+    "Recrystallize": (frozenset({"ErlenmeyerFlask", "RoundBottomFlask"}), frozenset({"BuchnerFunnel"})),
+    "Reflux": (frozenset({"RefluxCondenser"}),),
+    "Sonicate": (frozenset({"UltrasonicCleaner"}),),
+    "Stir": (frozenset({"MagneticStirrer", "MagneticHotplateStirrer", "OverheadStirrer", "OrbitalShaker"}),),
+    "Sublime": (frozenset({"SublimationApparatus"}),),
+}
+"""What an action is done with: one asset of each set. What every laboratory has is not listed."""
+GASES: dict[Atmosphere, str] = {"nitrogen": "NitrogenGas", "argon": "ArgonGas", "hydrogen": "Hydrogen"}
+WORK_UP: frozenset[Verb] = frozenset(
+    ("Quench", "Extract", "Wash", "Partition", "PhaseSeparation", "CollectLayer", "Filter", "Concentrate", "AdjustPH")
+)
+"""Actions after which what is in the reaction flask leaves it, or is divided."""
+HEATED_FLASKS = ("bath", "mantle", "stirrer", "reactor")
+"""Subtypes of what heats a reaction; ovens, burners and heat guns do not."""
+PRESSURE_VESSELS = ("vessel", "reactor")
+"""Subtypes of what holds a reaction under pressure; chromatographs stand more and hold none."""
+READABLE = 10.0
+"""How many times a balance's resolution a mass must be to be weighed within a tenth."""
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """Why an experiment cannot be done: the kind of reason, the action (counted from 1) or None, and the sentence."""
+
+    code: Code
+    action: int | None
+    message: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the filter says of an experiment.
+
+    Attributes:
+        obstacles: what stands against it, none where it is feasible.
+        experiment: with its materials under the names of assets where it is feasible, else as given.
+    """
+
+    experiment: Experiment
+    obstacles: tuple[Obstacle, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether nothing stands against it."""
+        return not self.obstacles
+
+
+class FeasibilityFilter:
+    """Holds experiments against a catalogue; the limits of its equipment are worked out once.
+
+    Args:
+        catalog: what the laboratory has; by default the published catalogue with assets of one's own.
+    """
+
+    def __init__(self, catalog: Catalog | None = None) -> None:
+        self.catalog = catalog if catalog is not None else Catalog.load()
+        self._grounder = Grounder(self.catalog)
+        devices = self.catalog.of_kind("instrument")
+        heaters = [asset for asset in devices if asset.subtype in HEATED_FLASKS]
+        self._hottest = _best(heaters, heats_to, max)
+        self._oven = _best([a for a in devices if a.subtype in ("oven", "furnace")], heats_to, max)
+        self._coldest = _best(devices, cools_to, min)
+        self._strongest = _best([a for a in devices if a.subtype in PRESSURE_VESSELS], withstands, max)
+        flasks = [asset for asset in devices if is_vessel(asset) and asset.subtype in ("flask", "reactor")]
+        self._largest = _best(flasks, capacity, max)
+        balances = [limits for asset in devices if (limits := weighs(asset)) is not None]
+        self._finest = min((least for least, _ in balances), default=None)
+        self._heaviest = max((most for _, most in balances), default=None)
+
+    def judge(self, experiment: Experiment) -> Verdict:
+        """Return whether an experiment is feasible, and all that stands against it."""
+        names = {material.name: self._grounder.find(material) for material in experiment.materials}
+        obstacles = [*_incomplete(experiment), *self._unlisted(experiment, names)]
+        listed = {name: asset for name, asset in names.items() if asset is not None}
+        for number, action in enumerate(experiment.actions, 1):
+            obstacles += self._equipment(number, action)
+            obstacles += self._conditions(number, action)
+            obstacles += self._masses(number, action, listed)
+        obstacles += self._volume(experiment, listed)
+        obstacles += _unsafe(experiment, listed)
+        known = grounded(experiment, listed) if not obstacles else experiment
+        return Verdict(known, tuple(obstacles))
+
+    def _unlisted(self, experiment: Experiment, names: dict[str, str | None]) -> Iterator[Obstacle]:
+        for material in experiment.materials:
+            if names[material.name] is None:
+                near = self.catalog.nearest(material.name, 3)
+                hint = f"; nearest by name: {', '.join(near)}" if near else ""
+                what = f"{material.role} {material.name[:80]!r}"
+                yield Obstacle("unlisted", None, f"the catalogue has no {what}{hint}")
+
+    def _equipment(self, number: int, action: Action) -> Iterator[Obstacle]:
+        for choice in NEEDS.get(action.verb, ()):
+            if not any(name in self.catalog for name in choice):
+                message = f"{action.verb} needs {' or '.join(sorted(choice))}, which the catalogue lacks"
+                yield Obstacle("equipment", number, message)
+        gas = GASES.get(action.atmosphere) if action.atmosphere is not None else None
+        if gas is not None and gas not in self.catalog:
+            yield Obstacle("atmosphere", number, f"{action.atmosphere} above the mixture needs {gas}")
+
+    def _conditions(self, number: int, action: Action) -> Iterator[Obstacle]:
+        hottest = self._oven if action.verb == "DrySolid" else self._hottest
+        at = action.temperature
+        if at is not None and at > 30.0 and (hottest is None or at > hottest):
+            yield Obstacle("temperature", number, f"{at:g} C is above what the equipment reaches ({_limit(hottest)} C)")
+        if at is not None and at < 15.0 and (self._coldest is None or at < self._coldest):
+            message = f"{at:g} C is below what the equipment reaches ({_limit(self._coldest)} C)"
+            yield Obstacle("temperature", number, message)
+        bar = action.pressure
+        if bar is not None and bar > 1.5 and (self._strongest is None or bar - 1.0 > self._strongest):
+            message = f"{bar:g} bar is more than the strongest vessel takes ({_limit(self._strongest)} bar above air)"
+            yield Obstacle("pressure", number, message)
+
+    def _masses(self, number: int, action: Action, listed: dict[str, str]) -> Iterator[Obstacle]:
+        for portion in action.takes:
+            mass = read_amount(portion.amount).mass
+            if mass is None or portion.name not in listed:
+                continue
+            if self._finest is None or mass < READABLE * self._finest:
+                message = f"{mass * 1000:g} mg of {portion.name[:80]} cannot be weighed within a tenth"
+                yield Obstacle("mass", number, message)
+            elif self._heaviest is not None and mass > self._heaviest:
+                yield Obstacle("mass", number, f"{mass:g} g of {portion.name[:80]} is more than any balance weighs")
+
+    def _volume(self, experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle]:
+        total = 0.0
+        for number, action in enumerate(experiment.actions, 1):
+            if action.verb in WORK_UP:
+                return
+            for portion in action.takes:
+                total += self._millilitres(listed.get(portion.name), read_amount(portion.amount))
+            if self._largest is None or total > FILL * self._largest:
+                limit = _limit(self._largest)
+                message = (
+                    f"about {total:.0f} mL are in the flask; the largest one holds {limit} mL and is filled to 60 %"
+                )
+                yield Obstacle("volume", number, message)
+                return
+
+    def _millilitres(self, name: str | None, amount: Amount) -> float:
+        if name is None:
+            return (amount.volume or 0.0) * amount.portions
+        return volume_of(self.catalog.get(name), amount) * amount.portions
+
+
+def reasons(verdicts: Iterable[Verdict]) -> Counter[Code]:
+    """Return how many experiments each kind of reason stands against; one may have several."""
+    counts: Counter[Code] = Counter()
+    for verdict in verdicts:
+        counts.update({obstacle.code for obstacle in verdict.obstacles})
+    return counts
+
+
+def _incomplete(experiment: Experiment) -> Iterator[Obstacle]:
+    if not experiment.reaction.rpartition(">")[2] and not experiment.product:
+        yield Obstacle("incomplete", None, "it does not say what is made")
+    if not any(action.takes for action in experiment.actions):
+        yield Obstacle("incomplete", None, "no action takes anything")
+    if not any(action.verb not in ("Yield", "Analyze") and not action.takes for action in experiment.actions) and (
+        len(experiment.actions) < 3
+    ):
+        yield Obstacle("incomplete", None, "nothing is said of how the mixture is left to react or worked up")
+
+
+def _unsafe(experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle]:
+    roles = {material.name: material.role for material in experiment.materials}
+    taken = sorted(set(listed.values()))
+    solvents = [listed[name] for name, role in roles.items() if role == "solvent" and name in listed]
+    checks: tuple[Callable[[], None], ...] = (
+        lambda: refuse_wish(f"{experiment.name}. {experiment.product}."),
+        lambda: refuse_mixture(taken),
+        lambda: refuse_solvent(taken, solvents),
+    )
+    for check in checks:
+        try:
+            check()
+        except RefusalError as error:
+            yield Obstacle("unsafe", None, str(error))
+
+
+def _best(
+    assets: Iterable[Asset], measure: Callable[[Asset], float | None], best: Callable[[list[float]], float]
+) -> float | None:
+    values = [value for asset in assets if (value := measure(asset)) is not None]
+    return best(values) if values else None
+
+
+def _limit(value: float | None) -> str:
+    return "none" if value is None else f"{value:g}"

@@ -1,0 +1,246 @@
+"""The feasibility filter: each kind of obstacle, what it says, and what it writes."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from labgym.assets import Catalog
+from labgym.errors import DocumentError, OptionError
+from labgym.protocols.experiments import Experiment, ExperimentFile, Rejection, read_experiments
+from labgym.protocols.experiments.checks import check, disagreement
+from labgym.protocols.experiments.collection import PER_FILE, REJECTED, collect, filtered
+from labgym.protocols.experiments.feasibility import FeasibilityFilter, reasons
+from labgym.protocols.experiments.narration import narrate
+
+
+def esterification(**changes: Any) -> Experiment:
+    """An experiment that the published catalogue can do, with changes."""
+    data: dict[str, Any] = {
+        "id": "x_1",
+        "name": "Methyl benzoate",
+        "reaction_type": "condensation",
+        "reaction": "O=C(O)c1ccccc1.CO>OS(=O)(=O)O>COC(=O)c1ccccc1.O",
+        "product": "methyl benzoate",
+        "materials": [
+            {"name": "BenzoicAcid", "role": "reactant"},
+            {"name": "Methanol", "role": "solvent"},
+            {"name": "SulfuricAcid", "role": "catalyst"},
+        ],
+        "actions": [
+            {
+                "verb": "Add",
+                "takes": [{"name": "BenzoicAcid", "amount": "6.1 g, 50 mmol"}, {"name": "Methanol", "amount": "30 mL"}],
+            },
+            {"verb": "Add", "takes": [{"name": "SulfuricAcid", "amount": "1 mL"}], "manner": "dropwise"},
+            {"verb": "Reflux", "temperature": 65, "duration": 120},
+            {"verb": "Yield"},
+        ],
+    }
+    return Experiment.model_validate({**data, **changes})
+
+
+def obstacles(experiment: Experiment, catalog: Catalog | None = None) -> list[tuple[str, int | None]]:
+    verdict = FeasibilityFilter(catalog or Catalog.published()).judge(experiment)
+    return [(obstacle.code, obstacle.action) for obstacle in verdict.obstacles]
+
+
+def with_action(action: dict[str, Any], *materials: dict[str, str]) -> Experiment:
+    plain = esterification().model_dump()
+    return esterification(
+        actions=[*plain["actions"][:-1], action, {"verb": "Yield"}], materials=[*plain["materials"], *materials]
+    )
+
+
+def test_what_the_catalogue_can_do_passes() -> None:
+    assert obstacles(esterification()) == []
+
+
+def test_names_as_people_write_them_become_the_names_of_assets() -> None:
+    written = esterification(
+        materials=[
+            {"name": "benzoic acid", "role": "reactant"},
+            {"name": "MeOH", "role": "solvent"},
+            {"name": "H2SO4", "role": "catalyst"},
+        ],
+        actions=[
+            {"verb": "Add", "takes": [{"name": "benzoic acid"}, {"name": "MeOH", "amount": "30 mL"}]},
+            {"verb": "Add", "takes": [{"name": "H2SO4"}]},
+            {"verb": "Reflux"},
+            {"verb": "Yield"},
+        ],
+    )
+    verdict = FeasibilityFilter(Catalog.published()).judge(written)
+    assert verdict.feasible
+    assert [material.name for material in verdict.experiment.materials] == ["BenzoicAcid", "Methanol", "SulfuricAcid"]
+    assert [p.name for action in verdict.experiment.actions for p in action.takes] == [
+        "BenzoicAcid",
+        "Methanol",
+        "SulfuricAcid",
+    ]
+
+
+@pytest.mark.parametrize(
+    "action, expected",
+    [
+        ({"verb": "Heat", "temperature": 900}, [("temperature", 4)]),
+        ({"verb": "Cool", "temperature": -120}, [("temperature", 4)]),
+        ({"verb": "DrySolid", "temperature": 110}, []),
+        ({"verb": "Sublime"}, [("equipment", 4)]),
+        ({"verb": "Hydrogenate", "pressure": 3.0}, []),
+        ({"verb": "Hydrogenate", "pressure": 200.0}, [("pressure", 4)]),
+    ],
+)
+def test_conditions_beyond_the_equipment_are_named_with_their_action(
+    action: dict[str, Any], expected: list[tuple[str, int]]
+) -> None:
+    assert obstacles(with_action(action)) == expected
+
+
+def test_a_material_that_the_catalogue_lacks_is_named_with_what_is_nearest() -> None:
+    extra = {"name": "benzyl chloride", "role": "reactant"}
+    verdict = FeasibilityFilter(Catalog.published()).judge(
+        with_action({"verb": "Add", "takes": [{"name": "benzyl chloride"}]}, extra)
+    )
+    assert [obstacle.code for obstacle in verdict.obstacles] == ["unlisted"]
+    assert "benzyl chloride" in verdict.obstacles[0].message
+    assert "nearest" in verdict.obstacles[0].message
+
+
+def test_a_known_name_with_the_structure_of_something_else_is_not_taken_for_it() -> None:
+    pytest.importorskip("rdkit")
+    wrong = with_action(
+        {"verb": "Add", "takes": [{"name": "Acetone"}]}, {"name": "Acetone", "role": "reactant", "smiles": "CCCCCC#CC"}
+    )
+    assert obstacles(wrong) == [("unlisted", None)]
+
+
+def test_a_structure_is_found_however_it_is_drawn() -> None:
+    pytest.importorskip("rdkit")
+    drawn = with_action(
+        {"verb": "Add", "takes": [{"name": "compound 7"}]},
+        {"name": "compound 7", "role": "reactant", "smiles": "C(c1ccccc1)=O"},
+    )
+    verdict = FeasibilityFilter(Catalog.published()).judge(drawn)
+    assert verdict.feasible
+    assert verdict.experiment.materials[-1].name == "Benzaldehyde"
+
+
+@pytest.mark.parametrize(
+    "amount, code", [("90 kg", "mass"), ("0.1 mg", "mass"), ("20 L", "volume"), ("2 x 2 L", "volume"), ("1 L", None)]
+)
+def test_a_batch_must_fit_balances_and_flasks(amount: str, code: str | None) -> None:
+    plain = esterification().model_dump()
+    plain["actions"][0]["takes"][1]["amount"] = amount
+    found = {kind for kind, _ in obstacles(esterification(actions=plain["actions"]))}
+    assert found >= ({code} if code else set())
+    assert bool(found) == bool(code)
+
+
+def test_solvent_of_the_work_up_does_not_count_as_in_the_reaction_flask() -> None:
+    extracted = with_action(
+        {"verb": "Extract", "takes": [{"name": "Toluene", "amount": "4 x 900 mL"}]},
+        {"name": "Toluene", "role": "workup"},
+    )
+    assert obstacles(extracted) == []
+
+
+def test_without_its_apparatus_an_action_is_infeasible() -> None:
+    reduced = Catalog([asset for asset in Catalog.published() if asset.name != "RefluxCondenser"])
+    assert obstacles(esterification(), reduced) == [("equipment", 3)]
+
+
+def test_reagents_that_must_not_meet_are_refused() -> None:
+    mixed = with_action(
+        {"verb": "Add", "takes": [{"name": "SodiumAzide", "amount": "1 g"}]}, {"name": "SodiumAzide", "role": "reagent"}
+    )
+    verdict = FeasibilityFilter(Catalog.published()).judge(mixed)
+    assert [obstacle.code for obstacle in verdict.obstacles] == ["unsafe"]
+    assert "hydrazoic acid" in verdict.obstacles[0].message
+
+
+def test_a_dangerous_product_is_refused_by_name() -> None:
+    assert ("unsafe", None) in obstacles(esterification(name="Nitroglycerin"))
+
+
+def test_reasons_are_counted_once_an_experiment() -> None:
+    feasibility = FeasibilityFilter(Catalog.published())
+    verdicts = [feasibility.judge(esterification()), feasibility.judge(with_action({"verb": "Sublime"}))]
+    assert reasons(verdicts) == {"equipment": 1}
+
+
+def test_a_collection_holds_what_is_feasible_and_lists_the_rest_with_reasons(tmp_path: Path) -> None:
+    records = [
+        esterification(),
+        Rejection("train.json:7", "no actions"),
+        esterification(),
+        esterification(id="x_2", name="TNT"),
+        esterification(id="x_3"),
+    ]
+    tally = collect(filtered(records, FeasibilityFilter(Catalog.published())), tmp_path)
+    assert (tally.kept, tally.rejected) == (2, 3)
+    assert [experiment.id for experiment in read_experiments(tmp_path)] == ["x_1", "x_3"]
+    with (tmp_path / REJECTED).open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [(row["record"], row["kind"]) for row in rows] == [
+        ("train.json:7", "unreadable"),
+        ("x_1", "repeated"),
+        ("x_2", "unsafe"),
+    ]
+
+
+def test_a_large_collection_is_cut_into_files_in_order(tmp_path: Path) -> None:
+    collect((esterification(id=f"x_{k:05d}") for k in range(PER_FILE + 3)), tmp_path)
+    files = sorted(tmp_path.glob("experiments-*.json"))
+    assert [len(ExperimentFile.load(file).experiments) for file in files] == [PER_FILE, 3]
+    assert [e.id for e in read_experiments(tmp_path)] == [f"x_{k:05d}" for k in range(PER_FILE + 3)]
+
+
+def test_an_earlier_collection_is_kept_unless_it_is_to_be_replaced(tmp_path: Path) -> None:
+    collect([esterification()], tmp_path)
+    with pytest.raises(OptionError, match="--replace"):
+        collect([esterification(id="other")], tmp_path)
+    assert [e.id for e in read_experiments(tmp_path)] == ["x_1"]
+    collect([esterification(id="other")], tmp_path, replace=True)
+    assert [e.id for e in read_experiments(tmp_path)] == ["other"]
+
+
+@pytest.mark.parametrize(
+    "reagent, amount, agrees",
+    [
+        ("Benzaldehyde", "5.3 g (5.1 mL), 50 mmol", True),
+        ("Benzaldehyde", "5.3 g, 60 mmol", False),
+        ("Acetone", "2.9 g (2.7 mL), 50 mmol", False),
+        ("Acetone", "3.7 mL, 50 mmol", True),
+        ("Acetone", "3.7 mL, 70 mmol", False),
+        ("HydrochloricAcid", "10 mL of 2 M, 20 mmol", True),
+        ("HydrochloricAcid", "10 mL of 2 M, 30 mmol", False),
+        ("SodiumHydroxide", "30 mL of 10 % aq.", True),
+        ("Ethanol", "3 x 30 mL", True),
+    ],
+)
+def test_parts_of_an_amount_are_held_against_each_other(reagent: str, amount: str, agrees: bool) -> None:
+    assert (disagreement(Catalog.published().get(reagent), amount) is None) == agrees
+
+
+def test_an_incomplete_entry_is_told_what_it_lacks() -> None:
+    told = " ".join(check(esterification(reaction="", synonyms=["methyl ester"], reaction_type=None)))
+    for word in ("reaction type", "Chinese", "reactants>agents>products", "analysis"):
+        assert word in told
+
+
+def test_an_action_may_take_only_what_is_listed(tmp_path: Path) -> None:
+    data = {"schema": ExperimentFile.SCHEMA, "experiments": [esterification().model_dump(mode="json")]}
+    data["experiments"][0]["actions"][0]["takes"][0]["name"] = "Unlisted"
+    with pytest.raises(DocumentError, match="'Unlisted', which is not among the materials"):
+        ExperimentFile.parse(data, tmp_path)
+
+
+def test_actions_read_as_sentences() -> None:
+    told = narrate(esterification(), Catalog.published())
+    assert told.startswith("Add benzoic acid (6.1 g, 50 mmol) and ")
+    assert "dropwise" in told
+    assert "Reflux at 65 C for 120 min." in told

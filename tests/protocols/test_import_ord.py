@@ -1,0 +1,231 @@
+"""Open Reaction Database files in every format, what becomes of each field, and what broken ones come to."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from labgym.errors import DocumentError, MissingDependencyError
+from labgym.protocols.experiments import Experiment, Rejection
+from labgym.protocols.importers import ord as ord_files
+from labgym.protocols.importers import read
+from labgym.protocols.importers.ord_messages import messages
+
+pytest.importorskip("google.protobuf")
+
+SERIALIZED = base64.b64decode(
+    "CgF0EgFkGtMCCiIIBhocQ0NPLkNDKD1PKU8+PkNDT0MoQyk9TyB8ZjoxfCABEjcKBGFjaWQSLworCgsIAhoHQ0MoPU8pTwoPCAYa"
+    "C2FjZXRpYyBhY2lkEgkKBw0AAMBAGAIYARgBEjIKA2FsYxIrChoKCwgGGgdldGhhbm9sEgkaBw0AAEhCGAIYAxgCKgIIBEoHDTOT"
+    "iEMYAxoECgIIAiITCgkSBw0AAJxCGAESBBoCCAM4ASoKSghTdGlyIGl0LjonCAYiGgoYCgkIBhoFZXRoZXISCRoHDc3MzD0YARgF"
+    "OgdvcmdhbmljOh0IARIZUmVjcnlzdGFsbGl6ZWQgZnJvbSB3YXRlckI6CgcNAAAAQBgBGi8KEQgGGg1ldGh5bCBhY2V0YXRlCg0I"
+    "AhoJQ0NPQyhDKT1PEAEaCRADQgUNAACjQkoIIgYxMC4xL3hSC29yZC0wMTIzQUJDKg1vcmRfZGF0YXNldC0w"
+)
+"""A dataset of one reaction, serialized by ord-schema 0.9.6 with fields that an experiment has no use for."""
+REACTION = """
+  reaction_id: "ord-1"
+  inputs { key: "b" value { addition_order: 2 components { reaction_role: REACTANT
+    identifiers { type: SMILES value: "CCBr" } identifiers { type: NAME value: "ethyl bromide" }
+    amount { moles { value: 0.05 units: MOLE } } } } }
+  inputs { key: "a" value { addition_order: 1 components { reaction_role: CATALYST
+    identifiers { type: SMILES value: "[Pd]" } amount { mass { value: 250 units: MILLIGRAM precision: 1 } } } } }
+  outcomes { products { identifiers { type: SMILES value: "CC" } } }
+"""
+
+
+def dataset(text: str) -> Any:
+    from google.protobuf import text_format
+
+    return text_format.Parse(text, messages()[0](), allow_unknown_field=True)
+
+
+def one(tmp_path: Path, reaction: str) -> Experiment | Rejection:
+    file = tmp_path / "d.pbtxt"
+    file.write_text(f"reactions {{ {reaction} }}", encoding="utf-8")
+    (found,) = read(file, "ord")
+    return found
+
+
+def experiment(tmp_path: Path, reaction: str) -> Experiment:
+    found = one(tmp_path, reaction)
+    assert isinstance(found, Experiment), found
+    return found
+
+
+def test_what_ord_schema_wrote_is_read_in_full(tmp_path: Path) -> None:
+    file = tmp_path / "d.pb"
+    file.write_bytes(SERIALIZED)
+    (found,) = read(file, "ord")
+    assert isinstance(found, Experiment)
+    assert (found.id, found.name, found.product) == ("ord_0123abc", "ethyl acetate", "ethyl acetate")
+    assert found.reaction == "CCO.CC(=O)O>>CCOC(C)=O"
+    assert (found.description, found.origin, found.license) == ("Stir it.", "ord", "CC-BY-SA-4.0")
+    assert [(m.name, m.role, m.smiles) for m in found.materials] == [
+        ("acetic acid", "reactant", "CC(=O)O"),
+        ("ethanol", "solvent", ""),
+        ("ether", "workup", ""),
+    ]
+    first, second, held, extracted, crystallised, yielded = found.actions
+    assert first.takes[0].amount == "6 g"
+    assert (second.takes[0].amount, second.temperature, second.manner) == ("50 mL", 0.0, "dropwise")
+    assert (held.verb, held.temperature, held.duration, held.atmosphere) == ("Reflux", 78.0, 120.0, "nitrogen")
+    assert (extracted.verb, extracted.takes[0].amount, extracted.keep) == ("Extract", "0.1 L", "organic")
+    assert crystallised.verb == "Recrystallize"
+    assert yielded.note == "yield 81.5 %"
+
+
+def _json(data: Any) -> bytes:
+    from google.protobuf import json_format
+
+    plain = json_format.MessageToDict(data)
+    for reaction in plain["reactions"]:
+        reaction["inputs"] = {entry["key"]: entry["value"] for entry in reaction["inputs"]}
+        reaction["setup"] = {"vessel": {"type": "VIAL"}}
+    import json
+
+    return json.dumps(plain).encode()
+
+
+WRITERS: dict[str, Callable[[Any], bytes]] = {
+    "d.pb": lambda data: data.SerializeToString(),
+    "d.binpb": lambda data: data.SerializeToString(),
+    "d.pb.gz": lambda data: gzip.compress(data.SerializeToString()),
+    "d.pbtxt": lambda data: str(data).encode(),
+    "d.txtpb.gz": lambda data: gzip.compress(str(data).encode()),
+    "d.json": _json,
+}
+
+
+@pytest.mark.parametrize("name", [*WRITERS, "d.parquet"])
+def test_every_format_of_a_dataset_says_the_same(tmp_path: Path, name: str) -> None:
+    data = dataset(f"reactions {{ {REACTION} }} reactions {{ {REACTION.replace('ord-1', 'ord-2')} }}")
+    file = tmp_path / name
+    if name in WRITERS:
+        file.write_bytes(WRITERS[name](data))
+    else:
+        parquet = pytest.importorskip("pyarrow.parquet")
+        pyarrow = pytest.importorskip("pyarrow")
+        rows = {
+            "reaction_id": [reaction.reaction_id for reaction in data.reactions],
+            "reaction": [reaction.SerializeToString() for reaction in data.reactions],
+        }
+        parquet.write_table(pyarrow.table(rows), file)
+    found = list(read(file, "ord"))
+    assert [item.id for item in found if isinstance(item, Experiment)] == ["ord_1", "ord_2"]
+    first = found[0]
+    assert isinstance(first, Experiment)
+    assert [action.takes[0].name for action in first.actions[:2]] == ["[Pd]", "ethyl bromide"]
+    assert [action.takes[0].amount for action in first.actions[:2]] == ["250 mg", "0.05 mol"]
+    assert first.reaction == "CCBr>[Pd]>CC"
+
+
+@pytest.mark.parametrize(
+    "conditions, verb",
+    [
+        ("temperature { setpoint { value: 20 units: CELSIUS } }", "Stir"),
+        ("temperature { setpoint { value: -78 units: CELSIUS } }", "Cool"),
+        ("temperature { setpoint { value: 212 units: FAHRENHEIT } }", "Heat"),
+        ("temperature { control { type: MICROWAVE } setpoint { value: 150 units: CELSIUS } }", "Microwave"),
+        ("illumination { type: LED }", "Irradiate"),
+        ("stirring { type: SONICATION }", "Sonicate"),
+        ("stirring { type: STIR_BAR }", "Stir"),
+        ("reflux: true", "Reflux"),
+    ],
+)
+def test_conditions_say_how_the_mixture_is_held(tmp_path: Path, conditions: str, verb: str) -> None:
+    found = experiment(tmp_path, f"{REACTION} conditions {{ {conditions} }}")
+    assert found.actions[2].verb == verb
+    if "FAHRENHEIT" in conditions:
+        assert found.actions[2].temperature == 100.0
+
+
+@pytest.mark.parametrize(
+    "pressure, bar", [("BAR", 2.0), ("PSI", 0.1378952), ("TORR", 2.0 / 750.0617), ("ATMOSPHERE", 2.0265)]
+)
+def test_pressures_are_in_bar(tmp_path: Path, pressure: str, bar: float) -> None:
+    found = experiment(
+        tmp_path, f"{REACTION} conditions {{ pressure {{ setpoint {{ value: 2 units: {pressure} }} }} }}"
+    )
+    assert found.actions[2].pressure == pytest.approx(bar, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", sorted(ord_files._WORKUPS))
+def test_every_kind_of_work_up_gives_an_action(tmp_path: Path, kind: str) -> None:
+    found = experiment(
+        tmp_path, f"{REACTION} workups {{ type: {kind} duration {{ value: 90 units: SECOND }} details: 'so' }}"
+    )
+    action = found.actions[-2]
+    assert (action.verb, action.duration, action.note) == (ord_files._WORKUPS[kind], 1.5, "so")
+
+
+@pytest.mark.parametrize(
+    "extra, reason",
+    [
+        ("conditions { flow { type: PLUG_FLOW_REACTOR } }", "flow chemistry"),
+        ("conditions { electrochemistry { type: CONSTANT_CURRENT } }", "electrochemistry"),
+        ("workups { type: CUSTOM details: 'sang to it' }", "sang to it"),
+        ("inputs { key: 'z' value { components { amount { mass { value: 1 units: GRAM } } } } }", "neither name"),
+    ],
+)
+def test_what_actions_cannot_tell_is_turned_down_with_the_reason(tmp_path: Path, extra: str, reason: str) -> None:
+    found = one(tmp_path, REACTION + extra)
+    assert isinstance(found, Rejection)
+    assert reason in found.reason
+
+
+def test_a_reaction_without_inputs_is_turned_down(tmp_path: Path) -> None:
+    found = one(tmp_path, 'reaction_id: "ord-9"')
+    assert isinstance(found, Rejection)
+    assert "materials" in found.reason
+
+
+@pytest.mark.parametrize(
+    "name, content, problem",
+    [
+        ("d.pb", b"\x1a\xff\xff\xff\xff\x0fxx", "not an ORD dataset"),
+        ("d.pbtxt", b"reactions { inputs {", "not an ORD dataset"),
+        ("d.pbtxt", b"\xff\xfe\x00", "not an ORD dataset"),
+        ("d.pbtxt", b"a { " * 20_000, "not an ORD dataset"),
+        ("d.json", b"[1, 2", "not an ORD dataset"),
+        ("d.json", b"[" * 200_000, "not an ORD dataset"),
+        ("d.pb.gz", b"plain", "not gzipped"),
+        ("d.pb.gz", gzip.compress(b"x" * 1000)[:-12], "cut off"),
+        ("d.parquet", b"PAR1 no", "in Parquet"),
+    ],
+)
+def test_a_file_that_is_no_dataset_is_refused(tmp_path: Path, name: str, content: bytes, problem: str) -> None:
+    file = tmp_path / name
+    file.write_bytes(content)
+    with pytest.raises(DocumentError, match=problem):
+        list(read(file, "ord"))
+
+
+def test_a_bomb_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ord_files, "MAX_UNPACKED", 1000)
+    file = tmp_path / "d.pb.gz"
+    file.write_bytes(gzip.compress(bytes(100_000)))
+    with pytest.raises(DocumentError, match="unpacks to more than 1000 bytes"):
+        list(read(file, "ord"))
+
+
+def test_in_a_folder_a_broken_file_does_not_stop_the_others(tmp_path: Path) -> None:
+    (tmp_path / "a.pb").write_bytes(b"\xff\xff")
+    (tmp_path / "b.pb").write_bytes(SERIALIZED)
+    assert [type(item) for item in read(tmp_path, "ord")] == [Rejection, Experiment]
+
+
+def test_without_protobuf_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "d.pb"
+    file.write_bytes(SERIALIZED)
+    monkeypatch.setitem(sys.modules, "google.protobuf", None)
+    messages.cache_clear()
+    try:
+        with pytest.raises(MissingDependencyError, match=r"labgym-nav\[ord\]"):
+            list(read(file, "ord"))
+    finally:
+        messages.cache_clear()

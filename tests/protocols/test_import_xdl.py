@@ -1,0 +1,178 @@
+"""XDL files: what becomes of each step, and what hostile ones come to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from labgym.errors import DocumentError
+from labgym.protocols.experiments import Experiment, Rejection
+from labgym.protocols.importers import markup, read, xdl
+
+HEAD = """<?xdl version="1.0.0" ?>
+<XDL><Synthesis>
+  <Metadata product="methyl benzoate" description="An ester."/>
+  <Hardware><Component id="reactor" type="reactor"/><Component id="separator" type="separator"/></Hardware>
+  <Reagents>
+    <Reagent name="benzoic acid" role="substrate"/><Reagent name="methanol" role="solvent"/>
+    <Reagent name="sulfuric acid" role="catalyst"/><Reagent name="ether"/><Reagent name="magnesium sulfate"/>
+  </Reagents>
+  <Procedure>"""
+TAIL = "</Procedure></Synthesis></XDL>"
+
+
+def one(tmp_path: Path, steps: str, name: str = "Methyl Benzoate (1).xdl") -> Experiment | Rejection:
+    file = tmp_path / name
+    file.write_text(HEAD + steps + TAIL, encoding="utf-8")
+    (found,) = read(file, "xdl")
+    return found
+
+
+def experiment(tmp_path: Path, steps: str) -> Experiment:
+    found = one(tmp_path, steps)
+    assert isinstance(found, Experiment), found
+    return found
+
+
+def test_a_synthesis_in_phases_becomes_an_experiment(tmp_path: Path) -> None:
+    found = experiment(
+        tmp_path,
+        """<Prep><Add vessel="reactor" reagent="benzoic acid" mass="12.2 g"/>
+             <Add vessel="reactor" reagent="methanol" volume="40 mL" stir="True"/></Prep>
+           <Reaction><Add vessel="reactor" reagent="sulfuric acid" volume="3 mL" time="10 mins" dropwise="True"/>
+             <HeatChill vessel="reactor" temp="65°C" time="2 hrs"/><StopHeatChill vessel="reactor"/></Reaction>
+           <Workup><Separate purpose="extract" from_vessel="reactor" to_vessel="rotavap" solvent="ether"
+             solvent_volume="30 mL" repeats="3" product_phase="top" through="magnesium sulfate"/></Workup>
+           <Purification><Evaporate vessel="rotavap" temp="40°C" pressure="300 mbar" time="30 mins"/></Purification>""",
+    )
+    assert found.id == "xdl_methyl_benzoate_1"
+    assert (found.name, found.product, found.origin) == ("methyl benzoate", "methyl benzoate", "xdl")
+    assert {m.name: m.role for m in found.materials} == {
+        "benzoic acid": "reactant",
+        "methanol": "solvent",
+        "sulfuric acid": "catalyst",
+        "ether": "workup",
+        "magnesium sulfate": "workup",
+    }
+    assert [action.verb for action in found.actions] == [
+        *("Add", "Add", "Add", "Heat", "Extract", "DrySolution", "Concentrate", "Yield")
+    ]
+    dropped, heated, extracted, dried, evaporated = found.actions[2:7]
+    assert (dropped.manner, dropped.duration, dropped.takes[0].amount) == ("dropwise", 10.0, "3 mL")
+    assert (heated.temperature, heated.duration) == (65.0, 120.0)
+    assert (extracted.takes[0].amount, extracted.note) == ("3 x 30 mL", "product in the top layer")
+    assert dried.takes[0].name == "magnesium sulfate"
+    assert (evaporated.temperature, evaporated.pressure) == (40.0, pytest.approx(0.3))
+
+
+def test_the_older_shape_with_ids_and_no_outer_element_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "old.xdl"
+    file.write_text(
+        '<Synthesis organic_cleaning_solvent="toluene"><Hardware/><Reagents><Reagent id="water"/></Reagents><Procedure>'
+        '<Add reagent="water" vessel="filter" volume="60 mL"/><HeatChillToTemp vessel="filter" temp="10"/>'
+        '<Rotavap rotavap_name="rotavap" temp="40" pressure="750" time="1h"/>'
+        '<WashSolid vessel="filter" solvent="water" volume="20 mL" repeat="6"/></Procedure></Synthesis>',
+        encoding="utf-8",
+    )
+    (found,) = read(file, "xdl")
+    assert isinstance(found, Experiment)
+    assert [(a.verb, a.temperature, a.pressure) for a in found.actions[:3]] == [
+        ("Add", None, None),
+        ("SetTemperature", 10.0, None),
+        ("Concentrate", 40.0, 0.75),
+    ]
+    assert found.actions[3].takes[0].amount == "6 x 20 mL"
+
+
+@pytest.mark.parametrize("temp, verb", [("-78°C", "Cool"), ("0", "Cool"), ("25°C", "Stir"), ("353 K", "Heat")])
+def test_heating_and_cooling_follow_from_the_temperature(tmp_path: Path, temp: str, verb: str) -> None:
+    found = experiment(
+        tmp_path, f'<Add reagent="ether" vessel="r"/><HeatChill vessel="r" temp="{temp}" time="3600 s"/>'
+    )
+    assert (found.actions[1].verb, found.actions[1].duration) == (verb, 60.0)
+
+
+def test_repeated_steps_are_written_out(tmp_path: Path) -> None:
+    found = experiment(
+        tmp_path, '<Repeat repeats="3"><Add reagent="ether" vessel="r" volume="5 mL"/><Stir time="5 min"/></Repeat>'
+    )
+    assert [action.verb for action in found.actions] == ["Add", "Stir"] * 3 + ["Yield"]
+
+
+@pytest.mark.parametrize("tag", sorted(xdl._STEPS))
+def test_every_step_of_the_language_gives_an_action(tmp_path: Path, tag: str) -> None:
+    found = experiment(tmp_path, f'<Add reagent="ether" vessel="r"/><{tag} reagent="methanol" solvent="methanol"/>')
+    assert len(found.actions) == 3
+
+
+def test_steps_that_tend_the_machine_are_left_out(tmp_path: Path) -> None:
+    steps = "".join(f'<{tag} vessel="r"/>' for tag in sorted(xdl.MACHINE))
+    assert len(experiment(tmp_path, f'<Add reagent="ether" vessel="r"/>{steps}').actions) == 2
+
+
+@pytest.mark.parametrize(
+    "steps, reason",
+    [
+        ('<Teleport vessel="r"/>', "'Teleport' is not known"),
+        ('<Repeat><Stir time="5 min"/></Repeat>', "number of repeats"),
+        ('<Repeat repeats="300"><Repeat repeats="300"><Stir/></Repeat></Repeat>', "more than 300 actions"),
+        ('<Add reagent="' + "x" * 300 + '" vessel="r"/>', "200 characters"),
+        ('<Stir time="5 min"/>', "materials"),
+    ],
+)
+def test_a_synthesis_that_cannot_be_told_is_turned_down_with_the_reason(
+    tmp_path: Path, steps: str, reason: str
+) -> None:
+    found = one(tmp_path, steps)
+    assert isinstance(found, Rejection)
+    assert reason in found.reason
+
+
+BOMB = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;">]><Synthesis>&b;</Synthesis>'
+OUTSIDE = '<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><Synthesis>&a;</Synthesis>'
+
+
+@pytest.mark.parametrize(
+    "content, problem",
+    [
+        (BOMB.encode(), "document type definition"),
+        (OUTSIDE.encode(), "document type definition"),
+        (BOMB.encode("utf-16"), "document type definition"),
+        (b"<Synthesis><Procedure>", "not XML"),
+        (b"", "not XML"),
+        (b"PK\x03\x04\x00\x00", "not XML"),
+        (b'<?xml version="1.0" encoding="klingon"?><Synthesis/>', "XML|encoding"),
+        (b"<html/>", "no Synthesis"),
+        (b"<a>" * 100 + b"</a>" * 100, "levels deep"),
+        (b"<Synthesis>" + b"<a/>" * 30_000 + b"</Synthesis>", "elements long"),
+    ],
+)
+def test_hostile_and_broken_files_are_refused(tmp_path: Path, content: bytes, problem: str) -> None:
+    file = tmp_path / "x.xdl"
+    file.write_bytes(content)
+    with pytest.raises(DocumentError, match=problem):
+        list(read(file, "xdl"))
+
+
+def test_a_file_without_bounds_is_not_read_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(markup, "MAX_BYTES", 100)
+    file = tmp_path / "x.xdl"
+    file.write_text(HEAD + TAIL)
+    with pytest.raises(DocumentError, match="larger than"):
+        list(read(file, "xdl"))
+
+
+def test_in_a_folder_a_broken_file_does_not_stop_the_others(tmp_path: Path) -> None:
+    one(tmp_path, '<Add reagent="ether" vessel="r"/>', "a.xdl")
+    (tmp_path / "b.xml").write_text("<broken")
+    one(tmp_path, '<Add reagent="methanol" vessel="r"/>', "c.xdl")
+    found = list(read(tmp_path, "xdl"))
+    assert [type(item) for item in found] == [Experiment, Rejection, Experiment]
+    assert isinstance(found[1], Rejection)
+    assert found[1].place == "b.xml"
+
+
+def test_an_empty_folder_is_told(tmp_path: Path) -> None:
+    with pytest.raises(DocumentError, match="no XDL files"):
+        list(read(tmp_path, "xdl"))
