@@ -14,6 +14,7 @@ from pathlib import Path
 
 from labgym.assets import AssetFile
 from labgym.assets.forge import Annotation
+from labgym.assets.reactivity import Reactivity
 from labgym.documents import Document, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError
@@ -39,6 +40,7 @@ BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
 DOCUMENTS: tuple[type[Document], ...] = (
     AssetFile,
     Annotation,
+    Reactivity,
     Protocol,
     ExperimentFile,
     Layout,

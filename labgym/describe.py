@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from labgym.assets import Asset, Catalog
+from labgym.assets import Asset, Catalog, incompatible
+from labgym.assets.reactivity import Reaction, reactions, to_avoid
 from labgym.eval.report_model import LayoutReport
 from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure
 from labgym.protocols import Protocol
@@ -38,6 +39,40 @@ def asset_details(asset: Asset) -> str:
         *((name, f"{value}") for name, value in asset.specs.items()),
     ]
     return "\n".join([asset.name, asset.description, "", *_facts(facts)])
+
+
+def compatibility_details(a: Asset, b: Asset) -> str:
+    """Return what happens when two reagents meet, why and by what source, worst first; the order does not matter."""
+    found = reactions(a, b)
+    worst, alone = found[0], a.name == b.name
+    names = f"{a.name} with itself" if alone else f"{worst.first.asset} and {worst.second.asset}"
+    answers: dict[tuple[str, str], list[Reaction]] = {}
+    for reaction in [item for item in found if item.rank] or found:
+        answers.setdefault((reaction.cell.severity, reaction.cell.hazard), []).append(reaction)
+    lines = [f"{names}: {worst.cell.severity}"]
+    for (severity, hazard), alike in answers.items():
+        facts = [
+            (severity, hazard),
+            ("products", ", ".join(alike[0].cell.products)),
+            ("because", "; ".join(_because(reaction) for reaction in alike)),
+            ("source", "; ".join(dict.fromkeys(part for item in alike for part in item.cell.source.split("; ")))),
+        ]
+        lines += ["", *_facts(facts, len("incompatible"))]
+    if not alone:
+        rule = incompatible(a, b)
+        apart = f"keep them apart by the rule {rule.kind}" if rule else "may put them side by side: no rule parts them"
+        lines += ["", *_facts([("layouts", apart)], len("incompatible"))]
+    return "\n".join(lines)
+
+
+def compatibility_table(asset: Asset, others: Iterable[Asset]) -> str:
+    """Return one line for each of the others that a reagent must not meet, worst first, then what it does by itself."""
+    avoided = to_avoid(asset, others)
+    rows = tuple((r.cell.severity, name, r.cell.hazard, _because(r)) for name, r in avoided)
+    heading = f"{asset.name} must not meet {len(rows)} reagents"
+    text = Table(heading, ("severity", "reagent", "hazard", "because"), rows).text() if rows else heading
+    alone = reactions(asset, asset)[0]
+    return text + (f"\n\nWith itself: {alone.cell.severity}: {alone.cell.hazard}" if alone.rank else "")
 
 
 def protocol_table(protocols: Iterable[Protocol]) -> str:
@@ -132,9 +167,14 @@ def layout_score(report: LayoutReport) -> str:
     )
 
 
-def _facts(facts: Iterable[tuple[str, str]]) -> list[str]:
+def _because(reaction: Reaction) -> str:
+    sides = (reaction.first, reaction.second)
+    return " with ".join(f"{side.group.replace('_', ' ')} ({side.asset})" for side in sides)
+
+
+def _facts(facts: Iterable[tuple[str, str]], width: int = 0) -> list[str]:
     present = [(name, value) for name, value in facts if value]
-    width = max(len(name) for name, _ in present)
+    width = max(width, *(len(name) for name, _ in present))
     return [f"{name:<{width}}  {value}" for name, value in present]
 
 

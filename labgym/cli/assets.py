@@ -131,6 +131,32 @@ def build(names: Positional[tuple[str, ...]] = (), out: Path | None = None, chec
     return written(folder)
 
 
+@assets_app.command
+def compat(first: Positional[str], second: Positional[str | None] = None) -> int:
+    """Say what happens when two reagents meet, why, by what source, and whether layouts keep them apart.
+
+    Args:
+        first: A reagent, by name, synonym or CAS number, in English or Chinese.
+        second: The other one, which may be the same; nothing lists all that the first must not meet.
+    """
+    from labgym.describe import compatibility_details, compatibility_table
+
+    catalog = Catalog.load()
+    given = [_reagent(catalog, name) for name in (first, second) if name is not None]
+    print(compatibility_details(*given) if second is not None else compatibility_table(given[0], catalog))
+    return DONE
+
+
+def _reagent(catalog: Catalog, name: str) -> Asset:
+    """Return the reagent of that name, of which it is known what it reacts with."""
+    asset = catalog.find(name)
+    if asset.kind != "reagent":
+        raise OptionError(f"{asset.name} is no reagent but {asset.category} ({asset.kind}); name two reagents")
+    if asset.chemistry is None or not asset.chemistry.groups:
+        raise OptionError(f"{asset.name} has no reactive groups in the catalogue, so nothing can be said of it")
+    return asset
+
+
 def _model_annotator() -> tuple[Annotator, str]:
     """Return the configured language model as an annotator, and its name."""
     from labgym.assets.forge import Described

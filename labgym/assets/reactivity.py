@@ -1,0 +1,233 @@
+"""What happens when two reagents meet: a matrix over reactive groups, each cell with hazard and source.
+
+The matrix answers a question about mixing; it is stricter and finer than the segregation rules of
+`labgym.assets.compatibility`, which decide what layouts keep apart. It speaks of groups: a mild member of a group
+gets the answer of its like.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, ClassVar, Literal, Self, get_args
+
+from pydantic import Field, model_validator
+
+from labgym.artefacts import artefacts
+from labgym.assets.compatibility import rulebook
+from labgym.assets.flags import Flag, carried
+from labgym.assets.model import Asset
+from labgym.documents import Document, Record
+from labgym.errors import UnknownNameError
+
+Severity = Literal["compatible", "caution", "incompatible", "dangerous"]
+"""Compatible; caution: warms, or reacts slowly or when heated; incompatible: much heat, pressure or fumes;
+dangerous: toxic or flammable gas, fire or explosion."""
+SEVERITIES: tuple[Severity, ...] = get_args(Severity)
+Chart = Literal["cameo", "epa"]
+TRAITS: tuple[Flag, ...] = ("flammable", "oxidizer", "water_reactive", "peroxide_former")
+"""Hazard flags that have cells of their own beside the groups."""
+Text = Annotated[str, Field(min_length=1)]
+Pair = tuple[str, str]
+
+
+class Entry(Record):
+    """Group pairs that share an answer.
+
+    Attributes:
+        products: gases and other products that make the hazard.
+        charts: published charts that rate all these pairs as reacting.
+        source: where else it is written.
+        cells: the pairs, by their first group.
+    """
+
+    severity: Severity
+    hazard: Text
+    products: tuple[Text, ...] = ()
+    charts: tuple[Chart, ...] = ()
+    source: str = ""
+    cells: Annotated[dict[str, tuple[str, ...]], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _has_a_source(self) -> Self:
+        if not self.charts and not self.source:
+            raise ValueError(f"{self.hazard!r} has neither charts nor source")
+        return self
+
+    def pairs(self) -> Iterator[Pair]:
+        """Yield the group pairs as written."""
+        for first, seconds in self.cells.items():
+            for second in seconds:
+                yield first, second
+
+
+class Rest(Record):
+    """The answer for pairs without an entry."""
+
+    hazard: Text
+    source: Text
+
+
+class Reactivity(Document):
+    """The matrix as stored: entries, and the answer for the rest.
+
+    Attributes:
+        charts: names of published charts of reactive groups.
+        groups: numbers of the groups in the charts, or of what is nearest there.
+        kinds: groups that are a kind of another; where a reagent has both, the entries of the narrower count.
+        entries: what reacts, and what does not although a chart says so.
+        rest: the answer for pairs without an entry.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.reactivity/1"
+
+    charts: dict[Chart, Text]
+    groups: dict[str, dict[Chart, Annotated[int, Field(ge=1)]]]
+    kinds: dict[str, str]
+    rest: Rest
+    entries: tuple[Entry, ...]
+
+    @model_validator(mode="after")
+    def _kinds_are_groups(self) -> Self:
+        for narrow, wide in self.kinds.items():
+            if narrow not in self.groups or wide not in self.groups:
+                raise ValueError(f"kinds: {narrow} or {wide} is no group")
+        return self
+
+    @model_validator(mode="after")
+    def _covers_each_pair_once(self) -> Self:
+        known = self.groups.keys() | set(TRAITS)
+        seen: set[Pair] = set()
+        for entry in self.entries:
+            for a, b in entry.pairs():
+                pair = _sorted(a, b)
+                if not {a, b} <= known or pair in seen:
+                    fault = "stands in two entries" if pair in seen else "names no group or trait"
+                    raise ValueError(f"the pair {a} and {b} ({entry.hazard!r}) {fault}")
+                seen.add(pair)
+        return self
+
+
+@dataclass(frozen=True)
+class Cell:
+    """The answer for a pair of groups."""
+
+    severity: Severity
+    hazard: str
+    products: tuple[str, ...]
+    source: str
+
+
+@dataclass(frozen=True)
+class Side:
+    """A reagent and the group or trait of it that reacts."""
+
+    asset: str
+    group: str
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """A cell that applies to two reagents, which are in the order of their names."""
+
+    first: Side
+    second: Side
+    cell: Cell
+
+    @property
+    def rank(self) -> int:
+        """Place of the severity, 0 for compatible to 3 for dangerous."""
+        return SEVERITIES.index(self.cell.severity)
+
+
+@lru_cache(maxsize=1)
+def reactivity() -> Reactivity:
+    """Return the published matrix as stored; read once a process."""
+    return Reactivity.load(artefacts("assets") / "chemistry" / "reactivity.json")
+
+
+def cell(a: str, b: str) -> Cell:
+    """Return the cell of two reactive groups; symmetric, and there is one for every pair.
+
+    Raises:
+        UnknownNameError: there is no such group.
+    """
+    groups = rulebook().groups
+    for group in (a, b):
+        if group not in groups:
+            raise UnknownNameError("reactive group", group, groups)
+    return _cells()[_sorted(a, b)]
+
+
+def reactions(a: Asset, b: Asset) -> tuple[Reaction, ...]:
+    """Return what happens when two reagents meet: all cells that apply, worst first; symmetric.
+
+    A cell applies where one reagent has the one group or trait and the other the other, and no entry for a narrower
+    kind of group speaks of them. Of a reagent with itself those of its groups with themselves are returned: what it
+    does on standing. Empty where a reagent has no groups, as equipment has not.
+    """
+    a, b = sorted((a, b), key=lambda asset: asset.name)
+    cells, mine, others = _cells(), _features(a), _features(b)
+    pairs = [(first, second) for first in mine for second in others if a.name != b.name or first == second]
+    entered = {pair for pair in pairs if _sorted(*pair) in _entered()}
+    found = [
+        Reaction(Side(a.name, first), Side(b.name, second), cells[_sorted(first, second)])
+        for first, second in pairs
+        if _sorted(first, second) in cells
+        if not any((narrow, second) in entered for narrow in _kinds(first))
+        if not any((first, narrow) in entered for narrow in _kinds(second))
+    ]
+    return tuple(sorted(found, key=lambda reaction: (-reaction.rank, reaction.first.group, reaction.second.group)))
+
+
+def to_avoid(asset: Asset, others: Iterable[Asset]) -> tuple[tuple[str, Reaction], ...]:
+    """Return the names of what a reagent must not meet with the worst reaction, worst first, itself included.
+
+    Must not meet is what is incompatible or dangerous.
+    """
+    worst = {other.name: found[0] for other in others if (found := reactions(asset, other))}
+    bad = [(name, reaction) for name, reaction in worst.items() if reaction.cell.severity in SEVERITIES[2:]]
+    return tuple(sorted(bad, key=lambda item: (-item[1].rank, item[0])))
+
+
+def _features(asset: Asset) -> tuple[str, ...]:
+    if asset.chemistry is None or not asset.chemistry.groups:
+        return ()
+    flags = carried(asset)
+    return tuple(sorted({*asset.chemistry.groups, *(trait for trait in TRAITS if flags[trait])}))
+
+
+def _kinds(group: str) -> tuple[str, ...]:
+    return tuple(narrow for narrow, wide in reactivity().kinds.items() if wide == group)
+
+
+@lru_cache(maxsize=1)
+def _entered() -> frozenset[Pair]:
+    """Return the pairs that have an entry, sorted."""
+    return frozenset(_sorted(a, b) for entry in reactivity().entries for a, b in entry.pairs())
+
+
+@lru_cache(maxsize=1)
+def _cells() -> Mapping[Pair, Cell]:
+    """Return every cell by its sorted pair: all pairs of groups, and those pairs of traits that have an entry."""
+    stored = reactivity()
+    groups = sorted(stored.groups)
+    rest = Cell("compatible", stored.rest.hazard, (), stored.rest.source)
+    cells = {(a, b): rest for place, a in enumerate(groups) for b in groups[place:]}
+    for entry in stored.entries:
+        for a, b in entry.pairs():
+            cells[_sorted(a, b)] = Cell(entry.severity, entry.hazard, entry.products, _source(stored, entry, a, b))
+    return cells
+
+
+def _source(stored: Reactivity, entry: Entry, a: str, b: str) -> str:
+    charts = []
+    for chart in entry.charts:
+        low, high = sorted((stored.groups[a][chart], stored.groups[b][chart]))
+        charts.append(f"{stored.charts[chart]} {low} and {high}")
+    return "; ".join([*charts, *([entry.source] if entry.source else [])])
+
+
+def _sorted(a: str, b: str) -> Pair:
+    return (a, b) if a <= b else (b, a)
