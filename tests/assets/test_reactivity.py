@@ -36,7 +36,7 @@ TOXIC_FIRE_OR_EXPLOSION = [
     ("sodium azide", "copper(II) sulfate", "azide"),
     ("sodium azide", "silver nitrate", "silver azide"),
     ("sodium nitrite", "hydrochloric acid", "nitrogen oxides"),
-    ("sodium nitrite", "ammonium chloride", "explosive"),
+    ("sodium nitrite", "ammonium chloride", "explodes"),
     ("sodium nitrite", "sodium cyanide", "explode"),
     ("bleach", "hydrochloric acid", "chlorine"),
     ("bleach", "acetic acid", "chlorine"),

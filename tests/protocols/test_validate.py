@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from labgym.assets import Catalog, incompatible
 from labgym.errors import LabgymError
 from labgym.protocols import (
     ChemicalConstraint,
@@ -15,6 +16,7 @@ from labgym.protocols import (
     get,
     validate,
 )
+from labgym.protocols.rules.sequence import PREPARATION
 
 BASE = get("sub_01")
 
@@ -133,3 +135,13 @@ def test_violent_partners_meet_only_where_it_is_ventilated():
     steps = tuple(moved if step.index == quench.index else step for step in protocol.steps)
     messages = [finding.message for finding in validate(protocol.model_copy(update={"steps": steps}))]
     assert any("together" in message and "Piperidine" in message for message in messages)
+
+
+def test_what_explodes_together_meets_only_where_it_is_ventilated_though_layouts_may_store_it_together():
+    nitrite, ammonium = (Catalog.published().get(name) for name in ("SodiumNitrite", "AmmoniumChloride"))
+    assert incompatible(nitrite, ammonium) is None
+    step = next(step for step in BASE.steps if step.action not in PREPARATION)
+    for location, told in (("MainWorkbench", True), ("FumeHood", False)):
+        mixed = with_step(step.index, location=location, uses=(nitrite.name, ammonium.name))
+        messages = [finding.message for finding in validate(mixed) if finding.rule == "location-safe"]
+        assert any("AmmoniumChloride and SodiumNitrite together" in message for message in messages) == told

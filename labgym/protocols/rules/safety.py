@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
-from labgym.assets import Asset, pairs
+from labgym.assets import Asset, incompatible
+from labgym.assets.reactivity import reactions
 from labgym.protocols.capability import heats_to
 from labgym.protocols.model import Step
 from labgym.protocols.places import is_ventilated, needs_ventilation
@@ -32,9 +34,12 @@ def vapours_are_carried_off(case: Case) -> Iterator[Finding]:
 def incompatible_reagents_meet_in_the_hood(case: Case) -> Iterator[Finding]:
     """Reagents that react violently are brought together only where it is ventilated; weighing keeps them apart."""
     for step, reagents in _open_steps(case):
-        for a, b, hazard in pairs(reagents) if step.action not in PREPARATION else ():
-            message = f"step {step.index} brings {a} and {b} together at {step.location} ({hazard.kind})"
-            yield Finding("location-safe", step.index, message, REMEDY)
+        distinct = {asset.name: asset for asset in reagents}
+        for a, b in combinations(sorted(distinct), 2) if step.action not in PREPARATION else ():
+            danger = _danger(distinct[a], distinct[b])
+            if danger is not None:
+                message = f"step {step.index} brings {a} and {b} together at {step.location} ({danger})"
+                yield Finding("location-safe", step.index, message, REMEDY)
 
 
 def heat_has_a_source(case: Case) -> Iterator[Finding]:
@@ -60,6 +65,15 @@ def _hotter(case: Case, temperature: float) -> str:
         if (limit := heats_to(asset)) is not None and limit >= temperature
     ]
     return f"use {min(reaching)[1]}, or a lower temperature" if reaching else "choose a lower temperature"
+
+
+def _danger(a: Asset, b: Asset) -> str | None:
+    """Return why two reagents are kept apart, or how they gas, burn or explode; None where they do neither."""
+    rule = incompatible(a, b)
+    if rule is not None:
+        return rule.kind
+    worst = next(iter(reactions(a, b)), None)
+    return worst.cell.hazard if worst is not None and worst.cell.severity == "dangerous" else None
 
 
 def _open_steps(case: Case) -> Iterator[tuple[Step, list[Asset]]]:
