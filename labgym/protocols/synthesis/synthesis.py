@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from labgym.assets import Catalog
 from labgym.protocols.language import language_of
 from labgym.protocols.model import Protocol
-from labgym.protocols.retrieval import Results, search
+from labgym.protocols.retrieval import Results
 from labgym.protocols.synthesis.errors import RefusalError
+from labgym.protocols.synthesis.precedents import context_of
 from labgym.protocols.synthesis.reading import Reading, read
 from labgym.protocols.synthesis.refusals import refuse_mixture, refuse_wish
 from labgym.protocols.synthesis.template import TemplateWriter
@@ -49,7 +50,7 @@ def synthesize(text: str, writer: Writer | None = None, keyword_only: bool = Fal
         LabgymError: what else the writer raises.
     """
     reading = _accepted(text)
-    context = search(text, keyword_only=keyword_only)
+    context = context_of(text, keyword_only)
     draft = (writer if writer is not None else TemplateWriter()).write(Commission(text, reading, context))
     refuse_wish(f"{draft.protocol.name}. {draft.protocol.product}.")
     refuse_mixture(use.name for use in draft.protocol.reagents)
