@@ -68,7 +68,7 @@ def compatibility_details(a: Asset, b: Asset) -> str:
 def compatibility_table(asset: Asset, others: Iterable[Asset]) -> str:
     """Return one line for each of the others that a reagent must not meet, worst first, then what it does by itself."""
     avoided = to_avoid(asset, others)
-    rows = tuple((r.cell.severity, name, r.cell.hazard, _because(r)) for name, r in avoided)
+    rows = tuple((r.cell.severity, name, r.cell.hazard, _groups(r, asset)) for name, r in avoided)
     heading = f"{asset.name} must not meet {len(rows)} reagents"
     text = Table(heading, ("severity", "reagent", "hazard", "because"), rows).text() if rows else heading
     alone = reactions(asset, asset)[0]
@@ -169,7 +169,17 @@ def layout_score(report: LayoutReport) -> str:
 
 def _because(reaction: Reaction) -> str:
     sides = (reaction.first, reaction.second)
-    return " with ".join(f"{side.group.replace('_', ' ')} ({side.asset})" for side in sides)
+    return " with ".join(f"{_spaced(side.group)} ({side.asset})" for side in sides)
+
+
+def _groups(reaction: Reaction, asset: Asset) -> str:
+    """Return the other reagent's group and the asset's own."""
+    sides = sorted((reaction.first, reaction.second), key=lambda side: side.asset == asset.name)
+    return " with ".join(_spaced(side.group) for side in sides)
+
+
+def _spaced(group: str) -> str:
+    return group.replace("_", " ")
 
 
 def _facts(facts: Iterable[tuple[str, str]], width: int = 0) -> list[str]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
+from labgym.assets.model import Asset
 from labgym.errors import LabgymError, MissingDependencyError
 
 MAX_CHARACTERS = 500
@@ -84,3 +85,17 @@ def canonical(smiles: str) -> str:
 def same_substance(first: str, second: str) -> bool:
     """Say whether two SMILES are spellings of one substance; see `canonical` for what is looked through."""
     return canonical(first) == canonical(second)
+
+
+def reagent_of(smiles: str, reagents: Iterable[Asset]) -> Asset | None:
+    """Return the reagent that is a structure, or None; of several bottles of one substance that of the core set.
+
+    Raises:
+        StructureError: no valid SMILES, or too large.
+        MissingDependencyError: RDKit is not installed.
+    """
+    wanted = canonical(smiles)
+    for asset in sorted(reagents, key=lambda asset: (not asset.core, asset.name)):
+        if asset.chemistry is not None and asset.chemistry.smiles and canonical(asset.chemistry.smiles) == wanted:
+            return asset
+    return None

@@ -13,11 +13,14 @@ from tyro.conf import Positional
 from labgym.assets.catalog import FOLDER_VARIABLE, Catalog
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, complaints, findings, written
-from labgym.errors import LabgymError, OptionError
+from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
 
 if TYPE_CHECKING:
     from labgym.assets import Asset
     from labgym.assets.forge import Annotator
+
+SMILES_SIGNS = frozenset("=#()[]@")
+"""What stands in structures and hardly in names."""
 
 assets_app = CommandGroup("show")
 
@@ -136,7 +139,7 @@ def compat(first: Positional[str], second: Positional[str | None] = None) -> int
     """Say what happens when two reagents meet, why, by what source, and whether layouts keep them apart.
 
     Args:
-        first: A reagent, by name, synonym or CAS number, in English or Chinese.
+        first: A reagent, by name, synonym or CAS number, in English or Chinese, or by SMILES (extra chem).
         second: The other one, which may be the same; nothing lists all that the first must not meet.
     """
     from labgym.describe import compatibility_details, compatibility_table
@@ -148,12 +151,38 @@ def compat(first: Positional[str], second: Positional[str | None] = None) -> int
 
 
 def _reagent(catalog: Catalog, name: str) -> Asset:
-    """Return the reagent of that name, of which it is known what it reacts with."""
-    asset = catalog.find(name)
+    """Return the reagent of that name or SMILES, of which it is known what it reacts with."""
+    try:
+        asset = catalog.find(name)
+    except UnknownNameError:
+        asset = _by_structure(catalog, name)
     if asset.kind != "reagent":
         raise OptionError(f"{asset.name} is no reagent but {asset.category} ({asset.kind}); name two reagents")
     if asset.chemistry is None or not asset.chemistry.groups:
         raise OptionError(f"{asset.name} has no reactive groups in the catalogue, so nothing can be said of it")
+    return asset
+
+
+def _by_structure(catalog: Catalog, smiles: str) -> Asset:
+    """Return the reagent that a SMILES is.
+
+    Raises:
+        UnknownNameError: no SMILES, or of no reagent; lists the nearest names.
+        MissingDependencyError: it looks like a SMILES and RDKit is not installed.
+    """
+    from labgym.assets.structures import StructureError, reagent_of
+
+    reagents = catalog.of_kind("reagent")
+    try:
+        asset = reagent_of(smiles, reagents)
+    except StructureError:
+        asset = None
+    except MissingDependencyError:
+        if not SMILES_SIGNS.isdisjoint(smiles):
+            raise
+        asset = None
+    if asset is None:
+        raise UnknownNameError("reagent", smiles, (reagent.name for reagent in reagents))
     return asset
 
 

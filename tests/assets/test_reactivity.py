@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from itertools import combinations, combinations_with_replacement
 
 import pytest
@@ -405,10 +406,28 @@ def test_a_reagent_alone_lists_what_it_must_not_meet(compat):
     assert compat("argon")[:2] == (0, "ArgonGas must not meet 0 reagents\n")
 
 
+def test_a_structure_is_answered_as_the_reagent_that_it_is(compat):
+    pytest.importorskip("rdkit")
+    code, out, _ = compat("CC(=O)Cl", "OC")
+    assert code == 0
+    assert out == compat("acetyl chloride", "methanol")[1]
+    assert out.startswith("AcetylChloride and Methanol: dangerous\n")
+
+
+def test_without_rdkit_a_structure_is_refused_with_the_extra_and_a_wrong_name_as_ever(compat, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rdkit", None)
+    code, _, err = compat("methanol", "ClC(=O)C")
+    assert code == 2
+    assert "labgym-nav[chem]" in err
+    code, _, err = compat("methanol", "unobtainium")
+    assert code == 2
+    assert "'unobtainium' not found" in err
+
+
 @pytest.mark.parametrize(
     ("names", "told"),
     [
-        (("nitrik acidd", "acetone"), "NitricAcid"),
+        (("nitrik acidd", "acetone"), "nearest: NitricAcid"),
         (("acetone", "unobtainium"), "unobtainium"),
         (("acetone", "beaker"), "Beaker is no reagent"),
     ],
