@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from labgym.assets import Asset, Catalog, incompatible
 from labgym.assets.reactivity import Reaction, reactions, to_avoid
+from labgym.assets.specs import quantity, spoken
 from labgym.eval.report_model import LayoutReport
 from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure
 from labgym.protocols import Protocol
@@ -36,7 +37,7 @@ def asset_details(asset: Asset) -> str:
         ("surfaces", ", ".join(f"{s.width:g} x {s.depth:g} m at {s.z:g} m" for s in asset.surfaces)),
         ("clearance", f"{asset.clearance:g} m in front" if asset.clearance else ""),
         *_chemistry(asset),
-        *((name, f"{value}") for name, value in asset.specs.items()),
+        *((quantity(name)[0], spoken(name, value)) for name, value in asset.specs.given()),
     ]
     return "\n".join([asset.name, asset.description, "", *_facts(facts)])
 

@@ -16,6 +16,7 @@ from labgym.assets.model import (
     StorageClass,
     Surface,
 )
+from labgym.assets.specs import Specifications
 
 __all__ = [
     "SHELL",
@@ -31,6 +32,7 @@ __all__ = [
     "Placing",
     "Shape",
     "Size",
+    "Specifications",
     "StorageClass",
     "Surface",
     "incompatible",

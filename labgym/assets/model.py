@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from labgym.assets.specs import Specifications
 from labgym.documents import Record
 from labgym.geometry import OrientedBox
 
@@ -157,7 +158,7 @@ class Asset(Record):
     clearance: Metres = 0.0
     mount_height: Metres = 0.0
     shape: Shape
-    specs: dict[str, float | str] = Field(default_factory=dict)
+    specs: Specifications = Specifications()
     chemistry: Chemistry | None = None
     core: bool = False
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection
 
 from labgym.assets import Asset, Catalog
@@ -10,59 +9,53 @@ from labgym.assets import Asset, Catalog
 MATERIAL_LIMITS = {"glassware": 500.0, "plasticware": 120.0}
 """What ware withstands where the catalogue does not say, degrees Celsius: borosilicate glass 3.3 for a short time, and
 polypropylene in an autoclave."""
-_RANGE = re.compile(r"^\s*(-?\d+(?:\.\d+)?)\s*(?:\.\.|-)\s*(-?\d+(?:\.\d+)?)\s*$")
 
 
 def capacity(asset: Asset) -> float | None:
     """Return how many millilitres a vessel or device takes, or None where the catalogue does not say."""
-    return _number(asset, "capacity_mL")
+    return asset.specs.capacity_mL
 
 
 def heats_to(asset: Asset) -> float | None:
     """Return the highest temperature of a heating device, degrees Celsius, or None where it heats nothing."""
-    if not asset.hazards.heat_source:
-        return None
-    return _number(asset, "max_temperature_C")
+    heating = asset.specs.heating_C
+    return heating[1] if heating is not None and asset.hazards.heat_source else None
 
 
 def cools_to(asset: Asset) -> float | None:
     """Return the lowest temperature that a cooling device reaches, degrees Celsius, or None where it cools nothing."""
-    lowest = [value for name in ("min_temp_C", "with_salt_C") if (value := _number(asset, name)) is not None]
-    if asset.category == "cooling" and (bounds := _range(asset, "range_C")) is not None:
-        lowest.append(bounds[0])
-    return min(lowest, default=None)
+    return None if asset.specs.cooling_C is None else asset.specs.cooling_C[0]
 
 
 def stands_to(asset: Asset) -> float | None:
     """Return the highest temperature that something which does not heat withstands or measures, degrees Celsius."""
-    if asset.hazards.heat_source or asset.category == "cooling":
+    specs = asset.specs
+    if asset.hazards.heat_source:
         return None
-    limit = _number(asset, "max_temperature_C")
-    bounds = _range(asset, "range_C")
-    if limit is None and bounds is not None:
-        limit = bounds[1]
-    return limit if limit is not None else MATERIAL_LIMITS.get(asset.category)
+    if specs.withstands_C is not None:
+        return specs.withstands_C
+    span = specs.working_C or specs.measures_C
+    return span[1] if span is not None else MATERIAL_LIMITS.get(asset.category)
 
 
 def speeds(asset: Asset) -> tuple[float, float] | None:
     """Return the slowest and the fastest rotation in turns a minute, or None where nothing turns."""
-    return _range(asset, "speed_rpm")
+    return asset.specs.rotation_rpm
 
 
 def evacuates_to(asset: Asset) -> float | None:
     """Return the lowest pressure that a pump or a device with one reaches, mbar, or None where it is no pump."""
-    ultimate = _number(asset, "ultimate_mbar")
-    return ultimate if ultimate is not None else _number(asset, "vacuum_mbar")
+    return asset.specs.ultimate_mbar
 
 
 def withstands(asset: Asset) -> float | None:
     """Return the pressure that a closed vessel is built for, bar, or None where it is built for none."""
-    return _number(asset, "max_pressure_bar")
+    return asset.specs.withstands_bar
 
 
 def weighs(asset: Asset) -> tuple[float, float] | None:
     """Return a balance's resolution and the most that it weighs, grams, or None where it is no balance."""
-    least, most = _number(asset, "resolution_g"), _number(asset, "capacity_g")
+    least, most = asset.specs.resolution_g, asset.specs.capacity_g
     return None if least is None or most is None else (least, most)
 
 
@@ -91,13 +84,3 @@ def alternative(
         and fits(value)
     ]
     return min(found)[2] if found else None
-
-
-def _number(asset: Asset, name: str) -> float | None:
-    value = asset.specs.get(name)
-    return float(value) if isinstance(value, int | float) else None
-
-
-def _range(asset: Asset, name: str) -> tuple[float, float] | None:
-    found = _RANGE.match(str(asset.specs.get(name, "")))
-    return (float(found[1]), float(found[2])) if found else None

@@ -19,7 +19,7 @@ def is_workplace(asset: Asset) -> bool:
 
 def is_ventilated(asset: Asset) -> bool:
     """Say whether vapours are carried off there: a fume hood, a glove box, or a bench with local exhaust."""
-    return asset.fume_hood or asset.category == "containment" or asset.specs.get("local_exhaust") == "yes"
+    return asset.fume_hood or asset.category == "containment" or "local_exhaust" in asset.specs.features
 
 
 def needs_ventilation(reagent: Asset) -> bool:

@@ -127,9 +127,9 @@ def test_captions_recommend_the_place_that_the_data_name(asset):
 @ids
 def test_packs_weigh_what_they_hold(asset):
     specs, size = asset.specs, asset.size
-    if "pack_mL" in specs:
-        volume = float(specs["pack_mL"]) * 1e-6
+    if specs.pack_mL is not None:
+        volume = specs.pack_mL * 1e-6
         assert volume < size.width * size.depth * size.height
         assert asset.mass > volume * 1000 * (asset.chemistry.density or 0.9)
-    if "pack_g" in specs:
-        assert asset.mass > float(specs["pack_g"]) / 1000
+    if specs.pack_g is not None:
+        assert asset.mass > specs.pack_g / 1000

@@ -58,7 +58,7 @@ def test_a_bottle_named_after_a_substance_is_a_reagent_with_its_chemistry(tmp_pa
     assert (made.asset.kind, made.asset.category, made.asset.subtype) == ("reagent", "organic_solvent", "ketone")
     assert made.asset.chemistry == acetone.chemistry
     assert made.asset.hazards == acetone.hazards
-    assert made.asset.specs["pack_mL"] == 500.0
+    assert made.asset.specs.pack_mL == 500.0
     assert made.annotation.resembles == "Acetone"
     assert made.annotation.fields["hazards.flammable"].how == "catalogue"
     size = made.asset.size
@@ -116,7 +116,7 @@ def test_what_nothing_names_is_placed_by_size_and_says_that_it_is_a_guess(tmp_pa
 def test_amounts_in_a_name_are_the_volume(tmp_path, stem, name, volume):
     asset = annotate(box(tmp_path / f"{stem}.stl", (95, 95, 160))).asset
     assert asset.name == name
-    assert list(asset.specs.values()) == [volume]
+    assert asset.specs.volume_mL == volume
 
 
 def test_every_field_that_is_set_tells_where_it_comes_from(tmp_path):

@@ -11,6 +11,7 @@ from labgym.assets.forge.record import Origin, origin
 from labgym.assets.forge.words import camel, is_amount, number_of, spoken, telling
 from labgym.assets.model import Kind, Size
 from labgym.assets.search import normalise
+from labgym.assets.specs import Specifications
 
 VESSEL = "vessel"
 BULK = 300.0
@@ -146,7 +147,9 @@ def _capacity(facts: Facts, draft: Draft) -> None:
     volumes = [value * _MILLILITRES[unit] for value, unit in filter(None, found) if unit in _MILLILITRES]
     if volumes and draft.fields["kind"] != "facility":
         key = "pack_mL" if draft.fields["kind"] == "reagent" else "capacity_mL"
-        draft.put("specs", {key: volumes[0]}, origin("file", f"from {facts.label!r}"[:80]))
+        draft.put(
+            "specs", Specifications.model_validate({key: volumes[0]}), origin("file", f"from {facts.label!r}"[:80])
+        )
 
 
 def _rounded(size: Size) -> Size:

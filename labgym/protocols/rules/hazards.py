@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import permutations
 
 from labgym.assets import Asset, pairs
+from labgym.protocols.capability import heats_to
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
 from labgym.protocols.places import is_ventilated, needs_ventilation
 from labgym.protocols.rules.finding import Case, Finding
@@ -68,8 +69,8 @@ def hoods_draw_enough(case: Case) -> Iterator[Finding]:
         fatal = [asset.name for asset in situation.added if _has_statement(asset, FATAL)]
         if place is None or not fatal or step.action in STILL or place.category == "containment":
             continue
-        velocity = place.specs.get("face_velocity_m_s")
-        if place.fume_hood and (not isinstance(velocity, int | float) or velocity >= FACE_VELOCITY):
+        velocity = place.specs.face_velocity_m_s
+        if place.fume_hood and (velocity is None or velocity >= FACE_VELOCITY):
             continue
         told = f"draws {velocity} m/s" if place.fume_hood else "is no hood"
         message = f"step {step.index} opens {fatal[0]}, which can kill, at {place.name}, which {told}"
@@ -181,10 +182,10 @@ def _flame_in_the_room(case: Case, situation: Situation, flame: Asset) -> Iterat
 def _flameless(case: Case, situation: Situation) -> str:
     wanted = situation.step.temperature if situation.step.temperature is not None else 100.0
     fit = [
-        (float(limit), asset.name)
+        (limit, asset.name)
         for asset in case.catalog.of_kind("instrument")
         if asset.category == "heating" and asset.heat_class in ("bath", "hot_surface") and not _is_flame(asset)
-        if isinstance(limit := asset.specs.get("max_temperature_C"), int | float) and limit >= wanted + 10.0
+        if (limit := heats_to(asset)) is not None and limit >= wanted + 10.0
     ]
     return f"use {min(fit)[1]}" if fit else "use MuffleFurnace in another room"
 
