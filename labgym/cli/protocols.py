@@ -12,6 +12,7 @@ from tyro.conf import Positional, arg
 from labgym import protocols as library
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, findings, written
+from labgym.errors import UnknownNameError
 from labgym.protocols import Protocol, ReactionType
 from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.importers import Format
@@ -112,6 +113,29 @@ def experiments(name: Positional[str | None] = None, type: ReactionType | None =
         return findings([f"{item.id}: {fault}" for item in chosen for fault in faults(item)])
     print(experiment_details(chosen[0]) if name else experiment_table(chosen))
     return DONE
+
+
+@protocols_app.command
+def stage(experiment: Positional[str], path: Path | None = None, out: Path = Path()) -> int:
+    """Make an experiment a protocol: its actions get places and apparatus, and the whole passes every check.
+
+    Args:
+        experiment: Id of an experiment.
+        path: A file or folder of experiments that it is in; by default the published library.
+        out: A .json file, or a folder for a file named after the protocol.
+    """
+    from labgym.protocols.experiments import get, read_experiments
+    from labgym.protocols.synthesis.staging import stage as staged
+
+    if path is None:
+        chosen = get(experiment)
+    else:
+        known = {item.id: item for item in read_experiments(path)}
+        if experiment not in known:
+            raise UnknownNameError("experiment", experiment, known)
+        chosen = known[experiment]
+    made = staged(chosen)
+    return written(made.save(out if out.suffix == ".json" else out / f"{made.id}.json"))
 
 
 @protocols_app.command(name="import")

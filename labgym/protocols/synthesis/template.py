@@ -14,6 +14,7 @@ from labgym.protocols.synthesis.apparatus import ROOM, bath_for, millilitres, ve
 from labgym.protocols.synthesis.bench import HOOD, Bench
 from labgym.protocols.synthesis.conditions import Hold, addition_temperature, holds
 from labgym.protocols.synthesis.errors import RefusalError
+from labgym.protocols.synthesis.frame import clean_up, is_pyrophoric, weigh_first, words
 from labgym.protocols.synthesis.operations import Operation
 from labgym.protocols.synthesis.precedents import precedent
 from labgym.protocols.synthesis.reading import Clause, Reading
@@ -23,14 +24,8 @@ from labgym.protocols.synthesis.transformations import Transformation, recognise
 from labgym.protocols.synthesis.workup import WorkUp, tasks
 from labgym.protocols.synthesis.writer import Commission, Draft
 
-GLOVE_BOX = (
-    *("AluminumChloride", "Lithium", "LithiumAluminumHydride", "Potassium", "PotassiumTertButoxide", "Sodium"),
-    *("SodiumEthoxide", "SodiumHydride", "SodiumMethoxide", "TertButyldimethylsilylChloride"),
-)
-"""Solids that are weighed where no moisture is."""
 KNOWN = 2
 """How many reagents of the nearest protocol a text without words for a reaction must name to be taken for it."""
-PYROPHORIC = "H250"
 QUENCHES = frozenset(
     (
         "HydrochloricAcid",
@@ -76,8 +71,8 @@ class TemplateWriter:
         for task in tasks(kind, after, [part.asset for part in parts]):
             work_up.carry_out(task)
         _analyse(bench, kind, after)
-        _clean(bench)
-        _weigh_first(bench, reaction)
+        clean_up(bench)
+        weigh_first(bench, reaction.vessel)
         refuse_mixture(use.name for use in bench.reagents)
         bench.notes[:0] = _assumptions(kind, parts)
         return Draft(_protocol(reading, kind, bench, parts), tuple(bench.notes))
@@ -142,7 +137,7 @@ class _Reaction:
         measured = ("GraduatedCylinder",) if any(_liquid(part.asset) for part in charged) else ()
         cold = self.adding < ROOM[0] and bool(self.dropped)
         shield, line = (" under inert gas", ("SchlenkLine",)) if self.inert else ("", ())
-        text = f"Charge the {_words(self.vessel)} with {', '.join(_given(part) for part in charged)}{shield} and stir"
+        text = f"Charge the {words(self.vessel)} with {', '.join(_given(part) for part in charged)}{shield} and stir"
         text += f"; cool to {self.adding:g} C." if cold else "."
         at = self.adding if cold else 22.0
         self.bench.do(
@@ -158,7 +153,7 @@ class _Reaction:
         if self.inert:
             gas = next((part.asset.name for part in self.parts if part.asset.name in PROTECTIVE_GASES), None)
             name = gas or self.bench.take(Catalog.load().get(self.inert), "protective gas", "from the cylinder")
-            text = f"Evacuate and fill the flask with {_words(name)} three times on the Schlenk line."
+            text = f"Evacuate and fill the flask with {words(name)} three times on the Schlenk line."
             self.bench.do("Purge", text, (self.vessel, "SchlenkLine", name), HOOD, 22.0, 10.0)
 
     def _add(self) -> None:
@@ -277,7 +272,7 @@ def _wants_inert(reading: Reading, parts: Sequence[Part]) -> str:
     if "ArgonGas" in reading.spoken_of or "argon" in reading.text.lower():
         return "ArgonGas"
     asked = "NitrogenGas" in reading.spoken_of or "inert" in reading.text.lower() or "氮气" in reading.text
-    return "NitrogenGas" if asked or any(_pyrophoric(part.asset) for part in parts) else ""
+    return "NitrogenGas" if asked or any(is_pyrophoric(part.asset) for part in parts) else ""
 
 
 def _addition_time(clauses: Sequence[Clause]) -> float:
@@ -291,47 +286,15 @@ def _analyse(bench: Bench, kind: Transformation, clauses: Sequence[Clause]) -> N
         kind.analysis
     ]
     tube = ("NMRTube",) if any("NMR" in name for name in devices) else ()
-    words = " and ".join(_words(name) for name in devices)
+    named_so = " and ".join(words(name) for name in devices)
     bench.do(
         "Analyze",
-        f"Check identity and purity of the product with the {words}.",
+        f"Check identity and purity of the product with the {named_so}.",
         (*devices, *tube),
         "ValidationPlatform",
         None,
         20.0,
     )
-
-
-def _clean(bench: Bench) -> None:
-    halogens = any("halogen" in group for use in bench.reagents for group in _groups(use.name))
-    waste = "halogenated and other solvent waste apart" if halogens else "solvent and aqueous waste apart"
-    bench.do("Clean", f"Collect {waste} and wash the glassware.", (), "SinkBench", None, 20.0)
-
-
-def _groups(name: str) -> tuple[str, ...]:
-    chemistry = Catalog.load().get(name).chemistry
-    return () if chemistry is None else chemistry.groups
-
-
-def _weigh_first(bench: Bench, reaction: _Reaction) -> None:
-    """Put the preparation before everything else: solids weighed, moisture-sensitive ones in the glove box."""
-    solids = [use.name for use in bench.reagents if _solid(Catalog.load().get(use.name))]
-    dry = tuple(name for name in solids if name in GLOVE_BOX or _pyrophoric(Catalog.load().get(name)))
-    plain = tuple(name for name in solids if name not in dry)
-    steps, bench.steps = bench.steps, []
-    if plain:
-        text = (
-            f"Weigh {', '.join(_words(name) for name in plain)}; carry the closed bottles of the liquids to the hood."
-        )
-        bench.do("Weigh", text, ("ElectronicScale", *plain), "PreparationBench", None, 10.0)
-    else:
-        text = f"Lay out the dry {_words(reaction.vessel)}; carry the closed bottles of the liquids to the hood."
-        bench.do("Measure", text, (reaction.vessel,), "PreparationBench", None, 10.0)
-    if dry:
-        text = f"Weigh {', '.join(_words(name) for name in dry)} in the glove box into a stoppered vial."
-        bench.do("Weigh", text, ("SampleVial", *dry), "GloveBox", None, 15.0)
-    for step in steps:
-        bench.do(step.action, step.text, step.uses, step.location, step.temperature, step.duration or 10.0)
 
 
 def _assumptions(kind: Transformation, parts: Sequence[Part]) -> list[str]:
@@ -366,31 +329,12 @@ def _role(part: Part) -> str:
 
 
 def _given(part: Part) -> str:
-    return f"{_words(part.asset.name)} ({part.amount.removesuffix(ASSUMED)})"
-
-
-def _words(name: str) -> str:
-    asset = Catalog.load().get(name)
-    written = asset.synonyms_en[0].split(" (")[0] if asset.kind == "reagent" and asset.synonyms_en else ""
-    return (
-        written
-        or "".join(
-            f" {c.lower()}" if c.isupper() and i and not name[i - 1].isupper() else c for i, c in enumerate(name)
-        ).lower()
-    )
+    return f"{words(part.asset.name)} ({part.amount.removesuffix(ASSUMED)})"
 
 
 def _liquid(asset: Asset) -> bool:
     return asset.chemistry is not None and asset.chemistry.state == "liquid"
 
 
-def _solid(asset: Asset) -> bool:
-    return asset.chemistry is not None and asset.chemistry.state == "solid"
-
-
 def _gas(asset: Asset) -> bool:
     return asset.chemistry is not None and asset.chemistry.state == "gas"
-
-
-def _pyrophoric(asset: Asset) -> bool:
-    return asset.chemistry is not None and PYROPHORIC in asset.chemistry.h_codes

@@ -1,0 +1,92 @@
+"""Experiments become protocols: complete, sound, and the same every time."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import pytest
+
+from labgym.assets import Catalog
+from labgym.errors import LabgymError
+from labgym.layouts import generate
+from labgym.protocols import Protocol, examine
+from labgym.protocols.experiments import Action, Experiment, experiments
+from labgym.protocols.experiments.feasibility import FeasibilityFilter
+from labgym.protocols.experiments.model import Verb
+from labgym.protocols.synthesis import RefusalError
+from labgym.protocols.synthesis.staging import stage
+from labgym.protocols.validate import ProtocolError
+
+UNSOUND = {"fgt_benzyl_bromide_nbs": "explosive-heated"}
+"""Experiments that a rule of the examination stands against, and the rule."""
+FEASIBLE = [name for name, item in experiments().items() if FeasibilityFilter(Catalog.published()).judge(item).feasible]
+
+
+@pytest.mark.parametrize("name", [name for name in FEASIBLE if name not in UNSOUND])
+def test_a_feasible_experiment_becomes_a_protocol_without_faults(name: str) -> None:
+    experiment, protocol = experiments()[name], stage(experiments()[name])
+    assert [finding for finding in examine(protocol) if finding.severity == "fault"] == []
+    assert {use.name for use in protocol.reagents} >= {material.name for material in experiment.materials}
+    assert protocol.steps[0].location == "PreparationBench"
+    assert protocol.steps[-1].location == "SinkBench"
+    assert protocol.reaction_type == experiment.reaction_type
+    hottest = max((a.temperature for a in experiment.actions if a.temperature is not None), default=22.0)
+    assert max(step.temperature for step in protocol.steps if step.temperature is not None) >= hottest
+    assert Protocol.parse(protocol.to_json()) == protocol
+
+
+@pytest.mark.parametrize("name", sorted(UNSOUND))
+def test_what_breaks_a_rule_is_not_written_and_the_rule_is_named(name: str) -> None:
+    with pytest.raises(ProtocolError) as error:
+        stage(experiments()[name])
+    assert [finding.rule for finding in error.value.findings] == [UNSOUND[name]]
+
+
+@pytest.mark.parametrize("name", [name for name in experiments() if name not in FEASIBLE])
+def test_what_is_infeasible_is_refused_with_the_reason(name: str) -> None:
+    with pytest.raises(RefusalError, match="the catalogue has no"):
+        stage(experiments()[name])
+
+
+def test_an_experiment_of_unknown_type_is_refused() -> None:
+    untyped = experiments()["cyc_biginelli"].model_copy(update={"reaction_type": None})
+    with pytest.raises(RefusalError, match="reaction_type"):
+        stage(untyped)
+
+
+def test_solids_that_moisture_spoils_are_weighed_in_the_glove_box() -> None:
+    steps = stage(experiments()["alk_acetophenone_fc"]).steps
+    (dry,) = [step for step in steps if step.location == "GloveBox"]
+    assert "AluminumChloride" in dry.uses
+
+
+def test_strong_acid_is_poured_onto_water_in_another_vessel() -> None:
+    experiment = experiments()["fgt_benzamide_nitrile_acid"]
+    quench = next(step for step in stage(experiment).steps if step.action == "Quench")
+    assert any(Catalog.published().get(name).subtype in ("beaker", "reactor") for name in quench.uses)
+    assert "onto the water" in quench.text
+
+
+def test_a_staged_experiment_gets_a_laboratory() -> None:
+    layout = generate(stage(experiments()["cyc_biginelli"]), seed=0)
+    assert layout.protocol == "cyc_biginelli"
+    assert {item.asset for item in layout.placements} >= {"Urea", "Benzaldehyde", "RefluxCondenser", "FumeHood"}
+
+
+def test_staging_twice_gives_the_same() -> None:
+    for name in FEASIBLE[::20]:
+        if name not in UNSOUND:
+            assert stage(experiments()[name]) == stage(experiments()[name])
+
+
+def test_actions_of_every_verb_can_be_staged_or_are_refused_clearly() -> None:
+    plain = experiments()["cyc_biginelli"]
+    for verb in get_args(Verb):
+        action = Action(verb=verb, duration=20.0)
+        changed: Experiment = plain.model_copy(update={"actions": (*plain.actions[:3], action, *plain.actions[3:])})
+        try:
+            told = "; ".join(step.text for step in stage(changed).steps)
+        except LabgymError as error:
+            told = str(error)
+        assert told
+        assert "\n" not in told
