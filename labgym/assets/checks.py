@@ -1,4 +1,4 @@
-"""Checks that a catalogue is sound: sizes, geometry of hollows, identities, flags, groups and names.
+"""Checks that a catalogue is sound: sizes, geometry of hollows, specifications, identities, flags, groups and names.
 
 `check(catalog)` runs them all; `labgym assets --check` and the tests call it. Sizes are also checked on reading.
 """
@@ -14,6 +14,7 @@ from labgym.assets import flags
 from labgym.assets.catalog import Catalog
 from labgym.assets.compatibility import rulebook
 from labgym.assets.model import SHELL, Asset
+from labgym.assets.plausibility import faults
 from labgym.assets.search import normalise, surface_forms
 from labgym.assets.sizes import size_problem
 
@@ -141,6 +142,11 @@ def chemistry_is_sound(asset: Asset) -> Iterator[Problem]:
             yield Problem(asset.name, flag, message)
 
 
+def specifications_are_plausible(asset: Asset) -> Iterator[Problem]:
+    """What is specified is what a device of that kind and size can be; see `labgym.assets.plausibility`."""
+    yield from (Problem(asset.name, f"specs.{name}", message) for name, message in faults(asset))
+
+
 def names_are_unique(catalog: Catalog) -> Iterator[Problem]:
     """No two assets share a surface form."""
     owners: dict[str, set[str]] = defaultdict(set)
@@ -159,4 +165,5 @@ RULES = (
     headrooms_fit,
     kinds_agree,
     chemistry_is_sound,
+    specifications_are_plausible,
 )
