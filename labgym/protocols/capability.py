@@ -9,6 +9,10 @@ from labgym.assets import Asset, Catalog
 MATERIAL_LIMITS = {"glassware": 500.0, "plasticware": 120.0}
 """What ware withstands where the catalogue does not say, degrees Celsius: borosilicate glass 3.3 for a short time, and
 polypropylene in an autoclave."""
+LINE_WIDTH = 15.0
+"""How far a lamp's light or a filter reaches to either side of its line, nm."""
+Span = tuple[float, float]
+"""From the least to the most."""
 
 
 def capacity(asset: Asset) -> float | None:
@@ -38,9 +42,31 @@ def stands_to(asset: Asset) -> float | None:
     return span[1] if span is not None else MATERIAL_LIMITS.get(asset.category)
 
 
-def speeds(asset: Asset) -> tuple[float, float] | None:
-    """Return the slowest and the fastest rotation in turns a minute, or None where nothing turns."""
-    return asset.specs.rotation_rpm
+def speeds(asset: Asset) -> tuple[Span, ...]:
+    """Return the slowest and the fastest rotation in turns a minute; empty where nothing turns."""
+    return () if asset.specs.rotation_rpm is None else (asset.specs.rotation_rpm,)
+
+
+def forces(asset: Asset) -> tuple[Span, ...]:
+    """Return the centrifugal forces that a rotor gives, in multiples of gravity; empty where none spins."""
+    return () if asset.specs.centrifuge_xg is None else ((0.0, asset.specs.centrifuge_xg),)
+
+
+def flows(asset: Asset) -> tuple[Span, ...]:
+    """Return the flows that a liquid pump delivers, mL/min; empty where it is none."""
+    return () if asset.specs.flow_mL_min is None else (asset.specs.flow_mL_min,)
+
+
+def shines(asset: Asset) -> tuple[Span, ...]:
+    """Return the wavelengths that a lamp gives or an instrument measures at, nm; empty where there is no light."""
+    specs = asset.specs
+    lines = tuple((line - LINE_WIDTH, line + LINE_WIDTH) for line in specs.lines_nm)
+    return lines if specs.spectrum_nm is None else (specs.spectrum_nm, *lines)
+
+
+def stirs(asset: Asset) -> float | None:
+    """Return how many millilitres of water a stirrer moves at most, or None where the catalogue does not say."""
+    return asset.specs.stirring_mL
 
 
 def evacuates_to(asset: Asset) -> float | None:
@@ -51,6 +77,11 @@ def evacuates_to(asset: Asset) -> float | None:
 def withstands(asset: Asset) -> float | None:
     """Return the pressure that a closed vessel is built for, bar, or None where it is built for none."""
     return asset.specs.withstands_bar
+
+
+def delivers(asset: Asset) -> float | None:
+    """Return the pressure that a liquid pump delivers against, bar, or None where it is no pump."""
+    return asset.specs.delivery_bar
 
 
 def weighs(asset: Asset) -> tuple[float, float] | None:

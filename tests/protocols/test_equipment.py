@@ -352,6 +352,55 @@ CASES: dict[str, tuple[str, int, str, Protocol, Protocol]] = {
         made({}, step("Centrifuge", "CentrifugeTube Centrifuge", 22, "Spin at 15000 rpm.")),
         made({}, step("Centrifuge", "CentrifugeTube Centrifuge", 22, "Spin at 10000 rpm.")),
     ),
+    "a force beyond the rotor's": (
+        "force-reach",
+        1,
+        "Centrifuge",
+        made({}, step("Centrifuge", "CentrifugeTube Centrifuge", 22, "Spin at 20,000 x g.")),
+        made({}, step("Centrifuge", "CentrifugeTube Centrifuge", 22, "Spin at 4,000 x g.")),
+    ),
+    "a flow beyond the pump's": (
+        "flow-reach",
+        1,
+        "PeristalticPump",
+        made({}, step("Add", "ThreeNeckFlask SyringePump", 22, "Feed at 200 mL/min.")),
+        made({}, step("Add", "ThreeNeckFlask SyringePump", 22, "Feed at 0.5 mL/min.")),
+    ),
+    "a lamp of another colour": (
+        "wavelength-reach",
+        1,
+        "UVCabinet",
+        made({}, step("Irradiate", "TestTube PhotoReactor", 22, "Irradiate at 365 nm.")),
+        made({}, step("Irradiate", "TestTube PhotoReactor", 22, "Irradiate with blue light of 455 nm.")),
+    ),
+    "a pressure beyond the bottle's": (
+        "pressure-reach",
+        1,
+        "PressureTube",
+        made({}, step("Hydrogenate", "HydrogenationApparatus Hydrogen", 22, "Shake under 10 bar of hydrogen.")),
+        made({}, step("Hydrogenate", "HydrogenationApparatus Hydrogen", 22, "Shake under 50 psi of hydrogen.")),
+    ),
+    "a batch beyond its stirrer": (
+        "stirring-volume",
+        1,
+        "MagneticHotplateStirrer",
+        made({"DeionizedWater": "15 L"}, step("Stir", "LargeBeaker MagneticStirrer DeionizedWater", 22)),
+        made({"DeionizedWater": "500 mL"}, step("Stir", "LargeBeaker MagneticStirrer DeionizedWater", 22)),
+    ),
+    "a reactor's stirrer in the air": (
+        "vessel-working",
+        1,
+        "ThreeNeckFlask",
+        made({"Toluene": "300 mL"}, step("Stir", "JacketedReactor Toluene", 22)),
+        made({"Toluene": "1.2 L"}, step("Stir", "JacketedReactor Toluene", 22)),
+    ),
+    "a heated flask without headroom": (
+        "vessel-headroom",
+        2,
+        "ThreeNeckFlask",
+        made({"Toluene": "200 mL"}, CHARGE, step("Heat", BATH, 80)),
+        made({"Toluene": "200 mL"}, CHARGE, step("Stir", FLASK, 22)),
+    ),
     "a pinch on a coarse balance": (
         "balance-range",
         1,
@@ -389,6 +438,23 @@ def test_a_plate_that_is_not_hot_enough_gets_one_named_that_is():
     assert "SandBath" in findings[0].suggestion
     hot = made({}, step("Heat", "Crucible SandBath", 250))
     assert "heat-source" not in [finding.rule for finding in examine(hot)]
+
+
+@pytest.mark.parametrize(("velocity", "rules"), [(0.2, ["hood-draws"]), (0.3, []), (0.5, [])])
+@pytest.mark.parametrize("reagent", ["Chloroform", "Bromine"])
+def test_a_hood_that_hardly_draws_holds_no_vapour_back(reagent, velocity, rules):
+    hood = CATALOG.get("FumeHood")
+    slow = hood.model_copy(update={"specs": hood.specs.model_copy(update={"face_velocity_m_s": velocity})})
+    catalog = Catalog([slow if asset.name == "FumeHood" else asset for asset in CATALOG])
+    findings = examine(made({}, step("Add", f"Beaker {reagent}")), catalog)
+    assert [finding.rule for finding in findings if finding.rule == "hood-draws"] == rules
+    harmless = examine(made({}, step("Add", "Beaker DeionizedWater")), catalog)
+    assert "hood-draws" not in [finding.rule for finding in harmless]
+
+
+def test_what_is_unknown_leaves_no_reactor_too_empty():
+    protocol = made({"Toluene": "300 mL"}, step("Stir", "JacketedReactor Toluene Ethanol", 22))
+    assert "vessel-working" not in [finding.rule for finding in examine(protocol)]
 
 
 def test_a_toxic_liquid_at_an_open_bench_is_sent_to_the_hood():
@@ -438,7 +504,9 @@ STEPS = st.builds(
     uses=st.lists(st.sampled_from(NAMES), max_size=6).map(" ".join),
     temperature=st.none() | st.floats(-273.0, 2999.0),
     text=st.text(max_size=40)
-    | st.sampled_from(("stoppered, 0 mbar", "99999 rpm", "add water (1 L)", "pour", "vacuum")),
+    | st.sampled_from(
+        ("stoppered, 0 mbar", "99999 rpm", "99 bar, 99 x g", "100 nm, 9 mL/min", "add water (1 L)", "pour", "vacuum")
+    ),
     place=st.sampled_from(NAMES),
 )
 AMOUNTS = st.dictionaries(st.sampled_from(NAMES), st.sampled_from(("", "0 mL", "3 x 1 L", "9 kg", "1 mol", "1e9 mL")))

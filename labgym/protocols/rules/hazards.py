@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from itertools import permutations
 
 from labgym.assets import Asset, pairs
+from labgym.assets.plausibility import FACE
 from labgym.protocols.capability import heats_to
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
 from labgym.protocols.places import is_ventilated, needs_ventilation
 from labgym.protocols.rules.finding import Case, Finding
 
-FACE_VELOCITY = 0.3
+FACE_VELOCITY = FACE[0]
 """Slowest air into a hood that holds vapours back, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
 FATAL = ("H300", "H310", "H330")
 PYROPHORIC = ("H250",)
@@ -63,17 +64,20 @@ def carried_vapours_are_ventilated(case: Case) -> Iterator[Finding]:
 
 
 def hoods_draw_enough(case: Case) -> Iterator[Finding]:
-    """What can kill when breathed in is handled in a hood that draws, not at a bench with an exhaust arm."""
+    """What is volatile or toxic is opened in a hood that draws; what can kill, not at a bench with an exhaust arm."""
     for situation in case.situations:
         step, place = situation.step, situation.place
+        if place is None or step.action in STILL or place.category == "containment":
+            continue
         fatal = [asset.name for asset in situation.added if _has_statement(asset, FATAL)]
-        if place is None or not fatal or step.action in STILL or place.category == "containment":
-            continue
+        vapours = [asset.name for asset in situation.added if needs_ventilation(asset)]
+        opened = fatal or (vapours if place.fume_hood else [])
         velocity = place.specs.face_velocity_m_s
-        if place.fume_hood and (velocity is None or velocity >= FACE_VELOCITY):
+        if not opened or (place.fume_hood and (velocity is None or velocity >= FACE_VELOCITY)):
             continue
-        told = f"draws {velocity} m/s" if place.fume_hood else "is no hood"
-        message = f"step {step.index} opens {fatal[0]}, which can kill, at {place.name}, which {told}"
+        told = f"draws {velocity:g} m/s" if place.fume_hood else "is no hood"
+        why = "can kill" if fatal else "is volatile or toxic"
+        message = f"step {step.index} opens {opened[0]}, which {why}, at {place.name}, which {told}"
         yield Finding(
             "hood-draws", step.index, message, f"use a hood with at least {FACE_VELOCITY:g} m/s, such as FumeHood"
         )

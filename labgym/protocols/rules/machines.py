@@ -1,23 +1,45 @@
-"""Pumps, stirrers and balances do what the steps ask of them."""
+"""Pumps, stirrers, lamps and balances do what the steps ask of them."""
 
 from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 
 from labgym.assets import Asset
 from labgym.protocols.amounts import read_amount
-from labgym.protocols.capability import alternative, evacuates_to, speeds, weighs
+from labgym.protocols.capability import (
+    Span,
+    alternative,
+    delivers,
+    evacuates_to,
+    flows,
+    forces,
+    shines,
+    speeds,
+    stirs,
+    weighs,
+    withstands,
+)
+from labgym.protocols.contents import STILL
 from labgym.protocols.rules.finding import Case, Finding
 
-_PRESSURE = re.compile(r"(\d+(?:\.\d+)?)\s*(mbar|bar|hPa|kPa|Pa|mm\s?Hg|Torr)\b", re.I)
-_MBAR = {"mbar": 1.0, "bar": 1000.0, "hpa": 1.0, "kpa": 10.0, "pa": 0.01, "mmhg": 1.333, "torr": 1.333}
-_SPEED = re.compile(r"(\d{2,6})\s*(?:rpm|r\.p\.m\.|turns a minute|U/min)", re.I)
+_PRESSURE = re.compile(r"(\d+(?:\.\d+)?)\s*(mbar|bar|atm|psig?|hPa|kPa|Pa|mm\s?Hg|Torr)\b", re.I)
+_MBAR = {
+    **dict.fromkeys(("mbar", "hpa"), 1.0),
+    "bar": 1000.0,
+    "kpa": 10.0,
+    "pa": 0.01,
+    **dict.fromkeys(("mmhg", "torr"), 1.333),
+    "atm": 1013.0,
+    **dict.fromkeys(("psi", "psig"), 68.9),
+}
 _VACUUM = re.compile(r"\b(?:vacuum|reduced pressure|in vacuo|evacuate)\b", re.I)
 EVACUATED = ("pump", "rotavap", "lyophilizer", "manifold", "oven")
-AMBIENT = 1000.0
+AMBIENT, PRESSED = 1000.0, 1500.0
+"""Below the first a pressure is a vacuum, above the second the vessel is built for it, mbar."""
 DIVISIONS = 10.0
 """A mass is at least this many divisions of the balance, so that it is known to a tenth."""
 
@@ -27,8 +49,7 @@ def vacuum_is_reached(case: Case) -> Iterator[Finding]:
     for situation in case.situations:
         step = situation.step
         pumps = [asset for asset in situation.devices if evacuates_to(asset) is not None]
-        stated = _PRESSURE.search(step.text)
-        wanted = float(stated[1]) * _MBAR[re.sub(r"\s", "", stated[2].lower())] if stated else None
+        wanted = _stated_mbar(step.text)
         if wanted is not None and wanted < AMBIENT and pumps:
             best = min(pumps, key=lambda asset: evacuates_to(asset) or 0.0)
             reached = evacuates_to(best) or 0.0
@@ -43,23 +64,80 @@ def vacuum_is_reached(case: Case) -> Iterator[Finding]:
                 yield Finding("vacuum-source", step.index, message, "name VacuumPump or RotaryVanePump in its uses")
 
 
-def speeds_are_reached(case: Case) -> Iterator[Finding]:
-    """A rotation speed that a step states is one that its device turns at."""
+def pressures_are_withstood(case: Case) -> Iterator[Finding]:
+    """A pressure above the air's that a step states is one that its vessel is built for, or its pump delivers."""
     for situation in case.situations:
-        stated = _SPEED.search(situation.step.text)
-        turning = [asset for asset in situation.devices if speeds(asset) is not None]
-        if stated is None or not turning:
+        step, wanted = situation.step, _stated_mbar(situation.step.text)
+        limits = [
+            (limit, asset.name)
+            for asset in situation.devices
+            if (limit := withstands(asset) or delivers(asset)) is not None
+        ]
+        if wanted is None or wanted <= PRESSED or not limits:
             continue
-        wanted = float(stated[1])
-        if not any(_turns(asset, wanted) for asset in turning):
-            slow, fast = speeds(turning[0]) or (0.0, 0.0)
-            message = (
-                f"step {situation.step.index} wants {wanted:g} rpm, {turning[0].name} turns at {slow:g} to {fast:g} rpm"
-            )
-            options = [asset.name for asset in case.catalog.of_kind("instrument") if _turns(asset, wanted)]
-            near = [name for name in options if case.catalog.get(name).category == turning[0].category]
-            suggestion = f"use {(near or options)[0]}" if options else "choose a speed within that range"
-            yield Finding("speed-reach", situation.step.index, message, suggestion)
+        bar, (limit, name) = wanted / 1000.0, max(limits)
+        if bar - 1.0 > limit:
+            message = f"step {step.index} wants {bar:.3g} bar, {name} is built for {limit:g} bar above the air's"
+            others = sorted((withstands(a) or 0.0, a.name) for a in case.catalog.of_kind("instrument"))
+            fit = next((other for most, other in others if most >= bar - 1.0), None)
+            yield Finding("pressure-reach", step.index, message, f"use {fit}" if fit else "work at a lower pressure")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A quantity that a step's text may ask of a device.
+
+    Attributes:
+        rule: name of the finding. unit: as messages tell it. stated: finds the number in a text.
+        spans: what a device can be set to, from the least to the most; empty where it has no such setting.
+    """
+
+    rule: str
+    unit: str
+    stated: re.Pattern[str]
+    spans: Callable[[Asset], tuple[Span, ...]]
+
+
+SETTINGS = (
+    Setting("speed-reach", "rpm", re.compile(r"(\d[\d,]{1,6})\s*(?:rpm|r\.p\.m\.|turns a minute|U/min)", re.I), speeds),
+    Setting("force-reach", "x g", re.compile(r"(\d[\d,]{1,6})\s*(?:[x×]\s*g|rcf)\b", re.I), forces),
+    Setting("flow-reach", "mL/min", re.compile(r"(\d{1,5}(?:\.\d{1,4})?)\s*mL\s*(?:/\s*min|min-1)", re.I), flows),
+    Setting("wavelength-reach", "nm", re.compile(r"(\d{3,4})\s*nm\b"), shines),
+)
+
+
+def settings_are_reached(case: Case) -> Iterator[Finding]:
+    """A speed, a force, a flow or a wavelength that a step states is one that a device of the step has."""
+    for situation in case.situations:
+        for setting in SETTINGS:
+            stated = setting.stated.search(situation.step.text)
+            devices = [asset for asset in situation.devices if setting.spans(asset)]
+            if stated is None or not devices:
+                continue
+            wanted = float(stated[1].replace(",", ""))
+            if not any(_has(setting, asset, wanted) for asset in devices):
+                spans = " or ".join(f"{low:g} to {high:g}" for low, high in setting.spans(devices[0]))
+                unit, index = setting.unit, situation.step.index
+                message = f"step {index} wants {wanted:g} {unit}, {devices[0].name} has {spans} {unit}"
+                options = [asset for asset in case.catalog.of_kind("instrument") if _has(setting, asset, wanted)]
+                near = [asset.name for asset in options if asset.category == devices[0].category]
+                suggestion = f"use {[*near, *(a.name for a in options)][0]}" if options else "choose one that it has"
+                yield Finding(setting.rule, index, message, suggestion)
+
+
+def stirrers_move_the_batch(case: Case) -> Iterator[Finding]:
+    """A batch is not larger than what its stirrer moves."""
+    for situation in case.situations:
+        stirring = [(most, asset.name) for asset in situation.devices if (most := stirs(asset)) is not None]
+        if situation.step.action in STILL or not stirring or situation.volume <= max(stirring)[0]:
+            continue
+        most, name = max(stirring)
+        message = f"step {situation.step.index} stirs about {situation.volume:.0f} mL, {name} moves {most:g} mL"
+        options = sorted((stirs(a) or 0.0, a.name) for a in case.catalog.of_kind("instrument"))
+        fit = next((other for moved, other in options if moved >= situation.volume), None)
+        yield Finding(
+            "stirring-volume", situation.step.index, message, f"use {fit}" if fit else "divide the batch", "advice"
+        )
 
 
 def balances_weigh_what_they_get(case: Case) -> Iterator[Finding]:
@@ -80,9 +158,13 @@ def balances_weigh_what_they_get(case: Case) -> Iterator[Finding]:
                     yield Finding("balance-range", situation.step.index, message, _balance(case, mass), "advice")
 
 
-def _turns(asset: Asset, speed: float) -> bool:
-    bounds = speeds(asset)
-    return bounds is not None and bounds[0] <= speed <= bounds[1]
+def _stated_mbar(text: str) -> float | None:
+    stated = _PRESSURE.search(text)
+    return float(stated[1]) * _MBAR[re.sub(r"\s", "", stated[2].lower())] if stated else None
+
+
+def _has(setting: Setting, asset: Asset, wanted: float) -> bool:
+    return any(low <= wanted <= high for low, high in setting.spans(asset))
 
 
 def _balance(case: Case, mass: float) -> str:
@@ -93,4 +175,10 @@ def _balance(case: Case, mass: float) -> str:
     return "weigh it in portions"
 
 
-RULES = (vacuum_is_reached, speeds_are_reached, balances_weigh_what_they_get)
+RULES = (
+    vacuum_is_reached,
+    pressures_are_withstood,
+    settings_are_reached,
+    stirrers_move_the_batch,
+    balances_weigh_what_they_get,
+)

@@ -11,12 +11,14 @@ from labgym.protocols.capability import alternative, capacity, evacuates_to, wit
 from labgym.protocols.contents import Situation, is_vessel
 from labgym.protocols.rules.finding import Case, Finding
 
-HEADROOM = {"Reflux": 2.0 / 3.0, "Distill": 2.0 / 3.0, "Concentrate": 0.5}
-"""How full a vessel may be in which something boils: two thirds, and half on the rotary evaporator."""
+HEADROOM = {"Heat": 2.0 / 3.0, "Reflux": 2.0 / 3.0, "Distill": 2.0 / 3.0, "Concentrate": 0.5}
+"""How full a vessel may be that is heated: two thirds, and half on the rotary evaporator."""
 FLAT = ("ErlenmeyerFlask", "Beaker", "LargeBeaker", "VolumetricFlask", "CrystallizingDish")
 """Thin glass with a flat bottom, which vacuum can crush."""
 SPECIAL = ("FilterFlask", "VolumetricFlask")
 """Flasks that stand in for no other."""
+WORKING = ("Stir", "Heat", "Reflux", "Cool", "Distill")
+"""Actions in which what is in a reactor has to reach its stirrer and its sensor."""
 CLOSED = re.compile(r"\b(?:stopper(?:ed)?|seal(?:ed)?|closed|cap(?:ped)?|screw\s+cap)\b", re.I)
 OPENED = re.compile(
     r"\b(?:unstoppered|unsealed|not\s+(?:sealed|closed|stoppered)|closed\s+bottle|vent(?:ing|ed)?)\b", re.I
@@ -29,7 +31,7 @@ alcohols (109 J/(mol K))."""
 
 
 def vessels_hold_their_contents(case: Case) -> Iterator[Finding]:
-    """No vessel gets more than it holds; where something boils there is room above it."""
+    """No vessel gets more than it holds; where something is heated there is room above it."""
     worst: set[tuple[str, str]] = set()
     for situation in case.situations:
         step, vessel = situation.step, situation.vessel
@@ -46,10 +48,25 @@ def vessels_hold_their_contents(case: Case) -> Iterator[Finding]:
         elif situation.volume > limit and ("vessel-headroom", vessel.name) not in worst:
             worst.add(("vessel-headroom", vessel.name))
             message = (
-                f"{told} boils about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL; "
+                f"{told} heats about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL; "
                 f"fill it to {limit:.0f} mL at most"
             )
             yield Finding("vessel-headroom", step.index, message, _larger(case, vessel, need), "advice")
+
+
+def vessels_are_filled_enough(case: Case) -> Iterator[Finding]:
+    """A vessel with a least working volume, such as a stirred reactor, holds it once it is stirred or heated."""
+    for situation in case.situations:
+        step, vessel = situation.step, situation.vessel
+        working = None if vessel is None else vessel.specs.working_mL
+        if vessel is None or working is None or step.action not in WORKING or vessel not in situation.devices:
+            continue
+        if _all_known(case, situation) and 0.0 < situation.volume < working[0]:
+            message = (
+                f"step {step.index} ({step.action}) has about {situation.volume:.0f} mL in {vessel.name}, which works "
+                f"with {working[0]:g} to {working[1]:g} mL"
+            )
+            yield Finding("vessel-working", step.index, message, _smaller(case, situation.volume), "advice")
 
 
 def additions_fit_the_funnel(case: Case) -> Iterator[Finding]:
@@ -142,6 +159,16 @@ def _pressures(case: Case, situation: Situation, temperature: float) -> Iterator
             yield vapour_pressure(chemistry.boiling_point, temperature, associated), name
 
 
+def _all_known(case: Case, situation: Situation) -> bool:
+    """Tell whether the amount of every liquid in the vessel is known, so that its volume is no underestimate."""
+    chemistry = {name: case.catalog.get(name).chemistry for name in situation.contents}
+    return all(
+        part > 0.0
+        for name, part in situation.contents.items()
+        if (known := chemistry[name]) is not None and known.state == "liquid"
+    )
+
+
 def _larger(case: Case, vessel: Asset, volume: float) -> str:
     names = [
         asset.name
@@ -155,6 +182,17 @@ def _larger(case: Case, vessel: Asset, volume: float) -> str:
     return f"use {name}" if name else f"no vessel of the catalogue takes {volume:.0f} mL; halve the batch"
 
 
+def _smaller(case: Case, volume: float) -> str:
+    """Return the smallest flask that is not too full with a volume."""
+    flasks = sorted(
+        (capacity(asset) or 0.0, asset.name)
+        for asset in case.catalog.of_kind("instrument")
+        if asset.subtype == "flask" and asset.name not in (*FLAT, *SPECIAL)
+    )
+    fit = next((name for holds, name in flasks if volume <= HEADROOM["Heat"] * holds), None)
+    return f"use {fit}" if fit else "make a larger batch"
+
+
 def _stronger(case: Case, vessel: Asset, pressure: float) -> str:
     others = sorted(
         (withstands(a) or 0.0, a.name) for a in case.catalog.of_kind("instrument") if a.subtype == "reactor"
@@ -165,6 +203,7 @@ def _stronger(case: Case, vessel: Asset, pressure: float) -> str:
 
 RULES = (
     vessels_hold_their_contents,
+    vessels_are_filled_enough,
     additions_fit_the_funnel,
     vessels_fit_their_heater,
     closed_vessels_stand_the_pressure,
