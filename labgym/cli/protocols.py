@@ -151,7 +151,7 @@ def import_(
 
     Args:
         path: A file, or a folder of files.
-        format: ord (Open Reaction Database, extra ord) or xdl.
+        format: openexp (ReactXT), chemtrans (also ChemActor), ord (Open Reaction Database, extra ord) or xdl.
         out: Folder for files of a thousand experiments and rejected.csv.
         limit: How many records to read, at most.
         feasible: Keep only what the catalogue's reagents and equipment can do, under the catalogue's names.

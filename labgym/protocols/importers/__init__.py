@@ -10,14 +10,15 @@ from typing import Literal, get_args
 from labgym.errors import OptionError
 from labgym.protocols.experiments import Experiment, Rejection
 
-Format = Literal["ord", "xdl"]
+Format = Literal["chemtrans", "openexp", "ord", "xdl"]
 
 
 def read(path: str | Path, format: str) -> Iterator[Experiment | Rejection]:  # noqa: A002
     """Return the records of a file, or of a folder of files, of a format.
 
     Args:
-        format: "ord" (Open Reaction Database) or "xdl" (chemical description language).
+        format: "openexp" (ReactXT), "chemtrans" (also ChemActor), "ord" (Open Reaction Database) or "xdl" (chemical
+            description language).
 
     Raises:
         OptionError: nothing is there, or no such format.

@@ -11,8 +11,16 @@ _MINUTES = {
     **dict.fromkeys(("h", "hr", "hrs", "hour", "hours"), 60.0),
     **dict.fromkeys(("d", "day", "days"), 1440.0),
 }
-_BAR = {"mbar": 1e-3, "bar": 1.0, "torr": 1.01325 / 760.0, "mmhg": 1.01325 / 760.0, "kpa": 0.01, "pa": 1e-5}
-_BAR |= {"atm": 1.01325, "psi": 0.0689476, "kpsi": 68.9476}
+_BAR = {
+    **dict.fromkeys(("torr", "mmhg", "mm"), 1.01325 / 760.0),
+    "mbar": 1e-3,
+    "bar": 1.0,
+    "kpa": 0.01,
+    "pa": 1e-5,
+    "atm": 1.01325,
+    "psi": 0.0689476,
+    "kpsi": 68.9476,
+}
 
 
 def minutes(text: str, plain: float = 1.0 / 60.0) -> float | None:

@@ -1,0 +1,232 @@
+"""ChemTrans: descriptions and instructions in two text files, line by line; the instructions alone are enough.
+
+A line is operations in square brackets with fields, joined by "&": "[ add ] reagent: ( name: water & volume: 5 mL & ) &
+[ settemp ] temperature: 80 C & time: 2 h". The brackets of the published files do not always balance; a name without an
+opening bracket is read as if it had one, and what remains unclear turns the line down. ChemActor's tables are read too:
+comma-separated, with such a line in the column `action_labels`.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from labgym.documents import document_error
+from labgym.errors import DocumentError
+from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
+from labgym.protocols.experiments.model import Role, Verb
+from labgym.protocols.importers.units import bar
+from labgym.protocols.synthesis.quantities import duration, temperature
+
+MAX_LINE = 50_000
+MAX_BYTES = 256 * 1024**2
+INSTRUCTIONS, DESCRIPTIONS = "_out.txt", "_inp.txt"
+LABELS, TITLE = "action_labels", "reaction_name"
+VERBS: dict[str, Verb] = {
+    "add": "Add",
+    "column": "Chromatograph",
+    "distill": "Distill",
+    "dry": "DrySolution",
+    "evaporate": "Concentrate",
+    "extract": "Extract",
+    "filter": "Filter",
+    "partition": "Partition",
+    "quench": "Quench",
+    "recrystallize": "Recrystallize",
+    "reflux": "Reflux",
+    "settemp": "SetTemperature",
+    "transfer": "Transfer",
+    "triturate": "Triturate",
+    "wash": "Wash",
+    "yield": "Yield",
+}
+_OPERATION = re.compile(r"\[\s*([a-z]+)\s*\]")
+_FIELD = re.compile(
+    r"(?:^|&)\s*(reagent\((?:adsorbent|eluent)\)|mass\(yield\)|reagent|temperature|time|pressure|phase|appearance|yield"
+    r"|N/A)\s*:"
+)
+_REAGENT_FIELD = re.compile(
+    r"(?:^|&)\s*(name|type|mass|mole|volume|concentration|equivalent|batch:each|batch:total|batch|speed|temperature|note)\s*:"
+)
+_WORKING_UP: frozenset[Verb] = frozenset(
+    ("DrySolution", "Extract", "Partition", "Quench", "Recrystallize", "Triturate", "Wash", "Filter", "Chromatograph")
+)
+_AMOUNTS = ("mass", "volume", "mole", "concentration")
+_COUNT = re.compile(r"(?:^|\D)(\d{1,2})\s*(?:x|×|times)?\s*$")
+
+
+class _UnreadableError(Exception):
+    """A line that cannot be told as actions."""
+
+
+def read(path: Path) -> Iterator[Experiment | Rejection]:
+    """Return the lines of a file of instructions (with its descriptions beside it), a CSV file, or a folder of them.
+
+    Raises:
+        DocumentError: nothing to read, or a file that is neither.
+    """
+    files = sorted(path.glob(f"*{INSTRUCTIONS}")) + sorted(path.glob("*.csv")) if path.is_dir() else [path]
+    if not files:
+        raise DocumentError(path, "", f"holds no *{INSTRUCTIONS} and no *.csv")
+    for file in files:
+        lines = _labelled(file) if file.suffix.lower() == ".csv" else _paired(file)
+        for number, (title, description, instructions) in enumerate(lines, 1):
+            place = f"{file.name}:{number}"
+            try:
+                yield _experiment(_stem(file), number, title, description, instructions)
+            except _UnreadableError as error:
+                yield Rejection(place, str(error))
+            except ValidationError as error:
+                yield Rejection(place, str(document_error(place, error)))
+
+
+def _stem(path: Path) -> str:
+    name = path.name.removesuffix(INSTRUCTIONS).removesuffix(".csv").removesuffix(".txt")
+    return re.sub(r"[^a-z0-9_-]+", "_", name.lower())[:60] or "file"
+
+
+def _paired(path: Path) -> Iterator[tuple[str, str, str]]:
+    instructions = _lines(path)
+    other = path.with_name(path.name.replace(INSTRUCTIONS, DESCRIPTIONS))
+    descriptions = _lines(other) if other != path and other.is_file() else [""] * len(instructions)
+    if len(descriptions) != len(instructions):
+        problem = (
+            f"has {len(descriptions)} lines, {path.name} has {len(instructions)}; line by line they belong together"
+        )
+        raise DocumentError(other, "", problem)
+    for description, line in zip(descriptions, instructions, strict=True):
+        yield "", description, line
+
+
+def _labelled(path: Path) -> Iterator[tuple[str, str, str]]:
+    lines = _lines(path)
+    reader = csv.DictReader(lines, strict=True)
+    try:
+        if LABELS not in (reader.fieldnames or ()):
+            raise DocumentError(path, "", f"has no column {LABELS!r}")
+        for row in reader:
+            yield row.get(TITLE) or "", "", row[LABELS] or ""
+    except csv.Error as error:
+        raise DocumentError(path, "", f"not comma-separated values, line {reader.line_num}: {error}") from None
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
+            raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
+        return content.decode("utf-8").splitlines()
+    except OSError as error:
+        raise DocumentError(path, "", f"cannot be read ({error.strerror or type(error).__name__})") from None
+    except UnicodeDecodeError:
+        raise DocumentError(path, "", "not UTF-8 text") from None
+
+
+def _experiment(stem: str, number: int, title: str, description: str, line: str) -> Experiment:
+    if len(line) > MAX_LINE:
+        raise _UnreadableError(f"longer than {MAX_LINE} characters")
+    marks = list(_OPERATION.finditer(line))
+    if not marks or line[: marks[0].start()].strip(" &"):
+        raise _UnreadableError("it does not begin with an operation in square brackets")
+    materials: dict[str, Material] = {}
+    actions: list[Action] = []
+    product = ""
+    for mark, following in zip(marks, [*marks[1:], None], strict=True):
+        body = line[mark.end() : following.start() if following else len(line)]
+        verb = VERBS.get(mark[1])
+        if verb is None:
+            raise _UnreadableError(f"the operation {mark[1][:40]!r} is not known")
+        fields = _fields(body, _FIELD)
+        reagents = [_reagent(text) for key, text in fields if key == "reagent"]
+        if verb == "Yield":
+            product = next((item["name"] for item in reagents), product)
+            amount = "; ".join(text for key, text in fields if key in ("mass(yield)", "yield", "appearance"))
+            actions.append(Action(verb="Yield", note=amount[:400]))
+            continue
+        reagents += [{"name": text} for key, text in fields if key.startswith("reagent(")]
+        actions.append(_action(verb, reagents, dict(fields), materials))
+    return Experiment(
+        id=f"chemtrans_{stem}_{number}",
+        name=(title or product or f"Line {number} of {stem}")[:300],
+        product=product[:500],
+        description=description[:4000],
+        materials=tuple(materials.values()),
+        actions=tuple(actions),
+        origin="chemtrans",
+    )
+
+
+def _action(
+    verb: Verb, reagents: list[dict[str, str]], fields: dict[str, str], materials: dict[str, Material]
+) -> Action:
+    role: Role = "workup" if verb in _WORKING_UP else "reagent"
+    takes = []
+    for reagent in reagents:
+        materials.setdefault(reagent["name"], Material(name=reagent["name"], role=role))
+        takes.append(Portion(name=reagent["name"], amount=_amount(reagent)))
+    speed = " ".join(reagent.get("speed", "") for reagent in reagents).lower()
+    phase = fields.get("phase", "").lower()
+    numbers = {
+        "temperature": temperature(fields.get("temperature", "")),
+        "time": duration(fields.get("time", "")),
+        "pressure": bar(fields.get("pressure", "").rstrip("."), plain=1.01325 / 760.0),
+    }
+    unread = [fields[key] for key, value in numbers.items() if value is None and fields.get(key)]
+    told = {
+        "temperature": numbers["temperature"],
+        "duration": numbers["time"] if numbers["time"] is not None else duration(speed),
+        "pressure": numbers["pressure"],
+        "keep": next((part for part in ("organic", "aqueous", "filtrate") if part in phase), None),
+        "manner": next((word for word in ("dropwise", "portionwise", "slowly") if word in speed), None),
+        "note": "; ".join(unread)[:400],
+    }
+    given = {key: value for key, value in told.items() if value not in (None, "")}
+    return Action.model_validate({"verb": verb, "takes": takes, **given})
+
+
+def _reagent(text: str) -> dict[str, str]:
+    """Return the fields of a reagent; the brackets around them may be lost."""
+    inner = text.strip().removeprefix("(").strip()
+    inner = inner.removesuffix(")").rstrip(" &") if inner.endswith(("& )", "&  )")) else inner
+    found = dict(_fields(inner.rstrip(" &"), _REAGENT_FIELD))
+    name = " ".join(found.get("name", "").split()).rstrip(".,;")
+    if not name:
+        raise _UnreadableError(f"a reagent has no name: {text.strip()[:60]!r}")
+    return {**found, "name": name[:200]}
+
+
+def _amount(reagent: dict[str, str]) -> str:
+    """Return mass, volume, moles and concentration as one amount, portions in front: "2 x 100 mL"."""
+    parts = [" ".join(reagent[key].split()).rstrip(".,;") for key in _AMOUNTS if reagent.get(key)]
+    count = _COUNT.search(reagent.get("batch:each", ""))
+    if parts and count and int(count[1]) > 1:
+        parts[0] = f"{count[1]} x {parts[0]}"
+    return ", ".join(parts)[:200]
+
+
+def _fields(text: str, pattern: re.Pattern[str]) -> list[tuple[str, str]]:
+    """Return keys with the texts behind them; fields of a reagent stay in its brackets' text."""
+    found: list[tuple[str, str]] = []
+    masked = _masked(text) if pattern is _FIELD else text
+    marks: list[Any] = list(pattern.finditer(masked))
+    for mark, following in zip(marks, [*marks[1:], None], strict=True):
+        value = text[mark.end() : following.start() if following else len(text)]
+        found.append((mark[1], value.strip().rstrip("&").strip()))
+    return found
+
+
+def _masked(text: str) -> str:
+    """Return the text with everything between a reagent's brackets blanked, of the same length."""
+    blanked = list(text)
+    for mark in re.finditer(r"reagent:\s*(?:\(\s*)?(?=name:)", text):
+        end = text.find("&  )", mark.end())
+        end = end if end >= 0 else text.find("& )", mark.end())
+        stop = end if end >= 0 else len(text)
+        blanked[mark.end() : stop] = "_" * (stop - mark.end())
+    return "".join(blanked)
