@@ -93,6 +93,7 @@ class FeasibilityFilter:
     def __init__(self, catalog: Catalog | None = None) -> None:
         self.catalog = catalog if catalog is not None else Catalog.load()
         self._grounder = Grounder(self.catalog)
+        self._reagents = Catalog(self.catalog.of_kind("reagent"))
         devices = self.catalog.of_kind("instrument")
         heaters = [asset for asset in devices if asset.subtype in HEATED_FLASKS]
         self._hottest = _best(heaters, heats_to, max)
@@ -122,7 +123,7 @@ class FeasibilityFilter:
     def _unlisted(self, experiment: Experiment, names: dict[str, str | None]) -> Iterator[Obstacle]:
         for material in experiment.materials:
             if names[material.name] is None:
-                near = self.catalog.nearest(material.name, 3)
+                near = self._reagents.nearest(material.name, 3)
                 hint = f"; nearest by name: {', '.join(near)}" if near else ""
                 what = f"{material.role} {material.name[:80]!r}"
                 yield Obstacle("unlisted", None, f"the catalogue has no {what}{hint}")
