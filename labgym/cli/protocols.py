@@ -116,12 +116,18 @@ def experiments(name: Positional[str | None] = None, type: ReactionType | None =
 
 
 @protocols_app.command
-def stage(experiment: Positional[str], path: Path | None = None, out: Path = Path()) -> int:
+def stage(
+    experiment: Positional[str],
+    path: Path | None = None,
+    type: ReactionType | None = None,  # noqa: A002
+    out: Path = Path(),
+) -> int:
     """Make an experiment a protocol: its actions get places and apparatus, and the whole passes every check.
 
     Args:
         experiment: Id of an experiment.
         path: A file or folder of experiments that it is in; by default the published library.
+        type: Type of reaction, for an imported experiment that does not say.
         out: A .json file, or a folder for a file named after the protocol.
     """
     from labgym.protocols.experiments import get, read_experiments
@@ -134,7 +140,7 @@ def stage(experiment: Positional[str], path: Path | None = None, out: Path = Pat
         if experiment not in known:
             raise UnknownNameError("experiment", experiment, known)
         chosen = known[experiment]
-    made = staged(chosen)
+    made = staged(chosen.model_copy(update={"reaction_type": type}) if type else chosen)
     return written(made.save(out if out.suffix == ".json" else out / f"{made.id}.json"))
 
 

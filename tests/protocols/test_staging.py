@@ -50,7 +50,7 @@ def test_what_is_infeasible_is_refused_with_the_reason(name: str) -> None:
 
 def test_an_experiment_of_unknown_type_is_refused() -> None:
     untyped = experiments()["cyc_biginelli"].model_copy(update={"reaction_type": None})
-    with pytest.raises(RefusalError, match="reaction_type"):
+    with pytest.raises(RefusalError, match="--type"):
         stage(untyped)
 
 
@@ -71,6 +71,13 @@ def test_a_staged_experiment_gets_a_laboratory() -> None:
     layout = generate(stage(experiments()["cyc_biginelli"]), seed=0)
     assert layout.protocol == "cyc_biginelli"
     assert {item.asset for item in layout.placements} >= {"Urea", "Benzaldehyde", "RefluxCondenser", "FumeHood"}
+
+
+def test_an_experiment_without_analysis_gets_one_that_says_it_is_assumed() -> None:
+    plain = experiments()["cyc_biginelli"]
+    bare = plain.model_copy(update={"actions": tuple(a for a in plain.actions if a.verb != "Analyze")})
+    (analysis,) = [step for step in stage(bare).steps if step.location == "ValidationPlatform"]
+    assert "assumed" in analysis.text
 
 
 def test_staging_twice_gives_the_same() -> None:

@@ -68,7 +68,7 @@ def sentence(action: Action, catalog: Catalog | None = None) -> str:
     if action.temperature is not None:
         words.append(f"{'to' if action.verb in ('SetTemperature', 'Cool') else 'at'} {action.temperature:g} C")
     words += [f"to pH {action.ph:g}"] if action.ph is not None else []
-    words += [f"at {action.pressure:g} bar"] if action.pressure is not None else []
+    words += [f"at {action.pressure:.3g} bar"] if action.pressure is not None else []
     words += [f"for {action.duration:g} min"] if action.duration else []
     words += [f"and keep the {_kept(action.keep)}"] if action.keep else []
     text = " ".join(words)

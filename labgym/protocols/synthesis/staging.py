@@ -25,6 +25,8 @@ REFLUXING = 30.0
 """Temperature above which a stirred flask carries a condenser, degrees Celsius."""
 NEARLY_FULL = 0.9
 """Share of a vessel that a quench may fill."""
+ATMOSPHERE = 0.9
+"""Pressure, bar, below which a still needs a pump."""
 FUNNEL = "SeparatoryFunnel"
 SUCTION = ("BuchnerFunnel", "FilterFlask", "FilterPaper")
 ANALYSES = (
@@ -72,7 +74,8 @@ def stage(experiment: Experiment) -> Protocol:
         raise RefusalError("infeasible", f"{experiment.id}: {'; '.join(item.message for item in verdict.obstacles)}")
     if experiment.reaction_type is None:
         raise RefusalError(
-            "no-reaction", f"{experiment.id} does not say what type of reaction it is: give reaction_type"
+            "no-reaction",
+            f"{experiment.id} does not say what type of reaction it is: name it, --type redox for example",
         )
     known = verdict.experiment
     bench = Bench()
@@ -132,6 +135,8 @@ class _Stage:
             if self.reacting and action.verb in WORK_UP:
                 self.reacting = False
             self._act(action, actions[number + 1].verb if number + 1 < len(actions) else None)
+        if not any(action.verb == "Analyze" for action in actions):
+            self._analyze(Action(verb="Analyze", note="assumed, the experiment names no analysis"), ())
         return self.vessel
 
     def _act(self, action: Action, following: Verb | None) -> None:
@@ -192,9 +197,11 @@ class _Stage:
             uses.append("RefluxCondenser")
         if "Dean-Stark" in action.note:
             uses.append("DeanStarkTrap")
-        verb = {"Wait": "Stir", "SetTemperature": "Heat" if at is not None and at > ROOM[1] else "Cool"}.get(
-            action.verb, action.verb
-        )
+        verb: str = action.verb
+        if verb == "Wait":
+            verb = "Stir"
+        elif verb == "SetTemperature":
+            verb = "Stir" if at is None or ROOM[0] <= at <= ROOM[1] else "Heat" if at > ROOM[1] else "Cool"
         if action.verb == "Reflux" and at is None:
             at = 80.0
         self._do(action, [*uses, *names], temperature=at, name=verb)
@@ -256,7 +263,8 @@ class _Stage:
         at = action.temperature or 90.0
         flask = "RoundBottomFlask" if not self.reacting else self.vessel
         still = (flask, "DistillationHead", "LiebigCondenser", "VacuumAdapter", "PearShapedFlask")
-        pump = ("VacuumPump",) if action.atmosphere == "vacuum" else ()
+        reduced = action.atmosphere == "vacuum" or (action.pressure is not None and action.pressure < ATMOSPHERE)
+        pump = ("VacuumPump",) if reduced else ()
         peroxides = any(_forms_peroxides(use.name) for use in self.bench.reagents)
         if peroxides:
             action = action.model_copy(
