@@ -14,6 +14,7 @@ from pathlib import Path
 
 from labgym.assets import AssetFile
 from labgym.assets.forge import Annotation
+from labgym.assets.inference import Substructures
 from labgym.assets.reactivity import Reactivity
 from labgym.documents import Document, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
@@ -41,6 +42,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     AssetFile,
     Annotation,
     Reactivity,
+    Substructures,
     Protocol,
     ExperimentFile,
     Layout,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from labgym.assets import Asset, Catalog, incompatible
+from labgym.assets.inference import Agreement, Inference
 from labgym.assets.reactivity import Reaction, reactions, to_avoid
 from labgym.assets.specs import quantity, spoken
 from labgym.eval.report_model import LayoutReport
@@ -74,6 +75,56 @@ def compatibility_table(asset: Asset, others: Iterable[Asset]) -> str:
     text = Table(heading, ("severity", "reagent", "hazard", "because"), rows).text() if rows else heading
     alone = reactions(asset, asset)[0]
     return text + (f"\n\nWith itself: {alone.cell.severity}: {alone.cell.hazard}" if alone.rank else "")
+
+
+def inference_details(found: Inference) -> str:
+    """Return what a structure says of a substance, with the reason and how sure each thing is."""
+    facts = [
+        ("SMILES", found.smiles),
+        ("formula", f"{found.formula}, {found.molar_mass:.2f} g/mol"),
+        ("state", f"{found.state}, proposed"),
+        ("boiling point", "" if found.boiling_point is None else f"near {found.boiling_point:.0f} C, estimated"),
+        ("flash point", "" if found.flash_point is None else f"near {found.flash_point:.0f} C, estimated"),
+        ("storage class", f"{found.storage_class}: {found.storage_reason}"),
+    ]
+    rows = tuple(
+        (kind, label.replace("_", " "), reason.why, reason.part or "-", f"{reason.confidence:.2f}")
+        for kind, labels in (("group", found.groups), ("flag", found.flags))
+        for label, why in labels.items()
+        for reason in why
+    )
+    heading = "Inferred from the structure by rules; nothing was measured. Read the safety data sheet."
+    columns = ("kind", "inferred", "because", "part", "confidence")
+    table = Table(heading, columns, rows).text() if rows else f"{heading}\nNo rule knows a part of it."
+    return "\n".join([*_facts(facts), "", table])
+
+
+def agreement_table(found: Agreement) -> str:
+    """Return how inferred groups and flags agree with the catalogue: counts, precision, recall, exceptions."""
+    rows = tuple(
+        (
+            kind,
+            score.label.replace("_", " "),
+            f"{score.right + score.missed}",
+            f"{score.wrong}",
+            f"{score.missed}",
+            figure(score.precision, 3),
+            figure(score.recall, 3),
+        )
+        for kind in found.scores
+        for score in (*found.scores[kind], found.total(kind))
+    )
+    columns = ("kind", "label", "carried", "wrong", "missed", "precision", "recall")
+    exact = ", ".join(f"all {kind} of {count}" for kind, count in found.exact.items())
+    differs = tuple(
+        (item.name, item.kind, item.label, "inferred" if item.inferred else "missed") for item in found.disagreements
+    )
+    scores = Table(f"{found.substances} reagents: {exact} agree", columns, rows).text()
+    return "\n\n".join(
+        [scores, Table(f"{len(differs)} disagreements", ("reagent", "kind", "label", "is"), differs).text()]
+        if differs
+        else [scores]
+    )
 
 
 def protocol_table(protocols: Iterable[Protocol]) -> str:

@@ -106,6 +106,11 @@ def by_rule(chemistry: Chemistry) -> dict[Flag, bool]:
     return {flag: _follows(flag, chemistry) for flag in FLAGS}
 
 
+def group_flags(flag: Flag) -> frozenset[str]:
+    """Return the reactive groups any of which raises a flag."""
+    return _GROUPS.get(flag, frozenset())
+
+
 def expected(asset: Asset) -> dict[Flag, bool]:
     """Return the flags that a reagent should carry: by rule, or by a listed exception."""
     if asset.chemistry is None:
@@ -129,7 +134,7 @@ def _follows(flag: Flag, chemistry: Chemistry) -> bool:
     # Statements may carry a suffix (H361d, H360FD), so the first part is compared.
     if any(code.startswith(statement) for code in chemistry.h_codes for statement in _STATEMENTS.get(flag, ())):
         return True
-    if _GROUPS.get(flag, frozenset()) & set(chemistry.groups):
+    if group_flags(flag) & set(chemistry.groups):
         return True
     if flag == "flammable":
         return chemistry.flash_point is not None and chemistry.flash_point <= FLASH_LIMIT

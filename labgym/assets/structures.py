@@ -66,8 +66,31 @@ def canonical(smiles: str) -> str:
         StructureError: no valid SMILES, or too large.
         MissingDependencyError: RDKit is not installed.
     """
-    found = molecule(smiles)
+    drawn = molecule(smiles)
     from rdkit import Chem
+
+    with _quiet():
+        return str(Chem.MolToSmiles(_standardised(drawn, smiles)))
+
+
+def standard(smiles: str) -> Any:
+    """Return the RDKit molecule of the canonical form, its atoms in the order of that spelling.
+
+    Raises:
+        StructureError: no valid SMILES, or too large.
+        MissingDependencyError: RDKit is not installed.
+    """
+    spelling = canonical(smiles)
+    from rdkit import Chem
+
+    with _quiet():
+        found = Chem.MolFromSmiles(spelling)
+    if found is None:
+        raise StructureError(f"{smiles[:60]!r} cannot be brought to a canonical form")
+    return found
+
+
+def _standardised(found: Any, smiles: str) -> Any:
     from rdkit.Chem.MolStandardize import rdMolStandardize
 
     for atom in found.GetAtoms():
@@ -76,10 +99,9 @@ def canonical(smiles: str) -> str:
     with _quiet():
         try:
             found = rdMolStandardize.MetalDisconnector().Disconnect(found)
-            found = rdMolStandardize.Normalizer().normalize(found)
+            return rdMolStandardize.Normalizer().normalize(found)
         except (ValueError, RuntimeError):
             raise StructureError(f"{smiles[:60]!r} cannot be brought to a canonical form") from None
-        return str(Chem.MolToSmiles(found))
 
 
 def same_substance(first: str, second: str) -> bool:

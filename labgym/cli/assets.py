@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from labgym.assets.forge import Annotator
 
 SMILES_SIGNS = frozenset("=#()[]@")
+MAX_SHOWN = 60
 """What stands in structures and hardly in names."""
 
 assets_app = CommandGroup("show")
@@ -150,6 +151,26 @@ def compat(first: Positional[str], second: Positional[str | None] = None) -> int
     return DONE
 
 
+@assets_app.command
+def infer(smiles: Positional[str | None] = None, agreement: bool = False) -> int:
+    """Classify a substance by its structure: reactive groups, hazards, storage; needs the extra chem.
+
+    Args:
+        smiles: The structure as SMILES, quoted.
+        agreement: Compare what the structures of the catalogue's reagents say with what it says of them.
+    """
+    from labgym.assets.inference import classify, compare, listed
+    from labgym.describe import agreement_table, inference_details
+
+    if agreement == (smiles is not None):
+        raise OptionError("give either a SMILES or --agreement")
+    if smiles is not None:
+        print(inference_details(classify(smiles)))
+    else:
+        print(agreement_table(compare(listed(Catalog.published()))))
+    return DONE
+
+
 def _reagent(catalog: Catalog, name: str) -> Asset:
     """Return the reagent of that name or SMILES, of which it is known what it reacts with."""
     try:
@@ -164,23 +185,29 @@ def _reagent(catalog: Catalog, name: str) -> Asset:
 
 
 def _by_structure(catalog: Catalog, smiles: str) -> Asset:
-    """Return the reagent that a SMILES is.
+    """Return the reagent that a SMILES is; one that is not in the catalogue is inferred, which is told.
 
     Raises:
-        UnknownNameError: no SMILES, or of no reagent; lists the nearest names.
+        UnknownNameError: no SMILES, or letters alone that name nothing; lists the nearest names.
         MissingDependencyError: it looks like a SMILES and RDKit is not installed.
     """
     from labgym.assets.structures import StructureError, reagent_of
 
-    reagents = catalog.of_kind("reagent")
+    reagents, looks_like_smiles = catalog.of_kind("reagent"), not SMILES_SIGNS.isdisjoint(smiles)
     try:
         asset = reagent_of(smiles, reagents)
     except StructureError:
-        asset = None
+        looks_like_smiles, asset = False, None
     except MissingDependencyError:
-        if not SMILES_SIGNS.isdisjoint(smiles):
+        if looks_like_smiles:
             raise
         asset = None
+    # An abbreviation that the catalogue lacks may be a SMILES by accident, as NCS is; signs tell that one is meant.
+    if asset is None and looks_like_smiles:
+        from labgym.assets.inference import infer as inferred
+
+        asset = inferred(smiles, smiles[:MAX_SHOWN])
+        print(f"labgym: {smiles[:MAX_SHOWN]} is not in the catalogue; its groups are inferred", file=sys.stderr)
     if asset is None:
         raise UnknownNameError("reagent", smiles, (reagent.name for reagent in reagents))
     return asset

@@ -1,0 +1,21 @@
+"""Reagents that the catalogue does not list, classified from their structure by substructure rules (extra `chem`)."""
+
+from labgym.assets.inference.agreement import Agreement, Disagreement, Score, compare, listed
+from labgym.assets.inference.bottle import infer
+from labgym.assets.inference.classify import Inference, classify
+from labgym.assets.inference.substructures import Reason, Substructure, Substructures, substructures
+
+__all__ = [
+    "Agreement",
+    "Disagreement",
+    "Inference",
+    "Reason",
+    "Score",
+    "Substructure",
+    "Substructures",
+    "classify",
+    "compare",
+    "infer",
+    "listed",
+    "substructures",
+]

@@ -1,0 +1,153 @@
+"""What a structure says of a substance: reactive groups, hazard flags and a storage class, each with its reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from typing import Any, Literal
+
+from labgym.assets.flags import BOILING_LIMIT, FLAGS, FLASH_LIMIT, Flag, group_flags
+from labgym.assets.inference.substructures import Reason, matches, reasons, substructures
+from labgym.assets.inference.volatility import boiling_point, burns, flash_point, molar_mass, parts
+from labgym.assets.model import StorageClass
+from labgym.assets.structures import canonical, molecule, standard
+from labgym.documents import Record
+
+State = Literal["solid", "liquid", "gas"]
+ROOM = 20.0
+"""Degrees Celsius."""
+SOLID_ABOVE = 230.0
+"""Estimated boiling point beyond which an organic substance is taken for a solid, degrees Celsius."""
+LIQUID_ATOMS = 10
+"""Heavy atoms beyond which a molecule whose boiling point cannot be estimated is taken for a solid."""
+ESTIMATED = 0.6
+"""How sure a flag is that follows from an estimated boiling or flash point."""
+_KEPT_COLD = ("organic_peroxide", "azo")
+_GASES = ("[He,Ne,Ar,Kr,Xe,Rn]", "[H][H]", "N#N", "O=O", "[F,Cl;X1]-[F,Cl;X1]", "[NH3;D0]", "O=C=O", "[C-]#[O+]")
+_SOLIDS = ("[CX3;!H1](=O)[NH2]", "[nH]1cncc1", "[nH]1nncc1", "[nH]1nnnc1", "[nH]1cccn1")
+"""Primary amides and azoles, which hydrogen bonds make solid however small they are."""
+
+
+class Inference(Record):
+    """A classification of a structure; nothing in it was measured.
+
+    Attributes:
+        smiles: canonical. formula: in Hill order, all parts together. molar_mass: g/mol.
+        state: proposed. boiling_point, flash_point: estimates in degrees Celsius, None where the method has no groups.
+        groups: reactive groups with the reasons for each. flags: those that are raised, with the reasons.
+        storage_class: proposed, for storage_reason.
+    """
+
+    smiles: str
+    formula: str
+    molar_mass: float
+    state: State
+    boiling_point: float | None
+    flash_point: float | None
+    groups: dict[str, tuple[Reason, ...]]
+    flags: dict[Flag, tuple[Reason, ...]]
+    storage_class: StorageClass
+    storage_reason: str
+
+
+def classify(smiles: str) -> Inference:
+    """Return what the structure says of a substance; every spelling of it gives the same.
+
+    Raises:
+        StructureError: no valid SMILES, or too large.
+        MissingDependencyError: RDKit is not installed.
+    """
+    drawn, found = molecule(smiles), standard(smiles)
+    from rdkit.Chem import rdMolDescriptors
+
+    groups = _gathered(reasons(found, substructures().groups))
+    boiling = boiling_point(found)
+    state = _state(found, boiling, groups)
+    flags = _flags(found, groups, boiling, state)
+    storage, why = _storage(groups, flags, state)
+    return Inference(
+        smiles=canonical(smiles),
+        formula=str(rdMolDescriptors.CalcMolFormula(drawn)),
+        molar_mass=round(molar_mass(drawn), 2),
+        state=state,
+        boiling_point=boiling,
+        flash_point=flash_point(boiling) if boiling is not None and burns(found) else None,
+        groups=groups,
+        flags=flags,
+        storage_class=storage,
+        storage_reason=why,
+    )
+
+
+def _gathered(given: Iterable[tuple[str, Reason]]) -> dict[str, tuple[Reason, ...]]:
+    found: dict[str, tuple[Reason, ...]] = {}
+    for name, reason in given:
+        found[name] = (*found.get(name, ()), reason)
+    return found
+
+
+def _state(found: Any, boiling: float | None, groups: Collection[str]) -> State:
+    if "aqueous" in groups:
+        return "liquid"
+    if parts(found) > 1 or any(matches(found, smarts) for smarts in _SOLIDS):
+        return "solid"
+    if any(matches(found, smarts) for smarts in _GASES):
+        return "gas"
+    if boiling is None:
+        element = found.GetNumAtoms() == 1 and not found.GetAtomWithIdx(0).GetTotalNumHs()
+        return "solid" if element or found.GetNumAtoms() > LIQUID_ATOMS else "liquid"
+    return "gas" if boiling < ROOM else "liquid" if boiling <= SOLID_ABOVE else "solid"
+
+
+def _flags(
+    found: Any, groups: dict[str, tuple[Reason, ...]], boiling: float | None, state: State
+) -> dict[Flag, tuple[Reason, ...]]:
+    raised = _gathered(reasons(found, substructures().flags))
+    result: dict[Flag, tuple[Reason, ...]] = {}
+    for flag in FLAGS:
+        why = [*_of_groups(flag, groups), *raised.get(flag, ())]
+        if boiling is not None and "inert" not in groups and flag in ("flammable", "volatile_or_toxic"):
+            why += _of_volatility(flag, found, boiling, state)
+        if why:
+            result[flag] = tuple(why)
+    return result
+
+
+def _of_groups(flag: Flag, groups: dict[str, tuple[Reason, ...]]) -> list[Reason]:
+    return [
+        Reason(why=f"reactive group {name}", confidence=max(reason.confidence for reason in groups[name]))
+        for name in groups
+        if name in group_flags(flag)
+    ]
+
+
+def _of_volatility(flag: Flag, found: Any, boiling: float, state: State) -> list[Reason]:
+    if flag == "volatile_or_toxic":
+        said = f"boils near {boiling:.0f} C by estimate, at most {BOILING_LIMIT:.0f} C counts as volatile"
+        return [Reason(why=said, confidence=ESTIMATED)] if state != "solid" and boiling <= BOILING_LIMIT else []
+    flash = flash_point(boiling)
+    if state == "solid" or flash > FLASH_LIMIT or not burns(found):
+        return []
+    said = f"flash point near {flash:.0f} C by estimate, at most {FLASH_LIMIT:.0f} C counts as flammable"
+    return [Reason(why=said, confidence=ESTIMATED)]
+
+
+def _storage(
+    groups: dict[str, tuple[Reason, ...]], flags: dict[Flag, tuple[Reason, ...]], state: State
+) -> tuple[StorageClass, str]:
+    """Return the first storage class whose condition holds, the worse hazard first."""
+    cold = "explosive" in flags and any(name in groups for name in _KEPT_COLD)
+    choices: tuple[tuple[bool, StorageClass, str], ...] = (
+        (state == "gas", "Gas", "a gas"),
+        (cold, "Refrigerator", "decomposes with heat"),
+        ("cyanide" in groups or "azide" in groups, "Toxic", "acid frees a poisonous gas"),
+        ("oxidizer" in flags, "Oxidizer", "oxidises what burns"),
+        ("water_reactive" in flags, "WaterReactive", "reacts with water"),
+        ("flammable" in flags, "Flammable", "burns"),
+        ("acid" in flags and (state == "liquid" or "strong_acid" in groups), "Acid", "a liquid or strong acid"),
+        ("base" in flags, "Base", "a base"),
+        ("volatile_or_toxic" in flags, "Toxic", "volatile or poisonous"),
+    )
+    for holds, storage, why in choices:
+        if holds:
+            return storage, why
+    return "General", "no flag asks for a cabinet of its own"
