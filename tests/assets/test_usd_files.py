@@ -131,9 +131,28 @@ def test_hazards_and_chemistry_are_custom_attributes_with_documentation():
     assert all(attribute.GetDocumentation() for attribute in custom)
 
 
+def test_specifications_are_custom_attributes_with_their_units():
+    names = ("MagneticHotplateStirrer", "FumeHood", "SinkBench", "UVCabinet", "ToxicCabinet")
+    stages = {name: opened(CATALOG.get(name)) for name in (*names, "GasCylinderCabinet", "FireExtinguisher", "Beaker")}
+
+    def said(name, spec):
+        return stages[name].GetDefaultPrim().GetAttribute(f"labgym:specs:{spec}")
+
+    assert tuple(said("MagneticHotplateStirrer", "rotation_rpm").Get()) == (50.0, 1500.0)
+    assert said("MagneticHotplateStirrer", "rotation_rpm").GetDocumentation().endswith("Unit: rpm.")
+    assert said("FumeHood", "face_velocity_m_s").Get() == 0.5
+    assert tuple(said("SinkBench", "bowl_m").Get()) == (0.45, 0.4, 0.3)
+    assert tuple(said("UVCabinet", "lines_nm").Get()) == (254.0, 365.0)
+    assert tuple(said("ToxicCabinet", "features").Get()) == ("ventilated", "lockable")
+    assert said("GasCylinderCabinet", "fire_rating_min").Get() == 30
+    assert said("FireExtinguisher", "agent").Get() == "ABC"
+    assert not said("Beaker", "rotation_rpm").IsValid()
+
+
 def test_every_custom_attribute_is_in_the_documentation():
     page = (Path(__file__).parents[2] / "docs" / "assets.md").read_text(encoding="utf-8")
-    missing = [attribute.full_name for attribute in ATTRIBUTES if f"`{attribute.full_name}`" not in page]
+    names = [attribute.full_name.removeprefix("labgym:specs:") for attribute in ATTRIBUTES]
+    missing = [name for name in names if f"`{name}`" not in page]
     assert missing == []
 
 

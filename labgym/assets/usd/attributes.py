@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from labgym.assets.model import Asset, Hazards
+from labgym.assets.specs import Specifications, quantity
 
 NAMESPACE = "labgym"
 
@@ -57,6 +58,29 @@ def _chemical(name: str, field: str, type_name: str, meaning: str) -> Attribute:
     return Attribute(f"chemistry:{name}", type_name, meaning, value)
 
 
+_PAIRS = [name for name, field in Specifications.model_fields.items() if "tuple[" in str(field.annotation)]
+_SPEC_TYPES = {
+    **dict.fromkeys(_PAIRS, "double2"),
+    "bowl_m": "double3",
+    "lines_nm": "double[]",
+    "features": "token[]",
+    **dict.fromkeys(("places", "pieces", "fire_rating_min"), "int"),
+    **dict.fromkeys(("agent", "nfpa_special"), "token"),
+    **dict.fromkeys(("joint", "container", "notes"), "string"),
+}
+"""USD type of the specifications that are no plain number."""
+
+
+def _specification(name: str) -> Attribute:
+    field, unit = Specifications.model_fields[name], quantity(name)[1]
+    meaning = f"{field.description} Unit: {unit}." if unit else str(field.description)
+
+    def value(asset: Asset) -> Any:
+        return dict(asset.specs.given()).get(name)
+
+    return Attribute(f"specs:{name}", _SPEC_TYPES.get(name, "double"), meaning, value)
+
+
 ATTRIBUTES: tuple[Attribute, ...] = (
     Attribute("name", "string", "Canonical name in the catalogue.", lambda asset: asset.name),
     Attribute("kind", "token", "reagent, instrument or facility.", lambda asset: asset.kind),
@@ -90,13 +114,14 @@ ATTRIBUTES: tuple[Attribute, ...] = (
     _chemical("hCodes", "h_codes", "string[]", "GHS hazard statements."),
     _chemical("groups", "groups", "string[]", "Reactivity groups."),
     _chemical("storageClass", "storage_class", "token", "Kind of cabinet that it is kept in."),
+    *(_specification(name) for name in Specifications.model_fields),
 )
 """Every custom attribute, in the order of the file."""
 
 
 def write_attributes(prim: Any, asset: Asset) -> None:
     """Author the custom attributes that an asset has on its root prim, with their documentation."""
-    from pxr import Gf, Sdf
+    from pxr import Gf, Sdf, Vt
 
     for attribute in ATTRIBUTES:
         value = attribute.value(asset)
@@ -104,5 +129,7 @@ def write_attributes(prim: Any, asset: Asset) -> None:
             continue
         type_name = Sdf.ValueTypeNames.Find(attribute.type_name)
         made = prim.CreateAttribute(attribute.full_name, type_name, True, Sdf.VariabilityUniform)
-        made.Set(Gf.Vec3d(*value) if attribute.type_name == "double3" else value)
+        # Two numbers would be taken for a vector whatever the type.
+        exact = {"double2": Gf.Vec2d, "double3": Gf.Vec3d, "double[]": Vt.DoubleArray}.get(attribute.type_name)
+        made.Set(exact(value) if exact is not None else value)
         made.SetDocumentation(attribute.meaning)
