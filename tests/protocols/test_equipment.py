@@ -401,6 +401,17 @@ CASES: dict[str, tuple[str, int, str, Protocol, Protocol]] = {
         made({"Toluene": "200 mL"}, CHARGE, step("Heat", BATH, 80)),
         made({"Toluene": "200 mL"}, CHARGE, step("Stir", FLASK, 22)),
     ),
+    "chromatographs too heavy for a trolley": (
+        "bench-load",
+        2,
+        "GCMS",
+        made(
+            {},
+            step("Analyze", "LiquidChromatograph", place="MobileBench"),
+            step("Analyze", "GCMS", place="MobileBench"),
+        ),
+        made({}, step("Analyze", "GCMS", place="MobileBench"), step("Analyze", "GCMS", place="MobileBench")),
+    ),
     "a pinch on a coarse balance": (
         "balance-range",
         1,

@@ -1,9 +1,10 @@
-"""Pumps, stirrers, lamps and balances do what the steps ask of them."""
+"""Pumps, stirrers, lamps, balances and benches do what the steps ask of them."""
 
 from __future__ import annotations
 
 import operator
 import re
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -158,6 +159,24 @@ def balances_weigh_what_they_get(case: Case) -> Iterator[Finding]:
                     yield Finding("balance-range", situation.step.index, message, _balance(case, mass), "advice")
 
 
+def benches_carry_their_load(case: Case) -> Iterator[Finding]:
+    """The instruments that the steps at a bench use are no heavier than its top carries."""
+    loads: dict[str, dict[str, float]] = defaultdict(dict)
+    for situation in case.situations:
+        place = situation.place
+        if place is None or place.specs.load_kg is None:
+            continue
+        load = loads[place.name]
+        before = sum(load.values())
+        load |= {asset.name: asset.mass for asset in situation.devices if asset.placing == "desktop"}
+        after, most = sum(load.values()), place.specs.load_kg
+        if before <= most < after:
+            heaviest = max(load, key=lambda name: load[name])
+            message = f"by step {situation.step.index} {place.name} carries {after:.0f} kg, its top takes {most:g} kg"
+            suggestion = f"use {heaviest} ({load[heaviest]:g} kg) at another bench"
+            yield Finding("bench-load", situation.step.index, message, suggestion, "advice")
+
+
 def _stated_mbar(text: str) -> float | None:
     stated = _PRESSURE.search(text)
     return float(stated[1]) * _MBAR[re.sub(r"\s", "", stated[2].lower())] if stated else None
@@ -181,4 +200,5 @@ RULES = (
     settings_are_reached,
     stirrers_move_the_batch,
     balances_weigh_what_they_get,
+    benches_carry_their_load,
 )
