@@ -15,6 +15,7 @@ from pathlib import Path
 from labgym.assets import AssetFile
 from labgym.assets.forge import Annotation
 from labgym.assets.inference import Substructures
+from labgym.assets.lookalikes import Lookalikes
 from labgym.assets.reactivity import Reactivity
 from labgym.documents import Document, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
@@ -41,6 +42,7 @@ BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
 DOCUMENTS: tuple[type[Document], ...] = (
     AssetFile,
     Annotation,
+    Lookalikes,
     Reactivity,
     Substructures,
     Protocol,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from labgym.assets import Asset, Catalog, incompatible
+from labgym.assets import Asset, Catalog, Match, incompatible
 from labgym.assets.inference import Agreement, Inference
 from labgym.assets.reactivity import Reaction, reactions, to_avoid
 from labgym.assets.specs import quantity, spoken
@@ -125,6 +125,23 @@ def agreement_table(found: Agreement) -> str:
         if differs
         else [scores]
     )
+
+
+def match_details(match: Match, asset: Asset) -> str:
+    """Return what a search found, how, and what of the text it set aside."""
+    how = {
+        "name": "exact name" if match.form == asset.name else f"name {match.form}, of the size that is asked",
+        "synonym": f'synonym "{match.form}"',
+        "fuzzy": f'fuzzy, nearest to "{match.form}", score {match.score:.2f}',
+    }
+    facts = [("found by", how[match.how]), ("set aside", ", ".join(match.aside)), ("note", match.note)]
+    return "\n".join([f"{asset.name} ({asset.kind}, {asset.category})", asset.description, "", *_facts(facts)])
+
+
+def match_table(matches: Sequence[Match]) -> str:
+    """Return one line an asset that is near to a text: name, score and the form that is nearest."""
+    rows = tuple((match.name, f"{match.score:.2f}", match.form) for match in matches)
+    return Table(f"{len(rows)} candidates", ("name", "score", "nearest form"), rows).text()
 
 
 def protocol_table(protocols: Iterable[Protocol]) -> str:

@@ -16,10 +16,19 @@ class LabgymError(Exception):
 
 
 class UnknownNameError(LabgymError, KeyError):
-    """A name that does not exist, with the names that do."""
+    """A name that does not exist, with the names that do.
 
-    def __init__(self, kind: str, given: object, available: Iterable[str]) -> None:
+    Args:
+        near: the nearest names, each as it is to be shown, where a search knows better than spelling.
+    """
+
+    def __init__(self, kind: str, given: object, available: Iterable[str], near: Sequence[str] | None = None) -> None:
         names = sorted(available)
+        if near is not None:
+            hint = f"nearest are {', '.join(near)}" if near else "nothing is near"
+            self.message = f"{kind} {str(given)[:80]!r} not found, {hint}; {len(names)} in all"
+            super().__init__(self.message)
+            return
         near = get_close_matches(str(given), names, n=3, cutoff=0.5)
         hint = f"nearest: {', '.join(near)}; " if near else ""
         shown = ", ".join(names[:40]) + (f", ... ({len(names)} in all)" if len(names) > 40 else "")

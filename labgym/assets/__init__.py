@@ -16,6 +16,7 @@ from labgym.assets.model import (
     StorageClass,
     Surface,
 )
+from labgym.assets.search import Match
 from labgym.assets.specs import Specifications
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "Hazards",
     "HeatClass",
     "Kind",
+    "Match",
     "Placing",
     "Shape",
     "Size",

@@ -13,7 +13,7 @@ from pydantic import Field
 from labgym.artefacts import artefacts
 from labgym.assets.archive import SHAPE, find_geometry
 from labgym.assets.model import Asset, Kind
-from labgym.assets.search import SynonymIndex
+from labgym.assets.search import Match, SynonymIndex
 from labgym.assets.sizes import size_problem
 from labgym.documents import Document
 from labgym.errors import DocumentError, UnknownNameError
@@ -115,6 +115,14 @@ class Catalog:
         if name is None:
             raise UnknownNameError("asset", text, self._by_name)
         return self._by_name[name]
+
+    def match(self, text: str) -> Match | None:
+        """Return the asset that a free text names and how it was found, or None where `find` would refuse."""
+        return self._index.match(text)
+
+    def candidates(self, text: str, count: int = 5) -> tuple[Match, ...]:
+        """Return the assets whose names or synonyms are spelt most like a text, best first, with their scores."""
+        return self._index.candidates(text, count)
 
     def nearest(self, text: str, count: int = 5) -> tuple[str, ...]:
         """Return the canonical names whose names or synonyms are spelt most like a text, best first."""

@@ -4,29 +4,28 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
-from difflib import SequenceMatcher, get_close_matches
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from typing import Literal
 
+from labgym.assets import remarks
 from labgym.assets.archive import SHAPE
+from labgym.assets.lookalikes import lookalikes
 from labgym.assets.model import Asset
+from labgym.assets.spelling import MAX_SLIPS, MIN_LENGTH, edits, same_substance, similarity, slips
 
 MAX_QUERY = 200
-MIN_FUZZY_LENGTH = 5
-FUZZY = 0.82
-"""Least similarity (difflib ratio) at which a misspelling counts as the name of an instrument or facility."""
-FUZZY_CHEMICAL = 0.92
-"""The same for a reagent: one letter in seven or more, since one letter more often makes another substance."""
-AMBIGUOUS = 0.03
-"""A second asset within this ratio of the best makes a fuzzy match ambiguous."""
+NEAR = 0.4
+"""Least similarity at which an asset is listed as near to a text."""
 
 _SPELLINGS = str.maketrans({"α": "alpha", "β": "beta", "γ": "gamma", "μ": "u", "µ": "u"})
 _VARIANTS = (("sulph", "sulf"), ("aluminium", "aluminum"), ("caesium", "cesium"))
 _SEPARATORS = re.compile(r"[\W_]+")
-_MORPHEMES = re.compile(
-    r"meth|eth|prop|but|pent|hex|hept|oct|phen|benz|chlor|brom|iod|fluor|cyclo|iso|tert|mono|di|tri|tetra|"
-    r"oyl|yl|ate|ite|ide|ine|amine|amide|ol|al|one|ane|ene|iii|ii|iv|\d+"
-)
-"""Parts of chemical names that must be the same on both sides: nitrite is no misspelling of nitrate."""
+_WORD = re.compile(r"[a-z]{4}")
+"""What a name has and a formula or abbreviation has not: TBDPSCl is no misspelling of TBDMSCl."""
+_FAMILY = re.compile(r"^Large|\d+$")
+"""What sets an asset's name apart from those of other sizes."""
 
 
 def normalise(text: str) -> str:
@@ -51,6 +50,27 @@ def surface_forms(asset: Asset) -> tuple[str, ...]:
     return (asset.name, *asset.synonyms_en, *asset.synonyms_zh, *identifiers)
 
 
+@dataclass(frozen=True)
+class Match:
+    """An asset that a text means.
+
+    Attributes:
+        name: canonical.
+        form: the name, synonym or CAS number that matched, as the catalogue writes it.
+        how: "name", "synonym" or "fuzzy".
+        score: similarity of form and text, 1 unless fuzzy.
+        aside: what the text says beside the name, such as "1 M", "anhydrous" or "2 L".
+        note: where the text gives a size that the asset has not, what it has; else "".
+    """
+
+    name: str
+    form: str
+    how: Literal["name", "synonym", "fuzzy"]
+    score: float
+    aside: tuple[str, ...] = ()
+    note: str = ""
+
+
 class SynonymIndex:
     """Canonical names by normalised surface form.
 
@@ -59,50 +79,125 @@ class SynonymIndex:
 
     def __init__(self, assets: Iterable[Asset]) -> None:
         ordered = sorted(assets, key=lambda asset: (not asset.core, asset.name))
-        self._reagents = {asset.name for asset in ordered if asset.kind == "reagent"}
-        self._forms: dict[str, str] = {}
+        self._assets = {asset.name: asset for asset in ordered}
+        self._forms: dict[str, tuple[str, str]] = {}
         for asset in ordered:
-            self._forms.setdefault(normalise(asset.name), asset.name)
-        for asset in ordered:
-            for form in surface_forms(asset):
-                self._forms.setdefault(normalise(form), asset.name)
+            self._forms.setdefault(normalise(asset.name), (asset.name, asset.name))
+        for forms in (surface_forms, _without_remark):
+            for asset in ordered:
+                for form in forms(asset):
+                    self._forms.setdefault(normalise(form), (asset.name, form))
+
+        self._signatures = tuple((form, _letters(form)) for form in self._forms if len(form) >= MIN_LENGTH)
 
     def lookup(self, text: str) -> str | None:
         """Return the canonical name that a text means, or None where nothing or no single asset is near."""
-        query = normalise(text)
-        for form in (query, *_singulars(query)):
-            if form in self._forms:
-                return self._forms[form]
-        return self._fuzzy(query) if len(query) >= MIN_FUZZY_LENGTH else None
+        found = self.match(text)
+        return None if found is None else found.name
+
+    def match(self, text: str) -> Match | None:
+        """Return the asset that a text means and how it was found, or None where nothing or no single asset is near.
+
+        A name, synonym or CAS number comes first, then one beside an amount, a size, a concentration or a grade, then
+        one that is misspelt. Of assets that differ in size the one of the size that the text gives is taken.
+        """
+        if len(text) > MAX_QUERY:
+            return None
+        size, sizeless = remarks.measure(text)
+        amounts, grades = remarks.of_substance(text)
+        found = self._exact(text)
+        if found is None and size is not None:
+            found = self._equipment(self._exact(sizeless))
+        if found is None:
+            found = self._reagent(amounts, self._exact) or self._reagent(grades, self._exact)
+        if found is None:
+            found = self._equipment(self._misspelt(sizeless)) or self._reagent(grades, self._misspelt)
+        if found is None or size is None or self._assets[found.name].kind == "reagent":
+            return found
+        return self._sized(found, size)
+
+    def candidates(self, text: str, count: int = 5) -> tuple[Match, ...]:
+        """Return the assets whose names or synonyms are spelt most like a text, best first, each with its score."""
+        best: dict[str, Match] = {}
+        for query in {normalise(text), normalise(remarks.of_substance(text[:MAX_QUERY])[1].rest)}:
+            for form in get_close_matches(query, self._forms, n=3 * count, cutoff=NEAR):
+                name, written = self._forms[form]
+                score = similarity(form, query)
+                if name not in best or best[name].score < score:
+                    best[name] = Match(name, written, "fuzzy", score)
+        return tuple(sorted(best.values(), key=lambda match: (-match.score, match.name))[:count])
 
     def nearest(self, text: str, count: int = 5) -> tuple[str, ...]:
         """Return the canonical names whose surface forms are nearest to a text, best first."""
-        forms = get_close_matches(normalise(text), self._forms, n=3 * count, cutoff=0.4)
-        return tuple(dict.fromkeys(self._forms[form] for form in forms))[:count]
+        return tuple(match.name for match in self.candidates(text, count))
 
-    def _fuzzy(self, query: str) -> str | None:
-        best: dict[str, float] = {}
-        for form in get_close_matches(query, self._forms, n=8, cutoff=FUZZY):
-            name = self._forms[form]
-            if name not in self._reagents or _same_substance(form, query):
-                best[name] = max(best.get(name, 0.0), _ratio(form, query))
-        ranked = sorted(best.items(), key=lambda item: (-item[1], item[0]))
-        if not ranked or (len(ranked) > 1 and ranked[0][1] - ranked[1][1] < AMBIGUOUS):
+    def _exact(self, text: str) -> Match | None:
+        query = normalise(text)
+        for form in (query, *_singulars(query)):
+            if form in self._forms:
+                name, written = self._forms[form]
+                # A plural of a formula is another formula: H2S is not several H2.
+                if form == query or self._assets[name].kind != "reagent" or (len(form) >= 5 and form.isalpha()):
+                    return Match(name, written, "name" if form == normalise(name) else "synonym", 1.0)
+        return None
+
+    def _misspelt(self, text: str) -> Match | None:
+        query = normalise(text)
+        near: dict[str, tuple[int, float, str]] = {}
+        letters = _letters(query)
+        for form, signature in self._signatures:
+            if abs(len(form) - len(query)) > MAX_SLIPS or (letters ^ signature).bit_count() > 2 * MAX_SLIPS:
+                continue
+            name, _ = self._forms[form]
+            count = slips(form, query)
+            if count is not None:
+                near[name] = min(near.get(name, (9, 0.0, "")), (count, -similarity(form, query), form))
+        ranked = sorted((count, score, name, form) for name, (count, score, form) in near.items())
+        if not ranked or (len(ranked) > 1 and ranked[0][0] == ranked[1][0]):
             return None
-        return ranked[0][0]
+        _, score, name, form = ranked[0]
+        written = self._forms[form][1]
+        if self._assets[name].kind == "reagent" and not self._only_misspells(query, form, written):
+            return None
+        return Match(name, written, "fuzzy", -score)
+
+    @staticmethod
+    def _only_misspells(query: str, form: str, written: str) -> bool:
+        if _WORD.search(written) is None or not same_substance(form, query):
+            return False
+        return all(edits(normalise(other), query, 1) > 1 for other in lookalikes())
+
+    def _equipment(self, found: Match | None) -> Match | None:
+        return None if found is None or self._assets[found.name].kind == "reagent" else found
+
+    def _reagent(self, reading: remarks.Reading, look: Callable[[str], Match | None]) -> Match | None:
+        found = look(reading.rest)
+        if found is None or self._assets[found.name].kind != "reagent":
+            return None
+        if reading.without_water and found.name in remarks.AQUEOUS:
+            return None
+        return replace(found, aside=reading.aside)
+
+    def _sized(self, found: Match, size: remarks.Measure) -> Match:
+        asset, stem = self._assets[found.name], _FAMILY.sub("", found.name)
+        family = [other for name, other in self._assets.items() if _FAMILY.sub("", name) == stem]
+        chosen = remarks.of_size([asset, *(other for other in family if other.subtype == asset.subtype)], size)
+        return replace(found, name=chosen.name, aside=(size.written,), note=remarks.difference(chosen, size))
 
 
-def _ratio(form: str, query: str) -> float:
-    return SequenceMatcher(None, form, query).ratio()
+def _letters(form: str) -> int:
+    """Return the set of a text's characters as bits; a slip changes two at most, so it rules most forms out fast."""
+    bits = 0
+    for char in form:
+        bits |= 1 << (ord(char) % 64)
+    return bits
 
 
-def _same_substance(form: str, query: str) -> bool:
-    """Say whether two spellings of a chemical name differ by no more than a slip of the pen."""
-    return (
-        form[0] == query[0]
-        and _MORPHEMES.findall(form) == _MORPHEMES.findall(query)
-        and _ratio(form, query) >= FUZZY_CHEMICAL
-    )
+def _without_remark(asset: Asset) -> Iterator[str]:
+    """Yield "hydrochloric acid" for a reagent listed as "hydrochloric acid (37%)", "三氯化铝" for "无水三氯化铝"."""
+    if asset.kind == "reagent":
+        yield from (form.partition(" (")[0] for form in asset.synonyms_en if form.endswith(")") and " (" in form)
+        yield from (form.removeprefix("无水") for form in asset.synonyms_zh if form.startswith("无水"))
 
 
 def _singulars(query: str) -> tuple[str, ...]:

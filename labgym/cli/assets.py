@@ -171,6 +171,33 @@ def infer(smiles: Positional[str | None] = None, agreement: bool = False) -> int
     return DONE
 
 
+@assets_app.command
+def find(text: Positional[str], count: int = 0) -> int:
+    """Find the asset that a text means and say how; exit 2 where nothing is near enough.
+
+    Exact names come first, then synonyms and CAS numbers, in English and Chinese, then misspellings, of reagents only
+    those that cannot be another substance. Sizes, concentrations and grades may stand beside the name.
+
+    Args:
+        text: What you would write: "rbf 250 ml", "旋蒸", "conc. HCl", 67-64-1.
+        count: List this many assets that are spelt most like the text instead.
+    """
+    from labgym.describe import match_details, match_table
+
+    if not 0 <= count <= 50:
+        raise OptionError(f"count is {count}, expected 0 to 50")
+    catalog = Catalog.load()
+    near = catalog.candidates(text, count or 3)
+    if count and near:
+        print(match_table(near))
+        return DONE
+    match = catalog.match(text)
+    if match is None:
+        raise UnknownNameError("asset", text, catalog.names, [f"{item.name} ({item.score:.2f})" for item in near])
+    print(match_details(match, catalog.get(match.name)))
+    return DONE
+
+
 def _reagent(catalog: Catalog, name: str) -> Asset:
     """Return the reagent of that name or SMILES, of which it is known what it reacts with."""
     try:
