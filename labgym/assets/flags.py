@@ -6,6 +6,7 @@ reactive groups. Where judgement says otherwise, `flag_exceptions.json` names th
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import ClassVar, Literal, get_args
 
@@ -31,50 +32,60 @@ FLASH_LIMIT = 60.0
 BOILING_LIMIT = 100.0
 """Liquids that boil at or below this count as volatile, degrees Celsius; water does not."""
 
-_STATEMENTS: dict[Flag, tuple[str, ...]] = {
-    "flammable": (
-        "H220",
-        "H221",
-        "H222",
-        "H223",
-        "H224",
-        "H225",
-        "H226",
-        "H227",
-        "H228",
-        "H250",
-        "H251",
-        "H252",
-        "H260",
-    ),
-    "explosive": ("H200", "H201", "H202", "H203", "H204", "H205", "H240", "H241", "H242"),
-    "volatile_or_toxic": (
-        *("H300", "H301", "H310", "H311", "H330", "H331", "H340", "H350", "H351", "H360", "H361", "H370", "H372"),
-        "EUH029",
-    ),
-    "oxidizer": ("H270", "H271", "H272"),
-    "water_reactive": ("H260", "H261", "EUH014"),
-    "peroxide_former": ("EUH019",),
-}
-_GROUPS: dict[Flag, frozenset[str]] = {
-    "acid": frozenset({"strong_acid", "oxidizing_acid", "carboxylic_acid", "weak_acid", "lewis_acid"}),
-    "base": frozenset(
-        {
-            "strong_base",
-            "weak_base",
-            "amine",
-            "ammonia",
-            "carbonate",
-            "basic_salt",
-            "sulfide",
-            "cyanide",
-            "hypochlorite",
-        }
-    ),
-    "oxidizer": frozenset({"strong_oxidizer", "organic_peroxide", "nitrate_nitrite"}),
-    "active_metal": frozenset({"alkali_metal", "metal_powder"}),
-    "water_reactive": frozenset({"acyl_halide", "chlorosilane"}),
-}
+
+@dataclass(frozen=True)
+class Clause:
+    """A way to a flag: what a reagent must have, all that is given at once.
+
+    Attributes:
+        statements: any of these hazard statements. groups: any of these reactive groups.
+        also: and any of these hazard statements. states: in one of these states.
+    """
+
+    flag: Flag
+    statements: tuple[str, ...] = ()
+    groups: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
+    states: tuple[str, ...] = ("solid", "liquid", "gas")
+
+    def holds(self, chemistry: Chemistry) -> bool:
+        """Say whether a reagent has all of it."""
+        return (
+            chemistry.state in self.states
+            and (not self.groups or any(name in self.groups for name in chemistry.groups))
+            and all(_states(chemistry, codes) for codes in (self.statements, self.also) if codes)
+        )
+
+
+FLUID = ("liquid", "gas")
+CORROSIVE = ("H290", "H314")
+CLAUSES: tuple[Clause, ...] = (
+    # Gases, liquids and solids that burn, and those of which the GHS says that heat sets them on fire.
+    Clause("flammable", ("H220", "H221", "H222", "H223", "H224", "H225", "H226", "H227", "H228")),
+    Clause("flammable", ("H203", "H241", "H242", "H250", "H251", "H252", "H260")),
+    Clause("explosive", ("H200", "H201", "H202", "H203", "H204", "H205", "H240", "H241", "H242")),
+    Clause("explosive", groups=("azide",)),
+    # Acute poisons and proven carcinogens in any state; what is suspected or harms in the long run where it evaporates.
+    Clause("volatile_or_toxic", ("H300", "H301", "H310", "H311", "H330", "H331", "H340", "H350", "H360", "EUH029")),
+    Clause("volatile_or_toxic", ("H351", "H361", "H370", "H372"), states=FLUID),
+    # A flash point below 23 C is a vapour that can be lit at room temperature.
+    Clause("volatile_or_toxic", ("H224", "H225"), states=("liquid",)),
+    Clause("volatile_or_toxic", ("H314",), also=("H332", "H335"), states=("liquid",)),
+    Clause("acid", groups=("strong_acid", "oxidizing_acid", "carboxylic_acid", "lewis_acid")),
+    Clause("acid", CORROSIVE, groups=("weak_acid", "acidic_salt", "phenol")),
+    Clause("base", groups=("strong_base", "weak_base", "amine", "ammonia", "carbonate", "sulfide", "cyanide")),
+    Clause("base", groups=("hypochlorite", "organometallic")),
+    Clause("base", ("H314", "H315", "H318", "H319"), groups=("basic_salt",)),
+    Clause("base", CORROSIVE, groups=("hydrazine",)),
+    Clause("base", CORROSIVE, groups=("metal_hydride",), states=("solid",)),
+    Clause("oxidizer", ("H270", "H271", "H272")),
+    Clause("oxidizer", groups=("strong_oxidizer", "organic_peroxide", "nitrate_nitrite")),
+    Clause("active_metal", groups=("alkali_metal", "metal_powder")),
+    Clause("water_reactive", ("H260", "H261", "EUH014")),
+    Clause("water_reactive", groups=("acyl_halide", "chlorosilane", "metal_hydride")),
+    Clause("peroxide_former", ("EUH019",)),
+)
+"""All ways to the flags but the limits of flash and boiling point."""
 
 
 class FlagException(Record):
@@ -107,8 +118,9 @@ def by_rule(chemistry: Chemistry) -> dict[Flag, bool]:
 
 
 def group_flags(flag: Flag) -> frozenset[str]:
-    """Return the reactive groups any of which raises a flag."""
-    return _GROUPS.get(flag, frozenset())
+    """Return the reactive groups any of which alone raises a flag."""
+    alone = (clause for clause in CLAUSES if clause.flag == flag and not (clause.statements or clause.also))
+    return frozenset(group for clause in alone for group in clause.groups)
 
 
 def expected(asset: Asset) -> dict[Flag, bool]:
@@ -130,11 +142,13 @@ def carried(asset: Asset) -> dict[Flag, bool]:
     return {flag: bool(getattr(hazards if hasattr(hazards, flag) else chemistry, flag)) for flag in FLAGS}
 
 
-def _follows(flag: Flag, chemistry: Chemistry) -> bool:
+def _states(chemistry: Chemistry, codes: tuple[str, ...]) -> bool:
     # Statements may carry a suffix (H361d, H360FD), so the first part is compared.
-    if any(code.startswith(statement) for code in chemistry.h_codes for statement in _STATEMENTS.get(flag, ())):
-        return True
-    if group_flags(flag) & set(chemistry.groups):
+    return any(given.startswith(codes) for given in chemistry.h_codes)
+
+
+def _follows(flag: Flag, chemistry: Chemistry) -> bool:
+    if any(clause.holds(chemistry) for clause in CLAUSES if clause.flag == flag):
         return True
     if flag == "flammable":
         return chemistry.flash_point is not None and chemistry.flash_point <= FLASH_LIMIT

@@ -8,6 +8,7 @@ import pytest
 
 from labgym.assets import Catalog, flags
 from labgym.assets.checks import cas_is_valid
+from labgym.assets.model import Chemistry
 
 REAGENTS = Catalog.load().of_kind("reagent")
 ids = pytest.mark.parametrize("asset", REAGENTS, ids=lambda asset: asset.name)
@@ -67,7 +68,7 @@ def test_physical_data_are_physical(asset):
 @ids
 def test_low_flash_points_and_fire_statements_mean_flammable(asset):
     chemistry = asset.chemistry
-    fire = any(re.match(r"H(22[0-8]|25[0-2]|260)", code) for code in chemistry.h_codes)
+    fire = any(re.match(r"H(203|22[0-8]|24[12]|25[0-2]|260)", code) for code in chemistry.h_codes)
     burns = fire or (chemistry.flash_point is not None and chemistry.flash_point <= 60)
     assert asset.hazards.flammable == burns or (asset.name, "flammable") in flags.exceptions()
 
@@ -75,11 +76,14 @@ def test_low_flash_points_and_fire_statements_mean_flammable(asset):
 @ids
 def test_poisons_and_low_boilers_mean_volatile_or_toxic(asset):
     chemistry = asset.chemistry
-    poison = any(
-        re.match(r"(H(300|301|310|311|330|331|340|350|351|360|361|370|372)|EUH029)", code) for code in chemistry.h_codes
-    )
+    codes = " ".join(chemistry.h_codes)
+    poison = re.search(r"\bH(300|301|310|311|330|331|340|350|360)|EUH029", codes) is not None
+    liquid = chemistry.state == "liquid"
+    chronic = chemistry.state != "solid" and re.search(r"\bH(351|361|370|372)", codes) is not None
+    vapour = liquid and (re.search(r"\bH22[45]", codes) is not None or {"H314", "H332"} <= set(chemistry.h_codes))
+    fumes = liquid and {"H314", "H335"} <= set(chemistry.h_codes)
     boils = chemistry.state == "liquid" and chemistry.boiling_point is not None and chemistry.boiling_point <= 100
-    expected = poison or (boils and asset.name != "DeionizedWater")
+    expected = poison or chronic or vapour or fumes or (boils and asset.name != "DeionizedWater")
     assert asset.hazards.volatile_or_toxic == expected or (asset.name, "volatile_or_toxic") in flags.exceptions()
 
 
@@ -90,6 +94,41 @@ def test_statements_always_show_in_their_flag(flag, pattern):
     for asset in REAGENTS:
         if any(re.match(pattern, code) for code in asset.chemistry.h_codes):
             assert getattr(asset.hazards, flag), asset.name
+
+
+@ids
+def test_flags_follow_from_the_data_or_are_listed_as_exceptions(asset):
+    rule, carried = flags.by_rule(asset.chemistry), flags.carried(asset)
+    differ = {flag for flag in flags.FLAGS if rule[flag] != carried[flag]}
+    assert differ == {flag for name, flag in flags.exceptions() if name == asset.name}
+
+
+@ids
+def test_acid_and_base_follow_from_groups_and_corrosion(asset):
+    groups, codes = set(asset.chemistry.groups), set(asset.chemistry.h_codes)
+    corrodes = bool(codes & {"H290", "H314"})
+    acid = bool(groups & {"strong_acid", "oxidizing_acid", "carboxylic_acid", "lewis_acid"})
+    acid |= corrodes and bool(groups & {"weak_acid", "acidic_salt", "phenol"})
+    strong = {"strong_base", "weak_base", "amine", "ammonia", "carbonate", "sulfide", "cyanide", "hypochlorite"}
+    base = bool(groups & {*strong, "organometallic"})
+    base |= corrodes and bool("hydrazine" in groups or ("metal_hydride" in groups and asset.chemistry.state == "solid"))
+    base |= "basic_salt" in groups and bool(codes & {"H314", "H315", "H318", "H319"})
+    assert asset.hazards.acid == acid or (asset.name, "acid") in flags.exceptions()
+    assert asset.hazards.base == base or (asset.name, "base") in flags.exceptions()
+
+
+def test_exceptions_are_few():
+    assert len(flags.exceptions()) <= 22
+
+
+def test_a_clause_asks_for_all_that_it_names():
+    liquid = Chemistry(state="liquid", h_codes=("H314", "H361fd"), groups=("hydrazine",), storage_class="General")
+    solid = liquid.model_copy(update={"state": "solid"})
+    clause = flags.Clause("base", ("H314",), groups=("hydrazine",), also=("H361",), states=("liquid",))
+    assert clause.holds(liquid)
+    assert not clause.holds(solid)
+    assert not clause.holds(liquid.model_copy(update={"groups": ()}))
+    assert not clause.holds(liquid.model_copy(update={"h_codes": ("H314",)}))
 
 
 def test_each_exception_is_needed_and_has_a_reason():

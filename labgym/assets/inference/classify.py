@@ -21,6 +21,8 @@ LIQUID_ATOMS = 10
 """Heavy atoms beyond which a molecule whose boiling point cannot be estimated is taken for a solid."""
 ESTIMATED = 0.6
 """How sure a flag is that follows from an estimated boiling or flash point."""
+_BY_STRUCTURE = ("explosive",)
+"""Flags for which the structure says more than the group: few azides of long chains explode."""
 _KEPT_COLD = ("organic_peroxide", "azo")
 _GASES = ("[He,Ne,Ar,Kr,Xe,Rn]", "[H][H]", "N#N", "O=O", "[F,Cl;X1]-[F,Cl;X1]", "[NH3;D0]", "O=C=O", "[C-]#[O+]")
 _SOLIDS = ("[CX3;!H1](=O)[NH2]", "[nH]1cncc1", "[nH]1nncc1", "[nH]1nnnc1", "[nH]1cccn1")
@@ -104,7 +106,8 @@ def _flags(
     raised = _gathered(reasons(found, substructures().flags))
     result: dict[Flag, tuple[Reason, ...]] = {}
     for flag in FLAGS:
-        why = [*_of_groups(flag, groups), *raised.get(flag, ())]
+        grouped = _of_groups(flag, groups) if flag not in _BY_STRUCTURE else []
+        why = [*grouped, *raised.get(flag, ())]
         if boiling is not None and "inert" not in groups and flag in ("flammable", "volatile_or_toxic"):
             why += _of_volatility(flag, found, boiling, state)
         if why:
