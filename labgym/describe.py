@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from labgym.assets import Asset, Catalog, Match, incompatible
 from labgym.assets.inference import Agreement, Inference
+from labgym.assets.inference.bottle import INFERRED
 from labgym.assets.reactivity import Reaction, reactions, to_avoid
 from labgym.assets.specs import quantity, spoken
 from labgym.eval.report_model import LayoutReport
@@ -51,7 +52,7 @@ def compatibility_details(a: Asset, b: Asset) -> str:
     answers: dict[tuple[str, str], list[Reaction]] = {}
     for reaction in [item for item in found if item.rank] or found:
         answers.setdefault((reaction.cell.severity, reaction.cell.hazard), []).append(reaction)
-    lines = [f"{names}: {worst.cell.severity}"]
+    lines = [f"{names}: {worst.cell.severity}", *sorted({*_inferred(a), *_inferred(b)})]
     for (severity, hazard), alike in answers.items():
         facts = [
             (severity, hazard),
@@ -72,6 +73,7 @@ def compatibility_table(asset: Asset, others: Iterable[Asset]) -> str:
     avoided = to_avoid(asset, others)
     rows = tuple((r.cell.severity, name, r.cell.hazard, _groups(r, asset)) for name, r in avoided)
     heading = f"{asset.name} must not meet {len(rows)} reagents"
+    heading = "\n".join([heading, *_inferred(asset)])
     text = Table(heading, ("severity", "reagent", "hazard", "because"), rows).text() if rows else heading
     alone = reactions(asset, asset)[0]
     return text + (f"\n\nWith itself: {alone.cell.severity}: {alone.cell.hazard}" if alone.rank else "")
@@ -245,6 +247,14 @@ def _groups(reaction: Reaction, asset: Asset) -> str:
     """Return the other reagent's group and the asset's own."""
     sides = sorted((reaction.first, reaction.second), key=lambda side: side.asset == asset.name)
     return " with ".join(_spaced(side.group) for side in sides)
+
+
+def _inferred(asset: Asset) -> list[str]:
+    """Return a line that says how the groups of a reagent were inferred; none where they are the catalogue's."""
+    chemistry = asset.chemistry
+    if chemistry is None or not chemistry.notes.startswith(INFERRED):
+        return []
+    return [f"{asset.name} is {chemistry.smiles}, its groups {chemistry.notes.replace('_', ' ')}"]
 
 
 def _spaced(group: str) -> str:

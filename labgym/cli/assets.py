@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from labgym.assets.forge import Annotator
 
 SMILES_SIGNS = frozenset("=#()[]@")
-MAX_SHOWN = 60
 """What stands in structures and hardly in names."""
 
 assets_app = CommandGroup("show")
@@ -140,13 +139,13 @@ def compat(first: Positional[str], second: Positional[str | None] = None) -> int
     """Say what happens when two reagents meet, why, by what source, and whether layouts keep them apart.
 
     Args:
-        first: A reagent, by name, synonym or CAS number, in English or Chinese, or by SMILES (extra chem).
+        first: A reagent, by name, synonym or CAS number, in English or Chinese, or a SMILES (extra chem).
         second: The other one, which may be the same; nothing lists all that the first must not meet.
     """
     from labgym.describe import compatibility_details, compatibility_table
 
     catalog = Catalog.load()
-    given = [_reagent(catalog, name) for name in (first, second) if name is not None]
+    given = _told_apart([_reagent(catalog, name) for name in (first, second) if name is not None])
     print(compatibility_details(*given) if second is not None else compatibility_table(given[0], catalog))
     return DONE
 
@@ -207,34 +206,44 @@ def _reagent(catalog: Catalog, name: str) -> Asset:
     if asset.kind != "reagent":
         raise OptionError(f"{asset.name} is no reagent but {asset.category} ({asset.kind}); name two reagents")
     if asset.chemistry is None or not asset.chemistry.groups:
-        raise OptionError(f"{asset.name} has no reactive groups in the catalogue, so nothing can be said of it")
+        raise OptionError(f"no reactive groups of {asset.name} are known, so nothing can be said of it")
     return asset
 
 
+def _told_apart(assets: list[Asset]) -> list[Asset]:
+    """Return assets with names of their own: inferred ones have their formula's, which isomers share."""
+    structures = sorted({asset.chemistry.smiles or "" for asset in assets if asset.chemistry is not None})
+    if len({asset.name for asset in assets}) >= len(structures):
+        return assets
+    return [
+        asset.model_copy(update={"name": f"{asset.name}Isomer{structures.index(asset.chemistry.smiles or '') + 1}"})
+        for asset in assets
+        if asset.chemistry is not None
+    ]
+
+
 def _by_structure(catalog: Catalog, smiles: str) -> Asset:
-    """Return the reagent that a SMILES is; one that is not in the catalogue is inferred, which is told.
+    """Return the reagent that a SMILES is: the catalogue's, or one with groups inferred from the structure.
 
     Raises:
         UnknownNameError: no SMILES, or letters alone that name nothing; lists the nearest names.
         MissingDependencyError: it looks like a SMILES and RDKit is not installed.
     """
+    from labgym.assets import inference
     from labgym.assets.structures import StructureError, reagent_of
 
     reagents, looks_like_smiles = catalog.of_kind("reagent"), not SMILES_SIGNS.isdisjoint(smiles)
     try:
         asset = reagent_of(smiles, reagents)
+        # An abbreviation that the catalogue lacks may be a SMILES by accident, as NCS is; signs tell that one is meant.
+        if asset is None and looks_like_smiles:
+            asset = inference.infer(smiles)
     except StructureError:
-        looks_like_smiles, asset = False, None
+        asset = None
     except MissingDependencyError:
         if looks_like_smiles:
             raise
         asset = None
-    # An abbreviation that the catalogue lacks may be a SMILES by accident, as NCS is; signs tell that one is meant.
-    if asset is None and looks_like_smiles:
-        from labgym.assets.inference import infer as inferred
-
-        asset = inferred(smiles, smiles[:MAX_SHOWN])
-        print(f"labgym: {smiles[:MAX_SHOWN]} is not in the catalogue; its groups are inferred", file=sys.stderr)
     if asset is None:
         raise UnknownNameError("reagent", smiles, (reagent.name for reagent in reagents))
     return asset

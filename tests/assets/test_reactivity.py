@@ -384,6 +384,7 @@ def test_a_harmless_pair_is_answered_with_its_source_too(compat):
     assert out.startswith("Acetone and Ethanol: compatible\n")
     assert "NOAA CAMEO" in out
     assert "may put them side by side" in out
+    assert compat("celite", "molecular sieves")[1].startswith("Celite and MolecularSieves: compatible\n")
 
 
 def test_a_reagent_with_itself_is_answered(compat):
@@ -412,6 +413,31 @@ def test_a_structure_is_answered_as_the_reagent_that_it_is(compat):
     assert code == 0
     assert out == compat("acetyl chloride", "methanol")[1]
     assert out.startswith("AcetylChloride and Methanol: dangerous\n")
+
+
+def test_a_structure_that_the_catalogue_lacks_is_answered_by_its_inferred_groups(compat):
+    pytest.importorskip("rdkit")
+    code, out, _ = compat("CCC(=O)Cl", "methanol")
+    assert code == 0
+    assert out.startswith("C3H5ClO and Methanol: dangerous\n")
+    assert "C3H5ClO is CCC(=O)Cl, its groups inferred from structure: acyl halide" in out
+    assert "acyl halide (C3H5ClO) with alcohol (Methanol)" in out
+    assert compat("methanol", "ClC(=O)CC")[1] == out
+    assert "inferred" not in compat("acetyl chloride", "methanol")[1]
+    listed = compat("CCC(=O)Cl")[1]
+    assert "groups inferred from structure" in listed
+    assert "AmmoniumHydroxide" in listed
+
+
+def test_isomers_are_two_reagents_and_one_structure_is_one(compat):
+    pytest.importorskip("rdkit")
+    code, out, _ = compat("CCC(N)", "C(NC)C")
+    assert code == 0
+    assert out.startswith("C3H9NIsomer1 and C3H9NIsomer2: ")
+    assert "C3H9NIsomer1 is CCCN" in out
+    assert "C3H9NIsomer2 is CCNC" in out
+    assert compat("C(C)NC", "C(N)CC")[1] == out
+    assert compat("CCC(N)", "C(N)CC")[1].startswith("C3H9N with itself: ")
 
 
 def test_without_rdkit_a_structure_is_refused_with_the_extra_and_a_wrong_name_as_ever(compat, monkeypatch):
