@@ -14,6 +14,7 @@ from labgym.assets.catalog import forget_own
 from labgym.assets.checks import check
 from labgym.assets.forge import Described, Options, OwnAssets, annotate, mesh_files
 from labgym.assets.meshes import MeshError
+from labgym.assets.plausibility import faults
 from labgym.cli import main
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 
@@ -117,6 +118,24 @@ def test_amounts_in_a_name_are_the_volume(tmp_path, stem, name, volume):
     asset = annotate(box(tmp_path / f"{stem}.stl", (95, 95, 160))).asset
     assert asset.name == name
     assert asset.specs.volume_mL == volume
+
+
+@pytest.mark.parametrize(
+    ("stem", "extents", "shared", "own"),
+    [
+        ("hotplate", (160, 270, 85), ("heating_C", "rotation_rpm", "power_W"), "stirring_mL"),
+        ("analytical balance", (210, 350, 340), ("capacity_g", "resolution_g"), "capacity_mL"),
+        ("Beaker_250ml", (70, 70, 95), ("withstands_C", "capacity_mL"), "working_mL"),
+        ("drying oven", (570, 580, 700), ("heating_C", "power_W"), "chamber_L"),
+    ],
+)
+def test_a_device_has_the_specifications_of_its_like_but_for_those_of_size(tmp_path, stem, extents, shared, own):
+    made = annotate(box(tmp_path / f"{stem}.stl", extents))
+    like = PUBLISHED.get(made.annotation.resembles).specs
+    assert [getattr(made.asset.specs, name) for name in shared] == [getattr(like, name) for name in shared]
+    assert getattr(made.asset.specs, own) is None
+    assert made.annotation.fields["specs"].confidence <= 0.9
+    assert list(faults(made.asset)) == []
 
 
 def test_every_field_that_is_set_tells_where_it_comes_from(tmp_path):

@@ -17,6 +17,13 @@ VESSEL = "vessel"
 BULK = 300.0
 """Mass over bounding box of what is unknown, kg/m3."""
 HEAVIEST = 5000.0
+INHERITED = (
+    *("heating_C", "cooling_C", "flame_C", "rotation_rpm", "power_W", "ultimate_mbar", "water_L_min"),
+    *("capacity_g", "resolution_g", "measures_C", "features"),
+)
+"""Specifications that a device shares with the entry that it resembles, whatever its size."""
+OF_WARE = ("withstands_C",)
+"""Those that ware shares where it is of the same material."""
 _MILLILITRES = {"ml": 1.0, "l": 1000.0}
 
 
@@ -40,7 +47,7 @@ def semantic(facts: Facts) -> Draft:
     _name(facts, draft)
     _synonyms(facts, draft)
     _place(facts, draft)
-    _capacity(facts, draft)
+    _specify(facts, draft)
     draft.put("size", _rounded(facts.size), origin("measured"))
     draft.put(
         "mass",
@@ -142,14 +149,21 @@ def _place(facts: Facts, draft: Draft) -> None:
         draft.notes.append("its inside is not measured: it is solid and holds nothing")
 
 
-def _capacity(facts: Facts, draft: Draft) -> None:
+def _specify(facts: Facts, draft: Draft) -> None:
+    """What the name says it holds, and of an entry that it resembles what does not depend on size."""
+    like, given = facts.like, {}
+    source = origin("default")
+    if like is not None and like.kind != "reagent":
+        same = like.category == draft.fields["category"]
+        given = {name: value for name, value in like.specs.given() if name in INHERITED or (same and name in OF_WARE)}
+        source = origin("catalogue", f"like {like.name}", 0.6)
     found = [number_of(part) for part in telling(facts.label)]
     volumes = [value * _MILLILITRES[unit] for value, unit in filter(None, found) if unit in _MILLILITRES]
     if volumes and draft.fields["kind"] != "facility":
-        key = "pack_mL" if draft.fields["kind"] == "reagent" else "capacity_mL"
-        draft.put(
-            "specs", Specifications.model_validate({key: volumes[0]}), origin("file", f"from {facts.label!r}"[:80])
-        )
+        given["pack_mL" if draft.fields["kind"] == "reagent" else "capacity_mL"] = volumes[0]
+        source = origin("file", f"from {facts.label!r}"[:80])
+    if given:
+        draft.put("specs", Specifications.model_validate(given), source)
 
 
 def _rounded(size: Size) -> Size:
