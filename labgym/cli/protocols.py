@@ -12,7 +12,7 @@ from tyro.conf import Positional, arg
 from labgym import protocols as library
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, findings, written
-from labgym.errors import UnknownNameError
+from labgym.errors import MissingDependencyError, UnknownNameError
 from labgym.protocols import Protocol, ReactionType
 from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.importers import Format
@@ -127,7 +127,7 @@ def stage(
     Args:
         experiment: Id of an experiment.
         path: A file or folder of experiments that it is in; by default the published library.
-        type: Type of reaction, for an imported experiment that does not say.
+        type: Type of reaction, for an imported experiment that does not say; else its equation tells (extra chem).
         out: A .json file, or a folder for a file named after the protocol.
     """
     from labgym.protocols.experiments import get, read_experiments
@@ -140,8 +140,24 @@ def stage(
         if experiment not in known:
             raise UnknownNameError("experiment", experiment, known)
         chosen = known[experiment]
-    made = staged(chosen.model_copy(update={"reaction_type": type}) if type else chosen)
+    made = staged(chosen.model_copy(update={"reaction_type": type or _type_of(chosen)}))
     return written(made.save(out if out.suffix == ".json" else out / f"{made.id}.json"))
+
+
+def _type_of(experiment: Experiment) -> ReactionType | None:
+    """Return the type of an experiment; one that is proposed from its equation is told, without RDKit there is none."""
+    from labgym.protocols.experiments.reaction_types import typed
+
+    if experiment.reaction_type is not None:
+        return experiment.reaction_type
+    try:
+        proposed = typed(experiment.reaction)
+    except MissingDependencyError:
+        return None
+    if proposed is None:
+        return None
+    print(f"labgym: {experiment.id} is taken for {proposed.reaction_type}: {proposed.why}", file=sys.stderr)
+    return proposed.reaction_type
 
 
 @protocols_app.command(name="import")
