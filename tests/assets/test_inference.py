@@ -291,3 +291,26 @@ def test_compat_infers_what_the_catalogue_lacks_and_says_so(capsys: pytest.Captu
 def test_compat_takes_no_abbreviation_for_a_structure(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["assets", "compat", "NCS", "acetone"]) == 2
     assert "not found" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("smiles", "flags"),
+    [
+        ("F", {"acid", "volatile_or_toxic"}),
+        ("[C-]#[O+]", {"flammable", "volatile_or_toxic"}),
+        ("ClC(Cl)=O", {"volatile_or_toxic", "water_reactive"}),
+        ("C#N", {"volatile_or_toxic"}),
+        ("N=[N+]=[N-]", {"explosive", "volatile_or_toxic"}),
+        ("C=[N+]=[N-]", {"explosive", "volatile_or_toxic"}),
+        ("C[Hg]C", {"volatile_or_toxic"}),
+        ("COS(=O)(=O)OC", {"volatile_or_toxic"}),
+        ("CC1(C)OOC(C)(C)OOC(C)(C)OO1", {"explosive", "oxidizer"}),
+        ("C1N(CN(CN1[N+](=O)[O-])[N+](=O)[O-])[N+](=O)[O-]", {"explosive"}),
+        ("[Li]C(C)(C)C", {"flammable", "water_reactive", "base"}),
+        ("P", {"flammable", "volatile_or_toxic"}),
+        ("[Na+].[O-]Cl(=O)=O", {"oxidizer"}),
+        ("[Ca+2].[C-]#[C-]", {"water_reactive"}),
+    ],
+)
+def test_notorious_substances_carry_their_hazards(smiles: str, flags: set[str]) -> None:
+    assert flags <= classify(smiles).flags.keys()

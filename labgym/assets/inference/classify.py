@@ -23,8 +23,19 @@ ESTIMATED = 0.6
 """How sure a flag is that follows from an estimated boiling or flash point."""
 _BY_STRUCTURE = ("explosive",)
 """Flags for which the structure says more than the group: few azides of long chains explode."""
-_KEPT_COLD = ("organic_peroxide", "azo")
-_GASES = ("[He,Ne,Ar,Kr,Xe,Rn]", "[H][H]", "N#N", "O=O", "[F,Cl;X1]-[F,Cl;X1]", "[NH3;D0]", "O=C=O", "[C-]#[O+]")
+_NOT_COLD = ("azide", "oxidizing_acid", "halogenating_agent")
+"""Explosive for their salts or mixtures, not kept cold for it."""
+_GASES = (
+    "[He,Ne,Ar,Kr,Xe,Rn]",
+    "[H][H]",
+    "N#N",
+    "O=O",
+    "[F,Cl;X1]-[F,Cl;X1]",
+    "[NH3,PH3,SH2,SiH4;D0]",
+    "O=C=O",
+    "[C-]#[O+]",
+    "[SX2](=O)=O",
+)
 _SOLIDS = ("[CX3;!H1](=O)[NH2]", "[nH]1cncc1", "[nH]1nncc1", "[nH]1nnnc1", "[nH]1cccn1")
 """Primary amides and azoles, which hydrogen bonds make solid however small they are."""
 
@@ -138,7 +149,7 @@ def _storage(
     groups: dict[str, tuple[Reason, ...]], flags: dict[Flag, tuple[Reason, ...]], state: State
 ) -> tuple[StorageClass, str]:
     """Return the first storage class whose condition holds, the worse hazard first."""
-    cold = "explosive" in flags and any(name in groups for name in _KEPT_COLD)
+    cold = "explosive" in flags and not any(name in groups for name in _NOT_COLD)
     choices: tuple[tuple[bool, StorageClass, str], ...] = (
         (state == "gas", "Gas", "a gas"),
         (cold, "Refrigerator", "decomposes with heat"),
