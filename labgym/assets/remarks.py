@@ -17,8 +17,9 @@ AQUEOUS = frozenset(
     | {"HydrogenPeroxide", "PerchloricAcid", "PhosphoricAcid", "SodiumHypochlorite", "TertButylHydroperoxide"}
 )
 """Reagents that are solutions in water; without the water each is another substance with other hazards."""
+HYDRATES = frozenset({"CopperIISulfate", "PToluenesulfonicAcid", "TinIIChloride"})
 
-Dimension = Literal["volume", "length"]
+Dimension = Literal["volume", "length", "frequency"]
 
 _BEFORE, _AFTER = r"(?<![A-Za-z0-9.,-])", r"(?![A-Za-z0-9-])"
 _NUMBER = r"(\d{1,6}(?:[.,]\d{1,4})?)"
@@ -26,7 +27,12 @@ _VOLUMES = {"ul": 1e-3, "ml": 1.0, "cc": 1.0, "cm3": 1.0, "cl": 10.0, "dl": 100.
 _VOLUMES |= {"millilitre": 1.0, "milliliter": 1.0, "litre": 1e3, "liter": 1e3, "毫升": 1.0, "升": 1e3}
 _LENGTHS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "metre": 1.0, "meter": 1.0, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048}
 _LENGTHS |= {"in": 0.0254, "inch": 0.0254, "毫米": 1e-3, "厘米": 1e-2, "米": 1.0}
-_UNIT = "|".join(sorted({*_VOLUMES, *_LENGTHS, "cm³"}, key=len, reverse=True))
+_DIMENSIONS: tuple[tuple[Dimension, dict[str, float]], ...] = (
+    ("volume", _VOLUMES),
+    ("length", _LENGTHS),
+    ("frequency", {"mhz": 1.0}),
+)
+_UNIT = "|".join(sorted({"cm³", *(unit for _, units in _DIMENSIONS for unit in units)}, key=len, reverse=True))
 _SIZE = re.compile(rf"{_BEFORE}{_NUMBER}[ -]?({_UNIT})(s?){_AFTER}", re.IGNORECASE)
 _STRENGTH = re.compile(
     rf"{_BEFORE}{_NUMBER}(?:\s*-\s*{_NUMBER})?\s*(?:(?:wt|vol|w/w|w/v|v/v)?\.?\s*%(?:\s*(?:w/w|w/v|v/v|wt|vol))?"
@@ -34,10 +40,12 @@ _STRENGTH = re.compile(
     re.IGNORECASE,
 )
 _DRY = r"anhydrous|anhyd|anh|dry|dried"
+_FORM = r"powdered|powder|pellets?|crystals?|granules|granular|flakes|gas"
 _QUALITY = re.compile(
     r"(?<![A-Za-z0-9-])(?:(?:hplc|lc-?ms|acs|gc|ar|reagent|analytical|technical|laboratory|lab|spectroscopic|synthesis|usp)"
     rf"[ -]grade|{_DRY}|concentrated|concd|conc|diluted?|dil|saturated|satd|sat'd|sat|aqueous|aq|solution|soln|absolute"
-    r"|abs|pure|purified|distilled|degassed|ice-cold|cold|technical|tech|glass-distilled|activated|cp|gr|ar|of)(?![A-Za-z0-9-])\.?",
+    r"|abs|pure|purified|distilled|degassed|ice-cold|cold|technical|tech|glass-distilled|activated|cp|gr|ar|of)(?![A-Za-z0-9-])\.?"
+    rf"|(?<![A-Za-z0-9-])(?:{_FORM})(?![A-Za-z0-9-])|\((?:aq|s|l|g|hplc|ar|cp)\)|\(?\d{{2,4}}(?:-\d{{2,4}})?\s*(?:mesh|目)\)?",
     re.IGNORECASE,
 )
 _QUALITY_ZH = re.compile(
@@ -48,8 +56,12 @@ _MEDIUM = re.compile(
     r"|methanol|etoh|ethanol|acetonitrile|mecn)\)?\s*$",
     re.IGNORECASE,
 )
+_ANY = re.compile(
+    r"\b(?:lab|laboratory|instrument|machine|device|unit|equipment|pyrex|duran|ika|b(?:ü|u|ue)chi)\b|\(\s*\)",
+    re.IGNORECASE,
+)
 _CAS = re.compile(r"^\s*cas(?:[ -]?(?:no|nr|rn|number))?[.:#\s]*(?=\d{2,7}-\d{2}-\d\s*$)", re.IGNORECASE)
-_WITHOUT_WATER = re.compile(rf"^(?:{_DRY})\b|无水|干燥|^in (?!water)", re.IGNORECASE)
+_WITHOUT_WATER = re.compile(rf"^(?:{_DRY}|{_FORM})\b|^\([sg]\)|无水|干燥|^in (?!water)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -57,7 +69,7 @@ class Measure:
     """A size that a text gives.
 
     Attributes:
-        written: as in the text. value: in mL, or in metres.
+        written: as in the text. value: in mL, metres or MHz.
     """
 
     written: str
@@ -88,9 +100,8 @@ def measure(text: str) -> tuple[Measure | None, str]:
     if found is None:
         return None, text
     number, unit = float(found[1].replace(",", ".")), unicodedata.normalize("NFKD", found[2]).lower()
-    dimension: Dimension = "volume" if unit in _VOLUMES else "length"
-    value = number * (_VOLUMES | _LENGTHS)[unit]
-    return Measure(found[0].strip(), dimension, value), _SIZE.sub(" ", text)
+    dimension, units = next(pair for pair in _DIMENSIONS if unit in pair[1])
+    return Measure(found[0].strip(), dimension, number * units[unit]), _SIZE.sub(" ", text)
 
 
 def of_substance(text: str) -> tuple[Reading, Reading]:
@@ -112,12 +123,19 @@ def of_substance(text: str) -> tuple[Reading, Reading]:
     return amounts, Reading(rest, tuple(aside))
 
 
+def of_equipment(text: str) -> str:
+    """Set aside the words that may stand beside the name of any equipment."""
+    return _ANY.sub(" ", text)
+
+
 def held(asset: Asset, dimension: Dimension) -> float | None:
-    """Return what the catalogue says of an asset's size: what it holds in mL, its width or diameter in metres."""
+    """Return what the catalogue says of an asset's size: what it holds in mL, its width or diameter in metres, MHz."""
     specs = asset.specs
     if dimension == "volume":
         litres = specs.chamber_L or specs.storage_L
         return specs.capacity_mL or (None if litres is None else 1000.0 * litres)
+    if dimension == "frequency":
+        return specs.proton_MHz
     if asset.kind == "facility":
         return asset.size.width
     millimetres = specs.diameter_mm or specs.jacket_mm
@@ -143,6 +161,8 @@ def difference(asset: Asset, wanted: Measure) -> str:
         return f"the catalogue gives it no size to compare with {wanted.written}"
     if _same(value, wanted.value):
         return ""
+    if wanted.dimension == "frequency":
+        return f"the catalogue's one has {value:g} MHz, not {wanted.written}"
     if wanted.dimension == "length":
         return f"the catalogue's one measures {_length(value)}, not {wanted.written}"
     return f"the catalogue's one holds {_volume(value)}, not {wanted.written}"

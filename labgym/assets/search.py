@@ -22,8 +22,9 @@ NEAR = 0.4
 _SPELLINGS = str.maketrans({"α": "alpha", "β": "beta", "γ": "gamma", "μ": "u", "µ": "u"})
 _VARIANTS = (("sulph", "sulf"), ("aluminium", "aluminum"), ("caesium", "cesium"))
 _SEPARATORS = re.compile(r"[\W_]+")
-_WORD = re.compile(r"[a-z]{4}")
-"""What a name has and a formula or abbreviation has not: TBDPSCl is no misspelling of TBDMSCl."""
+_WORD = re.compile(r"^(?!.*\b[A-Z]{2,}\b).*[a-z]{3}")
+"""A name without abbreviations or formulas: TBDPSCl is no misspelling of TBDMSCl, nor TMA chloride of TMS chloride."""
+_ENDING = re.compile(r"[a-z]{3}(?:amine|amide|ide|ane|ene|ole|idine)$")
 _FAMILY = re.compile(r"^Large|\d+$")
 """What sets an asset's name apart from those of other sizes."""
 
@@ -60,7 +61,7 @@ class Match:
         how: "name", "synonym" or "fuzzy".
         score: similarity of form and text, 1 unless fuzzy.
         aside: what the text says beside the name, such as "1 M", "anhydrous" or "2 L".
-        note: where the text gives a size that the asset has not, what it has; else "".
+        note: where the asset is not of the size, or not as dry, as the text asks, what it is; else "".
     """
 
     name: str
@@ -83,7 +84,7 @@ class SynonymIndex:
         self._forms: dict[str, tuple[str, str]] = {}
         for asset in ordered:
             self._forms.setdefault(normalise(asset.name), (asset.name, asset.name))
-        for forms in (surface_forms, _without_remark):
+        for forms in (surface_forms, _variants):
             for asset in ordered:
                 for form in forms(asset):
                     self._forms.setdefault(normalise(form), (asset.name, form))
@@ -108,6 +109,8 @@ class SynonymIndex:
         found = self._exact(text)
         if found is None and size is not None:
             found = self._equipment(self._exact(sizeless))
+        if found is None:
+            found = self._equipment(self._exact(remarks.of_equipment(sizeless)))
         if found is None:
             found = self._reagent(amounts, self._exact) or self._reagent(grades, self._exact)
         if found is None:
@@ -155,17 +158,13 @@ class SynonymIndex:
         ranked = sorted((count, score, name, form) for name, (count, score, form) in near.items())
         if not ranked or (len(ranked) > 1 and ranked[0][0] == ranked[1][0]):
             return None
-        _, score, name, form = ranked[0]
+        count, score, name, form = ranked[0]
         written = self._forms[form][1]
-        if self._assets[name].kind == "reagent" and not self._only_misspells(query, form, written):
+        if _WORD.search(written) is None or _stranger(query, count):
+            return None
+        if self._assets[name].kind == "reagent" and not same_substance(form, query):
             return None
         return Match(name, written, "fuzzy", -score)
-
-    @staticmethod
-    def _only_misspells(query: str, form: str, written: str) -> bool:
-        if _WORD.search(written) is None or not same_substance(form, query):
-            return False
-        return all(edits(normalise(other), query, 1) > 1 for other in lookalikes())
 
     def _equipment(self, found: Match | None) -> Match | None:
         return None if found is None or self._assets[found.name].kind == "reagent" else found
@@ -176,13 +175,19 @@ class SynonymIndex:
             return None
         if reading.without_water and found.name in remarks.AQUEOUS:
             return None
-        return replace(found, aside=reading.aside)
+        hydrate = reading.without_water and found.name in remarks.HYDRATES
+        return replace(found, aside=reading.aside, note="the catalogue's one is a hydrate" if hydrate else "")
 
     def _sized(self, found: Match, size: remarks.Measure) -> Match:
         asset, stem = self._assets[found.name], _FAMILY.sub("", found.name)
         family = [other for name, other in self._assets.items() if _FAMILY.sub("", name) == stem]
         chosen = remarks.of_size([asset, *(other for other in family if other.subtype == asset.subtype)], size)
         return replace(found, name=chosen.name, aside=(size.written,), note=remarks.difference(chosen, size))
+
+
+def _stranger(query: str, count: int) -> bool:
+    """Say whether a text is within so many slips of a substance that the catalogue does not hold."""
+    return any(edits(normalise(name), query, count) <= count for name in lookalikes())
 
 
 def _letters(form: str) -> int:
@@ -193,9 +198,13 @@ def _letters(form: str) -> int:
     return bits
 
 
-def _without_remark(asset: Asset) -> Iterator[str]:
-    """Yield "hydrochloric acid" for a reagent listed as "hydrochloric acid (37%)", "三氯化铝" for "无水三氯化铝"."""
+def _variants(asset: Asset) -> Iterator[str]:
+    """Yield what else a reagent is called by rule.
+
+    "hydrochloric acid" of "hydrochloric acid (37%)", "三氯化铝" of "无水三氯化铝", "triethylamin", as German has it.
+    """
     if asset.kind == "reagent":
+        yield from (form[:-1] for form in (asset.name, *asset.synonyms_en) if _ENDING.search(form))
         yield from (form.partition(" (")[0] for form in asset.synonyms_en if form.endswith(")") and " (" in form)
         yield from (form.removeprefix("无水") for form in asset.synonyms_zh if form.startswith("无水"))
 

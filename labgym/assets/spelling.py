@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from difflib import SequenceMatcher
 
-MIN_LENGTH = 5
+MIN_LENGTH = 6
 """Texts shorter than this, and names, are no misspelling of anything."""
 MIN_CHEMICAL = 7
 """The same for the name of a reagent: short names and formulas are too near to one another."""
@@ -19,17 +19,18 @@ _CONFUSABLE = (
     ("ane", "ene", "yne", "ine"),
     ("yl", "oyl"),
     ("ole", "oline", "ine", "idine"),
-    ("meth", "eth", "prop", "but", "pent", "hex", "hept", "oct", "non", "dec", "undec", "dodec"),
+    ("meth", "menth", "eth", "prop", "but", "pent", "hex", "hept", "oct", "non", "dec", "undec", "dodec"),
     ("phen", "benz", "tol", "xyl", "benzo", "benzyl", "benzoyl"),
     ("chlor", "brom", "iod", "fluor", "cyan"),
     ("mono", "di", "tri", "tetra", "bi", "bis", "tris", "penta", "hexa", "hydr", "hydro"),
     ("amine", "amide", "imine", "imide", "azine", "azole", "azide", "aniline"),
-    ("oxy", "thio", "aza", "oxo", "hydroxy", "peroxy", "sulf", "sulfon"),
+    ("oxy", "thio", "aza", "oxa", "oxo", "hydroxy", "peroxy"),
+    ("sulf", "sulfen", "sulfin", "sulfon", "sulfur"),
     ("iso", "n", "sec", "tert", "neo", "cyclo"),
     ("malic", "maleic", "malonic"),
     ("pyrid", "pyraz", "pyrimid", "pyridaz", "pyrrolid", "piperid", "piperaz", "pipecol"),
     ("i", "ii", "iii", "iv", "vi"),
-    ("mesyl", "tosyl", "besyl", "nosyl", "dansyl"),
+    ("mesyl", "tosyl", "tolyl", "besyl", "nosyl", "dansyl"),
 )
 """Parts of chemical names that tell one substance from another, each in the group that it is mistaken within."""
 
@@ -80,6 +81,8 @@ def same_substance(form: str, query: str) -> bool:
     with a part such as -ite or meth- exchanged, left out or put before, is not taken for either.
     """
     if min(len(form), len(query)) < MIN_CHEMICAL or not (form.isalpha() and query.isalpha() and form[0] == query[0]):
+        return False
+    if query == form + "d":  # chloroform-d
         return False
     return edits(form, query, 1) == 1 and all(edits(rival, query, 1) > 1 for rival in _rivals(form))
 
