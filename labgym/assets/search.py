@@ -84,12 +84,14 @@ class SynonymIndex:
         self._forms: dict[str, tuple[str, str]] = {}
         for asset in ordered:
             self._forms.setdefault(normalise(asset.name), (asset.name, asset.name))
-        for forms in (surface_forms, _variants):
-            for asset in ordered:
-                for form in forms(asset):
-                    self._forms.setdefault(normalise(form), (asset.name, form))
-
+        for asset in ordered:
+            for form in surface_forms(asset):
+                self._forms.setdefault(normalise(form), (asset.name, form))
+        # A name made by rule is near to names that the name it is made of is not: phenyl ether to phenylethen.
         self._signatures = tuple((form, _letters(form)) for form in self._forms if len(form) >= MIN_LENGTH)
+        for asset in ordered:
+            for form in _variants(asset):
+                self._forms.setdefault(normalise(form), (asset.name, form))
 
     def lookup(self, text: str) -> str | None:
         """Return the canonical name that a text means, or None where nothing or no single asset is near."""
