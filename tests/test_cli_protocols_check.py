@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from labgym.cli import main
@@ -30,3 +32,27 @@ def test_a_fault_is_told_with_its_step_and_a_way_out_and_ends_in_1(capsys, tmp_p
 def test_what_is_not_there_is_an_error(capsys, given):
     assert main(["protocols", "check", given]) == 2
     assert "labgym: error:" in capsys.readouterr().err
+
+
+def test_a_limit_that_is_none_is_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for limit in ("-1", "0"):
+        (tmp_path / "train.json").write_text("[]")
+        argv = [
+            "protocols",
+            "import",
+            str(tmp_path),
+            "--format",
+            "openexp",
+            "--out",
+            str(tmp_path / "o"),
+            "--limit",
+            limit,
+        ]
+        assert main(argv) == 2
+        assert "--limit" in capsys.readouterr().err
+
+
+def test_bytes_that_are_no_text_are_searched_for_or_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["protocols", "search", "\udcff Boc removal", "--count", "1"]) == 0
+    assert main(["protocols", "new", "\udcff reduce benzophenone with NaBH4"]) == 2
+    assert "UTF-8" in capsys.readouterr().err

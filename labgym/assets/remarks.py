@@ -49,7 +49,7 @@ _QUALITY = re.compile(
     re.IGNORECASE,
 )
 _QUALITY_ZH = re.compile(
-    r"^(?:无水|干燥的|饱和|浓|稀|分析纯|化学纯|色谱纯|优级纯)+|(?:水溶液|溶液|[((]?(?:分析纯|化学纯|色谱纯|优级纯)[))]?)+$"
+    r"^(?:无水|干燥的|饱和|浓|稀|分析纯|化学纯|色谱纯|优级纯)+|(?:水溶液|溶液|[(\uff08]?(?:分析纯|化学纯|色谱纯|优级纯)[)\uff09]?)+$"
 )
 _MEDIUM = re.compile(
     r"\s+in\s+(?:mineral oil|oil|water|hexanes?|heptanes?|toluene|thf|(?:1,4-)?dioxane|(?:diethyl )?ether|et2o|dcm|meoh"

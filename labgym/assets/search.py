@@ -124,7 +124,7 @@ class SynonymIndex:
     def candidates(self, text: str, count: int = 5) -> tuple[Match, ...]:
         """Return the assets whose names or synonyms are spelt most like a text, best first, each with its score."""
         best: dict[str, Match] = {}
-        for query in {normalise(text), normalise(remarks.of_substance(text[:MAX_QUERY])[1].rest)}:
+        for query in dict.fromkeys((normalise(text), normalise(remarks.of_substance(text[:MAX_QUERY])[1].rest))):
             for form in get_close_matches(query, self._forms, n=3 * count, cutoff=NEAR):
                 name, written = self._forms[form]
                 score = similarity(form, query)

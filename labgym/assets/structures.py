@@ -50,6 +50,10 @@ def molecule(smiles: str) -> Any:
         found = Chem.MolFromSmiles(smiles)
     if found is None:
         raise StructureError(f"{smiles[:60]!r} is no valid SMILES: check brackets, ring closures and valences")
+    if any(atom.GetAtomicNum() == 0 or atom.HasQuery() for atom in found.GetAtoms()) or any(
+        bond.HasQuery() for bond in found.GetBonds()
+    ):
+        raise StructureError(f"{smiles[:60]!r} is a pattern, not a substance: write each element and bond")
     if not 0 < found.GetNumAtoms() <= MAX_ATOMS:
         raise StructureError(f"{smiles[:60]!r} has {found.GetNumAtoms()} heavy atoms; 1 to {MAX_ATOMS} are read")
     return found
@@ -91,6 +95,7 @@ def standard(smiles: str) -> Any:
 
 
 def _standardised(found: Any, smiles: str) -> Any:
+    from rdkit import Chem
     from rdkit.Chem.MolStandardize import rdMolStandardize
 
     for atom in found.GetAtoms():
@@ -98,6 +103,7 @@ def _standardised(found: Any, smiles: str) -> Any:
         atom.SetIsotope(0)
     with _quiet():
         try:
+            found = Chem.RemoveHs(found)
             found = rdMolStandardize.MetalDisconnector().Disconnect(found)
             return rdMolStandardize.Normalizer().normalize(found)
         except (ValueError, RuntimeError):

@@ -12,7 +12,7 @@ from tyro.conf import Positional, arg
 from labgym import protocols as library
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, findings, written
-from labgym.errors import MissingDependencyError, UnknownNameError
+from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
 from labgym.protocols import Protocol, ReactionType
 from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.importers import Format
@@ -182,6 +182,9 @@ def import_(
     from itertools import islice
 
     from labgym.protocols.importers import read
+
+    if limit is not None and limit < 1:
+        raise OptionError(f"--limit is {limit}; read at least 1 record, or leave it out to read all")
 
     return _collected(islice(read(path, format), limit), out, feasible, replace)
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from labgym.assets import Asset
 
-_NUMBER = r"(\d{1,6}(?:[.,]\d{1,4})?)"
+_NUMBER = r"(?<![\d.,])(\d{1,7}(?:[.,]\d{1,9})?)"
 _VOLUME = re.compile(rf"(?:(\d{{1,3}})\s*[x×]\s*)?{_NUMBER}\s*(µl|μl|ul|ml|cl|dl|l|cm3)\b", re.I)
-_MASS = re.compile(rf"(?:(\d{{1,3}})\s*[x×]\s*)?{_NUMBER}\s*(mg|g|kg)\b", re.I)
-_MOLES = re.compile(rf"{_NUMBER}\s*(mmol|mol)\b", re.I)
+_MASS = re.compile(rf"(?:(\d{{1,3}})\s*[x×]\s*)?{_NUMBER}\s*(µg|μg|ug|mg|g|kg)\b", re.I)
+_MOLES = re.compile(rf"{_NUMBER}\s*(nmol|µmol|μmol|umol|mmol|mol)\b", re.I)
 _ICE = re.compile(rf"{_NUMBER}\s*g\s+(?:of\s+)?(?:crushed\s+)?ice\b", re.I)
 _WATER = re.compile(
     rf"{_NUMBER}\s*(ml|l)\s+(?:of\s+)?(?:(?:ice|iced|cold|warm|hot|boiling|distilled|deioni[sz]ed)[\s-]*)*water\b"
@@ -18,7 +18,9 @@ _WATER = re.compile(
     re.I,
 )
 _MILLILITRES = {"µl": 1e-3, "μl": 1e-3, "ul": 1e-3, "ml": 1.0, "cm3": 1.0, "cl": 10.0, "dl": 100.0, "l": 1000.0}
-_GRAMS = {"mg": 1e-3, "g": 1.0, "kg": 1000.0}
+_MOLE = {**dict.fromkeys(("µmol", "μmol", "umol"), 1e-6), "nmol": 1e-9, "mmol": 1e-3, "mol": 1.0}
+_THOUSANDS = re.compile(r"(?<=\d),(?=\d{3}(?!\d))(?<![\d.]0,)(?<!^0,)")
+_GRAMS = {"µg": 1e-6, "μg": 1e-6, "ug": 1e-6, "mg": 1e-3, "g": 1.0, "kg": 1000.0}
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class Amount:
 
 def read_amount(text: str) -> Amount:
     """Return what a text states; what it does not state is None."""
+    text = _THOUSANDS.sub("", text)
     ice = _ICE.search(text)
     rest = _ICE.sub("", text)
     volume, mass, moles = _VOLUME.search(rest), _MASS.search(rest), _MOLES.search(rest)
@@ -48,7 +51,7 @@ def read_amount(text: str) -> Amount:
     return Amount(
         volume=_number(volume[2]) * _MILLILITRES[volume[3].lower()] if volume else None,
         mass=_number(mass[2]) * _GRAMS[mass[3].lower()] if mass else None,
-        moles=_number(moles[1]) * (1e-3 if moles[2].lower() == "mmol" else 1.0) if moles else None,
+        moles=_number(moles[1]) * _MOLE[moles[2].lower()] if moles else None,
         portions=max(1, int(counted[1])) if counted and counted[1] else 1,
         ice=_number(ice[1]) if ice else 0.0,
     )

@@ -56,3 +56,14 @@ def test_without_rdkit_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(sys.modules, "rdkit", None)
     with pytest.raises(MissingDependencyError, match=r"labgym-nav\[chem\]"):
         canonical("CCCCCCCCCCO")
+
+
+@pytest.mark.parametrize("smiles", ["*", "C*", "C~C", "[*]CO"])
+def test_a_pattern_is_no_substance(smiles: str) -> None:
+    with pytest.raises(StructureError, match="pattern"):
+        molecule(smiles)
+
+
+@pytest.mark.parametrize("smiles", ["[2H]O[2H]", "[2H]C(Cl)(Cl)Cl", "[13CH3]I", "CO[Na]", "CN(=O)=O", "[H][H]"])
+def test_the_canonical_form_is_its_own_canonical_form(smiles: str) -> None:
+    assert canonical(canonical(smiles)) == canonical(smiles)

@@ -10,6 +10,7 @@ import pytest
 
 from labgym.assets import Catalog
 from labgym.errors import DocumentError, OptionError
+from labgym.protocols.amounts import read_amount
 from labgym.protocols.experiments import Experiment, ExperimentFile, Rejection, read_experiments
 from labgym.protocols.experiments.checks import check, disagreement
 from labgym.protocols.experiments.collection import PER_FILE, REJECTED, collect, filtered
@@ -244,3 +245,23 @@ def test_actions_read_as_sentences() -> None:
     assert told.startswith("Add benzoic acid (6.1 g, 50 mmol) and ")
     assert "dropwise" in told
     assert "Reflux at 65 C for 120 min." in told
+
+
+def test_a_replacement_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
+    collect([esterification()], tmp_path)
+
+    def broken() -> Any:
+        yield esterification(id="x_9")
+        raise DocumentError("file", "", "cut off")
+
+    with pytest.raises(DocumentError):
+        collect(broken(), tmp_path, replace=True)
+    assert [e.id for e in read_experiments(tmp_path)] == ["x_1"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["experiments-00000.json", REJECTED]
+
+
+@pytest.mark.parametrize(
+    "text, millilitres", [("1,200 mL", 1200.0), ("1,5 mL", 1.5), ("0,125 L", 125.0), ("12,000 mL", 12000.0)]
+)
+def test_a_comma_parts_thousands_or_decimals(text: str, millilitres: float) -> None:
+    assert read_amount(text).volume == millilitres

@@ -142,3 +142,34 @@ def test_an_endless_file_is_not_read_to_its_end(tmp_path: Path, monkeypatch: pyt
 def test_an_empty_folder_is_told(tmp_path: Path) -> None:
     with pytest.raises(DocumentError, match=r"_out\.txt"):
         list(read(tmp_path, "chemtrans"))
+
+
+@pytest.mark.parametrize("end", ["& )", "&  )", "&)", "& "])
+def test_a_lost_or_narrow_bracket_does_not_swallow_the_next_reagent(tmp_path: Path, end: str) -> None:
+    line = (
+        f"[ add ] reagent: ( name: benzaldehyde & mass: 5.3 g {end} & reagent: ( name: ethanol & volume: 30 mL &  ) &"
+    )
+    found = one(tmp_path, line)
+    assert isinstance(found, Experiment)
+    assert [(p.name, p.amount) for p in found.actions[0].takes] == [("benzaldehyde", "5.3 g"), ("ethanol", "30 mL")]
+
+
+@pytest.mark.parametrize("operation", sorted(chemtrans.VERBS))
+def test_an_operation_without_fields_is_an_action(tmp_path: Path, operation: str) -> None:
+    found = one(tmp_path, f"[ add ] reagent:  ( name: water &  ) & [ {operation} ]")
+    assert isinstance(found, Experiment)
+    assert found.actions[1].verb == chemtrans.VERBS[operation]
+
+
+def test_in_a_folder_a_broken_file_does_not_stop_the_others(tmp_path: Path) -> None:
+    (tmp_path / "a_out.txt").write_text(LINE + "\n", encoding="utf-8")
+    (tmp_path / "b_out.txt").write_bytes(b"\xff\xfe")
+    (tmp_path / "c_out.txt").write_text(LINE + "\n", encoding="utf-8")
+    assert [type(item) for item in read(tmp_path, "chemtrans")] == [Experiment, Rejection, Experiment]
+
+
+def test_only_line_feeds_end_lines(tmp_path: Path) -> None:
+    (tmp_path / "dev_inp.txt").write_text("one\u2028still one\n", encoding="utf-8")
+    found = one(tmp_path, LINE)
+    assert isinstance(found, Experiment)
+    assert found.description == "one\u2028still one"

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from labgym.errors import DocumentError, MissingDependencyError
+from labgym.protocols.amounts import read_amount
 from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.importers import ord as ord_files
 from labgym.protocols.importers import read
@@ -229,3 +230,57 @@ def test_without_protobuf_the_extra_is_named(tmp_path: Path, monkeypatch: pytest
             list(read(file, "ord"))
     finally:
         messages.cache_clear()
+
+
+@pytest.mark.parametrize("value", [1e-6, 1.234e-3, 0.01234, 0.5, 12.34, 999.9, 1.234e4, 9.9e5])
+@pytest.mark.parametrize(
+    "unit, of, factor",
+    [
+        ("GRAM", "mass", 1.0),
+        ("MILLIGRAM", "mass", 1e-3),
+        ("MICROGRAM", "mass", 1e-6),
+        ("LITER", "volume", 1000.0),
+        ("MICROLITER", "volume", 1e-3),
+        ("MOLE", "moles", 1.0),
+        ("MICROMOLE", "moles", 1e-6),
+    ],
+)
+def test_an_amount_of_any_size_is_read_back_as_it_was(
+    tmp_path: Path, value: float, unit: str, of: str, factor: float
+) -> None:
+    stated = f"inputs {{ key: 'z' value {{ components {{ identifiers {{ type: NAME value: 'x' }} amount {{ {of} {{ value: {value:.9f} units: {unit} }} }} }} }} }}"  # noqa: E501
+    found = experiment(tmp_path, REACTION + stated)
+    (text,) = [p.amount for action in found.actions for p in action.takes if p.name == "x"]
+    amount = read_amount(text)
+    read_back = {"mass": amount.mass, "volume": amount.volume, "moles": amount.moles}[of]
+    assert read_back == pytest.approx(value * factor, rel=1e-3)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-3", "0"])
+def test_an_amount_that_is_none_is_left_out(tmp_path: Path, value: str) -> None:
+    stated = f"inputs {{ key: 'z' value {{ components {{ identifiers {{ type: NAME value: 'x' }} amount {{ mass {{ value: {value} units: GRAM }} }} }} }} }}"  # noqa: E501
+    found = experiment(tmp_path, REACTION + stated)
+    assert [p.amount for action in found.actions for p in action.takes if p.name == "x"] == [""]
+
+
+def test_text_that_is_not_utf8_is_turned_down(tmp_path: Path) -> None:
+    file = tmp_path / "d.pb"
+    file.write_bytes(SERIALIZED.replace(b"ethanol", b"eth\xff\xfeol"))
+    (found,) = read(file, "ord")
+    assert isinstance(found, Rejection)
+    assert "UTF-8" in found.reason
+
+
+def test_a_file_of_several_gzip_streams_is_not_read_in_part(tmp_path: Path) -> None:
+    file = tmp_path / "d.pb.gz"
+    file.write_bytes(gzip.compress(SERIALIZED) * 2)
+    with pytest.raises(DocumentError, match="several gzip streams"):
+        list(read(file, "ord"))
+
+
+def test_text_unfolds_and_is_bounded_more_tightly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ord_files, "MAX_TEXT", 100)
+    file = tmp_path / "d.json.gz"
+    file.write_bytes(gzip.compress(b"[" + b"{}," * 1000 + b"{}]"))
+    with pytest.raises(DocumentError, match="more than 100 bytes"):
+        list(read(file, "ord"))

@@ -176,3 +176,21 @@ def test_in_a_folder_a_broken_file_does_not_stop_the_others(tmp_path: Path) -> N
 def test_an_empty_folder_is_told(tmp_path: Path) -> None:
     with pytest.raises(DocumentError, match="no XDL files"):
         list(read(tmp_path, "xdl"))
+
+
+def test_empty_repeats_in_repeats_come_to_an_end(tmp_path: Path) -> None:
+    steps = '<Repeat repeats="300">' * 6 + "</Repeat>" * 6
+    found = one(tmp_path, f'<Add reagent="ether" vessel="r"/>{steps}')
+    assert isinstance(found, Rejection)
+    assert "20000 steps" in found.reason
+
+
+@pytest.mark.parametrize("times", ["9" * 5000, "-1", "two", "1.5", "\u0663"])
+def test_a_number_of_repeats_that_is_none_is_turned_down(tmp_path: Path, times: str) -> None:
+    found = one(tmp_path, f'<Repeat repeats="{times}"><Add reagent="ether" vessel="r"/></Repeat>')
+    assert isinstance(found, Rejection)
+
+
+def test_conditions_that_cannot_be_read_are_kept_in_words(tmp_path: Path) -> None:
+    found = experiment(tmp_path, '<Add reagent="ether" vessel="r"/><HeatChill temp="reflux" time="1h 30min"/>')
+    assert (found.actions[1].verb, found.actions[1].note) == ("Heat", "temp reflux; time 1h 30min")

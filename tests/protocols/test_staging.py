@@ -97,3 +97,40 @@ def test_actions_of_every_verb_can_be_staged_or_are_refused_clearly() -> None:
             told = str(error)
         assert told
         assert "\n" not in told
+
+
+def test_zero_degrees_is_a_temperature() -> None:
+    plain = experiments()["alk_benzylacetamide"]
+    changed = [
+        action.model_copy(update={"temperature": 0.0}) if action.verb == "Concentrate" else action
+        for action in plain.actions
+    ]
+    steps = stage(plain.model_copy(update={"actions": tuple(changed)})).steps
+    assert [step.temperature for step in steps if step.action == "Concentrate"] == [0.0]
+
+
+def test_a_reagent_may_be_added_any_number_of_times() -> None:
+    plain = experiments()["cyc_biginelli"]
+    portion = Action(verb="Add", takes=({"name": "Ethanol", "amount": "1 mL"},), temperature=22, duration=5)
+    protocol = stage(plain.model_copy(update={"actions": (*plain.actions[:2], *[portion] * 7, *plain.actions[2:])}))
+    (use,) = [use for use in protocol.reagents if use.name == "Ethanol"]
+    assert "solvent 8" in use.role
+
+
+def test_a_hydrogenation_takes_hydrogen_even_where_the_action_names_the_catalyst_alone() -> None:
+    plain = experiments()["red_ethylbenzene_styrene"]
+    actions = []
+    for action in plain.actions:
+        if action.verb == "Hydrogenate":
+            action = action.model_copy(update={"takes": ()})
+        actions.append(action)
+    protocol = stage(plain.model_copy(update={"actions": tuple(actions)}))
+    (step,) = [step for step in protocol.steps if step.action == "Hydrogenate"]
+    assert "Hydrogen" in step.uses
+
+
+def test_an_experiment_that_is_too_long_for_a_protocol_is_refused_in_one_line() -> None:
+    plain = experiments()["cyc_biginelli"]
+    stir = Action(verb="Stir", temperature=22, duration=5)
+    with pytest.raises(RefusalError, match="100 items"):
+        stage(plain.model_copy(update={"actions": (*plain.actions[:3], *[stir] * 120, *plain.actions[3:])}))

@@ -292,3 +292,45 @@ def test_the_command_refuses_with_one_line_and_writes_nothing(tmp_path: Path, ca
 
 def test_refusals_are_errors_of_labgym() -> None:
     assert issubclass(RefusalError, LabgymError)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Azide substitution of benzyl bromide with sodium azide and copper sulfate in DMF",
+        "Azide substitution of benzyl bromide with sodium azide in DMF, add silver nitrate",
+        "Reduce benzophenone with NaBH4 in methanol with potassium permanganate",
+        "Make methyl azide from methyl iodide and sodium azide",
+    ],
+)
+def test_what_would_explode_is_refused(text: str) -> None:
+    with pytest.raises(RefusalError) as error:
+        synthesize(text, keyword_only=True)
+    assert error.value.reason == "unsafe"
+
+
+@pytest.mark.parametrize("amount", ["0 g", "-5 g", "0.0 mL", "−3 mmol"])
+def test_an_amount_that_is_none_is_refused(amount: str) -> None:
+    with pytest.raises(RefusalError, match="above 0"):
+        synthesize(f"Reduce acetophenone ({amount}) with NaBH4 in methanol", keyword_only=True)
+
+
+def test_a_hydride_is_quenched_in_its_flask_drop_by_drop_under_inert_gas() -> None:
+    protocol = written("Reduce methyl benzoate with LiAlH4 in THF")
+    (quench,) = [step for step in protocol.steps if step.action == "Quench"]
+    assert "drop by drop under inert gas" in quench.text
+    assert {"EthylAcetate", "DeionizedWater", "SodiumHydroxide", "SchlenkLine", "DroppingFunnel"} <= set(quench.uses)
+    assert protocol.steps[2].action == "Purge" or any(step.action == "Purge" for step in protocol.steps[:4])
+
+
+def test_hydrogen_and_air_never_meet_over_the_catalyst() -> None:
+    purges = [step for step in written("Hydrogenate styrene over Pd/C in ethanol").steps if step.action == "Purge"]
+    assert len(purges) == 3
+    assert ["NitrogenGas" in step.uses for step in purges] == [True, False, True]
+
+
+def test_permanganate_is_destroyed_and_its_oxide_filtered_off_before_acid_comes() -> None:
+    steps = [step.action for step in written("Oxidise toluene with KMnO4 in water, reflux").steps]
+    assert steps.index("Quench") < steps.index("Filter") < steps.index("Acidify")
+    said = [step.action for step in written("Oxidise toluene with KMnO4 in water, reflux, acidify with HCl").steps]
+    assert said.index("Quench") < said.index("Filter") < said.index("Acidify")

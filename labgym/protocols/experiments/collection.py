@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import csv
-import io
+import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from labgym.documents import write_text
 from labgym.errors import OptionError
 from labgym.protocols.experiments.feasibility import FeasibilityFilter, Verdict
 from labgym.protocols.experiments.model import Experiment, ExperimentFile, Rejection
@@ -53,9 +52,10 @@ def filtered(
 
 
 def collect(records: Iterable[Experiment | Verdict | Rejection], folder: str | Path, replace: bool = False) -> Tally:
-    """Write records to a folder: files of `PER_FILE` experiments as they fill, and at the end what was turned down.
+    """Write records to a folder: files of `PER_FILE` experiments, and a list of what was turned down.
 
-    Infeasible experiments and those whose id occurred before are turned down with the rest.
+    Infeasible experiments and those whose id occurred before are turned down with the rest. What the folder held stays
+    until all has been read.
 
     Args:
         replace: write over files of experiments that are there.
@@ -67,24 +67,29 @@ def collect(records: Iterable[Experiment | Verdict | Rejection], folder: str | P
     present = sorted(folder.glob("experiments-*.json"))
     if present and not replace:
         raise OptionError(f"{folder} holds {present[0].name} and perhaps more; name another folder, or --replace")
-    for file in present:
-        file.unlink()
-    tally, seen, batch, turned_down = Tally(), set[str](), list[Experiment](), list[TurnedDown]()
-    for record in records:
-        accepted = _accepted(record, seen)
-        if isinstance(accepted, TurnedDown):
-            turned_down.append(accepted)
-            tally.reasons[accepted.kind] += 1
-            continue
-        seen.add(accepted.id)
-        batch.append(accepted)
-        if len(batch) == PER_FILE:
-            _write(batch, folder, tally)
-    if batch:
-        _write(batch, folder, tally)
-    table = io.StringIO(newline="")
-    csv.writer(table, lineterminator="\n").writerows([TurnedDown._fields, *turned_down])
-    write_text(folder / REJECTED, table.getvalue())
+    folder.mkdir(parents=True, exist_ok=True)
+    tally, seen, batch = Tally(), set[str](), list[Experiment]()
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".import-") as name:
+        apart = Path(name)
+        with (apart / REJECTED).open("w", newline="", encoding="utf-8") as stream:
+            table = csv.writer(stream, lineterminator="\n")
+            table.writerow(TurnedDown._fields)
+            for record in records:
+                accepted = _accepted(record, seen)
+                if isinstance(accepted, TurnedDown):
+                    table.writerow(accepted)
+                    tally.reasons[accepted.kind] += 1
+                    continue
+                seen.add(accepted.id)
+                batch.append(accepted)
+                if len(batch) == PER_FILE:
+                    _write(batch, apart, tally)
+        if batch:
+            _write(batch, apart, tally)
+        for file in present:
+            file.unlink()
+        for file in sorted(apart.iterdir()):
+            file.replace(folder / file.name)
     return tally
 
 

@@ -56,6 +56,8 @@ _REAGENT_FIELD = re.compile(
 _WORKING_UP: frozenset[Verb] = frozenset(
     ("DrySolution", "Extract", "Partition", "Quench", "Recrystallize", "Triturate", "Wash", "Filter", "Chromatograph")
 )
+_CLOSED = re.compile(r"&\s*\)|&\s*(?=reagent:)")
+"""The end of a reagent's fields; the bracket that should stand there may be lost."""
 _AMOUNTS = ("mass", "volume", "mole", "concentration")
 _COUNT = re.compile(r"(?:^|\D)(\d{1,2})\s*(?:x|×|times)?\s*$")
 
@@ -74,15 +76,24 @@ def read(path: Path) -> Iterator[Experiment | Rejection]:
     if not files:
         raise DocumentError(path, "", f"holds no *{INSTRUCTIONS} and no *.csv")
     for file in files:
-        lines = _labelled(file) if file.suffix.lower() == ".csv" else _paired(file)
-        for number, (title, description, instructions) in enumerate(lines, 1):
-            place = f"{file.name}:{number}"
-            try:
-                yield _experiment(_stem(file), number, title, description, instructions)
-            except _UnreadableError as error:
-                yield Rejection(place, str(error))
-            except ValidationError as error:
-                yield Rejection(place, str(document_error(place, error)))
+        try:
+            yield from _file(file)
+        except DocumentError as error:
+            if not path.is_dir():
+                raise
+            yield Rejection(file.name, str(error))
+
+
+def _file(file: Path) -> Iterator[Experiment | Rejection]:
+    lines = _labelled(file) if file.suffix.lower() == ".csv" else _paired(file)
+    for number, (title, description, instructions) in enumerate(lines, 1):
+        place = f"{file.name}:{number}"
+        try:
+            yield _experiment(_stem(file), number, title, description, instructions)
+        except _UnreadableError as error:
+            yield Rejection(place, str(error))
+        except ValidationError as error:
+            yield Rejection(place, str(document_error(place, error)))
 
 
 def _stem(path: Path) -> str:
@@ -105,7 +116,7 @@ def _paired(path: Path) -> Iterator[tuple[str, str, str]]:
 
 def _labelled(path: Path) -> Iterator[tuple[str, str, str]]:
     lines = _lines(path)
-    reader = csv.DictReader(lines, strict=True)
+    reader = csv.DictReader((f"{line}\n" for line in lines), strict=True)
     try:
         if LABELS not in (reader.fieldnames or ()):
             raise DocumentError(path, "", f"has no column {LABELS!r}")
@@ -121,7 +132,8 @@ def _lines(path: Path) -> list[str]:
             content = stream.read(MAX_BYTES + 1)
         if len(content) > MAX_BYTES:
             raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
-        return content.decode("utf-8").splitlines()
+        text = content.decode("utf-8").removesuffix("\n")
+        return [line.removesuffix("\r") for line in text.split("\n")]
     except OSError as error:
         raise DocumentError(path, "", f"cannot be read ({error.strerror or type(error).__name__})") from None
     except UnicodeDecodeError:
@@ -193,7 +205,7 @@ def _action(
 def _reagent(text: str) -> dict[str, str]:
     """Return the fields of a reagent; the brackets around them may be lost."""
     inner = text.strip().removeprefix("(").strip()
-    inner = inner.removesuffix(")").rstrip(" &") if inner.endswith(("& )", "&  )")) else inner
+    inner = _CLOSED.split(inner)[0]
     found = dict(_fields(inner.rstrip(" &"), _REAGENT_FIELD))
     name = " ".join(found.get("name", "").split()).rstrip(".,;")
     if not name:
@@ -204,7 +216,7 @@ def _reagent(text: str) -> dict[str, str]:
 def _amount(reagent: dict[str, str]) -> str:
     """Return mass, volume, moles and concentration as one amount, portions in front: "2 x 100 mL"."""
     parts = [" ".join(reagent[key].split()).rstrip(".,;") for key in _AMOUNTS if reagent.get(key)]
-    count = _COUNT.search(reagent.get("batch:each", ""))
+    count = _COUNT.search(" ".join(reagent.get("batch:each", "").split())[-40:])
     if parts and count and int(count[1]) > 1:
         parts[0] = f"{count[1]} x {parts[0]}"
     return ", ".join(parts)[:200]
@@ -215,6 +227,8 @@ def _fields(text: str, pattern: re.Pattern[str]) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     masked = _masked(text) if pattern is _FIELD else text
     marks: list[Any] = list(pattern.finditer(masked))
+    if not marks:
+        return []
     for mark, following in zip(marks, [*marks[1:], None], strict=True):
         value = text[mark.end() : following.start() if following else len(text)]
         found.append((mark[1], value.strip().rstrip("&").strip()))
@@ -225,8 +239,7 @@ def _masked(text: str) -> str:
     """Return the text with everything between a reagent's brackets blanked, of the same length."""
     blanked = list(text)
     for mark in re.finditer(r"reagent:\s*(?:\(\s*)?(?=name:)", text):
-        end = text.find("&  )", mark.end())
-        end = end if end >= 0 else text.find("& )", mark.end())
-        stop = end if end >= 0 else len(text)
+        closed = _CLOSED.search(text, mark.end())
+        stop = closed.start() if closed else len(text)
         blanked[mark.end() : stop] = "_" * (stop - mark.end())
     return "".join(blanked)

@@ -28,6 +28,7 @@ MAX_RECORD = 1024**2
 """Characters of one record."""
 CHUNK = 1024**2
 MAX_ACTIONS = 200
+MAX_ACTION = 5000
 
 VERBS: dict[str, Verb] = {
     "ADD": "Add",
@@ -91,14 +92,23 @@ def read(path: Path) -> Iterator[Experiment | Rejection]:
     if not files:
         raise DocumentError(path, "", f"holds none of {', '.join(FILES)}")
     for file in files:
-        for number, record in enumerate(_records(file)):
-            place = f"{file.name}:{number}"
-            try:
-                yield _experiment(record)
-            except _UnreadableError as error:
-                yield Rejection(place, str(error))
-            except ValidationError as error:
-                yield Rejection(place, str(document_error(place, error)))
+        try:
+            yield from _file(file)
+        except DocumentError as error:
+            if not path.is_dir():
+                raise
+            yield Rejection(file.name, str(error))
+
+
+def _file(file: Path) -> Iterator[Experiment | Rejection]:
+    for number, record in enumerate(_records(file)):
+        place = f"{file.name}:{number}"
+        try:
+            yield _experiment(record)
+        except _UnreadableError as error:
+            yield Rejection(place, str(error))
+        except ValidationError as error:
+            yield Rejection(place, str(document_error(place, error)))
 
 
 def _records(path: Path) -> Iterator[Any]:
@@ -106,7 +116,7 @@ def _records(path: Path) -> Iterator[Any]:
     decoder = json.JSONDecoder()
     text, at, begun = "", 0, False
     try:
-        with path.open(encoding="utf-8") as stream:
+        with path.open(encoding="utf-8-sig") as stream:
             while True:
                 chunk = stream.read(CHUNK)
                 text, at = text[at:] + chunk, 0
@@ -217,6 +227,8 @@ def _known(record: Any) -> _Record:
 
 
 def _action(piece: str, known: _Record, materials: dict[str, Material]) -> Action:
+    if len(piece) > MAX_ACTION:
+        raise _UnreadableError(f"an action has more than {MAX_ACTION} characters")
     word, _, rest = piece.partition(" ")
     if word in UNUSABLE:
         raise _UnreadableError(UNUSABLE[word])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import re
 import zlib
 from collections.abc import Iterator
@@ -20,7 +22,9 @@ LICENSE = "CC-BY-SA-4.0"
 MAX_BYTES = 1024**3
 MAX_UNPACKED = 1024**3
 MAX_REACTION = 4 * 1024**2
-"""Bytes of a file, of what a gzipped one unpacks to, and of one reaction in Parquet."""
+MAX_TEXT = 64 * 1024**2
+"""Bytes of a file, of what a gzipped one unpacks to, of one reaction in Parquet, and of JSON or text, which unfold to
+many times their size."""
 BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
 WARM, COLD = 30.0, 15.0
 _MINUTES = {"HOUR": 60.0, "MINUTE": 1.0, "SECOND": 1.0 / 60.0, "DAY": 1440.0}
@@ -129,6 +133,8 @@ def _file(path: Path) -> Iterator[Experiment | Rejection]:
             yield _experiment(reaction, path, number)
         except _OutOfScopeError as error:
             yield Rejection(place, str(error))
+        except TypeError:
+            yield Rejection(place, "it has text that is not UTF-8")
         except ValidationError as error:
             yield Rejection(place, str(document_error(place, error)))
 
@@ -142,6 +148,8 @@ def _reactions(path: Path) -> Iterator[Any]:
     from google.protobuf.message import DecodeError
 
     content = _content(path)
+    if _suffix(path) in (*TEXT, *JSON) and len(content) > MAX_TEXT:
+        raise DocumentError(path, "", f"text of more than {MAX_TEXT} bytes; save it as .pb, which is read faster")
     try:
         if _suffix(path) in JSON:
             json_format.Parse(_with_listed_inputs(content), dataset, ignore_unknown_fields=True, max_recursion_depth=50)
@@ -171,6 +179,8 @@ def _content(path: Path) -> bytes:
         raise DocumentError(path, "", "not gzipped, although its name says so") from None
     if unpacker.unconsumed_tail:
         raise DocumentError(path, "", f"unpacks to more than {MAX_UNPACKED} bytes")
+    if unpacker.unused_data.strip(b"\0"):
+        raise DocumentError(path, "", "several gzip streams in one file; unpack it first")
     if not unpacker.eof:
         raise DocumentError(path, "", "cut off: its gzip stream does not end")
     return unpacked
@@ -199,8 +209,9 @@ def _parquet(path: Path) -> Iterator[Any]:
 
     try:
         table = pyarrow.parquet.ParquetFile(path)
+        numbers = itertools.count()
         for batch in table.iter_batches(batch_size=100, columns=["reaction"]):
-            for number, value in enumerate(batch.column(0)):
+            for number, value in zip(numbers, batch.column(0), strict=False):
                 content = value.as_py()
                 if not isinstance(content, bytes) or len(content) > MAX_REACTION:
                     yield Rejection(f"{path.name}:{number}", "the column reaction holds no serialized reaction")
@@ -321,7 +332,7 @@ def _equation(reaction: Any, materials: dict[str, Material], product: str) -> st
     """Return the reaction SMILES that the record states, else one made of its inputs and its product."""
     for identifier in reaction.identifiers:
         if _enum(identifier, "type") in ("REACTION_SMILES", "REACTION_CXSMILES"):
-            return str(identifier.value.split(" ")[0])
+            return str(("" + identifier.value).split(" ")[0])
     sides: dict[bool, list[str]] = {True: [], False: []}
     for material in materials.values():
         if material.smiles and material.role != "workup":
@@ -342,14 +353,14 @@ def _yield(product: Any | None) -> str:
 
 
 def _called(compound: Any) -> str:
-    identifiers = {_enum(item, "type"): item.value for item in reversed(compound.identifiers)}
+    identifiers = {_enum(item, "type"): "" + item.value for item in reversed(compound.identifiers)}
     return next((str(identifiers[kind]) for kind in _NAMED if identifiers.get(kind)), "")
 
 
 def _smiles(compound: Any) -> str:
     for identifier in compound.identifiers:
         if _enum(identifier, "type") in ("SMILES", "CXSMILES"):
-            return str(identifier.value.split(" ")[0])
+            return str(("" + identifier.value).split(" ")[0])
     return ""
 
 
@@ -359,8 +370,15 @@ def _amount(amount: Any) -> str:
             measure = getattr(amount, kind)
             unit = _UNITS.get(_enum(measure, "units"))
             if unit is not None and measure.HasField("value"):
-                return f"{measure.value:.4g} {unit}"
+                value = float(f"{measure.value:.4g}")
+                return f"{_plain(value)} {unit}" if 0.0 < value < math.inf else ""
     return ""
+
+
+def _plain(value: float) -> str:
+    """Return a number without an exponent, as amounts are written."""
+    text = f"{value:.10f}"
+    return text.rstrip("0").rstrip(".")
 
 
 def _celsius(temperature: Any) -> float | None:

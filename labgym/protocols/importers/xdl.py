@@ -25,6 +25,9 @@ from labgym.protocols.importers.units import bar, celsius, minutes
 
 SUFFIXES = (".xdl", ".xml")
 MAX_ACTIONS = 300
+MAX_VISITS = 20_000
+"""Actions of an experiment, and steps that are looked at, repeats counted."""
+_NUMBER = re.compile(r"[0-9]{1,4}")
 WARM, COLD = 30.0, 15.0
 """Degrees Celsius above which a temperature is heated to, and below which it is cooled to."""
 ROOM = 22.0
@@ -61,6 +64,7 @@ class _Bench:
 
     actions: list[Action] = field(default_factory=list)
     uses: dict[str, set[Verb]] = field(default_factory=dict)
+    visited: int = 0
 
     def do(self, verb: Verb, *takes: Portion, **conditions: Any) -> None:
         given = {name: value for name, value in conditions.items() if value not in (None, "")}
@@ -140,12 +144,15 @@ def _role(stated: str, verbs: set[Verb]) -> Role:
 
 def _carry_out(step: Element, bench: _Bench) -> None:
     """Append what a step and the steps in it do."""
+    bench.visited += 1
+    if bench.visited > MAX_VISITS:
+        raise _UnknownStepError(f"its repeats come to more than {MAX_VISITS} steps")
     if step.tag in NESTING:
         for inner in step:
             _carry_out(inner, bench)
     elif step.tag == "Repeat":
         times = step.get("repeats", "")
-        if not times.isascii() or not times.isdigit() or not 1 <= int(times) <= MAX_ACTIONS:
+        if not _NUMBER.fullmatch(times) or not 1 <= int(times) <= MAX_ACTIONS:
             raise _UnknownStepError(f"a Repeat has no number of repeats, got {times[:40]!r}")
         for _ in range(int(times)):
             for inner in step:
@@ -160,7 +167,10 @@ def _conditions(step: Element) -> dict[str, Any]:
     """Return temperature, duration, pressure and atmosphere of a step."""
     pressure = step.get("pressure") or step.get("vacuum_pressure") or step.get("vacuum") or ""
     gas = _GASES.get((step.get("gas") or step.get("inert_gas") or "").lower())
+    read = {"temp": celsius(step.get("temp", "")), "time": minutes(step.get("time", ""))}
+    unread = [f"{key} {step.get(key)}" for key, value in read.items() if value is None and step.get(key)]
     return {
+        "note": "; ".join(unread)[:400],
         "temperature": celsius(step.get("temp", "")),
         "duration": minutes(step.get("time", "")),
         "pressure": bar(pressure),
@@ -175,7 +185,7 @@ def _portion(step: Element, of: str, *amounts: str) -> tuple[Portion, ...]:
         return ()
     amount = next((step.get(key, "").strip() for key in amounts if step.get(key)), "")
     times = step.get("repeats") or step.get("repeat") or step.get("n_separations") or step.get("eluting_repeats") or ""
-    if times.isascii() and times.isdigit() and int(times) > 1 and amount:
+    if _NUMBER.fullmatch(times) and int(times) > 1 and amount:
         amount = f"{int(times)} x {amount}"
     return (Portion(name=name, amount=amount),)
 
@@ -190,6 +200,9 @@ def _add(step: Element, bench: _Bench) -> None:
 def _heat_chill(step: Element, bench: _Bench) -> None:
     conditions = _conditions(step)
     at = conditions["temperature"]
+    if at is None and step.get("temp"):
+        bench.do("Heat", **conditions)
+        return
     verb: Verb = "Stir" if at is None or COLD <= at <= WARM else "Heat" if at > WARM else "Cool"
     bench.do(verb, **conditions)
 

@@ -14,6 +14,8 @@ from labgym.protocols.language.folding import Folded
 from labgym.protocols.language.words import words
 
 MAX_FORM = 60
+PREFIX = 2
+"""Characters that forms are looked up by."""
 _RADICAL_BEFORE = re.compile(r"(?:(?<![A-Za-z])(?:\d[\d,']*|[NOopm])|[a-z](?:o|yl|oxy))-$|(?<![a-z])[a-z]{2,}yl $")
 """The end of a text after which a name only goes on: a locant or a radical, "4-bromo-" or "allyl "."""
 _HAN_BEFORE = frozenset("甲乙丙丁戊己庚辛苯氯溴碘氟硝羟氨间邻叔异仲环酰基代酸三四并")
@@ -85,8 +87,8 @@ def _scan(text: str) -> Iterator[Mention]:
     while index < size:
         step = 1
         if folded.begins(index):
-            for length in range(min(MAX_FORM, size - index), 0, -1):
-                form = forms.get(folded.plain[index : index + length])
+            for length in _lengths().get(folded.plain[index : index + PREFIX], ()):
+                form = forms.get(folded.plain[index : index + length]) if index + length <= size else None
                 stop = index + length if form is None else _end(folded, index + length)
                 if form is None or stop is None:
                     continue
@@ -120,6 +122,24 @@ def _inside_longer_name(text: str, start: int, end: int) -> bool:
 
 def _chinese(text: str) -> bool:
     return any("\u3400" <= char <= "\u9fff" for char in text)
+
+
+@lru_cache(maxsize=1)
+def _lengths() -> dict[str, tuple[int, ...]]:
+    """Return how long the forms are that begin alike, the longest first."""
+    found: dict[str, set[int]] = {}
+    for form in _forms():
+        if len(form) <= MAX_FORM:
+            found.setdefault(form[:PREFIX], set()).add(len(form))
+    shortest: dict[str, set[int]] = {}
+    for form in _forms():
+        if len(form) < PREFIX:
+            shortest.setdefault(form, set()).add(len(form))
+    for prefix in list(found):
+        for short, lengths in shortest.items():
+            if prefix.startswith(short):
+                found[prefix] |= lengths
+    return {prefix: tuple(sorted(lengths, reverse=True)) for prefix, lengths in found.items()}
 
 
 @lru_cache(maxsize=1)

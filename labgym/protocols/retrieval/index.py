@@ -85,6 +85,7 @@ class Index:
         """
         if not query.strip() or len(query) > MAX_QUERY or count < 1:
             raise OptionError(f"a query needs 1 to {MAX_QUERY} characters and a count of 1 or more")
+        query = query.encode("utf-8", "replace").decode("utf-8")
         keyword = self._keyword_scores(query)
         ranked = [(_ranking(keyword, positive=True), 1.0)]
         similarity = None

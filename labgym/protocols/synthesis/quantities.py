@@ -29,7 +29,7 @@ _TEMPERATURE = re.compile(
     rf"(?<![A-Za-z0-9.])([-−–]?\d{{1,4}}(?:\.\d+)?){_RANGE}\s*(°\s*c|℃|°\s*f|℉|deg(?:rees?)?(?:\s*(?:c|celsius))?\b|c\b|k\b|°|摄氏度|度)",
     re.IGNORECASE,
 )
-_WORDS = r"(?:an?|one|two|three|four|five|six|eight|ten|twelve|half an?)(?=\s)|[半一二两三四五六七八九十]+个?半?"
+_WORDS = r"(?:an?|one|two|three|four|five|six|eight|ten|twelve|half an?)(?=\s)|[半一二两三四五六七八九十]{1,8}个?半?"
 _TIMES = r"hours?\b|hrs?\b|h\b|minutes?\b|mins?\b|seconds?\b|secs?\b|s\b|days?\b|d\b|个?小时|分钟|秒钟|秒|天"
 _DURATION = re.compile(rf"(?<![A-Za-z0-9.])(\d{{1,4}}(?:\.\d+)?|{_WORDS}){_RANGE}\s*({_TIMES})", re.IGNORECASE)
 _NUMBER_WORDS = {

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import count
+
+from pydantic import ValidationError
 
 from labgym.assets import Asset, Catalog
+from labgym.documents import document_error
 from labgym.protocols.capability import capacity
 from labgym.protocols.constraints import derive
 from labgym.protocols.experiments import Action, Experiment
@@ -82,8 +86,8 @@ def stage(experiment: Experiment) -> Protocol:
     vessel = _Stage(bench, known).carry_out()
     clean_up(bench)
     weigh_first(bench, vessel)
-    protocol = derive(
-        Protocol(
+    try:
+        written = Protocol(
             id=known.id.replace("__", "_")[:64],
             name=known.name,
             reaction_type=experiment.reaction_type,
@@ -95,7 +99,9 @@ def stage(experiment: Experiment) -> Protocol:
             instruments=bench.instruments,
             steps=tuple(bench.steps),
         )
-    )
+    except ValidationError as error:
+        raise RefusalError("infeasible", str(document_error(known.id, error))) from None
+    protocol = derive(written)
     faults = [finding for finding in examine(protocol) if finding.severity == "fault"]
     if faults:
         raise ProtocolError(protocol.id, faults)
@@ -156,9 +162,7 @@ class _Stage:
         role = self.roles[name] if self.reacting else ROLES.get(action.verb, "solvent")
         stated = {r for use in self.bench.reagents if use.name == name for r in use.role.split(" and ")}
         if role in stated:
-            role = next(
-                f"{word} {role}" for word in ("second", "third", "fourth", "further") if f"{word} {role}" not in stated
-            )
+            role = next(f"{role} {number}" for number in count(2) if f"{role} {number}" not in stated)
         asset = Catalog.load().get(name)
         gas = asset.chemistry is not None and asset.chemistry.state == "gas"
         return self.bench.take(asset, role, amount or ("from the cylinder" if gas else "as needed"))
@@ -215,7 +219,11 @@ class _Stage:
     def _hydrogenate(self, action: Action, names: tuple[str, ...]) -> None:
         closed = action.pressure is not None and action.pressure > 1.1
         device = ("HydrogenationApparatus",) if closed else ("HydrogenBalloon", self.vessel)
-        gas = names or (self.bench.take(Catalog.load().get("Hydrogen"), "reactant", "from the cylinder"),)
+        gas = names
+        if "Hydrogen" not in names:
+            if not self.bench.takes("Hydrogen"):
+                self.bench.take(Catalog.load().get("Hydrogen"), "reactant", "from the cylinder")
+            gas = (*names, "Hydrogen")
         self._do(action, (*device, *(() if closed else _warmth(action.temperature)), *gas))
 
     def _purge(self, action: Action, names: tuple[str, ...]) -> None:
@@ -256,11 +264,11 @@ class _Stage:
 
     def _concentrate(self, action: Action, names: tuple[str, ...]) -> None:
         uses = ("RotaryEvaporator", "RoundBottomFlask", *names)
-        self._do(action, uses, "RotaryEvaporatorStation", action.temperature or 40.0)
+        self._do(action, uses, "RotaryEvaporatorStation", 40.0 if action.temperature is None else action.temperature)
         self.in_flask = False
 
     def _distill(self, action: Action, names: tuple[str, ...]) -> None:
-        at = action.temperature or 90.0
+        at = 90.0 if action.temperature is None else action.temperature
         flask = "RoundBottomFlask" if not self.reacting else self.vessel
         still = (flask, "DistillationHead", "LiebigCondenser", "VacuumAdapter", "PearShapedFlask")
         reduced = action.atmosphere == "vacuum" or (action.pressure is not None and action.pressure < ATMOSPHERE)

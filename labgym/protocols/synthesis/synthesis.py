@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from labgym.assets import Catalog
@@ -17,6 +18,9 @@ from labgym.protocols.synthesis.writer import Commission, Writer
 from labgym.protocols.validate import ProtocolError, examine
 
 MAX_TEXT = 4000
+_NO_AMOUNT = re.compile(
+    r"(?<![\w.,-])(?:[-−]\s?\d+(?:\.\d+)?|0+(?:\.0+)?)\s?(?:[mkµu]?g|m?mol|[mµu]?l|equiv)\b", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -68,11 +72,16 @@ def _accepted(text: str) -> Reading:
     Raises:
         RefusalError: it may not.
     """
+    if not text.isprintable() and any("\ud800" <= char <= "\udfff" for char in text):
+        raise RefusalError("language", "the description has bytes that are no UTF-8 text: save it as UTF-8")
     if not text.strip() or len(text) > MAX_TEXT:
         raise RefusalError("no-chemistry", f"a description needs 1 to {MAX_TEXT} characters")
     refuse_wish(text)
     if language_of(text) == "unknown":
         raise RefusalError("language", "the description is in neither English nor Chinese, the languages read here")
+    nothing = _NO_AMOUNT.search(text)
+    if nothing:
+        raise RefusalError("no-chemistry", f"{nothing[0].strip()!r} is no amount: give one above 0")
     reading = read(text)
     if reading.unlisted:
         near = Catalog.load().nearest(reading.unlisted[0], 3)

@@ -18,7 +18,7 @@ from labgym.protocols.synthesis.frame import clean_up, is_pyrophoric, weigh_firs
 from labgym.protocols.synthesis.operations import Operation
 from labgym.protocols.synthesis.precedents import precedent
 from labgym.protocols.synthesis.reading import Clause, Reading
-from labgym.protocols.synthesis.refusals import refuse_mixture, refuse_solvent
+from labgym.protocols.synthesis.refusals import refusals, refuse_mixture, refuse_solvent
 from labgym.protocols.synthesis.roles import ASSUMED, PROTECTIVE_GASES, Part, cast
 from labgym.protocols.synthesis.transformations import Transformation, recognise, transformations
 from labgym.protocols.synthesis.workup import WorkUp, tasks
@@ -26,6 +26,8 @@ from labgym.protocols.synthesis.writer import Commission, Draft
 
 KNOWN = 2
 """How many reagents of the nearest protocol a text without words for a reaction must name to be taken for it."""
+AIRLESS = frozenset({"Magnesium", "PalladiumOnCarbon", "RaneyNickel"})
+"""Metals and catalysts that work, or are safe beside a solvent, without air alone."""
 QUENCHES = frozenset(
     (
         "HydrochloricAcid",
@@ -119,6 +121,9 @@ class _Reaction:
         self._add()
         for hold in self.holds:
             self._hold(hold)
+        if self.inert and any(part.asset.name == "Hydrogen" for part in self.parts):
+            uses = (self.vessel, "SchlenkLine", self.inert)
+            self.bench.do("Purge", f"Replace the hydrogen by {words(self.inert)} three times.", uses, HOOD, 22.0, 10.0)
         if any(clause.operation and clause.operation.action == "Monitor" for clause in self.clauses):
             self.bench.do(
                 "Monitor",
@@ -272,7 +277,9 @@ def _wants_inert(reading: Reading, parts: Sequence[Part]) -> str:
     if "ArgonGas" in reading.spoken_of or "argon" in reading.text.lower():
         return "ArgonGas"
     asked = "NitrogenGas" in reading.spoken_of or "inert" in reading.text.lower() or "氮气" in reading.text
-    return "NitrogenGas" if asked or any(is_pyrophoric(part.asset) for part in parts) else ""
+    spoilt = refusals().destroyed_by_protic | AIRLESS
+    needed = any(is_pyrophoric(part.asset) or part.asset.name in spoilt for part in parts)
+    return "NitrogenGas" if asked or needed else ""
 
 
 def _addition_time(clauses: Sequence[Clause]) -> float:

@@ -9,9 +9,11 @@ from labgym.assets import Asset, Catalog
 from labgym.protocols.synthesis.apparatus import BEAKERS, vessel_for
 from labgym.protocols.synthesis.bench import HOOD, Bench
 from labgym.protocols.synthesis.reading import Clause
-from labgym.protocols.synthesis.roles import ASSUMED, SOLVENTS, scaled
+from labgym.protocols.synthesis.refusals import refusals
+from labgym.protocols.synthesis.roles import ASSUMED, PROTECTIVE_GASES, SOLVENTS, scaled
 from labgym.protocols.synthesis.transformations import Transformation
 
+ALUMINIUM_HYDRIDES = ("LithiumAluminumHydride", "DIBALH")
 FUNNEL_FILL = 0.8
 PURIFYING = ("Recrystallize", "Crystallize", "Chromatograph", "Distill", "DrySolid", "DryVacuum")
 SOLID = ("Filter", "Recrystallize", "Crystallize")
@@ -68,6 +70,9 @@ def tasks(kind: Transformation, clauses: Sequence[Clause], reagents: Sequence[As
     collected = actions[:1] in (["Filter"], ["Concentrate"]) and not any(_lively(reagent) for reagent in reagents)
     if not collected and not any(action in ("Quench", "Acidify", "Basify") for action in actions):
         said = [*usual["quench"], *said]
+    if _reducing(kind) and "Quench" not in actions and "Acidify" in actions:
+        # Acid on what is left of an oxidiser, or on manganese dioxide, frees chlorine.
+        said = [*usual["quench"], *usual["workup"][:1], *said]
     if not any(action in WORKING_UP for action in actions):
         at = next((i for i, task in enumerate(said) if task.action in PURIFYING), len(said))
         said = [*said[:at], *usual["workup"], *said[at:]]
@@ -77,6 +82,11 @@ def tasks(kind: Transformation, clauses: Sequence[Clause], reagents: Sequence[As
         at = max(i for i, task in enumerate(said) if task.action in ("Extract", "Wash", "DrySolution")) + 1
         said.insert(at, Task("Concentrate"))
     return tuple(said)
+
+
+def _reducing(kind: Transformation) -> bool:
+    """Say whether the reaction is ended by destroying an oxidiser."""
+    return kind.quench is not None and kind.quench.asset in ("SodiumSulfite", "SodiumBisulfite", "SodiumThiosulfate")
 
 
 def _settled(said: Sequence[Task]) -> list[Task]:
@@ -128,6 +138,7 @@ _WORDS = {
     "wash": "Wash",
     "dry": "DrySolution",
     "filter": "Filter",
+    "acidify": "Acidify",
     "concentrate": "Concentrate",
     "recrystallise": "Recrystallize",
     "crystallise": "Crystallize",
@@ -183,9 +194,13 @@ class WorkUp:
         fallback = usual.asset if usual is not None else "SodiumBicarbonate" if task.action == "Quench" else ""
         fallback = fallback or {"Acidify": "HydrochloricAcid", "Basify": "SodiumHydroxide"}[task.action]
         chosen = [asset.name for asset, _ in task.reagents] or [fallback]
-        amount = usual.amount if usual is not None and chosen == [usual.asset] else "40 mL"
+        spare = "40 mL" if task.action == "Quench" else "40 mL of 3 M aq."
+        amount = usual.amount if usual is not None and chosen == [usual.asset] else spare
         role = {"Quench": "quench", "Acidify": "acidification", "Basify": "basification"}[task.action]
         names = self._list(task, role, amount, fallback)
+        if task.action == "Quench" and any(self.bench.takes(name) for name in refusals().destroyed_by_protic):
+            self._quench_hydride(names, task)
+            return
         beaker = vessel_for(2.0 * self.volume + 60.0, BEAKERS, 0.95)
         texts = {
             "Quench": f"Pour the cold mixture slowly onto {_dissolved(names)} with ice and let gas escape.",
@@ -202,6 +217,24 @@ class WorkUp:
             at,
             task.duration or 20.0,
         )
+
+    def _quench_hydride(self, names: tuple[str, ...], task: Task) -> None:
+        """Destroy what is left of a hydride or organometallic in its flask, drop by drop in the cold."""
+        gas = tuple(name for name in PROTECTIVE_GASES if self.bench.takes(name))
+        aluminium = any(self.bench.takes(name) for name in ALUMINIUM_HYDRIDES)
+        after: tuple[str, ...] = ()
+        if aluminium:
+            after = tuple(
+                self.bench.take(Catalog.load().get(name), "hydrolysis", amount)
+                for name, amount in (("DeionizedWater", "3.5 mL"), ("SodiumHydroxide", "1.2 mL of 15 % aq."))
+                if name not in names
+            )
+        words = ", then ".join(_dissolved([name]) for name in (*names, *after))
+        shield = " under inert gas" if gas else ""
+        text = f"Cool the flask in an ice bath and add {words} drop by drop{shield}; wait until no more gas comes."
+        line = ("SchlenkLine", *gas) if gas else ()
+        uses = (self.vessel, "IceBath", "DroppingFunnel", *line, *names, *after)
+        self.bench.do("Quench", text, uses, HOOD, 5.0, task.duration or 30.0)
 
     def _extract(self, task: Task) -> None:
         solvents = Task(task.action, task.of(*SOLVENTS)) if task.of(*SOLVENTS) else Task(task.action)
