@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from labgym.assets import Asset, Catalog, Match, incompatible
 from labgym.assets.inference import Agreement, Inference
 from labgym.assets.inference.bottle import INFERRED
-from labgym.assets.reactivity import Reaction, reactions, to_avoid
+from labgym.assets.reactivity import Reaction, products, reactions, to_avoid
 from labgym.assets.specs import quantity, spoken
 from labgym.eval.report_model import LayoutReport
 from labgym.eval.tables import LAYOUT_COLUMNS, Table, figure
@@ -56,7 +56,7 @@ def compatibility_details(a: Asset, b: Asset) -> str:
     for (severity, hazard), alike in answers.items():
         facts = [
             (severity, hazard),
-            ("products", ", ".join(alike[0].cell.products)),
+            ("products", ", ".join(products(alike[0], a, b))),
             ("because", "; ".join(_because(reaction) for reaction in alike)),
             ("source", "; ".join(dict.fromkeys(part for item in alike for part in item.cell.source.split("; ")))),
         ]

@@ -7,6 +7,7 @@ gets the answer of its like.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -109,6 +110,42 @@ class Reactivity(Document):
         return self
 
 
+_ELEMENT = re.compile(r"[A-Z][a-z]?")
+_MADE_OF: dict[str, tuple[str, ...]] = {
+    "ammonia": ("N", "H"),
+    "bromine": ("Br",),
+    "carbon dioxide": ("C",),
+    "carbon monoxide": ("C",),
+    "chloramines": ("Cl", "N"),
+    "chlorine": ("Cl",),
+    "chlorine azide": ("Cl", "N"),
+    "chlorine dioxide": ("Cl",),
+    "chloroacetylene": ("Cl", "C"),
+    "cyanogen bromide": ("Br", "N", "C"),
+    "cyanogen chloride": ("Cl", "N", "C"),
+    "diborane": ("B", "H"),
+    "dimethyl sulfide": ("S", "C"),
+    "hydrogen": ("H",),
+    "hydrogen azide": ("N", "H"),
+    "hydrogen bromide": ("Br", "H"),
+    "hydrogen chloride": ("Cl", "H"),
+    "hydrogen cyanide": ("C", "N", "H"),
+    "hydrogen fluoride": ("F", "H"),
+    "hydrogen sulfide": ("S", "H"),
+    "iodine": ("I",),
+    "nitrogen": ("N",),
+    "nitrogen oxides": ("N",),
+    "nitrogen tribromide": ("N", "Br"),
+    "nitrogen trichloride": ("N", "Cl"),
+    "nitrosyl chloride": ("N", "Cl"),
+    "oxygen": ("O",),
+    "silanes": ("Si", "H"),
+    "sulfur dioxide": ("S",),
+    "thiols": ("S", "H"),
+}
+"""Elements of a product beside oxygen, which air and water have."""
+
+
 @dataclass(frozen=True)
 class Cell:
     """The answer for a pair of groups."""
@@ -179,6 +216,18 @@ def reactions(a: Asset, b: Asset) -> tuple[Reaction, ...]:
         if not any((first, narrow) in entered for narrow in _kinds(second))
     ]
     return tuple(sorted(found, key=lambda reaction: (-reaction.rank, reaction.first.group, reaction.second.group)))
+
+
+def products(reaction: Reaction, a: Asset, b: Asset) -> tuple[str, ...]:
+    """Return those products of a reaction's groups that these reagents have the elements for.
+
+    Groups speak for all their members: of acids and oxidisers some give off chlorine, nitric acid does not.
+    """
+    formulas = [asset.chemistry.formula for asset in (a, b) if asset.chemistry is not None]
+    if not all(formulas):
+        return reaction.cell.products
+    present = {element for formula in formulas for element in _ELEMENT.findall(formula or "")}
+    return tuple(name for name in reaction.cell.products if set(_MADE_OF.get(name, ())) <= present)
 
 
 def to_avoid(asset: Asset, others: Iterable[Asset]) -> tuple[tuple[str, Reaction], ...]:

@@ -10,8 +10,19 @@ import pytest
 from labgym.artefacts import artefacts
 from labgym.assets import Catalog, incompatible
 from labgym.assets.compatibility import rulebook, rules
-from labgym.assets.reactivity import SEVERITIES, TRAITS, Reactivity, cell, reactions, reactivity, to_avoid
+from labgym.assets.reactivity import (
+    _MADE_OF,
+    SEVERITIES,
+    TRAITS,
+    Reactivity,
+    cell,
+    products,
+    reactions,
+    reactivity,
+    to_avoid,
+)
 from labgym.cli import main
+from labgym.describe import compatibility_details
 from labgym.documents import read_json
 from labgym.errors import DocumentError, UnknownNameError
 
@@ -497,3 +508,25 @@ def test_a_broken_matrix_is_refused_with_what_is_wrong(entries, fault):
     assert Reactivity.parse(document(entry())).entries[0].hazard == "warms"
     with pytest.raises(DocumentError, match=fault):
         Reactivity.parse(document(*entries))
+
+
+@pytest.mark.parametrize(
+    "a, b, absent",
+    [
+        ("DeionizedWater", "SulfuricAcid", "hydrogen chloride"),
+        ("LithiumAluminumHydride", "DeionizedWater", "hydrogen chloride"),
+        ("Tetrahydrofuran", "SulfuricAcid", "nitrogen oxides"),
+        ("HydrogenPeroxide", "SulfuricAcid", "chlorine dioxide"),
+    ],
+)
+def test_no_product_is_told_that_the_reagents_lack_an_element_for(a: str, b: str, absent: str) -> None:
+    first, second = CATALOG.get(a), CATALOG.get(b)
+    assert absent not in compatibility_details(first, second)
+
+
+def test_every_product_of_the_matrix_has_its_elements_written_down() -> None:
+    named = {name for entry in reactivity().entries for name in entry.products}
+    assert named - set(_MADE_OF) == {"flammable alkane", "nitrosyl halides"}
+    hcl = CATALOG.get("HydrochloricAcid")
+    bleach = CATALOG.get("SodiumHypochlorite")
+    assert any("chlorine" in products(reaction, hcl, bleach) for reaction in reactions(hcl, bleach))

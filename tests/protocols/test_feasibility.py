@@ -265,3 +265,14 @@ def test_a_replacement_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
 )
 def test_a_comma_parts_thousands_or_decimals(text: str, millilitres: float) -> None:
     assert read_amount(text).volume == millilitres
+
+
+def test_a_hydride_in_a_protic_solvent_is_refused_whatever_role_the_solvent_is_given() -> None:
+    mixed = with_action(
+        {"verb": "Add", "takes": [{"name": "LithiumAluminumHydride", "amount": "1 g"}]},
+        {"name": "LithiumAluminumHydride", "role": "reagent"},
+    )
+    data = mixed.model_dump()
+    for material in data["materials"]:
+        material["role"] = "reagent"
+    assert "unsafe" in {code for code, _ in obstacles(Experiment.model_validate(data))}

@@ -334,3 +334,11 @@ def test_permanganate_is_destroyed_and_its_oxide_filtered_off_before_acid_comes(
     assert steps.index("Quench") < steps.index("Filter") < steps.index("Acidify")
     said = [step.action for step in written("Oxidise toluene with KMnO4 in water, reflux, acidify with HCl").steps]
     assert said.index("Quench") < said.index("Filter") < said.index("Acidify")
+
+
+def test_the_name_of_a_reaction_is_no_solvent() -> None:
+    protocol = written("Williamson ether synthesis of phenol with benzyl bromide and K2CO3 in acetone, reflux")
+    assert "DiethylEther" not in [
+        use.name for use in protocol.reagents if "solvent" in use.role and "extract" not in use.role
+    ]
+    assert any(use.name == "Phenol" for use in protocol.reagents)

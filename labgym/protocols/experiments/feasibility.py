@@ -205,6 +205,7 @@ def _unsafe(experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle
     roles = {material.name: material.role for material in experiment.materials}
     taken = sorted(set(listed.values()))
     solvents = [listed[name] for name, role in roles.items() if role == "solvent" and name in listed]
+    solvents += [listed[name] for name in _poured(experiment) if name in listed]
     checks: tuple[Callable[[], None], ...] = (
         lambda: refuse_wish(f"{experiment.name}. {experiment.product}."),
         lambda: refuse_mixture(taken),
@@ -215,6 +216,17 @@ def _unsafe(experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle
             check()
         except RefusalError as error:
             yield Obstacle("unsafe", None, str(error))
+
+
+def _poured(experiment: Experiment) -> Iterator[str]:
+    """Return what goes into the reaction flask by volume alone, whatever role it is given: it is a solvent there."""
+    for action in experiment.actions:
+        if action.verb in WORK_UP:
+            return
+        for portion in action.takes:
+            amount = read_amount(portion.amount)
+            if amount.volume is not None and amount.mass is None and amount.moles is None:
+                yield portion.name
 
 
 def _best(

@@ -16,6 +16,7 @@ from labgym.protocols.language.words import words
 MAX_FORM = 60
 PREFIX = 2
 """Characters that forms are looked up by."""
+_NAMES_REACTION = re.compile(r"[ -](?:synthesis|formation|cleavage)\b", re.IGNORECASE)
 _RADICAL_BEFORE = re.compile(r"(?:(?<![A-Za-z])(?:\d[\d,']*|[NOopm])|[a-z](?:o|yl|oxy))-$|(?<![a-z])[a-z]{2,}yl $")
 """The end of a text after which a name only goes on: a locant or a radical, "4-bromo-" or "allyl "."""
 _HAN_BEFORE = frozenset("甲乙丙丁戊己庚辛苯氯溴碘氟硝羟氨间邻叔异仲环酰基代酸三四并")
@@ -67,9 +68,10 @@ class _Form:
 def mentions(text: str) -> tuple[Mention, ...]:
     """Return what a text names, in order; where names overlap, the one that begins first and is longest.
 
-    Names of assets, classes of substances ("a tert-butyl ester") and laboratory shorthand ("bicarb") are known.
+    Names of assets, classes of substances ("a tert-butyl ester") and laboratory shorthand ("bicarb") are known. What
+    only names a reaction, "ether synthesis", is no substance.
     """
-    return tuple(_scan(text))
+    return tuple(mention for mention in _scan(text) if not _NAMES_REACTION.match(text, mention.end))
 
 
 def without_chinese_names(text: str) -> str:
