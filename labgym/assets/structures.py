@@ -94,6 +94,24 @@ def standard(smiles: str) -> Any:
     return found
 
 
+def _parted(found: Any) -> Any:
+    """Return a molecule with halides and cyanides of alkali metals as their ions, however they were drawn."""
+    from rdkit import Chem
+
+    pattern = Chem.MolFromSmarts("[Li,Na,K,Rb,Cs;D1;+0]-[F,Cl,Br,I,$([CX2]#[NX1]);+0]")
+    pairs = found.GetSubstructMatches(pattern)
+    if not pairs:
+        return found
+    parted = Chem.RWMol(found)
+    for metal, partner in pairs:
+        parted.RemoveBond(metal, partner)
+        parted.GetAtomWithIdx(metal).SetFormalCharge(1)
+        parted.GetAtomWithIdx(partner).SetFormalCharge(-1)
+    result = parted.GetMol()
+    Chem.SanitizeMol(result)
+    return result
+
+
 def _standardised(found: Any, smiles: str) -> Any:
     from rdkit import Chem
     from rdkit.Chem.MolStandardize import rdMolStandardize
@@ -103,7 +121,7 @@ def _standardised(found: Any, smiles: str) -> Any:
         atom.SetIsotope(0)
     with _quiet():
         try:
-            found = Chem.RemoveHs(found)
+            found = _parted(Chem.RemoveHs(found))
             found = rdMolStandardize.MetalDisconnector().Disconnect(found)
             return rdMolStandardize.Normalizer().normalize(found)
         except (ValueError, RuntimeError):

@@ -18,6 +18,8 @@ pytest.importorskip("rdkit")
         ("CCO", "OCC"),
         ("c1ccccc1C=O", "O=CC1=CC=CC=C1"),
         ("CO[Na]", "[Na+].C[O-]"),
+        ("[Na]Cl", "[Na+].[Cl-]"),
+        ("[K]C#N", "[K+].[C-]#N"),
         ("CN(=O)=O", "C[N+](=O)[O-]"),
         ("[CH3:1][OH:2]", "CO"),
         ("CS(=O)C", "C[S+](C)[O-]"),

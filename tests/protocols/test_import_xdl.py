@@ -194,3 +194,10 @@ def test_a_number_of_repeats_that_is_none_is_turned_down(tmp_path: Path, times: 
 def test_conditions_that_cannot_be_read_are_kept_in_words(tmp_path: Path) -> None:
     found = experiment(tmp_path, '<Add reagent="ether" vessel="r"/><HeatChill temp="reflux" time="1h 30min"/>')
     assert (found.actions[1].verb, found.actions[1].note) == ("Heat", "temp reflux; time 1h 30min")
+
+
+def test_files_of_one_name_in_two_folders_are_two_experiments(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        one(tmp_path / folder, '<Add reagent="ether" vessel="r"/>', "x.xdl")
+    assert [item.id for item in read(tmp_path, "xdl") if isinstance(item, Experiment)] == ["xdl_a_x", "xdl_b_x"]

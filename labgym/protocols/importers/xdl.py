@@ -82,19 +82,19 @@ def read(path: Path) -> Iterator[Experiment | Rejection]:
         DocumentError: nothing to read, or, for a single file, it is not XDL.
     """
     if not path.is_dir():
-        yield _experiment(path)
+        yield _experiment(path, path.name)
         return
     files = sorted(file for file in path.rglob("*") if file.suffix.lower() in SUFFIXES and file.is_file())
     if not files:
         raise DocumentError(path, "", f"holds no XDL files ({', '.join(SUFFIXES)})")
     for file in files:
         try:
-            yield _experiment(file)
+            yield _experiment(file, str(file.relative_to(path)))
         except DocumentError as error:
             yield Rejection(str(file.relative_to(path)), str(error))
 
 
-def _experiment(path: Path) -> Experiment | Rejection:
+def _experiment(path: Path, place: str) -> Experiment | Rejection:
     root = read_xml(path)
     synthesis = root if root.tag == "Synthesis" else root.find("Synthesis")
     procedure = None if synthesis is None else synthesis.find("Procedure")
@@ -105,23 +105,23 @@ def _experiment(path: Path) -> Experiment | Rejection:
         for step in procedure:
             _carry_out(step, bench)
         bench.do("Yield")
-        return _written(path, synthesis, bench)
+        return _written(place, path.stem, synthesis, bench)
     except _UnknownStepError as error:
-        return Rejection(path.name, str(error))
+        return Rejection(place, str(error))
     except ValidationError as error:
-        return Rejection(path.name, str(document_error(path.name, error)))
+        return Rejection(place, str(document_error(place, error)))
 
 
-def _written(path: Path, synthesis: Element, bench: _Bench) -> Experiment:
+def _written(place: str, stem: str, synthesis: Element, bench: _Bench) -> Experiment:
     metadata = synthesis.find("Metadata")
     told = {} if metadata is None else metadata.attrib
-    stem = re.sub(r"[^a-z0-9_-]+", "_", path.stem.lower()).strip("_-")[:100]
+    given = re.sub(r"[^a-z0-9_-]+", "_", place.lower().rpartition(".")[0]).strip("_-")[-100:]
     product = told.get("product", "") or synthesis.get("product", "")
     stated = {_name(reagent): reagent.get("role", "") for reagent in synthesis.iter("Reagent")}
     materials = [Material(name=name, role=_role(stated.get(name, ""), verbs)) for name, verbs in bench.uses.items()]
     return Experiment(
-        id=f"xdl_{stem or 'file'}",
-        name=(product or told.get("description", "") or path.stem)[:300],
+        id=f"xdl_{given or 'file'}",
+        name=(product or told.get("description", "") or stem)[:300],
         product=product[:500],
         description=told.get("description", "")[:4000],
         materials=tuple(materials),

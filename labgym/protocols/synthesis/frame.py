@@ -34,7 +34,7 @@ def weigh_first(bench: Bench, vessel: str) -> None:
 
 def clean_up(bench: Bench) -> None:
     """Append the last step: waste by kind, and the glassware."""
-    halogens = any("halogen" in group for use in bench.reagents for group in _groups(use.name))
+    halogens = any("halogen" in group for use in bench.reagents for group in groups_of(use.name))
     waste = "halogenated and other solvent waste apart" if halogens else "solvent and aqueous waste apart"
     bench.do("Clean", f"Collect {waste} and wash the glassware.", (), "SinkBench", None, 20.0)
 
@@ -61,6 +61,7 @@ def is_pyrophoric(asset: Asset) -> bool:
     return asset.chemistry is not None and PYROPHORIC in asset.chemistry.h_codes
 
 
-def _groups(name: str) -> tuple[str, ...]:
+def groups_of(name: str) -> tuple[str, ...]:
+    """Return the reactive groups of a reagent."""
     chemistry = Catalog.load().get(name).chemistry
     return () if chemistry is None else chemistry.groups

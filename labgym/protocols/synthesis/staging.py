@@ -20,7 +20,7 @@ from labgym.protocols.model import Protocol
 from labgym.protocols.synthesis.apparatus import BEAKERS, ROOM, bath_for, millilitres, vessel_for
 from labgym.protocols.synthesis.bench import HOOD, Bench
 from labgym.protocols.synthesis.errors import RefusalError
-from labgym.protocols.synthesis.frame import clean_up, weigh_first
+from labgym.protocols.synthesis.frame import clean_up, groups_of, weigh_first
 from labgym.protocols.validate import ProtocolError, examine
 
 REACHED_BY_OIL = 170.0
@@ -232,7 +232,7 @@ class _Stage:
     def _quench(self, action: Action, names: tuple[str, ...]) -> None:
         """End the reaction in its flask where all fits, else in a beaker; strong acid is always poured onto water."""
         total = self.volume + self._millilitres(action)
-        acid = any("oxidizing_acid" in _groups(name) and self.roles.get(name) != "workup" for name in self.roles)
+        acid = any("oxidizing_acid" in groups_of(name) and self.roles.get(name) != "workup" for name in self.roles)
         fits = total <= NEARLY_FULL * (capacity(Catalog.load().get(self.vessel)) or 0.0)
         at = action.temperature if action.temperature is not None else 10.0
         paper = ("PHPaper",) if action.verb == "AdjustPH" else ()
@@ -376,11 +376,6 @@ def _ph(action: Action) -> str | None:
 def _forms_peroxides(name: str) -> bool:
     chemistry = Catalog.load().get(name).chemistry
     return chemistry is not None and chemistry.peroxide_former
-
-
-def _groups(name: str) -> tuple[str, ...]:
-    chemistry = Catalog.load().get(name).chemistry
-    return chemistry.groups if chemistry is not None else ()
 
 
 def _state(name: str) -> str:
