@@ -21,8 +21,8 @@ from labgym.documents import Document, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
-from labgym.eval.record import NavigationSummary
-from labgym.eval.suites import Suite
+from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.driving.suites import Suite
 from labgym.layouts import Layout
 from labgym.layouts.splits import Manifest
 from labgym.llm.replay import RecordedReply

@@ -17,7 +17,7 @@ from labgym.envs.robot import PREFIX, ROBOT, attach_robot
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
 from labgym.envs.simulation import Simulation
 from labgym.envs.stage import Stage, physics_model
-from labgym.eval.tables import Table
+from labgym.eval.reports.tables import Table
 from labgym.layouts import Layout, load_published, published
 from labgym.navigation import PLANNING_RADIUS, ShortestPaths, astar, goal_pairs, occupancy
 from labgym.scenes import MissingRendererError, make_renderer, to_mjcf

@@ -92,7 +92,7 @@ def score(
         as_json: Print the whole report as JSON.
         check: Exit 1 where the layout has a violation or lacks an asset.
     """
-    from labgym.describe import layout_score
+    from labgym.cli.describe import layout_score
     from labgym.envs.tasks import resolve_layout
     from labgym.eval import score as evaluate
 
@@ -131,7 +131,7 @@ def view(
         height: Height of a rendered view in pixels.
     """
     from labgym.envs.tasks import resolve_layout
-    from labgym.eval import pictures
+    from labgym.eval.drawing import pictures
 
     given = resolve_layout(layout)
     if camera == "topdown":
@@ -162,8 +162,8 @@ def eval_(
         options: Arguments of the policy as NAME=VALUE.
     """
     from labgym.envs.tasks import resolve_layout
-    from labgym.eval.runner import evaluate
-    from labgym.eval.tables import navigation_table
+    from labgym.eval.driving.runner import evaluate
+    from labgym.eval.reports.tables import navigation_table
     from labgym.policies.registry import parse_options
 
     _find_own_modules()
@@ -205,9 +205,9 @@ def record(
     from tqdm import tqdm
 
     from labgym.envs.tasks import resolve_layout
-    from labgym.eval.drive import drive_pairs
-    from labgym.eval.film import check_film_path, film, save_film
-    from labgym.eval.suites import suite_of
+    from labgym.eval.drawing.film import check_film_path, film, save_film
+    from labgym.eval.driving.drive import drive_pairs
+    from labgym.eval.driving.suites import suite_of
     from labgym.navigation import goal_pairs
     from labgym.policies import make_policy
     from labgym.policies.registry import parse_options

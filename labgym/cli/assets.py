@@ -38,7 +38,7 @@ def show(
         kind: List the assets of this kind alone.
         check: Check sizes, hazards and chemistry of every asset; exit 1 where something is wrong.
     """
-    from labgym.describe import asset_details, asset_table
+    from labgym.cli.describe import asset_details, asset_table
 
     catalog = Catalog.load()
     if check:
@@ -142,7 +142,7 @@ def compat(first: Positional[str], second: Positional[str | None] = None) -> int
         first: A reagent, by name, synonym or CAS number, in English or Chinese, or a SMILES (extra chem).
         second: The other one, which may be the same; nothing lists all that the first must not meet.
     """
-    from labgym.describe import compatibility_details, compatibility_table
+    from labgym.cli.describe import compatibility_details, compatibility_table
 
     catalog = Catalog.load()
     given = _told_apart([_reagent(catalog, name) for name in (first, second) if name is not None])
@@ -159,7 +159,7 @@ def infer(smiles: Positional[str | None] = None, agreement: bool = False) -> int
         agreement: Compare what the structures of the catalogue's reagents say with what it says of them.
     """
     from labgym.assets.inference import classify, compare, listed
-    from labgym.describe import agreement_table, inference_details
+    from labgym.cli.describe import agreement_table, inference_details
 
     if agreement == (smiles is not None):
         raise OptionError("give either a SMILES or --agreement")
@@ -181,7 +181,7 @@ def find(text: Positional[str], count: int = 0) -> int:
         text: What you would write: "rbf 250 ml", "旋蒸", "conc. HCl", 67-64-1.
         count: List this many assets that are spelt most like the text instead.
     """
-    from labgym.describe import match_details, match_table
+    from labgym.cli.describe import match_details, match_table
 
     if not 0 <= count <= 50:
         raise OptionError(f"count is {count}, expected 0 to 50")
@@ -252,8 +252,8 @@ def _by_structure(catalog: Catalog, smiles: str) -> Asset:
 def _model_annotator() -> tuple[Annotator, str]:
     """Return the configured language model as an annotator, and its name."""
     from labgym.assets.forge import Described
+    from labgym.assets.forge.llm_annotator import describe
     from labgym.llm import LanguageModel
-    from labgym.llm.annotator import describe
 
     client = LanguageModel.from_environment()
 

@@ -29,7 +29,7 @@ def show(name: Positional[str | None] = None, validate: Path | None = None) -> i
         name: Id of a protocol; nothing lists all.
         validate: A protocol's .json file, put through the validation suite; exit 1 where something is wrong.
     """
-    from labgym.describe import protocol_details, protocol_table
+    from labgym.cli.describe import protocol_details, protocol_table
 
     if validate:
         return findings([f"{f.message}; {f.suggestion}" for f in library.validate(Protocol.load(validate))])
@@ -46,7 +46,7 @@ def search(text: Positional[str], count: int = 5, keyword_only: bool = False) ->
         count: How many fragments, at most one a source.
         keyword_only: Leave the sentence embeddings out.
     """
-    from labgym.describe import search_results
+    from labgym.cli.describe import search_results
     from labgym.protocols.retrieval import search as retrieve
 
     print(search_results(retrieve(text, count, keyword_only)))
@@ -103,7 +103,7 @@ def experiments(name: Positional[str | None] = None, type: ReactionType | None =
         type: List those of a reaction type alone.
         check: Check completeness, and amounts against molar mass and density; exit 1 where something is wrong.
     """
-    from labgym.describe import experiment_details, experiment_table
+    from labgym.cli.describe import experiment_details, experiment_table
     from labgym.protocols.experiments import experiments as every
     from labgym.protocols.experiments import get
     from labgym.protocols.experiments.checks import check as faults
@@ -198,7 +198,7 @@ def filter_(path: Positional[Path | None] = None, out: Path | None = None, repla
         out: Folder for those that can be done and rejected.csv with the reason for each of the others.
         replace: Write over what is in that folder.
     """
-    from labgym.describe import verdict_table
+    from labgym.cli.describe import verdict_table
     from labgym.protocols.experiments import experiments as every
     from labgym.protocols.experiments import read_experiments
     from labgym.protocols.experiments.feasibility import FeasibilityFilter
@@ -227,6 +227,6 @@ def _collected(records: Iterator[Experiment | Rejection], out: Path, feasible: b
 
 def _model_writer(repairs: int) -> Writer:
     from labgym.llm import LanguageModel
-    from labgym.llm.writer import LanguageWriter
+    from labgym.protocols.synthesis.llm_writer import LanguageWriter
 
     return LanguageWriter(LanguageModel.from_environment(), repairs)

@@ -158,7 +158,7 @@ def ablate_iplanner(
     if min(samples, epochs, every, threads) < 1:
         raise OptionError(f"samples {samples}, epochs {epochs}, every {every} and threads {threads} must be at least 1")
     need("torch", "labgym ablate", "train")
-    from labgym.eval.iplanner_ablation import ablate_iplanner as ablate
+    from labgym.cards.iplanner_ablation import ablate_iplanner as ablate
     from labgym.policies.iplanner.config import TrainOptions
 
     return written(ablate(data, out, TrainOptions(samples=samples, epochs=epochs, threads=threads), every))
@@ -188,7 +188,7 @@ def ablate_navdp(
     if min(samples, epochs, every, threads) < 1:
         raise OptionError(f"samples {samples}, epochs {epochs}, every {every} and threads {threads} must be at least 1")
     need("torch", "labgym ablate", "train")
-    from labgym.eval.navdp_ablation import ablate_navdp as ablate
+    from labgym.cards.navdp_ablation import ablate_navdp as ablate
     from labgym.policies.navdp.config import TrainOptions
 
     return written(ablate(run, data, out, TrainOptions(samples=samples, epochs=epochs, threads=threads), every))
@@ -211,7 +211,7 @@ def card_iplanner(
         ablation: Folder of labgym ablate iplanner.
         out: Folder for weights, configuration, losses, figures and CARD.md.
     """
-    from labgym.eval.iplanner_card import write_iplanner_card
+    from labgym.cards.iplanner import write_iplanner_card
 
     return written(write_iplanner_card(run, data, results, out, ablation))
 
@@ -233,7 +233,7 @@ def card_navdp(
         ablation: Folder of labgym ablate navdp.
         out: Folder for weights, configuration, losses, figures and CARD.md.
     """
-    from labgym.eval.navdp_card import write_navdp_card
+    from labgym.cards.navdp import write_navdp_card
 
     return written(write_navdp_card(run, data, results, out, ablation))
 
@@ -255,7 +255,7 @@ def card_ppo(
         out: Folder to publish in; by default policies/ppo-OBSERVATION.
         without_warm_start: Folder of a run without the warm start, to be set beside it.
     """
-    from labgym.eval.ppo_card import write_ppo_card
+    from labgym.cards.ppo import write_ppo_card
 
     folder, target = run or Path("runs/ppo") / observation, out or Path("policies") / f"ppo-{observation}"
     return written(write_ppo_card(folder, results, target, without_warm_start))

@@ -1,9 +1,9 @@
 """LabTouchstone: layout metrics, navigation metrics, the runner and reports."""
 
-from labgym.eval.report_model import LayoutReport, LayoutSummary
-from labgym.eval.runner import NavigationReport, evaluate
-from labgym.eval.score import aggregate, score
-from labgym.eval.suites import Suite, load_suite, suite_names
+from labgym.eval.driving.runner import NavigationReport, evaluate
+from labgym.eval.driving.suites import Suite, load_suite, suite_names
+from labgym.eval.scoring.layout_report import LayoutReport, LayoutSummary
+from labgym.eval.scoring.score import aggregate, score
 
 __all__ = [
     "LayoutReport",

@@ -4,7 +4,7 @@ from labgym.llm.client import LanguageModel, Reply, Usage
 from labgym.llm.config import LanguageModelConfig
 from labgym.llm.errors import LanguageModelError
 from labgym.llm.messages import Message
-from labgym.llm.prompting import Prompt, load_prompt, prompts
+from labgym.llm.prompting import Prompt, load_prompt
 
 __all__ = [
     "LanguageModel",
@@ -15,5 +15,4 @@ __all__ = [
     "Reply",
     "Usage",
     "load_prompt",
-    "prompts",
 ]

@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.errors import DocumentError, OptionError
 from labgym.llm.messages import Message
 
-FOLDER = Path(__file__).resolve().parent / "prompts"
 MAX_DATUM = 60_000
 SLOT = re.compile(r"\{\{([a-z_]+)\}\}")
 _FILE = re.compile(
@@ -77,22 +76,15 @@ def data_block(name: str, value: object) -> str:
     return f'<data name="{name}">\n{text}\n</data>'
 
 
-def prompts() -> tuple[str, ...]:
-    """Return the names of the prompts there are."""
-    return tuple(sorted(file.stem for file in FOLDER.glob("*.md")))
-
-
-def load_prompt(name: str) -> Prompt:
-    """Return a prompt by name.
+def load_prompt(file: Path) -> Prompt:
+    """Read a prompt from its file; the file's stem is the prompt's name.
 
     Raises:
-        UnknownNameError: there is none of that name.
-        DocumentError: the file has not the form of a prompt.
+        DocumentError: the file is missing or does not have the form of a prompt.
     """
-    if name not in prompts():
-        raise UnknownNameError("prompt", name, prompts())
-    file = FOLDER / f"{name}.md"
+    if not file.is_file():
+        raise DocumentError(file, "", "no such file")
     parts = _FILE.match(file.read_text(encoding="utf-8"))
     if parts is None or SLOT.search(parts["role"]):
-        raise DocumentError(file, "", "no prompt: a version, then # Role without slots, then # Question")
-    return Prompt(name, int(parts["version"]), parts["role"], parts["question"])
+        raise DocumentError(file, "", "not a prompt: expected a version, then # Role without slots, then # Question")
+    return Prompt(file.stem, int(parts["version"]), parts["role"], parts["question"])

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from labgym.documents import write_text
-from labgym.eval.pictures import save_picture, save_view, topdown
-from labgym.eval.plan_drawing import Trace
-from labgym.eval.report import write_report
-from labgym.eval.results import Results
-from labgym.eval.run_report import result_tables, run_report
-from labgym.eval.tables import Table
+from labgym.eval.drawing.pictures import save_picture, save_view, topdown
+from labgym.eval.drawing.plan_drawing import Trace
+from labgym.eval.reports.report import write_report
+from labgym.eval.reports.results import Results
+from labgym.eval.reports.run_report import result_tables, run_report
+from labgym.eval.reports.tables import Table
 from labgym.layouts import Layout
 from labgym.pipeline.ledger import Ledger
 from labgym.pipeline.workers import Work, work_through

@@ -9,9 +9,9 @@ from typing import ClassVar
 
 from labgym.documents import Document
 from labgym.errors import OptionError
-from labgym.eval.results import Results
-from labgym.eval.runner import evaluate
-from labgym.eval.tables import Table
+from labgym.eval.driving.runner import evaluate
+from labgym.eval.reports.results import Results
+from labgym.eval.reports.tables import Table
 from labgym.layouts import Layout
 from labgym.pipeline.config import RunConfig
 from labgym.pipeline.drawing_stage import draw_pictures, render_views, write_results

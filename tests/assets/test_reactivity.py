@@ -22,7 +22,7 @@ from labgym.assets.reactivity import (
     to_avoid,
 )
 from labgym.cli import main
-from labgym.describe import compatibility_details
+from labgym.cli.describe import compatibility_details
 from labgym.documents import read_json
 from labgym.errors import DocumentError, UnknownNameError
 

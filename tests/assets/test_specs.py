@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from labgym.assets import AssetFile, Catalog, Specifications
 from labgym.assets.specs import quantity, spoken
-from labgym.describe import asset_details
+from labgym.cli.describe import asset_details
 from labgym.errors import DocumentError
 
 CATALOG = Catalog.load()

@@ -11,9 +11,9 @@ import pytest
 
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError, OptionError, UnknownNameError
-from labgym.eval.record import provenance
-from labgym.eval.runner import evaluate
-from labgym.eval.suites import Suite
+from labgym.eval.driving.record import provenance
+from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, make_policy
 

@@ -14,9 +14,9 @@ import pytest
 
 from labgym.envs.robot import ROBOT
 from labgym.errors import OptionError
-from labgym.eval.drive import drive_layout
-from labgym.eval.runner import evaluate
-from labgym.eval.suites import Suite
+from labgym.eval.driving.drive import drive_layout
+from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.http.client import HttpPolicy, enlarged

@@ -18,8 +18,8 @@ import shapely
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import LabgymError, OptionError
-from labgym.eval.drive import Drive, drive_layout
-from labgym.eval.suites import Suite
+from labgym.eval.driving.drive import Drive, drive_layout
+from labgym.eval.driving.suites import Suite
 from labgym.geometry import rotate
 from labgym.layouts import Layout, Placement, Room
 from labgym.navigation import goal_pairs, occupancy

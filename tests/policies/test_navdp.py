@@ -13,8 +13,8 @@ from scipy.interpolate import RegularGridInterpolator
 from labgym.artefacts import artefacts
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.runner import evaluate
-from labgym.eval.suites import Suite
+from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.data import DataOptions, make_dataset

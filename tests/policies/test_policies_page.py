@@ -8,8 +8,8 @@ import pytest
 
 from labgym.cli import main
 from labgym.errors import OptionError
-from labgym.eval.drive import drive_layout
-from labgym.eval.suites import Suite
+from labgym.eval.driving.drive import drive_layout
+from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published, published
 from labgym.policies.adapters.inputs import SHAPES
 from labgym.policies.http.client import HttpPolicy

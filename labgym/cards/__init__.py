@@ -1,0 +1,1 @@
+"""Model cards and ablations: how each trained policy is published."""

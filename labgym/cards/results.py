@@ -1,0 +1,123 @@
+"""What the cards of trained policies have in common: an evaluation's numbers, its drives, its failures, ablations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from labgym.errors import OptionError
+from labgym.eval.drawing.pictures import save_picture
+from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.reports.results import Evaluation
+from labgym.eval.reports.route_figures import drives_figure, sampled, what_went_wrong
+from labgym.eval.reports.tables import Table, interval, navigation_table
+from labgym.layouts import Layout
+
+DRIVES, FAILURES = "drives.png", "failures.png"
+SHOWN_FAILURES = 10
+
+ABLATION_COLUMNS = (("success", "SR ↑"), ("spl", "SPL ↑"), ("collision_free", "Collision-free SR ↑"))
+
+
+@dataclass(frozen=True)
+class CardResults:
+    """A complete evaluation of a policy, as its card shows it.
+
+    Attributes:
+        layouts: of the suite, by id.
+    """
+
+    evaluation: Evaluation
+    layouts: dict[str, Layout]
+
+    @classmethod
+    def read(cls, folder: Path, policy: str) -> CardResults:
+        """Read what `labgym eval` wrote.
+
+        Raises:
+            DocumentError: a file is missing or broken.
+            OptionError: the evaluation is not complete, or of another policy.
+        """
+        evaluation = Evaluation.read(folder)
+        summary = evaluation.summary
+        if summary.policy != policy or not summary.complete:
+            raise OptionError(
+                f"{folder} holds {summary.policy!r}, complete: {summary.complete}; expected all of {policy!r}"
+            )
+        return cls(evaluation, {layout.id: layout for layout in summary.suite.load_layouts()})
+
+    @property
+    def failures(self) -> list[EpisodeRow]:
+        """The episodes that did not succeed, in the suite's order."""
+        return [row for row in self.evaluation.rows if not row.success]
+
+    def draw(self, out: Path) -> None:
+        """Draw ten drives, and the first ten that failed, into a folder; remove the latter's picture if none did."""
+        rows, failures = self.evaluation.rows, self.failures
+        save_picture(drives_figure(self.evaluation, self.layouts, sampled(rows)), out / DRIVES)
+        if failures:
+            save_picture(drives_figure(self.evaluation, self.layouts, failures[:SHOWN_FAILURES]), out / FAILURES)
+        else:
+            (out / FAILURES).unlink(missing_ok=True)
+
+    def markdown(self) -> str:
+        """Return the card's sections of results and of what went wrong; they show the pictures of `draw`."""
+        summary = self.evaluation.summary
+        return f"""## Results
+
+{navigation_table({summary.policy: summary.metrics}, f"suite {summary.suite.label}").markdown()}
+
+Made by `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, seed {summary.seed}, \
+{summary.episodes} episodes.
+
+![Ten drives over their maps]({DRIVES})
+
+## What went wrong
+
+{self._what_went_wrong()}"""
+
+    def _what_went_wrong(self) -> str:
+        failures = self.failures
+        if not failures:
+            return "Every episode succeeded."
+        drawn = min(len(failures), SHOWN_FAILURES)
+        lines = [f"{len(failures)} of {len(self.evaluation.rows)} episodes failed; the first {drawn} are drawn.", ""]
+        lines += ["| layout | room | pair | what happened |", "| --- | --- | --- | --- |"]
+        lines += [
+            f"| {row.layout} | {self.layouts[row.layout].room.name} | {row.pair} "
+            f"| {what_went_wrong(row, self.evaluation.routes[row.key])} |"
+            for row in failures
+        ]
+        return "\n".join([*lines, "", f"![Failed drives]({FAILURES})"])
+
+
+def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:
+    """Return a table in Markdown of evaluations, a row each.
+
+    Args:
+        folder: with a folder for each of them, of what `labgym eval` writes.
+        titles: of the rows by the folder's name, in order.
+
+    Raises:
+        OptionError: they are not complete, or of different suites.
+        DocumentError: one is missing or cannot be read.
+    """
+    summaries = {name: NavigationSummary.load(folder / name / "summary.json") for name in titles}
+    suites = {summary.suite.label for summary in summaries.values()}
+    if len(suites) != 1 or not all(summary.complete for summary in summaries.values()):
+        raise OptionError(
+            f"{folder} holds evaluations of {sorted(suites)}, or parts; expected whole ones, of one suite"
+        )
+    rows = tuple(
+        (titles[name], *(interval(summary.metrics[key], 3) for key, _ in ABLATION_COLUMNS))
+        for name, summary in summaries.items()
+    )
+    episodes = ", ".join(sorted({str(summary.episodes) for summary in summaries.values()}))
+    return Table(
+        title="",
+        columns=("Variant", *(heading for _, heading in ABLATION_COLUMNS)),
+        rows=rows,
+        notes=(f"Suite {suites.pop()}, {episodes} episodes each; in brackets: 95% bootstrap intervals over layouts.",),
+    ).markdown()

@@ -1,0 +1,1 @@
+"""Plans, routes, rendered views and films."""

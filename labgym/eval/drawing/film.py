@@ -1,0 +1,115 @@
+"""A drive as a film: the robot from behind and above, what its camera sees in the corner."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from labgym.envs.sensors import Camera
+from labgym.envs.view import ChaseView
+from labgym.errors import LabgymError, OptionError
+from labgym.eval.driving.drive import Route
+from labgym.layouts import Layout
+from labgym.scenes import RayScene
+
+Picture = NDArray[np.uint8]
+
+INSET = 0.28
+"""Width of the robot's own view, as a share of the picture's."""
+
+BORDER = 3
+COLOURS = 128
+"""Colours of each picture of a GIF."""
+
+NO_PICTURE = "a film needs at least one picture; the drive has none"
+
+
+def film(layout: Layout, route: Route, width: int = 640, height: int = 480) -> Iterator[Picture]:
+    """Yield a picture (height, width, 3) for each pose of a route.
+
+    Raises:
+        OptionError: the picture is larger than the scene's off-screen buffer, or too small.
+        MissingRendererError: there is no OpenGL.
+    """
+    if min(width, height) < 96:
+        raise OptionError(f"a film of {width} x {height} pixels is too small; take at least 96 x 96")
+    rays, camera, view = RayScene(layout, "visual"), Camera(), ChaseView(width, height)
+    try:
+        for pose in route:
+            picture = view.picture(layout, rays, pose)
+            colour, _ = camera.colour_and_depth(rays, pose)
+            yield _with_inset(picture, colour)
+    finally:
+        view.close()
+
+
+def check_film_path(path: Path) -> None:
+    """Raise OptionError where a film cannot be written under that name."""
+    if path.suffix not in (".mp4", ".gif"):
+        raise OptionError(f"film {path.name!r} must end in .mp4 or .gif")
+
+
+def save_film(pictures: Iterable[Picture], path: str | Path, rate: float = 10.0) -> Path:
+    """Write pictures of one size as .mp4 or .gif, by the path's ending; nothing is left half written.
+
+    Args:
+        rate: pictures a second.
+
+    Raises:
+        OptionError: another ending.
+        LabgymError: there is no picture, or this build of OpenCV cannot write MP4.
+    """
+    path = Path(path)
+    check_film_path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    try:
+        (_write_mp4 if path.suffix == ".mp4" else _write_gif)(iter(pictures), Path(name), rate)
+        Path(name).replace(path)
+    finally:
+        Path(name).unlink(missing_ok=True)
+    path.chmod(0o644)
+    return path
+
+
+def _with_inset(picture: Picture, colour: Picture) -> Picture:
+    """Return a picture with another in its lower right corner."""
+    width = int(picture.shape[1] * INSET)
+    small = cv2.resize(colour, (width, width * colour.shape[0] // colour.shape[1]), interpolation=cv2.INTER_LINEAR)
+    framed = cv2.copyMakeBorder(small, *(BORDER,) * 4, cv2.BORDER_CONSTANT, value=(255, 255, 255))
+    rows, columns = framed.shape[:2]
+    whole = picture.copy()
+    whole[-rows - 8 : -8, -columns - 8 : -8] = framed
+    return whole
+
+
+def _write_mp4(pictures: Iterator[Picture], path: Path, rate: float) -> None:
+    first = next(pictures, None)
+    if first is None:
+        raise LabgymError(NO_PICTURE)
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), rate, (first.shape[1], first.shape[0]))
+    try:
+        if not writer.isOpened():
+            raise LabgymError("this build of OpenCV cannot write MP4; write a .gif instead")
+        writer.write(first[..., ::-1])
+        for picture in pictures:
+            writer.write(picture[..., ::-1])
+    finally:
+        writer.release()
+
+
+def _write_gif(pictures: Iterator[Picture], path: Path, rate: float) -> None:
+    frames = [Image.fromarray(picture).quantize(COLOURS, dither=Image.Dither.NONE) for picture in pictures]
+    if not frames:
+        raise LabgymError(NO_PICTURE)
+    first, *others = frames
+    duration = round(1000.0 / rate)
+    first.save(path, format="GIF", save_all=True, append_images=others, duration=duration, loop=0, optimize=True)

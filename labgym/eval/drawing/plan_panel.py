@@ -1,0 +1,128 @@
+"""The column beside a top-down picture: what is shown, where the protocol goes, and what the colours mean."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from labgym.eval.drawing import palette
+from labgym.eval.drawing.plan_drawing import Trace
+from labgym.eval.drawing.plan_labels import FONT, words
+from labgym.layouts.model import Layout
+from labgym.protocols import Protocol
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+PANEL_INCHES = 2.5
+TEXT = 7.5
+LINE = 0.165
+"""Size of the running text in points, and the height of its lines in inches."""
+
+
+class Panel:
+    """A column of text and swatches, written from the top downwards; `y` counts inches from the top."""
+
+    def __init__(self, axes: Axes, inches: float) -> None:
+        self.axes = axes
+        self.y = 0.0
+        axes.set_xlim(0.0, PANEL_INCHES)
+        axes.set_ylim(inches, 0.0)
+        axes.set_axis_off()
+
+    def title(self, layout: Layout, protocol: Protocol | None) -> None:
+        """Write the protocol's name, and the layout's id and size."""
+        for line in textwrap.wrap(protocol.name if protocol else layout.id, 30)[:3]:
+            self._text(line, 10.0, weight="bold", line=0.19)
+        room = layout.room
+        for line in (f"{layout.id}   {room.width:g} x {room.depth:g} m", f"{len(layout.placements)} objects, grid 1 m"):
+            self._text(line, colour=palette.MUTED)
+
+    def stops(self, locations: Sequence[str]) -> None:
+        """List the numbered locations."""
+        self._heading("Where the protocol goes")
+        for number, location in enumerate(locations, start=1):
+            centre = (0.1, self.y + LINE / 2.0)
+            self.axes.plot(*centre, "o", markersize=9, color=palette.INK)
+            style: dict[str, Any] = {
+                "family": FONT,
+                "weight": "bold",
+                "color": "#ffffff",
+                "ha": "center",
+                "va": "center_baseline",
+            }
+            self.axes.text(*centre, str(number), fontsize=6, **style)
+            self._text(words(location), indent=0.3)
+
+    def traces(self, traces: Sequence[Trace], colours: dict[str, str]) -> None:
+        """List the policies and how many of their drives arrived."""
+        self._heading("Routes")
+        for policy, colour in colours.items():
+            mine = [trace for trace in traces if trace.policy == policy]
+            self._line(colour, f"{policy}: {sum(trace.success for trace in mine)} of {len(mine)} arrive")
+
+    def legend(self, layout: Layout) -> None:
+        """Explain the colours that occur in the layout."""
+        assets = [layout.asset(placement.id) for placement in layout.placements]
+        self._heading("Objects")
+        seen = {palette.swatch(asset).label: palette.swatch(asset) for asset in assets if asset.kind != "reagent"}
+        for label in sorted(seen):
+            self._box(seen[label].fill, seen[label].edge, label)
+        if any(asset.heat_class for asset in assets):
+            self._box("#ffffff", palette.HEAT, "heat source")
+        classes = {
+            asset.storage_class or (asset.chemistry.storage_class if asset.chemistry else None) for asset in assets
+        }
+        self._heading("Reagents (dots) and fronts of cabinets")
+        present = [name for name in palette.STORAGE_COLOURS if name in classes]
+        top = self.y
+        for place, name in enumerate(present):
+            # Two columns, filled downwards.
+            rows = (len(present) + 1) // 2
+            self.y = top + place % rows * LINE
+            self._line(palette.STORAGE_COLOURS[name], words(name).lower(), left=place // rows * PANEL_INCHES / 2.0)
+        self.y = top + (len(present) + 1) // 2 * LINE
+        self._dot(palette.STORAGE_COLOURS["Flammable"], palette.FLAME, "red rim: flammable")
+
+    def _heading(self, text: str) -> None:
+        self.y += 0.12
+        self._text(text, weight="bold", line=0.18)
+
+    def _line(self, colour: str, text: str, left: float = 0.0) -> None:
+        ends = [left, left + 0.2]
+        self.axes.plot(ends, [self.y + LINE / 2.0] * 2, color=colour, linewidth=2.6, solid_capstyle="butt")
+        self._text(text, indent=left + 0.3)
+
+    def _dot(self, fill: str, edge: str, text: str) -> None:
+        self.axes.plot(
+            0.1, self.y + LINE / 2.0, "o", markersize=5.5, color=fill, markeredgecolor=edge, markeredgewidth=1.1
+        )
+        self._text(text, indent=0.3)
+
+    def _box(self, fill: str, edge: str, text: str) -> None:
+        from matplotlib.patches import Rectangle
+
+        low = self.y + (LINE - 0.11) / 2.0
+        self.axes.add_patch(Rectangle((0.01, low), 0.18, 0.11, facecolor=fill, edgecolor=edge, linewidth=0.9))
+        self._text(text, indent=0.3)
+
+    def _text(
+        self,
+        text: str,
+        size: float = TEXT,
+        weight: str = "normal",
+        colour: str = palette.INK,
+        indent: float = 0.0,
+        line: float = LINE,
+    ) -> None:
+        style: dict[str, Any] = {
+            "family": FONT,
+            "fontsize": size,
+            "weight": weight,
+            "color": colour,
+            "ha": "left",
+            "va": "center_baseline",
+        }
+        self.axes.text(indent, self.y + line / 2.0, text, **style)
+        self.y += line

@@ -1,0 +1,200 @@
+"""One policy drives: an episode, and all episodes of a layout."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs import LabPointNavEnv
+from labgym.envs.robot import ROBOT
+from labgym.errors import LabgymError
+from labgym.eval.driving.episode_row import EpisodeRow, Pose
+from labgym.eval.driving.navigation_metrics import soft_spl, spl
+from labgym.eval.driving.suites import Suite
+from labgym.geometry import rotate, wrap_angle
+from labgym.layouts import Layout
+from labgym.navigation import GoalPair, goal_pairs
+from labgym.policies import EpisodeStart, GroundTruth, Policy
+
+Route = tuple[Pose, ...]
+Key = tuple[str, int]
+"""Layout id and goal pair: what tells the episodes of one evaluation apart."""
+Info = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """An episode that is over.
+
+    Attributes:
+        row: what it scored.
+        route: the robot's poses (x, y, yaw) in the room frame, at the start and after each control step, to 1 mm.
+    """
+
+    row: EpisodeRow
+    route: Route
+
+
+class Stopped(Exception):  # noqa: N818 - it is a request, not an error
+    """The evaluation is to stop; the episode under way is lost."""
+
+
+class PolicyError(LabgymError):
+    """A policy raised, or returned what is no action."""
+
+
+def drive_layout(
+    policy: Policy, layout: Layout, suite: Suite, label: str, seed: int, stopped: Callable[[], bool] = lambda: False
+) -> tuple[Drive, ...]:
+    """Drive every goal pair of a layout once.
+
+    Args:
+        policy: who drives.
+        layout: where; its own protocol gives the goal pairs.
+        suite: the rules.
+        label: name of the policy in the rows.
+        seed: of the evaluation; an episode's randomness depends on it, the layout's hash and the pair alone.
+        stopped: asked before each control step.
+
+    Raises:
+        Stopped: `stopped` said so.
+    """
+    return drive_pairs(policy, layout, goal_pairs(layout), suite, label, seed, stopped)
+
+
+def drive_pairs(
+    policy: Policy,
+    layout: Layout,
+    pairs: Sequence[GoalPair],
+    suite: Suite,
+    label: str,
+    seed: int,
+    stopped: Callable[[], bool] = lambda: False,
+) -> tuple[Drive, ...]:
+    """Drive some goal pairs of a layout, each as `drive_layout` would."""
+    env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt)
+    try:
+        return tuple(_Episode(env, policy, layout, pair, suite, seed).run(label, stopped) for pair in pairs)
+    finally:
+        env.close()
+
+
+class _Episode:
+    """An episode under way."""
+
+    def __init__(
+        self, env: LabPointNavEnv, policy: Policy, layout: Layout, pair: GoalPair, suite: Suite, seed: int
+    ) -> None:
+        self._env, self._policy, self._layout, self._pair = env, policy, layout, pair
+        self._suite, self._seed = suite, seed
+        self._entropy = np.random.SeedSequence([seed, int(layout.hash[:16], 16), pair.index])
+        self._seconds = 0.0
+        self._steps = 0
+        self._poses: list[Pose] = []
+        self._clearance = math.inf
+
+    def run(self, label: str, stopped: Callable[[], bool]) -> Drive:
+        """Drive to the end and return the row."""
+        env_seed = int(self._entropy.generate_state(1)[0])
+        observation, info = self._env.reset(seed=env_seed, options={"pair": self._pair.index})
+        initial = float(info["distance"])
+        self._note(info)
+        error: str | None = None
+        try:
+            self._timed(self._policy.reset, self._start())
+            while not self._over(observation, info) and self._steps < self._suite.max_steps:
+                if stopped():
+                    raise Stopped
+                action = _checked(self._timed(self._policy.act, {**observation, "odometry": self._odometry()}))
+                observation, _, _, _, info = self._env.step(action)
+                self._steps += 1
+                self._note(info)
+        except PolicyError as failure:
+            error = str(failure)
+        route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in self._poses)
+        return Drive(self._row(label, initial, info, error), route)
+
+    def _over(self, observation: Info, info: Info) -> bool:
+        """Whether the suite's rules end the episode here."""
+        arrival, stuck = self._suite.arrival, self._suite.stuck
+        if arrival is None:
+            return bool(info["distance"] <= self._suite.success_distance)
+        if stuck is not None and len(self._poses) >= stuck.steps:
+            last = np.array(self._poses[-stuck.steps :])[:, :2]
+            if np.linalg.norm(last - last[-1], axis=1).max() < stuck.distance:
+                return True
+        return bool(info["distance"] < arrival.distance and abs(observation["velocity"][0]) < arrival.speed)
+
+    def _timed(self, call: Callable[[Any], Any], argument: object) -> Any:
+        """Call the policy and add up the time that it takes."""
+        begin = time.perf_counter()
+        try:
+            return call(argument)
+        except Exception as error:
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            raise PolicyError(reason[:500]) from error
+        finally:
+            self._seconds += time.perf_counter() - begin
+
+    def _start(self) -> EpisodeStart:
+        x, y, yaw = self._poses[0]
+        goal = rotate(self._pair.goal[0] - x, self._pair.goal[1] - y, -yaw)
+        robot = replace(ROBOT, control_dt=self._suite.control_dt)
+        truth = GroundTruth(self._layout, self._pair, self._poses[0]) if self._policy.privileged else None
+        return EpisodeStart(goal=goal, rng=np.random.default_rng(self._entropy), robot=robot, truth=truth)
+
+    def _note(self, info: Info) -> None:
+        x, y, yaw = (float(value) for value in info["pose"])
+        self._poses.append((x, y, yaw))
+        self._clearance = min(self._clearance, float(info["clearance"]))
+
+    def _odometry(self) -> NDArray[np.float64]:
+        (x0, y0, yaw0), (x, y, yaw) = self._poses[0], self._poses[-1]
+        return np.array([*rotate(x - x0, y - y0, -yaw0), wrap_angle(yaw - yaw0)])
+
+    def _row(self, label: str, initial: float, info: Info, error: str | None) -> EpisodeRow:
+        final, driven, shortest = (float(info[key]) for key in ("distance", "path_length", "shortest_path_length"))
+        success = error is None and final <= self._suite.success_distance
+        navdp = self._suite.metrics == "navdp"
+        known = math.isfinite(shortest) and not navdp
+        return EpisodeRow(
+            suite=self._suite.label,
+            split=self._suite.split,
+            layout=self._layout.id,
+            layout_hash=self._layout.hash,
+            protocol=self._layout.protocol,
+            pair=self._pair.index,
+            policy=label,
+            seed=self._seed,
+            start=self._pair.start,
+            goal=self._pair.goal,
+            success=success,
+            spl=spl(success, shortest, driven) if known else None,
+            soft_spl=soft_spl(initial, final, shortest, driven) if known else None,
+            path_length=driven,
+            shortest_path_length=shortest if math.isfinite(shortest) else None,
+            final_distance=final,
+            contacts=int(info["contacts"]),
+            min_clearance=self._clearance,
+            steps=self._steps,
+            time=float(info["time"]),
+            planning_ms=1e3 * self._seconds / self._steps if self._steps else None,
+            error=error,
+            navdp_spl=spl(success, initial, driven) if navdp else None,
+        )
+
+
+def _checked(action: object) -> NDArray[np.float32]:
+    try:
+        found = np.asarray(action, dtype=np.float32)
+    except (TypeError, ValueError):
+        raise PolicyError(f"act returned a {type(action).__name__}, expected two numbers in [-1, 1]") from None
+    if found.shape != (2,) or not np.isfinite(found).all():
+        raise PolicyError(f"act returned shape {found.shape}, expected two finite numbers in [-1, 1]")
+    return found

@@ -1,0 +1,192 @@
+"""The evaluator: a policy over a suite, every goal pair of every layout once."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from labgym.errors import LabgymError, OptionError
+from labgym.eval.driving.drive import Drive, Key, Route
+from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.navigation_metrics import summarise
+from labgym.eval.driving.record import NavigationSummary, Provenance, RunIdentity, provenance
+from labgym.eval.driving.run_folder import RunFolder
+from labgym.eval.driving.suites import Suite, load_suite, suite_of
+from labgym.eval.driving.workers import Job, PolicySource, run_jobs
+from labgym.layouts import Layout
+from labgym.navigation import goal_pairs
+from labgym.policies import Policy
+from labgym.policies.policy import Sensors
+
+
+@dataclass(frozen=True)
+class NavigationReport:
+    """The result of an evaluation.
+
+    Attributes:
+        summary: metrics with intervals, and the record of the run; `summary.json`.
+        rows: episodes in the suite's order; `episodes.jsonl`.
+        routes: the poses that the robot went through, by layout id and pair; `routes.jsonl`.
+    """
+
+    summary: NavigationSummary
+    rows: tuple[EpisodeRow, ...]
+    routes: dict[Key, Route]
+
+    def __getitem__(self, metric: str) -> float | None:
+        """Return a metric's value; None where it applies to no episode."""
+        return self.summary.metrics[metric].value
+
+
+def evaluate(
+    policy: str | Policy,
+    suite: str | Path | Suite | Sequence[Layout] = "test",
+    workers: int = 1,
+    out: str | Path | None = None,
+    seed: int = 0,
+    progress: bool = True,
+    options: dict[str, Any] | None = None,
+) -> NavigationReport:
+    """Drive every goal pair of every layout of a suite once.
+
+    The numbers are the same with any number of workers, the measured planning time aside.
+
+    Args:
+        policy: a name for `make_policy`, or a policy. With several workers an object is copied to each.
+        suite: name of a suite, path of one (`.json`), a `Suite`, or layouts, each with its protocol.
+        workers: processes, each of which takes a layout at a time; 1 stays in this process.
+        out: folder for `run.json`, `episodes.jsonl`, `routes.jsonl` and `summary.json`. Episodes are written layout by
+            layout; a run that was stopped goes on where it was. None writes nothing.
+        seed: of everything random in the policy, and of the intervals.
+        progress: whether to show a progress bar.
+        options: arguments for `make_policy`.
+
+    Raises:
+        UnknownNameError: the suite or the policy does not exist.
+        OptionError: an option is not what it may be, or the folder holds another run.
+        LabgymError: two layouts have one id, a layout has no protocol, or a worker died.
+    """
+    _check_at_least("workers", workers, 1)
+    _check_at_least("seed", seed, 0)
+    suite, layouts = _resolved(suite)
+    source = _source(policy, dict(options or {}))
+    made = source.make()
+    if made.exclusive and workers > 1:
+        raise OptionError(f"policy {source.label!r} drives one robot at a time; use workers=1, not {workers}")
+    arguments = {"workers": workers, "progress": progress}
+    run = _Run(source, suite, layouts, seed, made.privileged, made.observation, provenance(made), arguments)
+    if source.instance is None:
+        made.close()
+    folder = RunFolder(None if out is None else Path(out), run.identity)
+    done = folder.resume(run.expected)
+    try:
+        run.drive(done, folder, workers, progress)
+    finally:
+        # Also after Ctrl-C or an error: what is done is then in order, and the summary says that it is not all.
+        report = run.report(done)
+        folder.finish(report.summary, done)
+    return report
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What is to be driven, and the report on what was."""
+
+    source: PolicySource
+    suite: Suite
+    layouts: tuple[Layout, ...]
+    seed: int
+    privileged: bool
+    sensors: Sensors
+    provenance: Provenance
+    arguments: dict[str, Any]
+
+    @cached_property
+    def expected(self) -> dict[str, tuple[str, int]]:
+        """Hash and number of goal pairs of each layout by id."""
+        return {layout.id: (layout.hash, len(goal_pairs(layout))) for layout in self.layouts}
+
+    @property
+    def identity(self) -> RunIdentity:
+        """What its folder is for."""
+        return RunIdentity(
+            suite=self.suite,
+            policy=self.source.label,
+            options=self.source.options,
+            seed=self.seed,
+            code=self.provenance.code,
+        )
+
+    def drive(self, done: dict[Key, Drive], folder: RunFolder, workers: int, progress: bool) -> None:
+        """Drive what is not done, adding to it layout by layout."""
+        total = sum(count for _, count in self.expected.values())
+        jobs = [
+            Job(self.source, layout, self.suite, self.seed)
+            for layout in self.layouts
+            if any((layout.id, pair) not in done for pair in range(self.expected[layout.id][1]))
+        ]
+        with tqdm(total=total, initial=len(done), desc=self.source.label, unit="ep", disable=not progress) as bar:
+            for _, drives in run_jobs(jobs, workers):
+                done.update({drive.row.key: drive for drive in drives})
+                folder.append(drives)
+                bar.update(len(drives))
+
+    def report(self, done: dict[Key, Drive]) -> NavigationReport:
+        """Return the report on what is done."""
+        keys = [(layout, pair) for layout, (_, count) in self.expected.items() for pair in range(count)]
+        drives = [done[key] for key in keys if key in done]
+        rows = tuple(drive.row for drive in drives)
+        summary = NavigationSummary(
+            suite=self.suite,
+            policy=self.source.label,
+            options=self.source.options,
+            privileged=self.privileged,
+            sensors=self.sensors,
+            seed=self.seed,
+            layouts={layout: digest for layout, (digest, _) in self.expected.items()},
+            episodes=len(rows),
+            expected=len(keys),
+            errors=sum(row.error is not None for row in rows),
+            unreachable=sum(row.shortest_path_length is None for row in rows),
+            complete=len(rows) == len(keys),
+            metrics=summarise(rows, self.seed, metrics=self.suite.metrics),
+            arguments=self.arguments,
+            provenance=self.provenance,
+        )
+        return NavigationReport(summary, rows, {drive.row.key: drive.route for drive in drives})
+
+
+def _resolved(suite: str | Path | Suite | Sequence[Layout]) -> tuple[Suite, tuple[Layout, ...]]:
+    if isinstance(suite, str | Path):
+        suite = load_suite(suite)
+    if isinstance(suite, Suite):
+        return suite, suite.load_layouts()
+    layouts = tuple(suite)
+    ids = [layout.id for layout in layouts]
+    twice = sorted({name for name in ids if ids.count(name) > 1})
+    if twice or not layouts:
+        problem = f"two layouts are called {twice[0]!r}" if twice else "no layouts are given"
+        raise LabgymError(f"{problem}; an evaluation needs at least one layout, each with an id of its own")
+    return suite_of(layouts), layouts
+
+
+def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
+    if isinstance(policy, Policy):
+        if options:
+            raise OptionError(f"options {sorted(options)} are for a policy by name; this one is made already")
+        return PolicySource(policy.name, {}, policy)
+    try:
+        return PolicySource(policy, json.loads(json.dumps(options)))
+    except TypeError as error:
+        raise OptionError(f"options of policy {policy!r} must be plain JSON data: {error}") from error
+
+
+def _check_at_least(name: str, value: object, least: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise OptionError(f"{name} is {value!r}, expected a whole number of at least {least}")

@@ -1,0 +1,81 @@
+"""A self-contained HTML page of results: pictures inside, no script, nothing loaded from elsewhere."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from labgym.documents import write_text
+from labgym.eval.reports.tables import Table
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A headline figure."""
+
+    label: str
+    value: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG picture that travels inside the page."""
+
+    caption: str
+    png: bytes
+
+    @property
+    def data_uri(self) -> str:
+        """The picture as a `data:` address."""
+        return "data:image/png;base64," + base64.b64encode(self.png).decode("ascii")
+
+
+@dataclass(frozen=True)
+class Card:
+    """What the page says of one layout.
+
+    Attributes:
+        metrics: names and printed values. violations: one sentence each, None where it was not scored.
+        episodes: a table of the episodes driven in it.
+    """
+
+    id: str
+    title: str
+    subtitle: str
+    picture: Picture | None = None
+    metrics: tuple[tuple[str, str], ...] = ()
+    violations: tuple[str, ...] | None = None
+    episodes: Table | None = None
+
+
+@dataclass(frozen=True)
+class Report:
+    """Everything on the page, in its order; provenance closes it."""
+
+    title: str
+    subtitle: str
+    tiles: tuple[Tile, ...] = ()
+    tables: tuple[Table, ...] = ()
+    views: tuple[Picture, ...] = ()
+    cards: tuple[Card, ...] = ()
+    provenance: tuple[tuple[str, str], ...] = field(default=())
+
+
+def render_report(report: Report) -> str:
+    """Return the page as HTML; whatever a name or a message holds is escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("labgym.eval.reports"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html.j2").render(report=report)
+
+
+def write_report(report: Report, path: str | Path) -> Path:
+    """Write the page atomically and return its path."""
+    return write_text(path, render_report(report))

@@ -1,0 +1,97 @@
+"""Figures of a policy's drives over the maps they were driven in, and what went wrong in those that failed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from labgym.errors import LabgymError
+from labgym.eval.drawing import palette
+from labgym.eval.drawing.plan_drawing import Trace, draw_objects, draw_room, draw_traces
+from labgym.eval.driving.drive import Route
+from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.reports.results import Evaluation
+from labgym.layouts import Layout
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PANEL_INCHES = 2.6
+COLUMNS = 5
+
+STILL_STEPS, STILL_DISTANCE = 50, 0.15
+"""A robot that moved less than this, metres, in its last so many control steps stood still."""
+BACK_AND_FORTH = 3.0
+"""A robot that drove this many times the distance that it came farthest from its start went back and forth."""
+
+
+def sampled(rows: Sequence[EpisodeRow], count: int = 10) -> list[EpisodeRow]:
+    """Return episodes at even places of a list: the same for every policy on a suite."""
+    places = np.linspace(0, len(rows) - 1, min(count, len(rows))).round().astype(int)
+    return [rows[place] for place in places]
+
+
+def drives_figure(evaluation: Evaluation, layouts: Mapping[str, Layout], rows: Sequence[EpisodeRow]) -> Figure:
+    """Draw episodes side by side, each over its map: a ring at the start, a disc of success at the goal.
+
+    Args:
+        evaluation: whose episodes they are.
+        layouts: by id, at least those of the rows.
+        rows: which episodes.
+
+    Raises:
+        LabgymError: there are none.
+    """
+    from matplotlib.figure import Figure
+
+    if not rows:
+        raise LabgymError("no episodes to draw")
+    columns = min(COLUMNS, len(rows))
+    lines = math.ceil(len(rows) / columns)
+    figure = Figure(figsize=(columns * PANEL_INCHES, lines * (PANEL_INCHES + 0.5)), facecolor="#ffffff")
+    grid = figure.subplots(lines, columns, squeeze=False)
+    for axes in grid.flat:
+        axes.set_axis_off()
+    for axes, row in zip(grid.flat, rows, strict=False):
+        _draw_drive(axes, layouts[row.layout], row, evaluation.routes.get(row.key, ()))
+    figure.tight_layout(pad=0.4)
+    return figure
+
+
+def what_went_wrong(row: EpisodeRow, route: Route) -> str:
+    """Say in a few words how an episode failed, by its row and the poses driven through."""
+    if row.error is not None:
+        return f"the policy raised: {row.error}"
+    points = np.array(route)[:, :2]
+    touching = f", in contact for {row.contacts} of {row.steps} steps" if row.contacts > row.steps // 10 else ""
+    last = points[-STILL_STEPS:]
+    if float(np.linalg.norm(last - last[0], axis=1).max()) < STILL_DISTANCE:
+        return f"came to a stand {row.final_distance:.1f} m from the goal{touching}"
+    farthest = float(np.linalg.norm(points - points[0], axis=1).max())
+    if row.path_length > BACK_AND_FORTH * max(farthest, 0.5):
+        return f"went back and forth, {row.final_distance:.1f} m from the goal at the end{touching}"
+    return f"ran out of time {row.final_distance:.1f} m from the goal{touching}"
+
+
+def _draw_drive(axes: Axes, layout: Layout, row: EpisodeRow, route: Route) -> None:
+    from matplotlib.patches import Circle
+
+    room = layout.room
+    axes.set_xlim(-room.wall_thickness, room.width + room.wall_thickness)
+    axes.set_ylim(-room.wall_thickness, room.depth + room.wall_thickness)
+    axes.set_aspect("equal")
+    draw_room(axes, room)
+    draw_objects(axes, layout, 72.0 * PANEL_INCHES / max(room.width, room.depth))
+    goal = Circle(row.goal[:2], 0.5, facecolor=palette.INK, alpha=0.25, zorder=60)
+    start = Circle(row.start[:2], 0.27, facecolor="none", edgecolor=palette.INK, linewidth=1.2, zorder=60)
+    axes.add_patch(goal)
+    axes.add_patch(start)
+    if route:
+        trace = Trace(row.policy, np.array(route, dtype=np.float64)[:, :2], row.success)
+        draw_traces(axes, [trace], palette.policy_colours([row.policy]))
+    scored = f"SPL {row.spl:.2f}" if row.success and row.spl is not None else f"failed, {row.final_distance:.1f} m left"
+    axes.set_title(f"{row.layout} {row.pair}\n{scored}", fontsize=7)

@@ -1,0 +1,134 @@
+"""The report of a folder of results: what of it goes where on the page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from labgym.eval.drawing.plan_labels import words
+from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.reports.report import Card, Picture, Report, Tile
+from labgym.eval.reports.results import Results
+from labgym.eval.reports.tables import LAYOUT_COLUMNS, Table, figure, layout_table, leaderboard, navigation_table
+from labgym.eval.scoring.layout_report import LayoutReport
+from labgym.eval.scoring.score import aggregate
+from labgym.layouts import Layout
+from labgym.navigation import goal_pairs
+from labgym.protocols import get
+
+
+def result_tables(results: Results) -> tuple[Table, ...]:
+    """Return the layout table and the navigation table, as far as there are results for them."""
+    tables = [layout_table(aggregate(results.scores.values()))] if results.scores else []
+    if results.evaluations:
+        tables.append(_navigation([one.summary for one in results.evaluations]))
+    return tuple(tables)
+
+
+def _navigation(summaries: Sequence[NavigationSummary]) -> Table:
+    comparable = len({summary.suite for summary in summaries}) == 1 and summaries[0].suite.metrics != "navdp"
+    if len(summaries) > 1 and comparable:
+        return leaderboard(summaries)
+    return navigation_table({one.policy: one.metrics for one in summaries}, f"suite {summaries[0].suite.label}")
+
+
+def run_report(results: Results, pictures: Mapping[str, Path], views: Mapping[str, Path]) -> Report:
+    """Put a folder's results together for the page.
+
+    Args:
+        results: what the folder holds.
+        pictures: top-down pictures, PNG, by layout id.
+        views: rendered views, PNG, by layout id.
+    """
+    drawn = {name: Picture(name, path.read_bytes()) for name, path in pictures.items()}
+    return Report(
+        title=f"labgym: {results.folder.resolve().name}",
+        subtitle="Laboratories generated for chemistry protocols, and robots that drive through them",
+        tiles=_tiles(results),
+        tables=result_tables(results),
+        views=tuple(Picture(_view_caption(results, name), path.read_bytes()) for name, path in views.items()),
+        cards=tuple(_card(results, layout, drawn.get(layout.id)) for layout in results.layouts),
+        provenance=_provenance(results),
+    )
+
+
+def _tiles(results: Results) -> tuple[Tile, ...]:
+    tiles = [Tile("layouts", str(len(results.layouts)))]
+    if results.scores:
+        tiles.append(Tile("objects a layout", figure(aggregate(results.scores.values()).mean("obj"), 1)))
+        tiles.append(Tile("hard violations", str(sum(score.v for score in results.scores.values()))))
+    for one in results.evaluations[:2]:
+        prefix = "navdp_" if one.summary.suite.metrics == "navdp" else ""
+        for name, heading in (("success", "SR"), ("spl", "SPL")):
+            found = one.summary.metrics[prefix + name]
+            tiles.append(Tile(f"{heading}{' (NavDP)' if prefix else ''}, {one.summary.policy}", figure(found.value, 3)))
+    return tuple(tiles)
+
+
+def _card(results: Results, layout: Layout, picture: Picture | None) -> Card:
+    score = results.scores.get(layout.id)
+    room = layout.room
+    return Card(
+        id=layout.id,
+        title=get(layout.protocol).name if layout.protocol else layout.id,
+        subtitle=f"{layout.id}, {room.width:g} x {room.depth:g} m, {layout.hash[:12]}",
+        picture=picture,
+        metrics=_metrics(score) if score else (),
+        violations=tuple(violation.message for violation in score.violations) if score else None,
+        episodes=_episodes(results, layout),
+    )
+
+
+def _metrics(score: LayoutReport) -> tuple[tuple[str, str], ...]:
+    return tuple(
+        (
+            heading.split(" ↑")[0].split(" ↓")[0],
+            figure(getattr(score, key), 0 if key in ("obj", "ob", "cn", "asset") else 3),
+        )
+        for key, heading, digits in LAYOUT_COLUMNS
+    )
+
+
+def _episodes(results: Results, layout: Layout) -> Table | None:
+    pairs = goal_pairs(layout) if layout.protocol else ()
+    rows = [
+        (
+            f"{words(pairs[row.pair].start_location)} → {words(pairs[row.pair].goal_location)}",
+            row.policy,
+            "arrived" if row.success else f"failed: {row.error}" if row.error else "not in time",
+            figure(row.spl, 3),
+            figure(row.path_length, 2),
+            figure(row.shortest_path_length, 2),
+            figure(row.time, 1),
+            str(row.contacts),
+        )
+        for one in results.evaluations
+        for row in one.of(layout.id)
+        if row.pair < len(pairs)
+    ]
+    columns = ("drive", "policy", "outcome", "SPL", "driven, m", "shortest, m", "time, s", "contact steps")
+    return Table(f"{len(rows)} episodes", columns, tuple(sorted(rows, key=lambda row: row[0]))) if rows else None
+
+
+def _view_caption(results: Results, name: str) -> str:
+    protocol = next((layout.protocol for layout in results.layouts if layout.id == name), None)
+    return f"{get(protocol).name} ({name})" if protocol else name
+
+
+def _provenance(results: Results) -> tuple[tuple[str, str], ...]:
+    facts: list[tuple[str, str]] = []
+    if results.scores:
+        some = next(iter(results.scores.values()))
+        facts.append(("layout metrics", f"{some.version}, profile {some.profile}"))
+    if results.evaluations:
+        summary = results.evaluations[0].summary
+        record = summary.provenance
+        facts += [
+            ("suite", f"{summary.suite.label}, {summary.expected} episodes a policy, seed {summary.seed}"),
+            ("policies", ", ".join(one.summary.policy for one in results.evaluations)),
+            ("code", record.code),
+            ("commit", f"{record.commit or 'not a checkout'}{' with changes' if record.dirty else ''}"),
+            ("versions", ", ".join(f"{name} {version}" for name, version in record.versions.items())),
+        ]
+    generators = {f"{layout.provenance.generator} {layout.provenance.versions}" for layout in results.layouts}
+    return (*facts, ("layouts by", "; ".join(sorted(generators))))

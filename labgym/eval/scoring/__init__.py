@@ -1,0 +1,1 @@
+"""Scores of a layout: geometry, feasibility, chemical safety, consistency."""

@@ -1,0 +1,172 @@
+"""LabTouchstone for layouts: everything that is known of one layout, and the means over many."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from collections.abc import Set as AbstractSet
+from dataclasses import asdict
+
+from labgym.eval.scoring.consistency import consistency_proxy
+from labgym.eval.scoring.layout_report import (
+    Gated,
+    LayoutReport,
+    LayoutSummary,
+    MetricMean,
+    Physical,
+    ReportedViolation,
+)
+from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.facility import facility_warnings
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.satisfaction import mean, penalised, worst_mean
+from labgym.layouts.rules.separation import contained
+from labgym.layouts.rules.storage import in_own_class
+from labgym.layouts.rules.thresholds import OVERLAP_VOLUME, PENETRATION, VERSION, Profile
+from labgym.protocols import Protocol
+from labgym.protocols import get as get_protocol
+
+CHEMISTRY_POINTS = 35.0
+"""S_chem of LabTouchstone: equal shares of the scores that apply."""
+
+METRICS = (
+    "obj", "ob", "cn", "cn_sw", "cn_mj", "asset", "step_nav", "prot_nav", "flam", "store", "incomp", "glass",
+    "incomp_contained", "store_class", "v", "fitness", "s_phys", "s_chem", "real", "lay", "comp", "s_consist",
+    "total", "total_with_proxy",
+)  # fmt: skip
+"""Fields of a report that `aggregate` averages; the gated scores and the proxy's come on top."""
+
+GATED = ("flam", "store", "incomp", "glass")
+PROXY = ("realism", "layout", "completeness", "total")
+
+
+def score(
+    layout: Layout, protocol: Protocol | str | None = None, profile: str | Profile = "default", contacts: bool = True
+) -> LayoutReport:
+    """Evaluate one layout.
+
+    Args:
+        layout: the layout.
+        protocol: a protocol or its id; None takes the one that the layout names, if it names one.
+        profile: name of the thresholds, or a profile of one's own.
+        contacts: whether to compile the scene and count MuJoCo's contacts (`cn_mj`).
+
+    Raises:
+        UnknownNameError: the protocol or the profile does not exist.
+        DocumentError: the layout names an asset or a support that does not exist, or contradicts itself.
+    """
+    layout.check_references()
+    given = layout.protocol if protocol is None else protocol
+    known = get_protocol(given) if isinstance(given, str) else given
+    found = evaluate_layout(layout, known, profile, navigation=True)
+    flam, incomp = worst_mean(found.flammable), worst_mean(found.incompatible)
+    store, glass = mean(found.storage), mean(found.glass)
+    asset = None if found.missing is None else int(not found.missing)
+    feasible = [transition.feasible for transition in found.transitions or ()]
+    physical, s_chem = _physical(found), _chemical_points((flam, incomp, store, glass))
+    proxy = consistency_proxy(found, known)
+    return LayoutReport(
+        layout=layout.id,
+        layout_hash=layout.hash,
+        protocol=None if known is None else known.id,
+        profile=found.profile.name,
+        version=VERSION,
+        obj=len(found.arrangement),
+        ob=len(found.out_of_bounds),
+        cn=len(found.collisions),
+        cn_sw=sum(collision.volume > OVERLAP_VOLUME for collision in found.collisions),
+        cn_mj=_contact_pairs(found.arrangement) if contacts else None,
+        asset=asset,
+        missing=found.missing or (),
+        step_nav=sum(feasible) / len(feasible) if feasible else None,
+        prot_nav=int(all(feasible)) if feasible else None,
+        transitions=len(feasible),
+        flam=flam,
+        store=store,
+        incomp=incomp,
+        glass=glass,
+        gated=Gated(
+            flam=_gate(asset, flam), store=_gate(asset, store), incomp=_gate(asset, incomp), glass=_gate(asset, glass)
+        ),
+        incomp_contained=worst_mean(penalised(contained(found.arrangement, found.incompatible), found.faulty)),
+        store_class=in_own_class(found.arrangement),
+        instances={
+            "flam": len(found.flammable),
+            "store": len(found.storage),
+            "incomp": len(found.incompatible),
+            "glass": len(found.glass),
+        },
+        v=found.v,
+        fitness=found.fitness,
+        physical=physical,
+        s_phys=physical.total,
+        s_chem=s_chem,
+        consistency_proxy=proxy,
+        total_with_proxy=None if s_chem is None else physical.total + s_chem + proxy.total,
+        violations=tuple(ReportedViolation(**asdict(violation)) for violation in found.violations.items),
+        warnings=facility_warnings(found.arrangement),
+    )
+
+
+def aggregate(reports: Iterable[LayoutReport]) -> LayoutSummary:
+    """Return the means over layouts, metric by metric, nulls left out and counted.
+
+    Gated scores are named `gated_flam` and so on, the proxy's `proxy_realism` and so on.
+    """
+    reports = tuple(reports)
+    values: dict[str, list[float | None]] = {name: [getattr(report, name) for report in reports] for name in METRICS}
+    for name in GATED:
+        values[f"gated_{name}"] = [getattr(report.gated, name) for report in reports]
+    for name in PROXY:
+        values[f"proxy_{name}"] = [getattr(report.consistency_proxy, name) for report in reports]
+    return LayoutSummary(
+        layouts=len(reports),
+        profiles=tuple(sorted({report.profile for report in reports})),
+        versions=tuple(sorted({report.version for report in reports})),
+        metrics={name: _mean(column) for name, column in values.items()},
+    )
+
+
+def _mean(column: list[float | None]) -> MetricMean:
+    known = [value for value in column if value is not None]
+    return MetricMean(
+        mean=math.fsum(known) / len(known) if known else None, count=len(known), nulls=len(column) - len(known)
+    )
+
+
+def _gate(asset: int | None, value: float | None) -> float | None:
+    return None if asset is None or value is None else asset * value
+
+
+def _chemical_points(scores: tuple[float | None, ...]) -> float | None:
+    known = [value for value in scores if value is not None]
+    return CHEMISTRY_POINTS * sum(known) / len(known) if known else None
+
+
+def _physical(found: Assessment) -> Physical:
+    """S_phys: for each of four faults the share of the objects concerned without it, 1 where none is concerned."""
+    placements = found.arrangement.placements
+    desktop = {placement.id for placement in placements if placement.support not in (FLOOR, WALL)}
+    standing = {placement.id for placement in placements} - desktop
+    colliding = frozenset[str]().union(*(collision.ids for collision in found.collisions))
+    misplaced = {fault.id for fault in found.bounds if fault.cause != "height"}
+    floating = {fault.id for fault in found.bounds if fault.cause == "height"}
+    return Physical(
+        tabletop_bounds=10.0 * _clean(desktop, misplaced),
+        desktop_collisions=10.0 * _clean(desktop, colliding),
+        heights=5.0 * _clean(desktop | standing, floating),
+        room=10.0 * _clean(standing, misplaced | colliding),
+    )
+
+
+def _clean(concerned: set[str], faulty: AbstractSet[str]) -> float:
+    return 1.0 - len(concerned & faulty) / len(concerned) if concerned else 1.0
+
+
+def _contact_pairs(arrangement: Arrangement) -> int:
+    from labgym.scenes.contacts import contacts  # compiles the scene: MuJoCo is loaded only where it is asked for
+
+    objects = arrangement.index
+    found = contacts(arrangement.layout, PENETRATION)
+    return sum(contact.a in objects and contact.b in objects for contact in found)

@@ -1,0 +1,254 @@
+"""Protocols written by a language model: from the inventory alone, checked, and sent back with the findings."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import GenericAlias
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, create_model
+
+from labgym.assets import Asset, Catalog
+from labgym.documents import Record
+from labgym.errors import OptionError
+from labgym.llm.client import LanguageModel
+from labgym.llm.completion import QUOTED
+from labgym.llm.errors import LanguageModelError
+from labgym.llm.messages import Message
+from labgym.llm.prompting import load_prompt
+from labgym.protocols import Protocol, ProtocolError, ReactionType, ReagentUse, Step, derive, examine
+from labgym.protocols.capability import capacity, cools_to, evacuates_to, heats_to
+from labgym.protocols.places import is_ventilated, is_workplace
+from labgym.protocols.synthesis import Commission, Draft, RefusalError
+from labgym.protocols.synthesis.transformations import recognise
+
+PROMPTS = Path(__file__).resolve().parent / "prompts"
+REPAIRS = 3
+MAX_FINDINGS = 40
+KINDS = ("reagent", "instrument", "facility")
+ACTIONS = (
+    *("Weigh", "Measure", "Prepare", "MakeSolution", "Add", "Stir", "Heat", "Reflux", "Cool", "Purge", "Quench"),
+    *("Acidify", "Basify", "Extract", "Wash", "PhaseSeparation", "DrySolution", "Filter", "Concentrate", "Distill"),
+    *("Crystallize", "Recrystallize", "Chromatograph", "DrySolid", "DryVacuum", "Diazotize", "Monitor", "Analyze"),
+    "Clean",
+)
+Line = Annotated[str, Field(max_length=400)]
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a protocol is written from.
+
+    Attributes:
+        request: what is wanted, in somebody's words.
+        passages: of known experiments, most similar first.
+        inventory: the reagents, instruments and workplaces that may be named.
+        priors: what is known of the type of reaction.
+    """
+
+    request: str
+    passages: Sequence[str]
+    inventory: Sequence[Asset]
+    priors: Sequence[str] = ()
+
+
+class LanguageWriter:
+    """A `labgym.protocols.synthesis.Writer` that works with a language model.
+
+    Args:
+        model: the client.
+        repairs: how often a protocol with faults is sent back.
+    """
+
+    def __init__(self, model: LanguageModel, repairs: int = REPAIRS) -> None:
+        if repairs < 0:
+            raise OptionError(f"repairs {repairs} must be at least 0")
+        self.model, self.repairs = model, repairs
+
+    def write(self, commission: Commission) -> Draft:
+        """Return a protocol without faults, and what it took to write it.
+
+        Raises:
+            RefusalError: the text speaks of no substance and of no reaction.
+            LanguageModelError: the model refuses, or gives no usable answer.
+            ProtocolError: faults are left after the repairs.
+        """
+        if not commission.reading.spoken_of:
+            raise RefusalError("no-chemistry", "the text speaks of no substance and of no reaction: say what reacts")
+        before = self.model.usage
+        protocol, tries = compose(self.model, material(commission), self.repairs)
+        spent = self.model.usage.since(before)
+        return Draft(protocol, (f"written by {self.model.config.model} in {tries} tries; {spent}",))
+
+
+def material(commission: Commission) -> Material:
+    """Return what a model is given for a commission: the passages found, the whole inventory and the rules' priors."""
+    passages = [f"{hit.fragment.place} ({hit.fragment.title}): {hit.fragment.text}" for hit in commission.context.hits]
+    inventory = [asset for asset in Catalog.load() if asset.kind != "facility" or is_workplace(asset)]
+    return Material(commission.text, passages, inventory, _priors(commission))
+
+
+def compose(model: LanguageModel, given: Material, repairs: int = REPAIRS) -> tuple[Protocol, int]:
+    """Return a protocol without faults, its constraints derived, and how many tries it took.
+
+    Raises:
+        LanguageModelError: the model refuses, or gives no usable answer.
+        ProtocolError: faults are left after the repairs; carries them all.
+    """
+    prompt, answer = load_prompt(PROMPTS / "write_protocol.md"), _answer(given.inventory)
+    asked = prompt.fill(
+        request=given.request,
+        passages=list(given.passages),
+        inventory={kind: _abstracts(given.inventory, kind) for kind in KINDS},
+        priors=list(given.priors),
+    )
+    label, conversation, tried = prompt.label, asked, 0
+    while True:
+        tried += 1
+        try:
+            reply = model.ask(label, conversation, answer)
+        except LanguageModelError as error:
+            if error.reason != "malformed" or not error.reply or tried > repairs:
+                raise
+            said, faults = error.reply, [_complaint(None, str(error), "")]
+        else:
+            protocol = _protocol(reply.answer, given.request)
+            found = tuple(finding for finding in examine(protocol) if finding.severity == "fault")
+            if not found:
+                return protocol, tried
+            if tried > repairs:
+                raise ProtocolError(protocol.id, found)
+            said, faults = reply.text, [_complaint(f.step, f.message, f.suggestion) for f in found[:MAX_FINDINGS]]
+        repair = load_prompt(PROMPTS / "repair_protocol.md")
+        label = repair.label
+        # The first question and the latest answer are enough; a whole history would outgrow the model's window.
+        conversation = (*asked, Message("assistant", said), repair.fill(findings=faults)[-1])
+
+
+def _abstracts(inventory: Sequence[Asset], kind: str) -> dict[str, str]:
+    """Return by name what a writer has to know of each asset."""
+    return {asset.name: "; ".join(_abstract(asset)) for asset in inventory if asset.kind == kind}
+
+
+def _abstract(asset: Asset) -> Iterator[str]:
+    yield asset.subtype
+    if asset.chemistry is not None:
+        yield asset.chemistry.state
+        if asset.chemistry.boiling_point is not None:
+            yield f"boils at {asset.chemistry.boiling_point:g} C"
+    for measure, unit in ((capacity, "mL"), (heats_to, "C at most"), (cools_to, "C at least"), (evacuates_to, "mbar")):
+        value = measure(asset)
+        if value is not None:
+            yield f"{value:g} {unit}"
+    if asset.kind == "facility":
+        yield "ventilated" if is_ventilated(asset) else "not ventilated"
+    yield from (flag for flag, carried in asset.hazards.model_dump().items() if carried and flag != "glass_container")
+
+
+def _priors(commission: Commission) -> list[str]:
+    """Return what the rules know: the kind of reaction that they see, and what they read in each clause."""
+    kind = recognise(commission.reading.spoken_of)
+    known = []
+    if kind is not None:
+        known.append(f"kind of reaction: {kind.name} ({kind.type}); like {kind.like}")
+        known.append(f"usual conditions: {kind.action} at {kind.temperature:g} C for {kind.duration:g} min")
+    for clause in commission.reading.clauses:
+        parts = [f"{name} {amount}" for name, amount in clause.amounts.items()]
+        parts += [name for name in clause.names("reagent", "instrument") if name not in clause.amounts]
+        parts += [] if clause.temperature is None else [f"{clause.temperature:g} C"]
+        parts += [] if clause.duration is None else [f"{clause.duration:g} min"]
+        if parts:
+            action = clause.operation.action if clause.operation is not None else "named"
+            known.append(f"read in the request: {action}: {', '.join(parts)}")
+    return known
+
+
+def _names(inventory: Sequence[Asset], kind: str) -> list[str]:
+    return sorted({asset.name for asset in inventory if asset.kind == kind})
+
+
+def _complaint(step: int | None, problem: str, suggestion: str) -> dict[str, Any]:
+    return {"step": step, "problem": problem, "suggestion": suggestion}
+
+
+def _answer(inventory: Sequence[Asset]) -> type[Record]:
+    """Return the form of an answer, in which only names of the inventory can stand.
+
+    Raises:
+        OptionError: the inventory lacks reagents, instruments or workplaces.
+    """
+    names = {kind: _names(inventory, kind) for kind in KINDS}
+    if not all(names.values()):
+        lacking = ", ".join(kind for kind, given in names.items() if not given)
+        raise OptionError(f"an inventory without any {lacking}: nothing can be done with it")
+    reagent, instrument, place = (_one_of(given) for given in names.values())
+    used, action = _one_of(names["reagent"] + names["instrument"]), _one_of(ACTIONS)
+    part: Any = create_model("Part", __base__=Record, name=(reagent, ...), role=(Line, ...), amount=(Line, ...))
+    step: Any = create_model(
+        "WrittenStep",
+        __base__=Record,
+        location=(place, ...),
+        action=(action, ...),
+        text=(Line, ...),
+        uses=(_many(used), Field(max_length=30)),
+        temperature=(Annotated[float, Field(ge=-200.0, le=1500.0)] | None, ...),
+        duration=(Annotated[float, Field(gt=0.0, le=100_000.0)], ...),
+    )
+    return create_model(
+        "WrittenProtocol",
+        __base__=Record,
+        refusal=(Line, ""),
+        name=(Line, ""),
+        reaction_type=(ReactionType | None, None),
+        product=(Line, ""),
+        description=(Annotated[str, Field(max_length=2000)], ""),
+        reagents=(_many(part), Field(max_length=60)),
+        instruments=(_many(instrument), Field(max_length=100)),
+        steps=(_many(step), Field(max_length=60)),
+    )
+
+
+def _one_of(names: Sequence[str]) -> Any:
+    return Literal[tuple(names)]
+
+
+def _many(kind: Any) -> Any:
+    return GenericAlias(list, (kind,))
+
+
+def _protocol(written: Any, request: str) -> Protocol:
+    """Return what a model wrote as a protocol.
+
+    Raises:
+        LanguageModelError: it declines.
+    """
+    if written.refusal.strip() or not (written.reagents and written.instruments and written.steps):
+        why = " ".join(written.refusal.split())[: 2 * QUOTED] or "it gives no steps"
+        raise LanguageModelError("refused", f"the language model declines to write the protocol: {why!r}")
+    steps = [
+        Step(
+            index=index,
+            location=step.location,
+            action=step.action,
+            text=step.text,
+            uses=tuple(dict.fromkeys(step.uses)),
+            temperature=step.temperature,
+            duration=step.duration,
+        )
+        for index, step in enumerate(written.steps, start=1)
+    ]
+    return derive(
+        Protocol(
+            id=f"new_{hashlib.sha256(request.encode()).hexdigest()[:12]}",
+            name=written.name,
+            reaction_type=written.reaction_type or "functional_group_transformation",
+            product=written.product,
+            description=written.description,
+            reagents=tuple(ReagentUse(name=part.name, role=part.role, amount=part.amount) for part in written.reagents),
+            instruments=tuple(written.instruments),
+            steps=tuple(steps),
+        )
+    )

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from labgym.artefacts import artefacts
+from labgym.cards import iplanner_ablation
+from labgym.cards.iplanner import write_iplanner_card
+from labgym.cards.iplanner_ablation import VARIANTS, ablate_iplanner
+from labgym.errors import OptionError
+from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.suites import Suite
+from labgym.eval.reports.results import Evaluation
+from labgym.policies.data import DataOptions, make_dataset
+from labgym.policies.iplanner.config import TrainOptions
+from labgym.policies.iplanner.network import load_planner
+
+SHORT = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=3)
+
+
+@pytest.fixture(scope="module")
+def run() -> Path:
+    return artefacts("policies") / "iplanner"
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("data")
+    make_dataset(folder, DataOptions(samples=2, seed=4), progress=False)
+    return folder
+
+
+def test_the_published_weights_are_small_and_load(run: Path) -> None:
+    network = load_planner(run)
+    assert 100_000 < sum(value.numel() for value in network.parameters()) < 2_000_000
+    assert (run / "weights.safetensors").stat().st_size < 8_000_000
+
+
+def test_the_card_s_numbers_are_the_evaluation_s(run: Path, data: Path, tmp_path: Path) -> None:
+    report = evaluate("iplanner", SHORT, out=tmp_path / "eval", progress=False)
+    card = write_iplanner_card(run, data, tmp_path / "eval", tmp_path / "card").read_text()
+    failed = sum(not row.success for row in report.rows)
+    assert f"{failed} of {len(report.rows)} episodes failed" in card
+    assert f"{report['success']:.3f}" in card
+    assert "`labgym data --samples 2 --seed 4`" in card
+    for name in ("weights.safetensors", "config.json"):
+        assert (tmp_path / "card" / name).read_bytes() == (run / name).read_bytes()
+    for name in ("losses.png", "drives.png", "failures.png"):
+        assert (tmp_path / "card" / name).read_bytes().startswith(b"\x89PNG"), name
+
+
+def test_an_ablation_has_a_row_for_each_variant_driven_with_its_own_weights_or_the_whole_s(
+    data: Path, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen = [variant for variant in VARIANTS if variant.name in {"whole", "obstacle", "glance"}]
+    monkeypatch.setattr(iplanner_ablation, "VARIANTS", chosen)
+    monkeypatch.setattr(iplanner_ablation, "TITLES", {variant.name: variant.title for variant in chosen})
+    monkeypatch.setattr(iplanner_ablation, "every_so_many", lambda every: SHORT)
+    results = ablate_iplanner(data, tmp_path / "ablation", TrainOptions(epochs=1, samples=2), 2, progress=False)
+    weights = {name: Evaluation.read(results / name).summary.options["weights"] for name in ("whole", "obstacle")}
+    assert load_planner(weights["obstacle"]).state_dict().keys() == load_planner(weights["whole"]).state_dict().keys()
+    assert weights["obstacle"] != weights["whole"] == Evaluation.read(results / "glance").summary.options["weights"]
+    evaluate("iplanner", SHORT, out=tmp_path / "eval", progress=False)
+    card = write_iplanner_card(run, data, tmp_path / "eval", tmp_path / "card", tmp_path / "ablation").read_text()
+    for variant in chosen:
+        success = Evaluation.read(results / variant.name).summary.metrics["success"].value
+        assert f"| {variant.title} | {success:.3f}" in card
+
+
+def test_a_card_needs_an_evaluation_of_this_policy(run: Path, data: Path, tmp_path: Path) -> None:
+    evaluate("straight", SHORT, out=tmp_path / "eval", progress=False)
+    assert Evaluation.read(tmp_path / "eval").summary.policy == "straight"
+    with pytest.raises(OptionError, match="straight"):
+        write_iplanner_card(run, data, tmp_path / "eval", tmp_path / "card")

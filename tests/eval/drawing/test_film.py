@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from labgym.cli import main
+from labgym.errors import LabgymError, OptionError
+from labgym.eval.drawing.film import film, save_film
+from labgym.layouts import load_published
+from labgym.navigation import goal_pairs
+from labgym.scenes import MissingRendererError
+
+
+def ramps(count: int) -> list[np.ndarray]:
+    """Grey pictures, each brighter than the one before."""
+    return [np.full((96, 128, 3), 40 + 20 * index, np.uint8) for index in range(count)]
+
+
+def test_a_gif_holds_every_picture_in_order(tmp_path):
+    path = save_film(ramps(5), tmp_path / "new" / "drive.gif", rate=5.0)
+    with Image.open(path) as image:
+        assert image.n_frames == 5
+        assert image.info["duration"] == 200
+        greys = []
+        for index in range(5):
+            image.seek(index)
+            greys.append(int(np.asarray(image.convert("RGB")).mean()))
+    assert greys == sorted(greys)
+
+
+def test_an_mp4_holds_every_picture_at_its_size(tmp_path):
+    path = save_film(ramps(6), tmp_path / "drive.mp4")
+    video = cv2.VideoCapture(str(path))
+    read = [video.read() for _ in range(7)]
+    assert [done for done, _ in read] == [True] * 6 + [False]
+    assert read[0][1].shape == (96, 128, 3)
+    assert video.get(cv2.CAP_PROP_FPS) == pytest.approx(10.0)
+
+
+def test_nothing_is_left_where_a_film_fails(tmp_path):
+    def broken():
+        yield from ramps(2)
+        raise LabgymError("no more")
+
+    for name in ("a.gif", "a.mp4"):
+        with pytest.raises(LabgymError, match="no more"):
+            save_film(broken(), tmp_path / name)
+    with pytest.raises(LabgymError, match="at least one picture"):
+        save_film([], tmp_path / "b.gif")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_another_ending_and_a_pair_that_is_not_there_are_refused_before_anything_is_driven(tmp_path, capsys):
+    with pytest.raises(OptionError, match=r"\.mp4 or \.gif"):
+        save_film(ramps(1), tmp_path / "drive.avi")
+    assert main(["record", "test-sub_01", "--out", str(tmp_path / "drive.avi")]) == 2
+    assert main(["record", "test-sub_01", "--pair", "99", "--out", str(tmp_path / "drive.gif")]) == 2
+    assert "goal pairs 0 to" in capsys.readouterr().err
+
+
+def test_the_robot_s_own_view_is_in_the_corner():
+    layout = load_published("test", "test-sub_01")
+    pair = goal_pairs(layout)[0]
+    try:
+        (picture,) = film(layout, (pair.start,), 320, 240)
+    except MissingRendererError:
+        pytest.skip("no OpenGL here")
+    assert picture.shape == (240, 320, 3)
+    # The frame around the inset: a white line across its top.
+    white = (picture == 255).all(axis=2)
+    assert white[:, 200:].sum(axis=1).max() >= int(320 * 0.28)

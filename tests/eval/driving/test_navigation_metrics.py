@@ -1,0 +1,96 @@
+from __future__ import annotations
+
+import pytest
+
+from labgym.eval.driving.episode_row import EpisodeRow, read_rows, row_line
+from labgym.eval.driving.navigation_metrics import METRICS, soft_spl, spl, summarise
+
+
+def row(layout: str = "one", pair: int = 0, **changes) -> EpisodeRow:
+    fields = {
+        "suite": "test/1",
+        "split": "test",
+        "layout": layout,
+        "layout_hash": "0" * 64,
+        "protocol": "sub_01",
+        "pair": pair,
+        "policy": "astar",
+        "seed": 0,
+        "start": (1.0, 1.0, 0.0),
+        "goal": (4.0, 5.0, 0.0),
+        "success": True,
+        "spl": 1.0,
+        "soft_spl": 0.9,
+        "path_length": 5.0,
+        "shortest_path_length": 5.0,
+        "final_distance": 0.5,
+        "contacts": 0,
+        "min_clearance": 0.1,
+        "steps": 60,
+        "time": 6.0,
+        "planning_ms": 1.0,
+    }
+    return EpisodeRow(**{**fields, **changes})
+
+
+def test_spl_is_one_on_the_shortest_path_and_halves_on_twice_its_length():
+    assert spl(True, 4.0, 4.0) == 1.0
+    assert spl(True, 4.0, 8.0) == 0.5
+    assert spl(False, 4.0, 4.0) == 0.0
+
+
+def test_stopping_short_at_the_success_radius_earns_no_more_than_one():
+    assert spl(True, 4.0, 3.5) == 1.0
+
+
+def test_soft_spl_is_the_progress_times_the_efficiency():
+    assert soft_spl(4.0, 1.0, 4.0, 4.0) == pytest.approx(0.75)
+    assert soft_spl(4.0, 1.0, 4.0, 8.0) == pytest.approx(0.375)
+    assert soft_spl(4.0, 6.0, 4.0, 4.0) == 0.0
+    assert soft_spl(0.0, 0.0, 1.0, 0.0) == 1.0
+
+
+def test_the_figures_are_those_of_the_definitions():
+    rows = [
+        row("one", 0, contacts=3, path_length=6.0),
+        row("one", 1, spl=0.5, soft_spl=0.4, time=10.0, path_length=10.0, min_clearance=0.3),
+        row("two", 0, success=False, spl=0.0, soft_spl=0.2, time=60.0, path_length=4.0, final_distance=2.0, contacts=7),
+    ]
+    metrics = {name: estimate.value for name, estimate in summarise(rows, resamples=100).items()}
+    assert tuple(metrics) == METRICS
+    assert metrics["success"] == pytest.approx(2 / 3)
+    assert metrics["spl"] == pytest.approx(0.5)
+    assert metrics["soft_spl"] == pytest.approx(0.5)
+    assert metrics["collision_free"] == pytest.approx(1 / 3)
+    assert metrics["contacts_per_metre"] == pytest.approx(10 / 20)
+    assert metrics["min_clearance"] == pytest.approx(0.5 / 3)
+    assert metrics["time_to_goal"] == pytest.approx(8.0)
+    assert metrics["final_distance"] == pytest.approx(1.0)
+    assert metrics["planning_ms"] == pytest.approx(1.0)
+
+
+def test_a_pair_without_a_path_has_no_spl_and_counts_in_the_success_rate():
+    rows = [row("one"), row("two", success=False, spl=None, soft_spl=None, shortest_path_length=None)]
+    metrics = summarise(rows, resamples=100)
+    assert metrics["spl"].value == 1.0
+    assert metrics["spl"].nulls == 1
+    assert metrics["success"].value == 0.5
+
+
+def test_no_episodes_have_no_figures():
+    assert {estimate.value for estimate in summarise([]).values()} == {None}
+
+
+def test_a_row_survives_being_written_and_read(tmp_path):
+    rows = (row("one", 0), row("two", 1, error="ValueError: no", spl=None, planning_ms=None))
+    path = tmp_path / "episodes.jsonl"
+    path.write_text("".join(map(row_line, rows)))
+    assert read_rows(path) == rows
+
+
+def test_half_a_line_at_the_end_is_left_out(tmp_path):
+    path = tmp_path / "episodes.jsonl"
+    text = row_line(row("one", 0)) + row_line(row("one", 1))
+    path.write_text(text[:-40])
+    assert read_rows(path) == (row("one", 0),)
+    assert read_rows(tmp_path / "none.jsonl") == ()

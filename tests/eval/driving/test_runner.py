@@ -1,0 +1,315 @@
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.eval.driving.drive import drive_layout
+from labgym.eval.driving.episode_row import read_rows
+from labgym.eval.driving.run_folder import read_routes
+from labgym.eval.driving.runner import NavigationReport, evaluate
+from labgym.eval.driving.suites import Suite
+from labgym.geometry import rotate
+from labgym.layouts import Layout, Placement, Room
+from labgym.navigation import goal_pairs, shortest_path
+from labgym.policies import EpisodeStart, Policy, make_policy
+
+POLICIES = '''
+import numpy as np
+from labgym.policies import Policy
+
+class Shy(Policy):
+    """Fails in every second drive."""
+
+    def reset(self, episode):
+        self.fail = episode.rng.integers(2) == 0
+
+    def act(self, observation):
+        if self.fail:
+            raise RuntimeError("no\\nthanks")
+        return np.array([0.1, 0.2])
+
+class Leaky(Policy):
+    """Remembers what it should forget, and gives up early."""
+
+    def __init__(self):
+        self.count = 0
+
+    def reset(self, episode):
+        self.count += 1
+        self.rng = episode.rng
+        self.left = 40
+
+    def act(self, observation):
+        self.left -= 1
+        return np.array([0.02 * self.count, self.rng.uniform(-1.0, 1.0)]) if self.left else None
+'''
+
+
+def laboratory(name: str, shift: float = 0.0) -> Layout:
+    """A small room with the four places of a protocol and a bench in the middle."""
+
+    def at(asset: str, x: float, y: float, yaw: float) -> Placement:
+        return Placement(id=asset, asset=asset, position=(x, y, 0.0), yaw=yaw)
+
+    placements = (
+        at("PreparationBench", 0.40, 2.5 + shift, -math.pi / 2),
+        at("FumeHood", 2.5 + shift, 6.05, math.pi),
+        at("ValidationPlatform", 6.05, 4.0 - shift, math.pi / 2),
+        at("SinkBench", 4.6, 0.45, 0.0),
+        at("IslandBench", 3.2, 3.3, 0.0),
+    )
+    return Layout(id=name, protocol="alk_03", room=Room(width=6.5, depth=6.5), placements=placements)
+
+
+@pytest.fixture(scope="module")
+def layouts() -> tuple[Layout, ...]:
+    return laboratory("first"), laboratory("second", 0.2), laboratory("third", -0.15)
+
+
+@pytest.fixture
+def users_module(tmp_path, monkeypatch) -> str:
+    (tmp_path / "users_policies.py").write_text(POLICIES)
+    monkeypatch.syspath_prepend(tmp_path)
+    return "users_policies"
+
+
+class Listener(Policy):
+    """Drives in an arc and keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.starts: list[EpisodeStart] = []
+        self.heard: list[dict[str, np.ndarray]] = []
+
+    def reset(self, episode: EpisodeStart) -> None:
+        self.starts.append(episode)
+
+    def act(self, observation):
+        self.heard.append({name: np.array(value) for name, value in observation.items()})
+        return np.array([0.4, 0.3])
+
+
+class Quitter(Policy):
+    """Is interrupted, as by Ctrl-C, after so many drives."""
+
+    def __init__(self, drives: int) -> None:
+        self.drives = drives
+
+    def reset(self, episode: EpisodeStart) -> None:
+        self.drives -= 1
+        if self.drives < 0:
+            raise KeyboardInterrupt
+
+    def act(self, observation):
+        return np.array([0.0, 0.1])
+
+
+def numbers(report: NavigationReport) -> list[dict[str, object]]:
+    return [row.model_dump(exclude={"planning_ms"}) for row in report.rows]
+
+
+@pytest.fixture(scope="module")
+def astar_report(layouts, tmp_path_factory) -> tuple[NavigationReport, Path]:
+    folder = tmp_path_factory.mktemp("astar")
+    return evaluate("astar", layouts, out=folder, progress=False), folder
+
+
+def test_every_goal_pair_of_every_layout_is_driven_once(astar_report, layouts):
+    report, _ = astar_report
+    expected = [(layout.id, pair.index, pair.start, pair.goal) for layout in layouts for pair in goal_pairs(layout)]
+    assert [(row.layout, row.pair, row.start, row.goal) for row in report.rows] == expected
+    assert (report.summary.episodes, report.summary.expected, report.summary.complete) == (9, 9, True)
+
+
+def test_astar_with_the_map_arrives_untouched_on_a_nearly_shortest_path(astar_report):
+    report, _ = astar_report
+    assert report["success"] == 1.0
+    assert report["spl"] >= 0.97
+    assert report["collision_free"] == 1.0
+    assert report.summary.privileged
+
+
+def test_a_row_agrees_with_the_route_and_the_layout(astar_report, layouts):
+    report, _ = astar_report
+    by_id = {layout.id: layout for layout in layouts}
+    for row in report.rows:
+        route = np.array(report.routes[row.key])
+        assert len(route) == row.steps + 1
+        assert row.time == pytest.approx(0.1 * row.steps)
+        assert route[0] == pytest.approx(row.start, abs=1e-3)
+        assert math.dist(route[-1][:2], row.goal[:2]) == pytest.approx(row.final_distance, abs=2e-3)
+        assert row.final_distance <= 0.5
+        chords = float(np.linalg.norm(np.diff(route[:, :2], axis=0), axis=1).sum())
+        assert row.path_length == pytest.approx(chords, rel=0.02, abs=0.01)
+        exact = shortest_path(by_id[row.layout], row.start, row.goal).length
+        assert row.shortest_path_length == pytest.approx(exact)
+        assert row.spl == pytest.approx(exact / max(exact, row.path_length))
+        initial = math.dist(row.start[:2], row.goal[:2])
+        progress = 1.0 - row.final_distance / initial
+        assert row.soft_spl == pytest.approx(progress * exact / max(exact, row.path_length))
+        assert row.layout_hash == by_id[row.layout].hash
+
+
+def test_the_folder_holds_rows_routes_and_a_summary_that_say_the_same(astar_report):
+    report, folder = astar_report
+    assert read_rows(folder / "episodes.jsonl") == report.rows
+    assert read_routes(folder / "routes.jsonl") == report.routes
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["schema"] == "labgym.navigation-summary/1"
+    assert summary["metrics"]["success"]["value"] == 1.0
+    assert summary["provenance"]["versions"]["labgym"]
+    assert summary["arguments"] == {"workers": 1, "progress": False}
+
+
+def test_the_numbers_do_not_depend_on_the_number_of_workers(astar_report, layouts, users_module):
+    assert numbers(evaluate("astar", layouts, workers=2, progress=False)) == numbers(astar_report[0])
+    alone = evaluate(f"{users_module}:Leaky", layouts, workers=1, progress=False, seed=3)
+    together = evaluate(f"{users_module}:Leaky", layouts, workers=2, progress=False, seed=3)
+    assert numbers(alone) == numbers(together)
+    assert len({row.path_length for row in alone.rows}) == 9
+    assert alone.summary.metrics["soft_spl"] == together.summary.metrics["soft_spl"]
+
+
+def test_a_seed_decides_what_is_random(layouts):
+    first, again, other = (evaluate("random", layouts[:1], progress=False, seed=seed) for seed in (1, 1, 2))
+    assert numbers(first) == numbers(again)
+    assert [row.path_length for row in first.rows] != [row.path_length for row in other.rows]
+
+
+def test_an_object_can_be_evaluated_here_and_in_workers(layouts):
+    here = evaluate(make_policy("astar"), layouts[:2], progress=False)
+    there = evaluate(make_policy("astar"), layouts[:2], workers=2, progress=False)
+    assert here.summary.policy == "astar"
+    assert numbers(here) == numbers(there)
+
+
+def test_a_policy_that_is_not_privileged_knows_its_odometry_and_the_goal_alone(layouts):
+    policy = Listener()
+    report = evaluate(policy, [layouts[0]], progress=False)
+    assert all(start.truth is None for start in policy.starts)
+    first = policy.heard[0]
+    assert set(first) == {"goal", "velocity", "lidar", "odometry"}
+    assert first["odometry"] == pytest.approx([0.0, 0.0, 0.0])
+    row = report.rows[0]
+    goal = policy.starts[0].goal
+    assert rotate(*goal, row.start[2]) == pytest.approx((row.goal[0] - row.start[0], row.goal[1] - row.start[1]))
+    for step in (1, 7, 20):
+        x, y, yaw = report.routes[row.key][step]
+        dx, dy, turn = policy.heard[step]["odometry"]
+        moved = rotate(dx, dy, row.start[2])
+        assert (row.start[0] + moved[0], row.start[1] + moved[1]) == pytest.approx((x, y), abs=2e-3)
+        assert math.cos(row.start[2] + turn - yaw) == pytest.approx(1.0, abs=1e-5)
+        distance, cosine, sine = policy.heard[step]["goal"]
+        ahead = rotate(goal[0] - dx, goal[1] - dy, -turn)
+        assert ahead == pytest.approx((distance * cosine, distance * sine), abs=1e-3)
+
+
+def test_a_privileged_policy_is_given_the_layout_and_the_pair(layouts):
+    class Knowing(Listener):
+        privileged = True
+
+    policy = Knowing()
+    evaluate(policy, [layouts[0]], progress=False)
+    assert [start.truth.pair for start in policy.starts] == list(goal_pairs(layouts[0]))
+    assert policy.starts[0].truth.layout == layouts[0]
+
+
+def test_a_policy_that_raises_fails_its_episode_and_no_other(layouts, users_module):
+    report = evaluate(f"{users_module}:Shy", layouts, progress=False)
+    failed = [row for row in report.rows if row.error]
+    assert 0 < len(failed) < len(report.rows) == 9
+    assert report.summary.errors == len(failed)
+    assert {row.error for row in failed} == {"RuntimeError: no thanks"}
+    assert not any(row.success for row in failed)
+    assert {row.spl for row in failed} == {0.0}
+
+
+@pytest.mark.parametrize("action", [[0.0], [math.nan, 0.0], "left", None, [[0.0, 0.0]]])
+def test_what_is_no_action_fails_the_episode_with_a_reason(layouts, action):
+    class Odd(Listener):
+        def act(self, observation):
+            return action
+
+    report = evaluate(Odd(), [layouts[0]], progress=False)
+    assert all("expected two" in row.error for row in report.rows)
+
+
+def test_time_runs_out_where_the_suite_says(layouts):
+    drives = drive_layout(make_policy("random"), layouts[0], Suite(name="brief", max_steps=5), "random", seed=0)
+    assert {(drive.row.steps, drive.row.success, drive.row.suite) for drive in drives} == {(5, False, "brief/1")}
+
+
+def test_arrival_is_where_the_suite_says(layouts):
+    near, far = (
+        drive_layout(make_policy("astar"), layouts[0], Suite(name="mine", success_distance=radius), "astar", seed=0)
+        for radius in (0.2, 1.5)
+    )
+    for close, wide in zip(near, far, strict=True):
+        assert close.row.success
+        assert wide.row.success
+        assert close.row.final_distance <= 0.2
+        assert 1.3 < wide.row.final_distance <= 1.5
+
+
+def test_a_stopped_run_is_readable_and_goes_on_where_it_was(layouts, tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(Quitter(4), layouts, out=tmp_path, progress=False)
+    assert [row.layout for row in read_rows(tmp_path / "episodes.jsonl")] == ["first"] * 3
+    assert json.loads((tmp_path / "summary.json").read_text())["complete"] is False
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(Quitter(3), layouts, out=tmp_path, progress=False)
+    assert [row.layout for row in read_rows(tmp_path / "episodes.jsonl")] == ["first"] * 3 + ["second"] * 3
+    report = evaluate(Quitter(3), layouts, out=tmp_path, progress=False)
+    assert report.summary.complete
+    assert read_rows(tmp_path / "episodes.jsonl") == report.rows
+
+
+def test_a_finished_run_is_not_driven_again(layouts, tmp_path):
+    first = evaluate(Quitter(9), layouts, out=tmp_path, progress=False)
+    assert evaluate(Quitter(0), layouts, out=tmp_path, progress=False).rows == first.rows
+
+
+def test_a_layout_that_changed_or_lost_a_row_is_driven_again(layouts, tmp_path):
+    evaluate(Quitter(9), layouts, out=tmp_path, progress=False)
+    path = tmp_path / "episodes.jsonl"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:4]) + lines[4][:50])
+    moved = laboratory("third", 0.05)
+    report = evaluate(Quitter(6), (*layouts[:2], moved), out=tmp_path, progress=False)
+    assert [row.layout_hash for row in report.rows[6:]] == [moved.hash] * 3
+    assert report.summary.complete
+
+
+def test_a_folder_with_another_run_is_left_alone(layouts, tmp_path):
+    evaluate("straight", layouts[:1], out=tmp_path, progress=False)
+    before = (tmp_path / "episodes.jsonl").read_text()
+    with pytest.raises(OptionError, match="another policy, seed"):
+        evaluate("random", layouts[:1], out=tmp_path, seed=5, progress=False)
+    assert (tmp_path / "episodes.jsonl").read_text() == before
+
+
+def test_bad_requests_say_what_is_wrong(layouts):
+    with pytest.raises(UnknownNameError, match="astr"):
+        evaluate("astr", layouts, progress=False)
+    with pytest.raises(UnknownNameError, match="suite"):
+        evaluate("astar", "tset", progress=False)
+    with pytest.raises(OptionError, match="workers"):
+        evaluate("astar", layouts, workers=0, progress=False)
+    with pytest.raises(LabgymError, match="'first'"):
+        evaluate("astar", (layouts[0], layouts[0]), progress=False)
+    with pytest.raises(LabgymError, match="no layouts"):
+        evaluate("astar", (), progress=False)
+    with pytest.raises(OptionError, match="colour"):
+        evaluate("astar", layouts, options={"colour": "red"}, progress=False)
+
+
+def test_an_object_that_cannot_be_sent_to_workers_says_so(layouts):
+    class Local(Listener):
+        pass
+
+    with pytest.raises(OptionError, match="by name"):
+        evaluate(Local(), layouts, workers=2, progress=False)

@@ -1,0 +1,188 @@
+"""Facility warnings and the consistency proxy: each rule answers to its own planted fault."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from labgym.assets import Catalog
+from labgym.eval import score
+from labgym.eval.scoring.layout_report import FacilityWarning, RuleScore
+from labgym.layouts import Door, Layout, Placement, Room
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.facility import facility_warnings, shower_walks
+from labgym.layouts.rules.zones import door_area, doorway, front_zone
+
+DOORS = (Door(wall="front", offset=1.2), Door(wall="left", offset=1.2))
+ROOM = Room(width=8.0, depth=8.0, doors=DOORS)
+
+
+def put(
+    name: str,
+    asset: str,
+    x: float,
+    y: float,
+    z: float = 0.0,
+    yaw: float = 0.0,
+    on: str = "floor",
+    slot: int | None = None,
+) -> Placement:
+    return Placement(id=name, asset=asset, position=(x, y, z), yaw=yaw, support=on, slot=slot)
+
+
+CLEAN = (
+    put("hood", "FumeHood", 4.0, 7.575, yaw=math.pi),
+    put("bench", "LabBench", 7.625, 3.0, yaw=math.pi / 2),
+    put("shower", "EmergencyShower", 0.4, 4.0, yaw=-math.pi / 2),
+    put("acids", "AcidCabinet", 0.3, 6.0, yaw=-math.pi / 2),
+    put("acid", "HydrochloricAcid", 0.3, 6.0, 0.1, on="acids", slot=0),
+)
+
+
+def lab(*changed: Placement, without: tuple[str, ...] = (), room: Room = ROOM) -> Layout:
+    by_id = {placement.id: placement for placement in (*CLEAN, *changed) if placement.id not in without}
+    return Layout(id="lab", room=room, placements=tuple(by_id.values()))
+
+
+def warnings(layout: Layout) -> tuple[FacilityWarning, ...]:
+    return facility_warnings(Arrangement.of(layout))
+
+
+def test_a_good_laboratory_has_no_warnings() -> None:
+    assert warnings(lab()) == ()
+
+
+TOP = Catalog.load().get("AcidCabinet").surfaces[-1].z
+NARROW = ROOM.model_copy(update={"doors": (Door(wall="front", offset=1.2, width=0.8), DOORS[1])})
+FAULTS = {
+    "a narrow exit": (lab(room=NARROW), "exit_width", 0.8),
+    "one exit only": (lab(room=ROOM.model_copy(update={"doors": DOORS[:1]})), "second_exit", 1.0),
+    "a cart inside the door": (lab(put("cart", "SolidWasteBin", 1.2, 0.9, yaw=math.pi)), "door_area", None),
+    "a hood near the door": (
+        lab(put("second", "FumeHood", 5.0, 0.425), without=("bench",)),
+        "hood_door",
+        5.0 - 0.75 - (1.2 + 0.5),
+    ),
+    "a desk before the hood": (lab(put("desk", "WritingDesk", 4.0, 5.3)), "hood_opposite_desk", 7.15 - 5.6),
+    "no shower": (lab(without=("shower",)), "shower_walk", None),
+    "a bin before the bench": (lab(put("bin", "WasteBin", 6.8, 3.0, yaw=math.pi / 2)), "front_clearance", 7.25 - 6.95),
+    "acid above the head": (
+        lab(put("acid", "HydrochloricAcid", 0.3, 6.0, TOP, on="acids", slot=4)),
+        "corrosive_height",
+        TOP,
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_planted_fault_gives_its_own_warning_with_the_measured_value(fault: str) -> None:
+    layout, rule, value = FAULTS[fault]
+    found = warnings(layout)
+    assert {warning.rule for warning in found} == {rule}
+    assert found[0].value == (None if value is None else pytest.approx(value, abs=1e-6))
+    assert all(warning.message and warning.source for warning in found)
+
+
+def test_a_hood_beside_a_door_is_told_from_one_that_is_merely_near() -> None:
+    found = warnings(lab(put("second", "FumeHood", 3.0, 0.425), without=("bench",)))
+    assert [(warning.value, warning.limit) for warning in found] == [
+        (pytest.approx(3.0 - 0.75 - (1.2 + 0.5)), 1.0),  # the front door
+        (pytest.approx(3.0 - 0.75), 3.0),  # the left door
+    ]
+
+
+def test_a_small_laboratory_needs_no_second_exit() -> None:
+    room = Room(width=4.0, depth=4.6, doors=(Door(wall="front", offset=1.2),))
+    assert warnings(Layout(id="small", room=room, placements=())) == ()
+
+
+def test_the_walk_to_the_shower_is_the_way_around_and_not_the_line_through() -> None:
+    direct = shower_walks(Arrangement.of(lab()))["hood"]
+    straight = math.dist((4.0, 6.55), (1.35, 4.0))  # 0.6 m before each front
+    assert straight - 0.1 <= direct <= 1.1 * straight
+    wall = [put(f"rack{k}", "EquipmentRack", 0.95 + k, 5.0) for k in range(5)]
+    around = shower_walks(Arrangement.of(lab(*wall)))["hood"]
+    end = 0.95 + 4 + 0.5 + 0.3  # the free end of the row, a robot's radius off
+    assert around >= math.dist((4.0, 6.55), (end, 5.0)) + math.dist((end, 5.0), (1.35, 4.0)) - 0.3
+    closed = [put(f"rack{k}", "EquipmentRack", 0.5 + k, 5.0) for k in range(8)]
+    assert shower_walks(Arrangement.of(lab(*closed)))["hood"] == math.inf
+
+
+@pytest.mark.parametrize(
+    ("wall", "expected"),
+    [
+        ("front", (0.6, 0.0, 1.8, 1.2)),
+        ("back", (0.6, 4.8, 1.8, 6.0)),
+        ("left", (0.0, 0.6, 1.2, 1.8)),
+        ("right", (6.8, 0.6, 8.0, 1.8)),
+    ],
+)
+def test_door_areas_lie_inside_the_room_at_their_door(wall: str, expected: tuple[float, ...]) -> None:
+    room = Room(width=8.0, depth=6.0, doors=(Door(wall=wall, offset=1.2),))
+    assert door_area(room, room.doors[0]).bounds() == pytest.approx(expected, abs=1e-12)
+    opening = doorway(room, room.doors[0]).bounds()
+    assert (opening[2] - opening[0]) + (opening[3] - opening[1]) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.0, math.pi / 2, -2.5])
+def test_a_front_zone_begins_at_the_front_and_ends_at_its_depth(yaw: float) -> None:
+    box = Layout(id="t", room=ROOM, placements=(put("b", "LabBench", 4.0, 4.0, yaw=yaw),)).box("b")
+    zone = front_zone(box, 0.9)
+    assert zone.to_local(*box.to_world(0.0, 0.375)) == pytest.approx((0.0, -0.45), abs=1e-12)
+    assert zone.to_local(*box.to_world(0.75, 1.275)) == pytest.approx((0.75, 0.45), abs=1e-12)
+
+
+def rules(layout: Layout) -> dict[str, RuleScore]:
+    return {rule.rule: rule for rule in score(layout, contacts=False).consistency_proxy.rules}
+
+
+PROXY_FAULTS = {
+    "a hood turned to the wall": (
+        lab(put("hood", "FumeHood", 4.0, 7.575)),
+        "hoods stand with their back to a wall",
+        0.0,
+    ),
+    "a cabinet in the middle": (
+        lab(put("tall", "GeneralCabinet", 4.0, 4.0)),
+        "tall furniture stands against a wall",
+        1 / 2,
+    ),
+    "a slanted bench": (
+        lab(put("bench", "LabBench", 6.0, 3.0, yaw=1.0)),
+        "furniture is parallel to the walls",
+        2 / 3,
+    ),
+    "a beaker on the floor": (
+        lab(put("beaker", "Beaker", 5.0, 3.0)),
+        "desktop items stand on furniture, not on the floor",
+        1 / 2,
+    ),
+    "a blocked door": (lab(put("bin", "SolidWasteBin", 1.6, 0.4)), "the area inside each door is clear", 1 / 2),
+    "no shower": (lab(without=("shower",)), "a safety shower is within 16.8 m of each hood", 0.0),
+}
+
+
+@pytest.mark.parametrize("fault", PROXY_FAULTS)
+def test_the_proxy_lowers_the_rule_that_is_broken(fault: str) -> None:
+    layout, rule, expected = PROXY_FAULTS[fault]
+    assert rules(layout)[rule].score == pytest.approx(expected)
+    assert rules(lab())[rule].score == 1.0
+
+
+def test_the_proxy_counts_what_stands_on_the_furniture_and_along_the_walls() -> None:
+    found = rules(lab())
+    assert found["benches, desks and hoods carry something"].score == 0.0
+    busy = rules(lab(put("beaker", "Beaker", 7.6, 3.0, 0.9, on="bench", slot=0)))
+    assert busy["benches, desks and hoods carry something"].score == pytest.approx(1 / 2)
+    lined = 1.5 + 1.5 + 0.75 + 0.6  # hood, bench, shower and cabinet along 32 m of wall
+    assert found["walls are lined with furniture"].score == pytest.approx(lined / 32.0 / 0.2)
+    assert found["a laboratory's essentials are there"].score == pytest.approx(4 / 7)  # bench, hood, shower, cabinet
+
+
+def test_each_dimension_is_ten_times_the_mean_of_its_rules() -> None:
+    proxy = score(lab(), contacts=False).consistency_proxy
+    for dimension in ("realism", "layout", "completeness"):
+        own = [rule.score for rule in proxy.rules if rule.dimension == dimension]
+        assert getattr(proxy, dimension) == pytest.approx(10.0 * sum(own) / len(own))
+    assert proxy.total == pytest.approx(proxy.realism + proxy.layout + proxy.completeness)
