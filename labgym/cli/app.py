@@ -359,7 +359,7 @@ def _find_own_modules() -> None:
 
 
 def _protocol(given: str) -> Protocol:
-    return Protocol.load(given) if given.endswith(".json") else library.get(given)
+    return library.resolve(given)
 
 
 def _fail(message: str) -> int:

@@ -1,7 +1,7 @@
 """LabForge II: protocols, the experiment library and their validation."""
 
 from labgym.protocols.constraints import derive
-from labgym.protocols.library import get, protocols
+from labgym.protocols.library import get, protocols, resolve
 from labgym.protocols.model import ChemicalConstraint, Protocol, ReactionType, ReagentUse, SpatialConstraint, Step
 from labgym.protocols.rules import Finding
 from labgym.protocols.statistics import Statistics, Summary, statistics
@@ -23,6 +23,7 @@ __all__ = [
     "examine",
     "get",
     "protocols",
+    "resolve",
     "statistics",
     "validate",
 ]

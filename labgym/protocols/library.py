@@ -1,8 +1,9 @@
-"""The experiment library: the published protocols."""
+"""The published protocols, and protocols by id or file."""
 
 from __future__ import annotations
 
 from functools import lru_cache
+from pathlib import Path
 from types import MappingProxyType
 
 from labgym.artefacts import artefacts
@@ -11,7 +12,7 @@ from labgym.protocols.model import Protocol
 
 
 def protocols() -> dict[str, Protocol]:
-    """Return the published protocols by id, sorted by id; read once a process."""
+    """Return the published protocols by id, sorted by id; they are read once per process."""
     return dict(_published())
 
 
@@ -19,12 +20,37 @@ def get(protocol_id: str) -> Protocol:
     """Return a published protocol by id.
 
     Raises:
-        UnknownNameError: there is none of that id; lists those there are.
+        UnknownNameError: no published protocol has that id; the error lists those that exist.
     """
     library = _published()
     if not isinstance(protocol_id, str) or protocol_id not in library:
         raise UnknownNameError("protocol", protocol_id, library)
     return library[protocol_id]
+
+
+def resolve(protocol: Protocol | str | Path) -> Protocol:
+    """Return the protocol that an argument names.
+
+    Args:
+        protocol: a `Protocol`, which is returned as it is; the path of a protocol's .json file; or the id of a
+            published protocol. Text counts as a path if it ends in ".json" or contains a path separator.
+
+    Raises:
+        UnknownNameError: no published protocol has that id; the error lists those that exist.
+        DocumentError: the file is missing or is not a protocol.
+    """
+    if isinstance(protocol, Protocol):
+        return protocol
+    if isinstance(protocol, Path) or (isinstance(protocol, str) and _is_path(protocol)):
+        return Protocol.load(protocol)
+    library = _published()
+    if not isinstance(protocol, str) or protocol not in library:
+        raise UnknownNameError("protocol (an id or a .json file)", protocol, library)
+    return library[protocol]
+
+
+def _is_path(text: str) -> bool:
+    return text.endswith(".json") or "/" in text or "\\" in text
 
 
 @lru_cache(maxsize=1)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
 from labgym.assets import Catalog
-from labgym.errors import OptionError, UnknownNameError
-from labgym.protocols import Protocol, check, derive, get, protocols, statistics, validate
+from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.protocols import Protocol, check, derive, get, protocols, resolve, statistics, validate
 
 LIBRARY = protocols()
 each = pytest.mark.parametrize("protocol", LIBRARY.values(), ids=LIBRARY)
@@ -134,3 +135,23 @@ def test_what_a_caller_does_to_the_library_does_not_last():
 @each
 def test_a_protocol_survives_saving_and_loading(protocol, tmp_path):
     assert Protocol.load(protocol.save(tmp_path / "copy.json")) == protocol
+
+
+def test_a_protocol_is_resolved_from_itself_its_id_and_its_file(tmp_path):
+    protocol = LIBRARY["sub_01"].model_copy(update={"id": "mine"})
+    file = protocol.save(tmp_path / "mine.json")
+    assert resolve(protocol) is protocol
+    assert resolve("sub_01") == LIBRARY["sub_01"]
+    assert resolve(file) == resolve(str(file)) == protocol
+
+
+@pytest.mark.parametrize("name", ["sub_99", "", 7])
+def test_a_name_that_is_no_protocol_is_refused_with_what_would_be_right(name):
+    with pytest.raises(UnknownNameError, match=r"an id or a \.json file.*available: alk_01"):
+        resolve(name)
+
+
+@pytest.mark.parametrize("path", ["nowhere.json", "folder/sub_01", Path("sub_01")])
+def test_a_path_is_read_as_a_file_even_where_a_protocol_has_its_name(path):
+    with pytest.raises(DocumentError, match="no such file"):
+        resolve(path)
