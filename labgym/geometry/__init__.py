@@ -1,15 +1,19 @@
 """Oriented footprints, distances and overlaps. Knows no laboratory."""
 
 from labgym.geometry.boxes import BoxArray, OrientedBox, distance, pairwise_distance, pairwise_penetration, penetration
-from labgym.geometry.frames import rotate, wrap_angle
+from labgym.geometry.frames import compose, relative, rotate, to_local, to_world, wrap_angle
 
 __all__ = [
     "BoxArray",
     "OrientedBox",
+    "compose",
     "distance",
     "pairwise_distance",
     "pairwise_penetration",
     "penetration",
+    "relative",
     "rotate",
+    "to_local",
+    "to_world",
     "wrap_angle",
 ]
