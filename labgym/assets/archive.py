@@ -104,7 +104,8 @@ def find_geometry(asset: Asset, folder: Path) -> None:
         raise DocumentError(path, "", f"missing; {asset.name} needs it: add the asset again with --replace")
     if path.stat().st_size > MAX_BYTES or digest(path.read_bytes()) != recorded:
         raise DocumentError(path, "", f"not what was added as {asset.name}: add the asset again with --replace")
-    _contents.setdefault(recorded, path)
+    if not isinstance(_contents.get(recorded), Geometry):
+        _contents[recorded] = path
 
 
 def geometry(asset: Asset) -> Geometry:
@@ -120,7 +121,10 @@ def geometry(asset: Asset) -> Geometry:
             f"geometry of {asset.name!r} is unknown; set LABGYM_CATALOG to the folder that it was added to"
         )
     if isinstance(found, Path):
-        found = _contents[name] = unpack(found.read_bytes(), found)
+        content = found.read_bytes()
+        if digest(content) != name:
+            raise DocumentError(found, "", f"changed since {asset.name} was loaded; load the catalogue again")
+        found = _contents[name] = unpack(content, found)
     return found
 
 

@@ -1,4 +1,8 @@
-"""The catalogue: every asset that labgym knows, read once from the artefact folder."""
+"""The catalogue: an immutable value that holds the published assets and, on request, those of a user's folder.
+
+`Catalog.load()` reads the environment variable LABGYM_CATALOG. Call it at the boundary (a command, an environment's
+constructor, a public entry point) and pass the catalogue on; no function of labgym.assets calls it.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ import os
 from collections.abc import Iterator, Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -15,12 +19,16 @@ from labgym.assets.archive import SHAPE, find_geometry
 from labgym.assets.model import Asset, Kind
 from labgym.assets.search import Match, SynonymIndex
 from labgym.assets.sizes import size_problem
-from labgym.documents import Document
-from labgym.errors import DocumentError, UnknownNameError
+from labgym.documents import Document, canonical_hash
+from labgym.errors import DocumentError, LabgymError, UnknownNameError
 
 FOLDER_VARIABLE = "LABGYM_CATALOG"
 OWN_ASSETS = "assets"
-"""Folder of the entries within a folder of one's own."""
+"""Folder of the entries within a user's catalogue folder."""
+OWN_MESHES = "meshes"
+"""Folder of the geometry within a user's catalogue folder."""
+FileStates = tuple[tuple[str, int, int, int], ...]
+"""Name, inode, size and modification time of each file of a folder."""
 
 
 class AssetFile(Document):
@@ -32,7 +40,15 @@ class AssetFile(Document):
 
 
 class Catalog:
-    """All assets by canonical name, with a search over names and synonyms.
+    """All assets by canonical name, with a search over names and synonyms; immutable, comparable and hashable.
+
+    Two catalogues are equal if all their assets are. A loaded catalogue is pickled as its folder and digest and loaded
+    again where it is unpickled; one made from a list of assets is pickled with its assets.
+
+    Attributes:
+        assets: sorted by name.
+        folder: the user's folder that it was loaded with, absolute; None for the published catalogue alone and for
+            catalogues made from a list of assets.
 
     Raises:
         DocumentError: two assets share a name.
@@ -40,6 +56,8 @@ class Catalog:
 
     def __init__(self, assets: Sequence[Asset], source: object = "catalogue") -> None:
         self.assets = tuple(sorted(assets, key=lambda asset: asset.name))
+        self.folder: Path | None = None
+        self._is_loaded = False
         self._by_name = {asset.name: asset for asset in self.assets}
         if len(self._by_name) != len(self.assets):
             names = [asset.name for asset in self.assets]
@@ -48,20 +66,22 @@ class Catalog:
 
     @classmethod
     def load(cls, folder: str | Path | None = None) -> Catalog:
-        """Return the published catalogue with the assets of a folder of one's own; each is read once a process.
+        """Return the published catalogue together with the assets of a user's folder.
+
+        A folder is read again only if one of its files changed; otherwise the same object is returned.
 
         Args:
-            folder: what `labgym assets add` wrote to; by default the environment variable LABGYM_CATALOG names it.
+            folder: folder written by `labgym assets add`; by default the one that LABGYM_CATALOG names, if any.
 
         Raises:
-            DocumentError: the folder does not exist, holds broken entries or geometry, or a name that is published.
+            DocumentError: the folder does not exist, an entry or its geometry is broken, or a name is published.
         """
-        own = str(folder) if folder is not None else os.environ.get(FOLDER_VARIABLE, "")
-        return _with_own(own) if own else _published()
+        named = str(folder) if folder is not None else os.environ.get(FOLDER_VARIABLE, "")
+        return _with_own(Path(named).resolve()) if named else _published()
 
     @classmethod
     def published(cls) -> Catalog:
-        """Return the published catalogue alone; read once a process."""
+        """Return the published catalogue alone; it is read once per process."""
         return _published()
 
     @classmethod
@@ -69,12 +89,28 @@ class Catalog:
         """Read every JSON file below a folder.
 
         Raises:
-            DocumentError: no such folder, a file that is no asset file, an implausible size, or a name defined twice.
+            DocumentError: no such folder, a file that is no asset file, an implausible size, or a duplicate name.
         """
         files = sorted(Path(folder).rglob("*.json"))
         if not files:
             raise DocumentError(folder, "", "holds no asset files (*.json)")
         return cls([asset for file in files for asset in _read(file)], folder)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the names and digests of all assets: it identifies geometry, physics and chemistry, not texts."""
+        return canonical_hash({asset.name: asset.digest for asset in self.assets})
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (isinstance(other, Catalog) and self.assets == other.assets)
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self._is_loaded:
+            return _reloaded, (self.folder, self.digest)
+        return Catalog, (self.assets,)
 
     def __len__(self) -> int:
         return len(self.assets)
@@ -147,13 +183,14 @@ def _read(file: Path) -> tuple[Asset, ...]:
 
 
 def read_own(folder: str | Path) -> tuple[Asset, ...]:
-    """Return the assets of a folder of one's own, their geometry found and checked.
+    """Return the assets of a user's folder, with their geometry located and checked.
 
     Raises:
         DocumentError: no such folder, or an entry or its geometry is broken.
     """
     if not Path(folder).is_dir():
-        raise DocumentError(folder, "", f"no such folder; make it with labgym assets add, or unset {FOLDER_VARIABLE}")
+        remedy = f"create it with labgym assets add, or unset {FOLDER_VARIABLE}"
+        raise DocumentError(folder, "", f"no such folder; {remedy}")
     assets = [asset for file in sorted((Path(folder) / OWN_ASSETS).glob("*.json")) for asset in _read(file)]
     for asset in assets:
         if asset.shape.name == SHAPE:
@@ -161,16 +198,43 @@ def read_own(folder: str | Path) -> tuple[Asset, ...]:
     return tuple(assets)
 
 
-def forget_own() -> None:
-    """Have folders of one's own read again: something was added."""
-    _with_own.cache_clear()
+def _reloaded(folder: Path | None, digest: str) -> Catalog:
+    """Return the catalogue that was pickled.
+
+    Raises:
+        LabgymError: what is installed, or in the folder, is no longer what was pickled.
+    """
+    catalog = _published() if folder is None else Catalog.load(folder)
+    if catalog.digest != digest:
+        where = "the published catalogue" if folder is None else f"the catalogue in {folder}"
+        raise LabgymError(
+            f"{where} changed: its digest is {catalog.digest[:12]}, expected {digest[:12]}; "
+            "start again with the catalogue as it is now"
+        )
+    return catalog
 
 
-@lru_cache(maxsize=8)
-def _with_own(folder: str) -> Catalog:
-    return Catalog([*_published().assets, *read_own(folder)], folder)
+def _file_states(folder: Path) -> FileStates:
+    files = [*folder.glob(f"{OWN_ASSETS}/*.json"), *folder.glob(f"{OWN_MESHES}/*.npz")]
+    stats = [(str(file.relative_to(folder)), file.stat()) for file in sorted(files) if file.exists()]
+    return tuple((name, stat.st_ino, stat.st_size, stat.st_mtime_ns) for name, stat in stats)
+
+
+_loaded: dict[Path, tuple[FileStates, Catalog]] = {}
+"""The catalogue of each folder that was loaded, with the state of its files at that time."""
+
+
+def _with_own(folder: Path) -> Catalog:
+    states = _file_states(folder)
+    if folder not in _loaded or _loaded[folder][0] != states:
+        catalog = Catalog([*_published().assets, *read_own(folder)], folder)
+        catalog.folder, catalog._is_loaded = folder, True
+        _loaded[folder] = states, catalog
+    return _loaded[folder][1]
 
 
 @lru_cache(maxsize=1)
 def _published() -> Catalog:
-    return Catalog.read(artefacts("assets") / "catalog")
+    catalog = Catalog.read(artefacts("assets") / "catalog")
+    catalog._is_loaded = True
+    return catalog

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from functools import cached_property
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from labgym.assets.specs import Specifications
-from labgym.documents import Record
+from labgym.documents import Record, canonical_hash
 from labgym.geometry import OrientedBox
 
 Kind = Literal["reagent", "instrument", "facility"]
@@ -28,6 +29,14 @@ StorageClass = Literal[
 ]
 Metres = Annotated[float, Field(ge=0.0, le=10.0)]
 Length = Annotated[float, Field(gt=0.0, le=10.0)]
+
+WORDS: dict[str, Any] = {
+    **dict.fromkeys(("name", "synonyms_en", "synonyms_zh", "description", "caption", "core"), True),
+    "chemistry": {"confidence", "notes"},
+    "specs": {"notes"},
+    "shape": {"parameters": {"file"}},
+}
+"""Fields that name or describe an asset and do not enter `Asset.digest`; `shape.parameters.file` is only a path."""
 
 SHELL = 0.02
 """Thickness of a hollow asset's walls, doors and shelves where its cavity leaves no more, metres."""
@@ -161,6 +170,22 @@ class Asset(Record):
     specs: Specifications = Specifications()
     chemistry: Chemistry | None = None
     core: bool = False
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of everything that decides geometry, physics and chemistry.
+
+        It covers kind, size, mass, solids, surfaces, shape (for an imported mesh the hash of its geometry), placing,
+        clearance, hazards, specifications and chemistry, but not `WORDS`: name, synonyms, texts and notes. Fields
+        that have their default value do not enter, so a field added with a default changes no digest.
+        """
+        solids = [[round(value, 6) for value in vars(solid).values()] for solid in self.solids()]
+        return canonical_hash(
+            {"entry": self.model_dump(mode="json", exclude=WORDS, exclude_defaults=True), "solids": solids}
+        )
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
 
     def solids(self) -> tuple[OrientedBox, ...]:
         """Return the boxes that are solid, in the asset's frame: the bounding box, or a hollow one's shell."""

@@ -258,7 +258,7 @@ def _model_annotator() -> tuple[Annotator, str]:
     client = LanguageModel.from_environment()
 
     def annotator(measured: Mapping[str, Any], draft: Mapping[str, Any], pictures: Sequence[bytes]) -> Described:
-        return Described.model_validate(describe(client, measured, draft, pictures, Catalog.published()).model_dump())
+        return Described.model_validate(describe(client, Catalog.published(), measured, draft, pictures).model_dump())
 
     return annotator, client.config.model
 

@@ -10,7 +10,6 @@ import trimesh
 
 from labgym.assets import Catalog
 from labgym.assets.archive import geometry
-from labgym.assets.catalog import forget_own
 from labgym.assets.checks import check
 from labgym.assets.forge import Described, Options, OwnAssets, annotate, mesh_files
 from labgym.assets.meshes import MeshError
@@ -226,7 +225,6 @@ def test_geometry_that_was_changed_or_lies_elsewhere_is_refused_on_loading(tmp_p
     document = json.loads(good)
     document["assets"][0]["shape"]["parameters"]["file"] = "../../secret.npz"
     entry.write_text(json.dumps(document))
-    forget_own()
     with pytest.raises(DocumentError, match="no name in the folder meshes"):
         Catalog.load(own.folder)
     entry.write_text(good)

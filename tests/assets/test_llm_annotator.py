@@ -40,7 +40,7 @@ def answer(**changes: Any) -> str:
 
 def test_an_object_is_described_from_measurements_draft_and_pictures(loopback, model_at):
     loopback.says(answer())
-    said = describe(model_at(), MEASURED, DRAFT, [PNG, PNG])
+    said = describe(model_at(), CATALOG, MEASURED, DRAFT, [PNG, PNG])
     assert (said.name, said.category, said.synonyms_zh) == ("RoundBottomFlask", "glassware", ["圆底烧瓶"])
     assert said.hazards.glass_container
     question = loopback.requests[0]["messages"][1]["content"]
@@ -50,7 +50,7 @@ def test_an_object_is_described_from_measurements_draft_and_pictures(loopback, m
 
 def test_the_model_chooses_among_the_categories_that_there_are(loopback, model_at):
     loopback.says(answer())
-    describe(model_at(), MEASURED, DRAFT)
+    describe(model_at(), CATALOG, MEASURED, DRAFT)
     schema = loopback.requests[0]["response_format"]["json_schema"]
     assert schema["strict"] is True
     assert schema["schema"]["properties"]["category"]["enum"] == sorted({asset.category for asset in CATALOG})
@@ -74,7 +74,7 @@ def test_the_model_chooses_among_the_categories_that_there_are(loopback, model_a
 def test_an_answer_outside_the_form_is_none(loopback, model_at, changes):
     loopback.says(answer(**changes))
     with pytest.raises(LanguageModelError) as caught:
-        describe(model_at(), MEASURED, DRAFT)
+        describe(model_at(), CATALOG, MEASURED, DRAFT)
     assert caught.value.reason == "malformed"
 
 
@@ -89,7 +89,7 @@ def test_an_answer_outside_the_form_is_none(loopback, model_at, changes):
 )
 def test_orders_in_names_and_materials_stay_data(loopback, model_at, name):
     loopback.says(answer())
-    describe(model_at(), MEASURED | {"file": name, "materials": [name]}, DRAFT | {"name": name})
+    describe(model_at(), CATALOG, MEASURED | {"file": name, "materials": [name]}, DRAFT | {"name": name})
     system, user = (message["content"] for message in loopback.requests[0]["messages"])
     assert name not in system
     blocks = [json.loads(line) for line in user.split("\n") if line.startswith("{")]
@@ -99,11 +99,11 @@ def test_orders_in_names_and_materials_stay_data(loopback, model_at, name):
 
 def test_a_description_is_repeated_without_the_server(loopback, model_at, tmp_path):
     loopback.says(answer())
-    first = describe(model_at(cache=tmp_path), MEASURED, DRAFT, [PNG])
+    first = describe(model_at(cache=tmp_path), CATALOG, MEASURED, DRAFT, [PNG])
     offline = model_at(cache=tmp_path, replay=True, base_url="http://127.0.0.1:9/v1")
-    assert describe(offline, MEASURED, DRAFT, [PNG]) == first
+    assert describe(offline, CATALOG, MEASURED, DRAFT, [PNG]) == first
     with pytest.raises(LanguageModelError, match="annotate_asset/1"):
-        describe(offline, MEASURED, DRAFT, [PNG + b"another view"])
+        describe(offline, CATALOG, MEASURED, DRAFT, [PNG + b"another view"])
 
 
 def flask_file(folder: Path, name: str) -> Path:

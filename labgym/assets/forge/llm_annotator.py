@@ -41,24 +41,23 @@ class Description(Record):
 
 def describe(
     model: LanguageModel,
+    catalog: Catalog,
     measured: Mapping[str, Any],
     draft: Mapping[str, Any],
     pictures: Sequence[bytes] = (),
-    catalog: Catalog | None = None,
 ) -> Description:
     """Return what a language model says of an object; kind, category and subtype are ones that the catalogue has.
 
     Args:
         model: the client.
+        catalog: its kinds, categories and subtypes are the ones to choose from.
         measured: what the file says: its name, sizes in metres, materials, colours; foreign text to the model.
         draft: what the rules make of it.
         pictures: PNG views of the object.
-        catalog: whose categories may be chosen; the published one by default.
 
     Raises:
         LanguageModelError: no usable answer.
     """
-    catalog = catalog if catalog is not None else Catalog.load()
     prompt = load_prompt(PROMPT)
     categories = _categories(catalog.assets)
     question = prompt.fill(pictures, measured=dict(measured), draft=dict(draft), categories=categories)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
-from labgym.assets.catalog import FOLDER_VARIABLE, OWN_ASSETS, AssetFile, Catalog, forget_own, read_own
+from labgym.assets.catalog import FOLDER_VARIABLE, OWN_ASSETS, AssetFile, Catalog, read_own
 from labgym.assets.forge.engine import Annotated, Options, Views, annotate, source_digest
 from labgym.assets.forge.modelled import Annotator
 from labgym.assets.forge.record import Annotation, Source
@@ -99,7 +99,6 @@ class OwnAssets:
         for old in geometry.parent.glob(f"{name}-*"):
             if old not in (geometry, visual):
                 old.unlink()
-        forget_own()
 
     def _entry_path(self, name: str) -> Path:
         return self.folder / OWN_ASSETS / f"{name}.json"
