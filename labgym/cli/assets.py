@@ -13,7 +13,7 @@ from tyro.conf import Positional
 from labgym.assets.catalog import FOLDER_VARIABLE, Catalog
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, complaints, findings, written
-from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.errors import LabgymError, OptionError, UnknownNameError
 
 if TYPE_CHECKING:
     from labgym.assets import Asset
