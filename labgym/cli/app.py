@@ -186,9 +186,8 @@ def record(
     pair: int = 0,
     out: Path = Path("drive.mp4"),
     seed: int = 0,
-    width: int = 480,
-    height: int = 360,
-    quality: Literal["fast", "fine"] = "fast",
+    width: int = 640,
+    height: int = 480,
     options: tuple[str, ...] = (),
 ) -> int:
     """Film a policy that drives one goal pair of a layout.
@@ -201,7 +200,6 @@ def record(
         seed: Seed of whatever is random in the policy.
         width: Width in pixels.
         height: Height in pixels.
-        quality: fast, or fine with shadows and reflections (ten times slower without a GPU).
         options: Arguments of the policy as NAME=VALUE.
     """
     from tqdm import tqdm
@@ -227,7 +225,7 @@ def record(
         driver.close()
     row = drive.row
     print(f"{'arrived' if row.success else 'not in time'} after {row.time:.1f} s, {row.path_length:.2f} m driven")
-    written(save_film(tqdm(film(given, drive.route, width, height, quality), "film", len(drive.route)), out))
+    written(save_film(tqdm(film(given, drive.route, width, height), "film", len(drive.route)), out))
     return complaints([row.error] if row.error else [])
 
 

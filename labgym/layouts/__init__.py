@@ -1,6 +1,6 @@
-"""LabGen: layouts proposed, repaired, adjusted and refined for navigation."""
+"""LabGen: propose, repair, adjust and refine layouts for navigation."""
 
-from labgym.layouts.generate import generate
+from labgym.layouts.generate import generate, reasons
 from labgym.layouts.model import Door, Layout, Placement, Provenance, Room
 from labgym.layouts.optimise import optimise
 from labgym.layouts.refine import refine
@@ -17,6 +17,7 @@ __all__ = [
     "load_published",
     "optimise",
     "published",
+    "reasons",
     "refine",
     "room_presets",
     "train_layout",

@@ -8,11 +8,11 @@ from typing import Literal
 from typing import Protocol as Interface
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.cabinets import CABINETS
 from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Command, Move, Settle, Swap, apply
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.protocols import Protocol
 
 Level = Literal["room", "desktop"]
@@ -125,10 +125,11 @@ def _surface_spots(layout: Layout, item: str) -> Iterator[Command]:
 def _cabinet_spots(layout: Layout, reagent: str) -> Iterator[Command]:
     """Shelves of a cabinet of the reagent's own class, then of any storage cabinet."""
     chemistry = layout.asset(reagent).chemistry
-    own = CABINETS.get(chemistry.storage_class) if chemistry is not None else None
-    cabinets = [p for p in layout.placements if p.asset in CABINETS.values()]
+    own = chemistry.storage_class if chemistry is not None else None
+    classes = {placement.id: layout.asset(placement.id).storage_class for placement in layout.placements}
+    cabinets = [placement for placement in layout.placements if classes[placement.id] in STORAGE_CLASSES]
     size = layout.asset(reagent).size
-    for cabinet in sorted(cabinets, key=lambda p: (p.asset != own, p.id)):
+    for cabinet in sorted(cabinets, key=lambda placement: (classes[placement.id] != own, placement.id)):
         for slot, surface in enumerate(layout.asset(cabinet.id).surfaces):
             reach = (surface.width - size.width) / 2.0
             if reach < 0.0 or size.depth > surface.depth or (surface.headroom or 10.0) < size.height:

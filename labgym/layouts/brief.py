@@ -1,4 +1,7 @@
-"""The brief of a room: the furniture that a protocol calls for and what must hold between the pieces."""
+"""The furnished brief: the furniture a room gets, what each piece holds, why, and what must hold between pieces.
+
+`briefing.write_brief` makes it once; wall choice, floor plan and assembly read it and ask nothing else.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from labgym.assets import Asset
+from labgym.layouts.rules.zones import DOOR_AREA
+from labgym.layouts.tabletop import Spot
+
 Wall = Literal["front", "back", "left", "right"]
 Stance = Literal["wall", "island", "peninsula"]
+Furnishing = Literal["full", "reduced", "required"]
+LEVELS: tuple[Furnishing, ...] = ("full", "reduced", "required")
+"""Levels of furnishing, fullest first: `required` is what the protocol and safety need, and nothing else."""
 
 
 @dataclass(frozen=True)
@@ -15,26 +25,39 @@ class Unit:
     """A piece of floor furniture that the floor plan places.
 
     Attributes:
-        id: id of the placement to be. asset: catalogue name.
-        width, depth: footprint in metres, front along the depth. front: free depth wanted before it, metres.
+        id: id of the future placement. asset: catalogue entry.
+        width, depth: footprint in metres; the front lies along the depth.
+        front: free depth required in front, metres.
         stance: back against a wall, free on all sides (island), or one short end against a wall (peninsula).
-        walls: walls that it may stand against, the liked ones first.
-        anchors: liked place along each wall, 0 to 1 from the wall's start; an island's is its y. Absent: anywhere.
+        walls: walls that it may stand against, preferred ones first.
+        anchors: preferred position along each wall, 0 to 1 from the wall's start; for an island its y.
+        reason: why the room has it.
     """
 
     id: str
-    asset: str
+    asset: Asset
     width: float
     depth: float
     front: float
     stance: Stance = "wall"
     walls: tuple[Wall, ...] = ("back", "left", "right", "front")
     anchors: Mapping[str, float] = field(default_factory=dict)
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Content:
+    """An object in or on a unit: catalogue entry, slot of the unit, spot relative to that slot's center, and why."""
+
+    asset: Asset
+    slot: int
+    spot: Spot
+    reason: str
 
 
 @dataclass(frozen=True)
 class Separation:
-    """Two units whose footprints stay a distance in metres apart, and why."""
+    """A distance in metres that two units' footprints keep, and why."""
 
     first: str
     second: str
@@ -44,7 +67,7 @@ class Separation:
 
 @dataclass(frozen=True)
 class Nearness:
-    """Two units that like to be close, with an integer weight."""
+    """A preference for two units to be close, with an integer weight."""
 
     first: str
     second: str
@@ -53,9 +76,10 @@ class Nearness:
 
 @dataclass(frozen=True)
 class Brief:
-    """Everything that the floor plan must place, and what must hold.
+    """Everything that the floor plan and the assembly need to know.
 
     Attributes:
+        contents: what each unit holds, by unit id, in the order in which the units were filled.
         hoods: ids of the units that are fume hoods.
         aisle: clear width around islands, metres.
         door_zone: clear depth inside each door, metres. hood_door: least distance of a hood from a door, metres.
@@ -64,8 +88,9 @@ class Brief:
     units: tuple[Unit, ...]
     separations: tuple[Separation, ...] = ()
     nearness: tuple[Nearness, ...] = ()
+    contents: Mapping[str, tuple[Content, ...]] = field(default_factory=dict)
     hoods: tuple[str, ...] = ()
     aisle: float = 1.2
-    door_zone: float = 1.2
+    door_zone: float = DOOR_AREA
     hood_door: float = 1.0
-    furnishing: str = "full"
+    furnishing: Furnishing = "full"

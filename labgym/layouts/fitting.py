@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from labgym.assets import Asset, Catalog
+from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
-from labgym.layouts.model import FLOOR, WALL, Door, Layout, Placement, Room, placed_box
+from labgym.layouts.model import FLOOR, WALL, Door, Layout, Placement, Room
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.zones import door_area, door_pose, front_zone
 from labgym.layouts.stocking import BENCH_MARGIN
@@ -59,24 +59,24 @@ def on_surface(
     layout: Layout, asset: Asset, support: str, slot: int, profile: Profile, generator: np.random.Generator
 ) -> Placement | None:
     """Return a placement of an asset on a slot of a support beside what stands there, None where it is full."""
-    surface, catalog = layout.surface(support, slot), Catalog.load()
+    surface = layout.surface(support, slot)
     taken = []
     for child in layout.children(support):
         if child.slot == slot:
-            size, yaw = catalog.get(child.asset).size, child.yaw - surface.yaw
+            size, yaw = layout.asset(child.id).size, child.yaw - surface.yaw
             across = abs(math.sin(yaw)) > 0.5
             x, y = surface.to_local(child.position[0], child.position[1])
             taken.append(Spot(x, y, yaw, *((size.depth, size.width) if across else (size.width, size.depth))))
-    holder = catalog.get(layout.placement(support).asset)
+    holder = layout.asset(support)
     fragile = asset.hazards.glass_container and holder.storage_class is None
     item = Item(
         asset.name, asset.size.width, asset.size.depth, asset.size.height, profile.glass if fragile else BENCH_MARGIN
     )
     headroom = holder.surfaces[slot].headroom
-    found = pack([item], surface.width, surface.depth, headroom, generator, taken)
-    if not found:
+    spots = pack([item], surface.width, surface.depth, headroom, generator, taken)
+    if not spots:
         return None
-    spot = found[0]
+    spot = spots[0]
     if fragile and _edge(spot, surface) < profile.glass - 1e-9:
         return None
     x, y = surface.to_world(spot.x, spot.y)
@@ -131,8 +131,7 @@ def along_walls(layout: Layout, asset: Asset, near: tuple[float, float]) -> list
 def _free(layout: Layout, boxes: Sequence[OrientedBox], barred: Sequence[OrientedBox]) -> list[bool]:
     if not boxes:
         return []
-    catalog = Catalog.load()
-    standing = [placed_box(placement, catalog.get(placement.asset)) for placement in layout.placements]
+    standing = [layout.box(placement.id) for placement in layout.placements]
     grown = [
         OrientedBox(b.x, b.y, b.width + 2 * ELBOW, b.depth + 2 * ELBOW, b.yaw, b.z0 - ELBOW, b.z1 + ELBOW)
         for b in boxes

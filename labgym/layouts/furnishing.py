@@ -1,203 +1,189 @@
-"""What furniture a room gets for a protocol, and which walls it likes: rules of thumb of laboratory planning.
+"""Which furniture a room gets for a protocol and which walls it prefers.
 
-Named walls are those of the room; `store` and `work` are its two side walls, which of them is left is up to the
-seed. The hood line is on the far wall, rotary evaporators and waste beside it, storage on one side, wet work and
-cleaning on the other, weighing and analysis on the clean side by the entrance.
+Walls have roles: `store` and `work` are the two side walls. The hood line is on the back wall with rotary evaporators
+and waste next to it, storage on one side, wet work and cleaning on the other, weighing and analysis near the entrance.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from labgym.assets import Asset, Catalog
-from labgym.layouts.brief import Stance, Unit, Wall
+from labgym.assets import Asset
+from labgym.layouts.brief import LEVELS, Furnishing, Stance, Unit, Wall
+from labgym.layouts.cabinets import Cabinet
+from labgym.layouts.habits import Side
 from labgym.layouts.model import Room
-from labgym.protocols import Protocol
+from labgym.layouts.request import Request
+from labgym.layouts.rules.zones import door_span
 
-Side = Literal["front", "back", "store", "work"]
-Furnishing = Literal["full", "reduced", "required"]
-LEVELS: tuple[Furnishing, ...] = ("full", "reduced", "required")
-"""How much furniture beyond what the protocol asks for; the fuller ones are tried first."""
+Sides = dict[Side, Wall]
 
 GOAL_FRONT = 1.0
 """Free depth in front of a location: the stand-off of 0.60 m, the robot's 0.30 m, and two cells of the grid."""
-
-
-Span = tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Habit:
-    """Where a kind of furniture likes to stand.
-
-    Attributes:
-        walls: the liked ones first.
-        side: liked span of the side walls, 0 at the front to 1 at the back.
-        front: liked span of the front wall, 0 at the end with the door to 1 at the other.
-        back: liked span of the back wall, 0 at the store side to 1 at the work side.
-        clear: free depth before it, metres; None for the catalogue's clearance.
-    """
-
-    walls: tuple[Side, ...]
-    side: Span | None = None
-    front: Span | None = None
-    back: Span | None = None
-    clear: float | None = None
-
-
-HABITS: dict[str, Habit] = {
-    "FumeHood": Habit(("back",), back=(0.35, 0.65), clear=1.5),
-    "FumeHood1200": Habit(("back",), clear=1.5),
-    "RotaryEvaporatorStation": Habit(("back", "work"), side=(0.75, 0.9)),
-    "DryingStation": Habit(("work", "store"), side=(0.5, 0.8)),
-    "GloveBox": Habit(("store", "work", "back"), side=(0.4, 0.7), clear=1.2),
-    "PreparationBench": Habit(("front", "store", "work"), side=(0.2, 0.45), front=(0.7, 0.95)),
-    "ValidationPlatform": Habit(("front", "work", "store"), side=(0.2, 0.45), front=(0.4, 0.8)),
-    "SinkBench": Habit(("work", "store"), side=(0.4, 0.7)),
-    "MainWorkbench": Habit(("work", "store", "front"), side=(0.3, 0.7)),
-    "PurificationBench": Habit(("work", "back", "store"), side=(0.6, 0.85)),
-    "FlammableCabinet": Habit(("store", "front", "work"), side=(0.1, 0.5)),
-    "AcidCabinet": Habit(("store", "work", "front")),
-    "BaseCabinet": Habit(("work", "store", "front")),
-    "OxidizerCabinet": Habit(("store", "work", "front")),
-    "ToxicCabinet": Habit(("store", "work", "front")),
-    "WaterReactiveCabinet": Habit(("store", "front", "work")),
-    "GeneralCabinet": Habit(("store", "work", "front")),
-    "FlammableSafeRefrigerator": Habit(("store", "work", "front")),
-    "GasCylinderCabinet": Habit(("store", "work", "front")),
-    "WasteStation": Habit(("back", "store", "work"), side=(0.8, 0.95)),
-    "EyewashStation": Habit(("work", "store", "back"), side=(0.6, 0.85), clear=1.0),
-    "EmergencyShower": Habit(("work", "store", "front"), side=(0.3, 0.6), clear=1.0),
-    "GlasswareCabinet": Habit(("work", "store", "front"), side=(0.3, 0.6)),
-    "HandWashSink": Habit(("front", "work", "store"), side=(0.05, 0.2), front=(0.25, 0.45)),
-    "WritingDesk": Habit(("front", "work", "store"), side=(0.1, 0.3), front=(0.3, 0.9)),
-    "SpillKit": Habit(("work", "store", "front", "back")),
-    "NitrogenCylinder": Habit(("store", "back", "work"), side=(0.6, 0.95)),
-    "LabRefrigerator": Habit(("store", "work", "front")),
-    "LabBench1800": Habit(("work", "store", "front"), side=(0.3, 0.8)),
-    "LabBench": Habit(("store", "work", "front"), side=(0.3, 0.8)),
-}
-ANYWHERE = Habit(("store", "work", "front", "back"))
-
-ALWAYS = ("FumeHood", "PreparationBench", "ValidationPlatform", "SinkBench")
-"""Places that every laboratory has, whether the protocol goes there or not: to ventilate, weigh, analyse, wash."""
-SAFETY = ("EmergencyShower", "EyewashStation", "WasteStation")
-REDUCED = ("SpillKit", "GlasswareCabinet")
-FULL = ("FumeHood1200", "HandWashSink", "WritingDesk", "NitrogenCylinder")
-FILLING = (
-    "LabBench1800",
-    "LabRefrigerator",
-    "EquipmentRack",
-    "LabBench",
-    "IceMachine",
-    "UltraLowFreezer",
-    "LabBench1800",
-)
-"""What a room with wall to spare gets beyond that, in this order."""
 FILLED = 0.7
-"""Share of the wall length up to which a room is filled."""
-ISLANDS = ("IslandBench", "IslandBench2400", "IslandBench1800")
+"""Share of the wall length up to which a room is filled; the rest is left for doors, passages and wall equipment."""
 HEAVY_AISLE = 1.5
 AISLE = 1.2
-"""Clear width around islands, metres: 1.5 where it fits, 1.2 at least."""
+"""Clear width around islands, metres: 1.5 between occupied benches, 1.2 at least (design.md, section 6)."""
+BENCH_DEPTH, HOOD_DEPTH, SIDE_DEPTH, ISLAND_DEPTH, HOOD_FRONT = 0.8, 0.85, 0.85, 1.5, 1.5
+"""Depths of a row at the front wall, at the back wall and at a side wall, of an island, and in front of hoods, metres;
+they only estimate how many islands fit."""
+MOST_ISLANDS = 3
+PENINSULA_SHARE = 0.25
+"""Share of rooms with a single row in which a peninsula is tried instead of an island."""
 
 
-def location_units(
-    protocol: Protocol, sides: dict[Side, Wall], room: Room, generator: np.random.Generator
-) -> list[Unit]:
-    """Return a unit for every location of the protocol and every place that a laboratory always has."""
-    names = dict.fromkeys((*ALWAYS, *(location for location in protocol.locations)))
-    return [habitual_unit(name, f"{name}_1", sides, room, generator, GOAL_FRONT) for name in names]
+def draw_sides(generator: np.random.Generator) -> Sides:
+    """Return which wall plays which role; the seed decides whether storage is on the left or on the right."""
+    sides: Sides = {"front": "front", "back": "back", "store": "left", "work": "right"}
+    if generator.random() < 0.5:
+        sides |= {"store": "right", "work": "left"}
+    return sides
 
 
-def extra_units(
-    furnishing: Furnishing, sides: dict[Side, Wall], room: Room, generator: np.random.Generator
-) -> list[Unit]:
-    """Return what a room gets beside its locations, cabinets and fillings."""
-    names = list(SAFETY)
-    if furnishing != "required":
-        names += REDUCED
+def furniture(
+    request: Request,
+    cabinets: Sequence[Cabinet],
+    sides: Sides,
+    furnishing: Furnishing,
+    generator: np.random.Generator,
+) -> tuple[Unit, ...]:
+    """Return every unit of a room: locations, safety and storage, floor instruments, islands, and filling."""
+    units = [
+        *_location_units(request, sides, generator),
+        *_further_units(request, sides, furnishing, generator),
+        *_cabinet_units(request, cabinets, sides, generator),
+        *_floor_instruments(request, sides, generator),
+        *_island_units(request, furnishing, generator),
+    ]
     if furnishing == "full":
-        names += FULL
-    return [habitual_unit(name, f"{name}_1", sides, room, generator) for name in names]
+        units += _filling_units(request, units, sides, generator)
+    return tuple(units)
 
 
-def filling_units(
-    units: Sequence[Unit], sides: dict[Side, Wall], room: Room, generator: np.random.Generator
-) -> list[Unit]:
-    """Return benches, cold storage and racks for the wall that the other units leave free."""
-    offered = 2.0 * (room.width + room.depth) - sum(max(door.width, 1.2) for door in room.doors)
+def _location_units(request: Request, sides: Sides, generator: np.random.Generator) -> list[Unit]:
+    """A unit for every location of the protocol and every location that a laboratory always has."""
+    protocol, always = request.protocol, request.habits.always
+    units = []
+    for name in dict.fromkeys((*always, *protocol.locations)):
+        steps = [number for number, step in enumerate(protocol.steps, 1) if step.location == name]
+        reasons = [f"location of step {', '.join(map(str, steps))}"] if steps else []
+        reasons += [f"every laboratory has one ({always[name]})"] if name in always else []
+        reason = "; ".join(reasons) or "location of the protocol"
+        units.append(_wall_unit(request, name, f"{name}_1", sides, generator, reason, GOAL_FRONT))
+    return units
+
+
+def _further_units(
+    request: Request, sides: Sides, furnishing: Furnishing, generator: np.random.Generator
+) -> Iterable[Unit]:
+    """The furniture of this level of furnishing and of the levels below it, required pieces first."""
+    for level in reversed(LEVELS[LEVELS.index(furnishing) :]):
+        for piece in request.habits.furniture:
+            if piece.level == level:
+                yield _wall_unit(request, piece.asset, f"{piece.asset}_1", sides, generator, piece.reason)
+
+
+def _cabinet_units(
+    request: Request, cabinets: Sequence[Cabinet], sides: Sides, generator: np.random.Generator
+) -> Iterable[Unit]:
+    for cabinet in cabinets:
+        names = ", ".join(asset.name for asset in cabinet.reagents)
+        reason = f"stores {names} (storage class {cabinet.asset.storage_class})"
+        yield _wall_unit(request, cabinet.asset.name, cabinet.id, sides, generator, reason)
+
+
+def _floor_instruments(request: Request, sides: Sides, generator: np.random.Generator) -> list[Unit]:
+    units: list[Unit] = []
+    for name in request.protocol.instruments:
+        asset = request.catalog.find(name)
+        if asset.placing == "floor":
+            number = 2 + sum(unit.asset.name == asset.name for unit in units)
+            unit_id = f"{asset.name}_{number}"
+            units.append(_wall_unit(request, asset.name, unit_id, sides, generator, "instrument of the protocol"))
+    return units
+
+
+def _filling_units(
+    request: Request, units: Sequence[Unit], sides: Sides, generator: np.random.Generator
+) -> Iterable[Unit]:
+    """Benches, cold storage and racks for the wall that the other units leave free."""
+    room = request.room
+    offered = 2.0 * (room.width + room.depth) - sum(door_span(door) for door in room.doors)
     used = sum(unit.width for unit in units if unit.stance == "wall")
     filling: list[Unit] = []
-    for name in FILLING:
-        number = 1 + sum(unit.asset == name for unit in filling)
-        unit = habitual_unit(name, f"{name}_{number}", sides, room, generator)
+    for name in request.habits.filling:
+        number = 1 + sum(unit.asset.name == name for unit in filling)
+        unit = _wall_unit(request, name, f"{name}_{number}", sides, generator, "fills free wall")
         if used + unit.width <= FILLED * offered:
             filling.append(unit)
             used += unit.width
     return filling
 
 
-def habitual_unit(
+def _wall_unit(
+    request: Request,
     name: str,
     unit_id: str,
-    sides: dict[Side, Wall],
-    room: Room,
+    sides: Sides,
     generator: np.random.Generator,
+    reason: str,
     least_front: float = 0.0,
 ) -> Unit:
     """Return a wall unit of that catalogue name with the habits of its kind."""
-    asset, habit = Catalog.load().get(name), HABITS.get(name, ANYWHERE)
+    asset, habit = request.catalog.get(name), request.habits.of(name)
     place = generator.random()
     anchors: dict[str, float] = {}
     for span, kinds in ((habit.side, ("left", "right")), (habit.front, ("front",)), (habit.back, ("back",))):
         if span is not None:
-            liked = span[0] + place * (span[1] - span[0])
-            anchors |= {wall: 1.0 - liked if _turned(wall, sides, room) else liked for wall in kinds}
+            along = span[0] + place * (span[1] - span[0])
+            anchors |= {wall: 1.0 - along if _reversed(wall, sides, request.room) else along for wall in kinds}
     walls = tuple(dict.fromkeys(sides[side] for side in habit.walls))
     front = max(least_front, asset.clearance if habit.clear is None else habit.clear)
-    return Unit(unit_id, name, asset.size.width, asset.size.depth, front, walls=walls, anchors=anchors)
+    size = asset.size
+    return Unit(unit_id, asset, size.width, size.depth, front, walls=walls, anchors=anchors, reason=reason)
 
 
-def _turned(wall: str, sides: dict[Side, Wall], room: Room) -> bool:
+def _reversed(wall: str, sides: Sides, room: Room) -> bool:
     """Whether a span of the wall counts from its end instead of its start."""
     if wall == "back":
         return sides["store"] == "right"
     return wall == "front" and any(door.wall == "front" and door.offset > room.width / 2.0 for door in room.doors)
 
 
-def island_units(room: Room, furnishing: Furnishing, generator: np.random.Generator) -> list[Unit]:
-    """Return islands or a peninsula, as many and as large as the room can take beside a full row on every wall."""
+def _island_units(request: Request, furnishing: Furnishing, generator: np.random.Generator) -> list[Unit]:
+    """Islands or a peninsula, as many and as large as the room takes besides a full row on every wall."""
     if furnishing == "required":
         return []
-    wide, deep = room.width - 2 * 0.85 - 2 * AISLE, room.depth - 0.85 - 0.8 - 1.5 - AISLE
-    catalog = Catalog.load()
-    rows = max(1, min(3, int((deep + AISLE) / (1.5 + AISLE))))
+    room, catalog, habits = request.room, request.catalog, request.habits
+    wide = room.width - 2 * SIDE_DEPTH - 2 * AISLE
+    deep = room.depth - HOOD_DEPTH - BENCH_DEPTH - HOOD_FRONT - AISLE
+    rows = max(1, min(MOST_ISLANDS, int((deep + AISLE) / (ISLAND_DEPTH + AISLE))))
     if furnishing == "reduced":
         rows = 1
-    fitting = [name for name in ISLANDS if catalog.get(name).size.width <= wide] or [ISLANDS[-1]]
-    name = fitting[0] if furnishing == "full" else fitting[-1]
-    stance: Stance = "peninsula" if generator.random() < 0.25 and rows == 1 else "island"
+    islands = [catalog.get(name) for name in habits.islands]
+    fitting = [asset for asset in islands if asset.size.width <= wide] or [islands[-1]]
+    stance: Stance = "peninsula" if generator.random() < PENINSULA_SHARE and rows == 1 else "island"
+    asset: Asset = fitting[0] if furnishing == "full" else fitting[-1]
+    if stance == "peninsula":
+        asset = catalog.get(habits.peninsula)
     units = []
     for row in range(rows):
-        asset: Asset = catalog.get("Peninsula2400" if stance == "peninsula" else name)
-        anchor = float(
-            np.clip((0.8 + AISLE + 0.75 + row * (deep / rows)) / room.depth + generator.uniform(-0.03, 0.03), 0, 1)
-        )
+        middle = BENCH_DEPTH + AISLE + ISLAND_DEPTH / 2.0 + row * (deep / rows)
+        anchor = float(np.clip(middle / room.depth + generator.uniform(-0.03, 0.03), 0, 1))
         units.append(
             Unit(
                 f"{asset.name}_{row + 1}",
-                asset.name,
+                asset,
                 asset.size.width,
                 asset.size.depth,
                 0.0,
                 stance=stance,
                 walls=("left", "right") if stance == "peninsula" else (),
                 anchors={"island": anchor} if stance == "island" else {},
+                reason=f"{stance} bench in the free middle of the room",
             )
         )
     return units

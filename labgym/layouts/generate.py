@@ -6,13 +6,16 @@ from importlib import metadata
 from typing import Any
 
 import labgym
+from labgym.assets import Catalog
 from labgym.errors import InfeasibleError, OptionError
 from labgym.layouts.dressing import dress
+from labgym.layouts.habits import Habits
 from labgym.layouts.infeasibility import smallest_preset
 from labgym.layouts.model import Layout, Provenance, Room
 from labgym.layouts.optimise import optimise
 from labgym.layouts.propose import ProceduralProposer, Proposer
 from labgym.layouts.refine import refine
+from labgym.layouts.request import Request
 from labgym.layouts.rooms import resolve_room
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
@@ -28,6 +31,7 @@ def generate(
     room: Room | str | None = None,
     profile: str | Profile = "default",
     proposer: Proposer | None = None,
+    catalog: Catalog | None = None,
 ) -> Layout:
     """Return a laboratory for a protocol: proposed, optimised, refined for navigation, and dressed.
 
@@ -38,25 +42,26 @@ def generate(
         seed: 0 to 2^53 - 1, what JSON carries exactly.
         room: a room, the name of a preset, or None for the default preset.
         profile: thresholds to satisfy.
-        proposer: what makes the first layout; the procedural one by default.
+        proposer: makes the first layout; the procedural one by default.
+        catalog: source of every asset; `Catalog.load()` by default.
 
     Raises:
         UnknownNameError: no such protocol, room preset or profile.
         OptionError: a seed out of range, or a room that is none.
         InfeasibleError: the room cannot hold the protocol; names what clashes and the smallest preset that fits.
     """
-    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
-        raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
-    if isinstance(protocol, str):
-        protocol = get(protocol)
-    thresholds, room = resolve_profile(profile), resolve_room(room)
+    request = _request(protocol, seed, room, profile, catalog)
     proposer = proposer if proposer is not None else ProceduralProposer()
-    layout = proposer.propose(protocol, room, thresholds, seed)
-    layout = optimise(layout, protocol, thresholds)
-    layout = refine(layout, protocol, thresholds)
-    layout = dress(layout, protocol, thresholds, seed)
-    _verify(layout, protocol, thresholds)
-    options: dict[str, Any] = {"room": room.name, "profile": thresholds.name, **layout.provenance.options}
+    layout = proposer.propose(request)
+    layout = optimise(layout, request.protocol, request.profile)
+    layout = refine(layout, request.protocol, request.profile)
+    layout = dress(layout, request)
+    _verify(layout, request)
+    options: dict[str, Any] = {
+        "room": request.room.name,
+        "profile": request.profile.name,
+        **layout.provenance.options,
+    }
     provenance = Provenance(
         generator=type(proposer).__name__,
         seed=seed,
@@ -66,15 +71,52 @@ def generate(
     return layout.replace(provenance=provenance)
 
 
-def _verify(layout: Layout, protocol: Protocol, profile: Profile) -> None:
-    """A layout leaves only without hard violations and with everything that the protocol requires."""
+def reasons(
+    protocol: Protocol | str,
+    seed: int = 0,
+    room: Room | str | None = None,
+    profile: str | Profile = "default",
+    catalog: Catalog | None = None,
+) -> dict[str, str]:
+    """Return why each object of a generated layout is there, by placement id.
+
+    Takes the arguments of `generate`. Accessories, which no protocol requires, are not listed.
+
+    Raises:
+        UnknownNameError, OptionError, InfeasibleError: as `generate`.
+    """
+    return ProceduralProposer().plan(_request(protocol, seed, room, profile, catalog)).reasons()
+
+
+def _request(
+    protocol: Protocol | str, seed: int, room: Room | str | None, profile: str | Profile, catalog: Catalog | None
+) -> Request:
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
+        raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
+    return Request(
+        protocol=get(protocol) if isinstance(protocol, str) else protocol,
+        room=resolve_room(room),
+        profile=resolve_profile(profile),
+        seed=seed,
+        catalog=catalog if catalog is not None else Catalog.load(),
+        habits=Habits.published(),
+    )
+
+
+def _verify(layout: Layout, request: Request) -> None:
+    """Check that a layout has no hard violations and everything that the protocol requires.
+
+    Raises:
+        InfeasibleError: it violates a rule or lacks a required asset.
+    """
+    protocol, profile = request.protocol, request.profile
     assessment = evaluate_layout(layout, protocol, profile, navigation=True)
     problems = [violation.message for violation in assessment.violations.items]
     if assessment.missing:
         problems.append(f"not placed: {', '.join(assessment.missing)}")
     if problems:
         what = f"no valid layout found for protocol {protocol.id!r} in room {layout.room.name!r}"
-        raise InfeasibleError(what, problems, smallest_preset(protocol, profile))
+        raise InfeasibleError(what, problems, smallest_preset(request))
 
 
 def _version(package: str) -> str:

@@ -1,106 +1,156 @@
-"""Puts things on and in furniture, before the furniture has a place in the room: shelves and work surfaces."""
+"""Which object stands where on and in the furniture, before the furniture has a place in the room."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from labgym.assets import Asset, Catalog
-from labgym.layouts.rules.thresholds import Profile
+from labgym.assets import Asset
+from labgym.errors import InfeasibleError
+from labgym.layouts.brief import Content, Unit
+from labgym.layouts.cabinets import Cabinet
+from labgym.layouts.request import Request
+from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT, Profile
 from labgym.layouts.tabletop import Item, Spot, pack
 
-CORROSIVE_HEIGHT = 1.5
-"""Corrosives stand below eye level: their tops stay under this height, metres (storage practice)."""
 BENCH_MARGIN = 0.02
-"""Margin to the edge for what is not glass, metres."""
+"""Margin to the edge for objects other than glass, metres: a centimetre of slip on top of the placing grid."""
 SHELF_MARGIN = 0.01
-HOME = {
-    "weighing": "PreparationBench",
-    "analytical": "ValidationPlatform",
-    "evaporation": "RotaryEvaporatorStation",
-    "drying": "DryingStation",
-    "purification": "PurificationBench",
-}
-"""Where an instrument of a category stands when no step says where it is used."""
+"""Margin to the edge of a shelf, metres: one step of the placing grid."""
+UNLIMITED = 1000
+
+_Waiting = tuple[Asset, str]
+"""An instrument that needs a place, and why it is in the room."""
 
 
-@dataclass(frozen=True)
-class Stocked:
-    """A thing in its furniture: catalogue name, slot of the furniture, and spot relative to that slot's centre."""
+def stock(
+    request: Request, cabinets: Sequence[Cabinet], units: Sequence[Unit], generator: np.random.Generator
+) -> dict[str, tuple[Content, ...]]:
+    """Return what each unit holds, by unit id: reagents in cabinets, instruments on work surfaces.
 
-    asset: str
-    slot: int
-    spot: Spot
-
-
-def shelve(cabinet: Asset, reagents: Iterable[str], generator: np.random.Generator) -> tuple[list[Stocked], list[str]]:
-    """Stand reagents on a cabinet's shelves: liquids and tall ones low, corrosives below eye level.
-
-    Returns:
-        What was shelved, and the names that found no room.
+    Raises:
+        InfeasibleError: something that the protocol requires fits on no shelf or surface.
     """
-    catalog = Catalog.load()
-    assets = sorted((catalog.get(name) for name in reagents), key=lambda asset: (-asset.size.height, asset.name))
-    share = max(2, -(-len(assets) // max(len(cabinet.surfaces), 1)))
-    spots: dict[int, list[Spot]] = {}
-    stocked: list[Stocked] = []
-    left: list[str] = []
+    contents: dict[str, tuple[Content, ...]] = {}
+    for cabinet in cabinets:
+        contents[cabinet.id] = _shelve(request, cabinet, generator)
+    by_id = {unit.id: unit for unit in units}
+    homeless: list[_Waiting] = []
+    for unit_id, waiting in sorted(_homes(request, by_id).items()):
+        contents[unit_id], remaining = _stand(by_id[unit_id].asset, waiting, request.profile, generator)
+        homeless += remaining
+    benches = [unit for unit in units if unit.asset.subtype == "workbench" or unit.asset.fume_hood]
+    for unit in sorted(benches, key=lambda unit: (unit.id in contents, unit.stance == "wall", unit.id)):
+        present = contents.get(unit.id, ())
+        added, homeless = _stand(unit.asset, homeless, request.profile, generator, present)
+        contents[unit.id] = (*present, *added)
+    if homeless:
+        names = ", ".join(asset.name for asset, _ in homeless)
+        raise InfeasibleError(request.protocol.id, [f"no work surface has space for {names}"], None)
+    return contents
+
+
+def _homes(request: Request, units: Mapping[str, Unit]) -> dict[str, list[_Waiting]]:
+    """Instruments by the unit on which they belong; heat sources first, so that they get their spot."""
+    homes: dict[str, list[_Waiting]] = {}
+    for name in request.protocol.instruments:
+        asset = request.catalog.find(name)
+        if asset.placing != "floor":
+            unit_id, reason = _home(request, asset, units)
+            homes.setdefault(unit_id, []).append((asset, reason))
+    return {
+        unit_id: sorted(waiting, key=lambda entry: (entry[0].heat_class is None, entry[0].name))
+        for unit_id, waiting in homes.items()
+    }
+
+
+def _home(request: Request, instrument: Asset, units: Mapping[str, Unit]) -> tuple[str, str]:
+    """Unit of an instrument and why: where the protocol puts it, else where it is first used, else by category."""
+    protocol, habits = request.protocol, request.habits
+    constraints = [rule for rule in protocol.spatial_constraints if rule.kind == "on"]
+    candidates = [
+        (rule.object, f"the protocol puts it on {rule.object}")
+        for rule in constraints
+        if rule.subject == instrument.name
+    ]
+    candidates += [
+        (step.location, f"step {number} uses it at {step.location}")
+        for number, step in enumerate(protocol.steps, 1)
+        if instrument.name in step.uses
+    ]
+    usual = habits.homes.get(instrument.category, habits.default_home)
+    candidates.append((usual, f"{instrument.category} instruments stand on {usual}"))
+    for location, reason in candidates:
+        unit = units.get(f"{location}_1")
+        if unit is not None and unit.asset.surfaces:
+            return unit.id, reason
+    return f"{habits.default_home}_1", "no better place"
+
+
+def _shelve(request: Request, cabinet: Cabinet, generator: np.random.Generator) -> tuple[Content, ...]:
+    """Stand reagents on a cabinet's shelves: tall ones low, corrosives below eye level, the shelves about equally full.
+
+    Raises:
+        InfeasibleError: a reagent fits on no shelf.
+    """
+    assets = sorted(cabinet.reagents, key=lambda asset: (-asset.size.height, asset.name))
+    share = max(2, -(-len(assets) // max(len(cabinet.asset.surfaces), 1)))
+    contents: list[Content] = []
+    homeless: list[str] = []
     for asset in assets:
-        for full in (share, 1000):
-            found = _shelf_spot(cabinet, asset, spots, full, generator)
-            if found is not None:
-                break
-        if found is None:
-            left.append(asset.name)
+        spot = _shelf_spot(cabinet.asset, asset, contents, share, generator)
+        if spot is None:
+            spot = _shelf_spot(cabinet.asset, asset, contents, UNLIMITED, generator)
+        if spot is None:
+            homeless.append(asset.name)
             continue
-        spots.setdefault(found.slot, []).append(found.spot)
-        stocked.append(found)
-    return stocked, left
+        reason = f"reagent of the protocol, storage class {cabinet.asset.storage_class}"
+        contents.append(Content(asset, *spot, reason))
+    if homeless:
+        raise InfeasibleError(
+            request.protocol.id, [f"{cabinet.asset.name} has no shelf for {', '.join(homeless)}"], None
+        )
+    return tuple(contents)
 
 
 def _shelf_spot(
-    cabinet: Asset, asset: Asset, spots: dict[int, list[Spot]], full: int, generator: np.random.Generator
-) -> Stocked | None:
+    cabinet: Asset, asset: Asset, contents: Sequence[Content], most: int, generator: np.random.Generator
+) -> tuple[int, Spot] | None:
+    """The first slot with fewer than `most` containers and space for one more, with the spot on it."""
     corrosive = asset.hazards.acid or asset.hazards.base
-    item = _item(asset, SHELF_MARGIN)
     for slot, surface in enumerate(cabinet.surfaces):
-        taken = spots.get(slot, [])
-        if len(taken) >= full or (corrosive and surface.z + asset.size.height > CORROSIVE_HEIGHT):
+        taken = [content.spot for content in contents if content.slot == slot]
+        if len(taken) >= most or (corrosive and surface.z + asset.size.height > CORROSIVE_HEIGHT):
             continue
-        found = pack([item], surface.width, surface.depth, surface.headroom, generator, taken)
-        if found:
-            return Stocked(asset.name, slot, found[0])
+        spots = pack([_item(asset, SHELF_MARGIN)], surface.width, surface.depth, surface.headroom, generator, taken)
+        if spots:
+            return slot, spots[0]
     return None
 
 
-def furnish_surface(
+def _stand(
     furniture: Asset,
-    names: Sequence[str],
+    waiting: Sequence[_Waiting],
     profile: Profile,
     generator: np.random.Generator,
-    standing: Sequence[Stocked] = (),
-) -> tuple[list[Stocked], list[str]]:
-    """Stand instruments on a work surface beside what stands there.
+    present: Sequence[Content] = (),
+) -> tuple[tuple[Content, ...], list[_Waiting]]:
+    """Stand instruments on a work surface next to what is present.
 
     Glassware keeps `profile.glass` from the edges where the surface allows it.
 
     Returns:
-        What was placed, and the names that found no room.
+        Contents, and the instruments that did not fit.
     """
-    catalog = Catalog.load()
     if not furniture.surfaces:
-        return [], list(names)
+        return (), list(waiting)
     surface = furniture.surfaces[0]
-    items = []
-    for name in names:
-        asset = catalog.get(name)
-        items.append(_item(asset, profile.glass if asset.hazards.glass_container else BENCH_MARGIN))
-    taken = [item.spot for item in standing]
-    found = pack(items, surface.width, surface.depth, surface.headroom, generator, taken)
-    stocked = [Stocked(names[index], 0, spot) for index, spot in sorted(found.items())]
-    return stocked, [name for index, name in enumerate(names) if index not in found]
+    items = [_item(asset, profile.glass if asset.hazards.glass_container else BENCH_MARGIN) for asset, _ in waiting]
+    taken = [content.spot for content in present]
+    spots = pack(items, surface.width, surface.depth, surface.headroom, generator, taken)
+    contents = tuple(Content(waiting[index][0], 0, spot, waiting[index][1]) for index, spot in sorted(spots.items()))
+    return contents, [entry for index, entry in enumerate(waiting) if index not in spots]
 
 
 def _item(asset: Asset, margin: float) -> Item:

@@ -1,4 +1,4 @@
-"""Chooses a wall for each unit of a brief before the floor plan is solved, so that the solving is quick."""
+"""Chooses a wall for each unit of a brief before the floor plan is solved, which makes solving fast."""
 
 from __future__ import annotations
 
@@ -8,18 +8,30 @@ import numpy as np
 
 from labgym.layouts.brief import Brief, Unit, Wall
 from labgym.layouts.model import Room
+from labgym.layouts.rules.zones import door_span
 
+RANK = 0.8
+"""Cost of each step down the list of preferred walls; the other costs, and noise of up to 1, are set against it."""
 CROWDED = 3.0
-"""Cost of filling a wall wholly, in ranks of liking."""
+"""Cost of a full wall; it grows with the square of the share that is used."""
 HOSTILE = 0.7
-"""Cost of sharing a wall with a unit to be kept away from, in ranks of liking."""
+"""Cost of sharing a wall with a unit to be kept away from."""
+OVERFLOW = 100.0
+"""Cost of a wall that is too short: more than all other costs together."""
+SIDE_GAP = 0.02
+"""Gap between neighbors, metres, as in the floor plan."""
+CORNERS = {"back": 0.0, "front": 1.7, "left": 1.9, "right": 1.9}
+"""Length lost to the rows on neighboring walls, metres: 0.85 m of side row twice at the front; at a side wall 0.85 m
+of hood row and 1.05 m of front row with its clearance. The back row has its corners to itself."""
+SHORTEST = 0.1
+"""Least length of wall assumed, metres, so that the used share stays finite."""
 
 
 def choose_walls(brief: Brief, room: Room, generator: np.random.Generator) -> Brief:
     """Return the brief with one wall for each wall unit.
 
-    Greedy, longest unit first: the liked walls are cheap, crowded walls and walls with a unit that must stay away
-    are dear, and a little noise makes seeds differ.
+    Greedy, longest unit first: preferred walls cost little, crowded walls and walls with a unit that must stay away
+    cost much, and noise makes seeds differ.
     """
     free = {wall: _free_length(room, wall) for wall in ("front", "back", "left", "right")}
     used = dict.fromkeys(free, 0.0)
@@ -30,13 +42,13 @@ def choose_walls(brief: Brief, room: Room, generator: np.random.Generator) -> Br
         noise = generator.uniform(0.0, 1.0, len(unit.walls))
         costs = []
         for rank, wall in enumerate(unit.walls):
-            filled = (used[wall] + unit.width) / max(free[wall], 0.1)
+            share = (used[wall] + unit.width) / max(free[wall], SHORTEST)
             hostile = sum(chosen.get(other) == wall for other in away.get(unit.id, ()))
-            overflow = 100.0 if filled > 1.0 else 0.0
-            costs.append(0.8 * rank + CROWDED * filled**2 + HOSTILE * hostile + overflow + noise[rank])
+            overflow = OVERFLOW if share > 1.0 else 0.0
+            costs.append(RANK * rank + CROWDED * share**2 + HOSTILE * hostile + overflow + noise[rank])
         wall = unit.walls[int(np.argmin(costs))]
         chosen[unit.id] = wall
-        used[wall] += unit.width + 0.02
+        used[wall] += unit.width + SIDE_GAP
     return replace(brief, units=tuple(_settled(unit, chosen) for unit in brief.units))
 
 
@@ -53,7 +65,6 @@ def _away(brief: Brief) -> dict[str, set[str]]:
 
 
 def _free_length(room: Room, wall: str) -> float:
-    """Length of wall that units can use: corners are shared, doors keep their swing."""
+    """Length of wall that units can use: without corners and door swings, metres."""
     length = room.width if wall in ("front", "back") else room.depth
-    corners = 0.0 if wall == "back" else 1.7 if wall == "front" else 1.9
-    return length - corners - sum(max(door.width, 1.2) for door in room.doors if door.wall == wall)
+    return length - CORNERS[wall] - sum(door_span(door) for door in room.doors if door.wall == wall)

@@ -11,11 +11,14 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Separation, Unit
 from labgym.layouts.cabinets import plan_cabinets
 from labgym.layouts.floor_plan import solve
+from labgym.layouts.habits import Habits
 from labgym.layouts.model import Door, Room
+from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.tabletop import GAP, Item, pack
 from labgym.protocols import protocols
 
+BENCH = Catalog.load().get("LabBench")
 ROOM = Room(width=6.0, depth=6.0, doors=(Door(wall="front", offset=1.0),))
 
 
@@ -25,7 +28,7 @@ def outline(unit, pose):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_units_are_apart_inside_and_clear_of_doors(seed):
-    units = tuple(Unit(f"u{k}", "LabBench", 0.8 + 0.1 * k, 0.6, 0.9) for k in range(8))
+    units = tuple(Unit(f"u{k}", BENCH, 0.8 + 0.1 * k, 0.6, 0.9) for k in range(8))
     separations = (Separation("u0", "u1", 1.5, "test"), Separation("u2", "u3", 1.5, "test"))
     poses = solve(Brief(units, separations), ROOM, seed)
     shapes = {unit.id: outline(unit, poses[unit.id]) for unit in units}
@@ -44,7 +47,7 @@ def test_units_are_apart_inside_and_clear_of_doors(seed):
 
 
 def test_what_cannot_fit_has_no_plan():
-    units = tuple(Unit(f"u{k}", "LabBench", 3.0, 0.75, 1.0) for k in range(9))
+    units = tuple(Unit(f"u{k}", BENCH, 3.0, 0.75, 1.0) for k in range(9))
     assert solve(Brief(units), ROOM, 0, effort=0.2) is None
 
 
@@ -74,11 +77,11 @@ def test_a_thing_too_high_for_its_shelf_is_left_out():
 @pytest.mark.parametrize("name", sorted(protocols()))
 def test_no_cabinet_holds_two_reagents_that_must_not_meet(name):
     protocol, catalog = protocols()[name], Catalog.load()
-    cabinets = plan_cabinets(protocol, profile("default"))
-    stored = [reagent for cabinet in cabinets for reagent in cabinet.reagents]
+    cabinets = plan_cabinets(Request(protocol, ROOM, profile("default"), 0, catalog, Habits.published()))
+    stored = [reagent.name for cabinet in cabinets for reagent in cabinet.reagents]
     assert sorted(stored) == sorted(use.name for use in protocol.reagents)
     for cabinet in cabinets:
         for first, second in combinations(cabinet.reagents, 2):
-            assert incompatible(catalog.get(first), catalog.get(second)) is None
-        kind = catalog.get(cabinet.asset).storage_class
-        assert all(catalog.get(reagent).chemistry.storage_class == kind for reagent in cabinet.reagents)
+            assert incompatible(first, second) is None
+        kind = cabinet.asset.storage_class
+        assert all(reagent.chemistry.storage_class == kind for reagent in cabinet.reagents)

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.assets import Asset, Catalog
+from labgym.assets import Asset
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.geometry import BoxArray, OrientedBox, rotate
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, placed_box
@@ -50,8 +50,7 @@ class Arrangement:
         Raises:
             UnknownNameError: a placement's asset does not exist.
         """
-        catalog = Catalog.load()
-        pairs = [(placement, catalog.get(placement.asset)) for placement in layout.placements]
+        pairs = [(placement, layout.asset(placement.id)) for placement in layout.placements]
         objects = [(placement, asset) for placement, asset in pairs if asset.category not in BUILDING]
         boxes = BoxArray.of([placed_box(placement, asset) for placement, asset in objects])
         return cls(layout, tuple(p for p, _ in objects), tuple(a for _, a in objects), boxes)
@@ -76,7 +75,7 @@ class Arrangement:
         starts, counts = np.arange(len(self)), np.ones(len(self), dtype=np.intp)
         if not hollow:
             return Solids(self.boxes, starts, counts)
-        shells = [_shell(self.assets[row].name) for row in hollow]
+        shells = [_shell(self.assets[row]) for row in hollow]
         counts[hollow] = [len(shell) for shell in shells]
         starts[hollow] = len(self) + np.cumsum(counts[hollow]) - counts[hollow]
         owner = np.repeat(np.array(hollow), counts[hollow])
@@ -139,6 +138,6 @@ class Arrangement:
 
 
 @lru_cache(maxsize=1024)
-def _shell(asset: str) -> BoxArray:
+def _shell(asset: Asset) -> BoxArray:
     """Solid boxes of an asset in its own frame; a shell's boxes are never turned in it."""
-    return BoxArray.of(Catalog.load().get(asset).solids())
+    return BoxArray.of(asset.solids())

@@ -8,7 +8,7 @@ from labgym.documents import Record
 from labgym.geometry import OrientedBox, distance, penetration
 from labgym.layouts.model import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.thresholds import ROOM_TOLERANCE
+from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT, ROOM_TOLERANCE
 from labgym.layouts.rules.zones import door_area, doorway, front_zone, in_room, standing_in
 from labgym.navigation import PLANNING_RADIUS, goal_pose, occupancy
 from labgym.navigation.grid_search import distance_field
@@ -30,9 +30,6 @@ HOOD_OPPOSITE = 3.0
 
 SHOWER_WALK = 16.8
 """Walk from a hood to a safety shower: 10 s at walking pace, 55 ft (ANSI/ISEA Z358.1-2014), metres."""
-
-CORROSIVE_HEIGHT = 1.5
-"""Corrosive liquids stand below eye level, metres (university chemical storage practice)."""
 
 
 class FacilityWarning(Record):

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations
 
-from labgym.assets import Asset, Catalog, Hazard, incompatible
+from labgym.assets import Asset, Hazard, incompatible
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.satisfaction import Instance
@@ -49,11 +49,11 @@ def flammable_instances(arrangement: Arrangement, profile: Profile) -> tuple[Ins
 def incompatible_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:
     """Return one instance for each pair of placed reagents that must not meet."""
     reagents = arrangement.reagents
-    names = [arrangement.assets[row].name for row in reagents]
+    assets = [arrangement.assets[row] for row in reagents]
     pairs = [
         (i, j, hazard)
         for i, j in combinations(range(len(reagents)), 2)
-        if (hazard := hazard_between(names[i], names[j], profile.pairs)) is not None
+        if (hazard := hazard_between(assets[i], assets[j], profile.pairs)) is not None
     ]
     if not pairs:
         return ()
@@ -77,10 +77,9 @@ def contained(arrangement: Arrangement, instances: Sequence[Instance]) -> tuple[
 
 
 @lru_cache(maxsize=65536)
-def hazard_between(first: str, second: str, pairs: str) -> Hazard | None:
-    """Return why two assets must not meet under a rule set, None where they may."""
-    catalog = Catalog.load()
-    return incompatible(catalog.get(first), catalog.get(second), pairs)
+def hazard_between(first: Asset, second: Asset, pairs: str) -> Hazard | None:
+    """Return why two assets must not meet under a rule set, or None if they may."""
+    return incompatible(first, second, pairs)
 
 
 def _partitioned(arrangement: Arrangement, instance: Instance) -> bool:

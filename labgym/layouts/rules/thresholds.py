@@ -35,6 +35,10 @@ WORST = 3
 """Separation scores are the mean of this many worst instances (LabBuilder, LabTouchstone appendix, metrics 1 and 3)."""
 
 
+CORROSIVE_HEIGHT = 1.5
+"""Corrosive liquids stand below eye level, metres (university chemical storage practice)."""
+
+
 @dataclass(frozen=True)
 class Band:
     """A separation rule: satisfied at `d_min` and beyond, worth nothing under `d_low`, metres."""

@@ -21,11 +21,16 @@ HEADROOM = 2.0
 """What hangs higher than this is in nobody's way, metres (OSHA 1910.36(g)(1): projections above an exit route)."""
 
 
+def door_span(door: Door) -> float:
+    """Return the length of wall that a door keeps free of furniture, metres."""
+    return max(door.width, DOOR_AREA)
+
+
 def door_area(room: Room, door: Door, depth: float = DOOR_AREA) -> OrientedBox:
     """Return the floor inside a door that stays free, as a box of standing height; it looks into the room."""
     x, y, yaw = door_pose(room, door)
     x, y = x - math.sin(yaw) * depth / 2.0, y + math.cos(yaw) * depth / 2.0
-    return OrientedBox(x, y, max(door.width, DOOR_AREA), depth, yaw, 0.0, HEADROOM)
+    return OrientedBox(x, y, door_span(door), depth, yaw, 0.0, HEADROOM)
 
 
 def doorway(room: Room, door: Door) -> OrientedBox:
