@@ -46,6 +46,13 @@ def made(amounts: dict[str, str], *steps: dict[str, Any], product: str = "someth
     )
 
 
+def solvents(amounts: dict[str, str], *steps: dict[str, Any]) -> Protocol:
+    """Return a protocol of those steps in which every reagent with an amount is a solvent."""
+    protocol = made(amounts, *steps)
+    uses = tuple(use.model_copy(update={"role": "solvent"}) if use.amount else use for use in protocol.reagents)
+    return protocol.model_copy(update={"reagents": uses})
+
+
 def found(protocol: Protocol) -> list[Finding]:
     basic = set(validate(protocol))
     return [finding for finding in examine(protocol) if finding not in basic]
@@ -418,6 +425,237 @@ CASES: dict[str, tuple[str, int, str, Protocol, Protocol]] = {
         "AnalyticalBalance",
         made({"BenzoicAcid": "20 mg"}, step("Weigh", "ElectronicScale BenzoicAcid", place="PreparationBench")),
         made({"BenzoicAcid": "0.2 g"}, step("Weigh", "ElectronicScale BenzoicAcid", place="PreparationBench")),
+    ),
+    "a peracid in acetone": (
+        "peracid-in-ketone",
+        1,
+        "Dichloromethane",
+        made({"Acetone": "80 mL"}, step("Add", "RoundBottomFlask Acetone Cyclohexene MetaChloroperbenzoicAcid", 0)),
+        made(
+            {"Dichloromethane": "80 mL", "Cyclohexanone": "4 mL"},
+            step("Add", "RoundBottomFlask Dichloromethane Cyclohexanone MetaChloroperbenzoicAcid", 0),
+        ),
+    ),
+    "an aluminium hydride in alcohol": (
+        "hydride-in-protic",
+        1,
+        "Tetrahydrofuran",
+        made({"Ethanol": "60 mL"}, step("Add", "RoundBottomFlask Ethanol LithiumAluminumHydride", 0)),
+        made(
+            {"Tetrahydrofuran": "60 mL", "DeionizedWater": "5 mL"},
+            step("Add", "RoundBottomFlask Tetrahydrofuran LithiumAluminumHydride", 0),
+            step("Quench", "RoundBottomFlask IceBath DeionizedWater", 5),
+        ),
+    ),
+    "borohydride in boiling acetic acid": (
+        "borohydride-in-acid",
+        2,
+        "below 30 C",
+        made(
+            {"AceticAcid": "50 mL"},
+            step("Add", "RoundBottomFlask AceticAcid SodiumBorohydride", 15),
+            step("Reflux", "RoundBottomFlask RefluxCondenser OilBath", 118),
+        ),
+        made({"AceticAcid": "50 mL"}, step("Add", "RoundBottomFlask AceticAcid SodiumBorohydride", 15)),
+    ),
+    "borohydride in boiling ethanol": (
+        "borohydride-in-alcohol",
+        1,
+        "room temperature",
+        made(
+            {"Ethanol": "50 mL"},
+            step("Reflux", "RoundBottomFlask RefluxCondenser OilBath Ethanol SodiumBorohydride", 78),
+        ),
+        made({"Ethanol": "50 mL"}, step("Stir", "RoundBottomFlask Ethanol SodiumBorohydride", 20)),
+    ),
+    "a Grignard reagent in methanol": (
+        "grignard-in-protic",
+        1,
+        "dry DiethylEther",
+        made(
+            {"Methanol": "50 mL"},
+            step("Reflux", "ThreeNeckFlask RefluxCondenser OilBath Methanol Magnesium Bromobenzene", 60),
+        ),
+        made(
+            {"DiethylEther": "50 mL"},
+            step("Reflux", "ThreeNeckFlask RefluxCondenser OilBath DiethylEther Magnesium Bromobenzene", 34),
+        ),
+    ),
+    "the quenching acid in the reaction": (
+        "quench-order",
+        2,
+        "Quench step",
+        made(
+            {"HydrochloricAcid": "20 mL"},
+            step("MakeSolution", "ThreeNeckFlask Dichloromethane AluminumChloride", 0),
+            step("Add", "ThreeNeckFlask DroppingFunnel AcetylChloride HydrochloricAcid", 0),
+        ),
+        made(
+            {"HydrochloricAcid": "20 mL"},
+            step("MakeSolution", "ThreeNeckFlask Dichloromethane AluminumChloride", 0),
+            step("Add", "ThreeNeckFlask DroppingFunnel AcetylChloride", 0),
+            step("Quench", "LargeBeaker IceBath HydrochloricAcid", 5),
+        ),
+    ),
+    "a wash without an organic layer": (
+        "layer-missing",
+        2,
+        "EthylAcetate",
+        solvents(
+            {"Methanol": "50 mL"},
+            step("Stir", "RoundBottomFlask Methanol", 22),
+            step("Wash", "SeparatoryFunnel ErlenmeyerFlask SodiumBicarbonate", 22),
+        ),
+        solvents(
+            {"Methanol": "50 mL", "EthylAcetate": "60 mL"},
+            step("Stir", "RoundBottomFlask Methanol", 22),
+            step("Extract", "SeparatoryFunnel ErlenmeyerFlask EthylAcetate", 22),
+            step("Wash", "SeparatoryFunnel ErlenmeyerFlask SodiumBicarbonate", 22),
+        ),
+    ),
+    "a wet distillation": (
+        "dry-before-distillation",
+        2,
+        "MagnesiumSulfate",
+        made(
+            {},
+            step("Wash", "SeparatoryFunnel ErlenmeyerFlask SodiumBicarbonate", 22),
+            step("Distill", "RoundBottomFlask DistillationHead LiebigCondenser OilBath", 90),
+        ),
+        made(
+            {},
+            step("Wash", "SeparatoryFunnel ErlenmeyerFlask SodiumBicarbonate", 22),
+            step("DrySolution", "ErlenmeyerFlask MagnesiumSulfate", 22),
+            step("Distill", "RoundBottomFlask DistillationHead LiebigCondenser OilBath", 90),
+        ),
+    ),
+    "a solid through a dropping funnel": (
+        "solid-in-funnel",
+        1,
+        "portions",
+        made(
+            {"SodiumTriacetoxyborohydride": "3.2 g"},
+            step("Add", "ThreeNeckFlask DroppingFunnel SodiumTriacetoxyborohydride", 22),
+        ),
+        made(
+            {"SodiumHydroxide": "20 mL of 10 % aq."}, step("Add", "ThreeNeckFlask DroppingFunnel SodiumHydroxide", 22)
+        ),
+    ),
+    "palladium on carbon in the rotary evaporator": (
+        "catalyst-filtered",
+        2,
+        "Celite",
+        made(
+            {},
+            step("Stir", "RoundBottomFlask Ethanol PalladiumOnCarbon", 22),
+            step("Concentrate", "RotaryEvaporator RoundBottomFlask", 40, place="RotaryEvaporatorStation"),
+        ),
+        made(
+            {},
+            step("Stir", "RoundBottomFlask Ethanol PalladiumOnCarbon", 22),
+            step("Filter", "BuchnerFunnel FilterFlask Celite", 22),
+            step("Concentrate", "RotaryEvaporator RoundBottomFlask", 40, place="RotaryEvaporatorStation"),
+        ),
+    ),
+    "palladium on carbon weighed as metal": (
+        "catalyst-loading",
+        1,
+        "0.213 g",
+        made(
+            {"PalladiumOnCarbon": "0.0213 g, 0.2 mmol"}, step("Stir", "RoundBottomFlask Ethanol PalladiumOnCarbon", 22)
+        ),
+        made(
+            {"PalladiumOnCarbon": "0.213 g, 0.2 mmol Pd"},
+            step("Stir", "RoundBottomFlask Ethanol PalladiumOnCarbon", 22),
+        ),
+    ),
+    "a palladium(0) complex in air": (
+        "catalyst-inert",
+        1,
+        "SchlenkLine",
+        made({}, step("Add", "ThreeNeckFlask TetrakisTriphenylphosphinePalladium", 22)),
+        made({}, step("Add", "ThreeNeckFlask SchlenkLine NitrogenGas TetrakisTriphenylphosphinePalladium", 22)),
+    ),
+    "hydrogen at 5 bar in a balloon": (
+        "pressure-reach",
+        1,
+        "HydrogenBalloon",
+        made(
+            {}, step("Hydrogenate", "HydrogenBalloon RoundBottomFlask Hydrogen", 22, "Shake under 5 bar of hydrogen.")
+        ),
+        made(
+            {}, step("Hydrogenate", "HydrogenBalloon RoundBottomFlask Hydrogen", 22, "Shake under 1 bar of hydrogen.")
+        ),
+    ),
+    "a stirred flask far above its boiling point under a condenser": (
+        "reflux-temperature",
+        2,
+        "PressureTube",
+        made(
+            {"Acetone": "50 mL"},
+            step("Stir", "RoundBottomFlask Acetone", 22),
+            step("Heat", "RoundBottomFlask RefluxCondenser OilBath", 120),
+        ),
+        made(
+            {"Acetone": "50 mL"},
+            step("Stir", "RoundBottomFlask Acetone", 22),
+            step("Heat", "RoundBottomFlask RefluxCondenser OilBath", 60),
+        ),
+    ),
+    "an oxidation with hydrogen peroxide that is no test for peroxides": (
+        "peroxides-tested",
+        2,
+        "test for peroxides",
+        made(
+            {"Tetrahydrofuran": "50 mL"},
+            step("Add", "RoundBottomFlask Tetrahydrofuran", 22, "Add tetrahydrofuran to the 30% hydrogen peroxide."),
+            step("Distill", "RoundBottomFlask DistillationHead OilBath", 66),
+        ),
+        made(
+            {"Tetrahydrofuran": "50 mL"},
+            step("Add", "RoundBottomFlask Tetrahydrofuran", 22, "Test the tetrahydrofuran for peroxides."),
+            step("Distill", "RoundBottomFlask DistillationHead OilBath", 66),
+        ),
+    ),
+    "water into acid in an ice bath": (
+        "acid-into-water",
+        2,
+        "onto water",
+        made(
+            {"SulfuricAcid": "50 mL"},
+            step("Add", "Beaker SulfuricAcid", 5),
+            step(
+                "Add",
+                "Beaker IceBath DeionizedWater",
+                5,
+                "Add 50 mL of water to the concentrated sulfuric acid in an ice bath.",
+            ),
+        ),
+        made(
+            {"SulfuricAcid": "50 mL"},
+            step("Add", "Beaker SulfuricAcid", 5),
+            step(
+                "Add",
+                "LargeBeaker IceBath DeionizedWater",
+                5,
+                "Pour the acid slowly onto ice in a beaker in an ice bath.",
+            ),
+        ),
+    ),
+    "butyllithium beside a trap of liquid nitrogen": (
+        "inert-gas",
+        1,
+        "under nitrogen",
+        made(
+            {},
+            step(
+                "Add",
+                "ThreeNeckFlask ColdTrap NButyllithium",
+                -78,
+                "Add butyllithium; cool the trap with liquid nitrogen.",
+            ),
+        ),
+        made({}, step("Add", "ThreeNeckFlask NButyllithium", -78, "Add butyllithium under nitrogen.")),
     ),
 }
 

@@ -1,6 +1,7 @@
 """The validation suite's rules, by theme; each is a function of a case: a protocol and the catalogue."""
 
 from labgym.protocols.rules import (
+    conditions,
     constraints,
     grounding,
     hazards,
@@ -14,7 +15,7 @@ from labgym.protocols.rules.finding import Case, Finding, Severity
 
 ALL = (*grounding.RULES, *sequence.RULES, *safety.RULES, *constraints.RULES)
 """The paper's suite."""
-EQUIPMENT = (*vessels.RULES, *temperatures.RULES, *hazards.RULES, *machines.RULES)
+EQUIPMENT = (*vessels.RULES, *temperatures.RULES, *hazards.RULES, *machines.RULES, *conditions.RULES)
 """What equipment can do, against what the steps ask of it."""
 
 __all__ = ["ALL", "EQUIPMENT", "Case", "Finding", "Severity"]

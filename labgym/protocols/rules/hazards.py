@@ -17,10 +17,24 @@ FACE_VELOCITY = FACE[0]
 """Slowest air into a hood that holds vapours back, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
 FATAL = ("H300", "H310", "H330")
 PYROPHORIC = ("H250",)
-INERT = re.compile(r"\b(?:nitrogen|argon|inert|glove\s?box|schlenk)\b", re.I)
+INERT = re.compile(r"(?<!liquid )\b(?:nitrogen|argon)\b(?!\s+(?:trap|dewar))|\b(?:inert|glove\s?box|schlenk)\b", re.I)
+"""An inert gas above the mixture; liquid nitrogen in a cold trap is none."""
 INERT_DEVICES = ("SchlenkLine", "NitrogenCylinder", "ArgonCylinder")
-PEROXIDE = re.compile(r"\bperoxides?\b", re.I)
-POURED_ONTO = re.compile(r"\b(?:in|into|on|onto|to|over)\s+(?:[\w,-]+\s+){0,5}?(?:water|ice)\b", re.I)
+PEROXIDE_TEST = re.compile(
+    r"\b(?:test|check|assay|examin|try)\w*\b[^.;]{0,60}\bperoxides?\b|\bperoxide[- ](?:test|strip|free|indicator)|"
+    r"\bperoxides?\b[^.;]{0,30}\b(?:test|strip|absent|absence|negative)|\bfree (?:of|from) peroxides?\b",
+    re.I,
+)
+"""A test of the liquid for peroxides; the reagent hydrogen peroxide is none."""
+POURED_ONTO = re.compile(
+    r"\b(?:in|into|on|onto|to|over)\s+(?:[\w,-]+\s+){0,5}?(?:water|ice)\b(?![\s-]*(?:water\s+)?(?:bath|cool))", re.I
+)
+"""The mixture goes onto water or ice; "in an ice bath" is no such thing."""
+WATER_INTO_ACID = re.compile(
+    r"\b(?:water|ice)\b\s+(?:\w+\s+){0,3}?(?:to|into|onto|over)\s+(?:the\s+|an?\s+)?(?:[\w-]+\s+){0,3}?"
+    r"(?:acid|mixture|flask|solution)\b",
+    re.I,
+)
 WATER_ADDED = re.compile(r"\b(?:add|adding|dilute|diluting|dilution)\b[^.;]{0,60}\bwater\b", re.I)
 CONCENTRATED = frozenset({"oxidizing_acid"})
 TOXIC_GAS = ("acid_with_toxic_gas_former", "acid_with_hypochlorite", "hypochlorite_with_ammonia_or_amine")
@@ -93,7 +107,8 @@ def acid_goes_into_water(case: Case) -> Iterator[Finding]:
             if volume >= 5.0 and _has_group(case.catalog.get(name), CONCENTRATED)
         ]
         watered = WATER in [asset.name for asset in situation.added] or WATER_ADDED.search(step.text)
-        if acids and watered and not POURED_ONTO.search(step.text):
+        onto_water = POURED_ONTO.search(step.text) and not WATER_INTO_ACID.search(step.text)
+        if acids and watered and not onto_water:
             message = f"step {step.index} ({step.action}) adds water to {acids[0]}"
             yield Finding("acid-into-water", step.index, message, "pour the acid slowly onto water or ice, and stir")
 
@@ -102,7 +117,7 @@ def peroxides_are_tested_for(case: Case) -> Iterator[Finding]:
     """What forms peroxides is tested for them before it is distilled."""
     tested = False
     for situation in case.situations:
-        tested = tested or bool(PEROXIDE.search(situation.step.text))
+        tested = tested or bool(PEROXIDE_TEST.search(situation.step.text))
         for name in situation.contents:
             chemistry = case.catalog.get(name).chemistry
             if (

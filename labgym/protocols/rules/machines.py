@@ -74,9 +74,11 @@ def pressures_are_withstood(case: Case) -> Iterator[Finding]:
             for asset in situation.devices
             if (limit := withstands(asset) or delivers(asset)) is not None
         ]
-        if wanted is None or wanted <= PRESSED or not limits:
+        if wanted is None or wanted <= PRESSED:
             continue
-        bar, (limit, name) = wanted / 1000.0, max(limits)
+        held = situation.vessel.name if situation.vessel is not None else "its apparatus"
+        balloon = next((asset.name for asset in situation.devices if asset.subtype == "gas"), "")
+        bar, (limit, name) = wanted / 1000.0, max(limits, default=(0.0, balloon or held))
         if bar - 1.0 > limit:
             message = f"step {step.index} wants {bar:.3g} bar, {name} is built for {limit:g} bar above the air's"
             others = sorted((withstands(a) or 0.0, a.name) for a in case.catalog.of_kind("instrument"))

@@ -76,12 +76,17 @@ def reflux_is_as_hot_as_it_can_be(case: Case) -> Iterator[Finding]:
     """Boiling under a condenser is no hotter than the liquids boil."""
     for situation in case.situations:
         step, temperature = situation.step, situation.step.temperature
-        if step.action != "Reflux" or temperature is None or any(withstands(asset) for asset in situation.devices):
+        boils = step.action == "Reflux" or any(asset.subtype == "condenser" for asset in situation.devices)
+        if not boils or step.action == "Distill" or temperature is None:
+            continue
+        if any(withstands(asset) for asset in situation.devices):
             continue
         known = [_boiling_point(case, name) for name in situation.bulk()]
         points = [point for point in known if point is not None]
         if points and len(points) == len(known) and temperature > max(points) + SUPERHEAT:
-            message = f"step {step.index} wants {temperature:g} C at reflux, its liquids boil by {max(points):g} C"
+            message = (
+                f"step {step.index} is at {temperature:g} C under a condenser, above {max(points):g} C, where it boils"
+            )
             suggestion = "heat closed in PressureTube, or take a solvent that boils higher"
             yield Finding("reflux-temperature", step.index, message, suggestion)
 

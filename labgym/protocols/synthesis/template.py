@@ -26,7 +26,7 @@ from labgym.protocols.synthesis.writer import Commission, Draft
 
 KNOWN = 2
 """How many reagents of the nearest protocol a text without words for a reaction must name to be taken for it."""
-AIRLESS = frozenset({"Magnesium", "PalladiumOnCarbon", "RaneyNickel"})
+AIRLESS = frozenset({"Magnesium", "PalladiumOnCarbon", "RaneyNickel", "TetrakisTriphenylphosphinePalladium"})
 """Metals and catalysts that work, or are safe beside a solvent, without air alone."""
 QUENCHES = frozenset(
     (

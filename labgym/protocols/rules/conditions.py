@@ -1,0 +1,268 @@
+"""Conditions that make a known reaction dangerous or futile: solvent, temperature, order of addition, work-up."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from labgym.assets import Asset
+from labgym.protocols.amounts import read_amount
+from labgym.protocols.contents import SEPARATING, STILL, Situation
+from labgym.protocols.rules.finding import Case, Finding, Severity
+from labgym.protocols.rules.hazards import INERT, INERT_DEVICES
+
+ENDING = ("Quench", "Acidify", "Basify", "Neutralize", "Extract", "Wash", "Filter", "Concentrate", "Clean")
+"""Actions in which what destroys a reagent is meant to destroy it."""
+CHARGING = ("Add", "MakeSolution", "Dissolve", "Mix", "Charge")
+SOLVENT_SHARE = 0.25
+"""A liquid that is at least this share of the volume is a solvent of the mixture."""
+PERACIDS = frozenset({"MetaChloroperbenzoicAcid", "HydrogenPeroxide", "TertButylHydroperoxide"})
+DESTROYED = frozenset({"LithiumAluminumHydride", "DIBALH", "SodiumHydride", "NButyllithium"})
+"""Hydrides and organometallics that protic solvents destroy with hydrogen or butane and much heat."""
+BOROHYDRIDE = "SodiumBorohydride"
+BOROHYDRIDE_IN_ACID, BOROHYDRIDE_IN_ALCOHOL = 30.0, 60.0
+"""Temperatures above which borohydride loses hydrogen too fast to control, degrees Celsius (Gribble, Chem. Soc. Rev.
+1998, 27, 395: pellets into acetic acid below 20 C; methanol consumes it within the hour at 25 C)."""
+PROTIC = frozenset({"alcohol", "carboxylic_acid", "aqueous", "phenol"})
+MISCIBLE = frozenset(
+    (
+        *("Methanol", "Ethanol", "Isopropanol", "TertButanol", "Acetone", "Acetonitrile", "Tetrahydrofuran"),
+        *("OneFourDioxane", "NNDimethylformamide", "DimethylSulfoxide", "NMethylPyrrolidone", "AceticAcid"),
+        *("FormicAcid", "Pyridine", "EthyleneGlycol", "Glycerol", "TrifluoroaceticAcid"),
+    )
+)
+"""Organic liquids that form no layer of their own with water."""
+AZEOTROPIC = frozenset({"Toluene", "Benzene"})
+LAYERED = ("Wash", "PhaseSeparation")
+METALLIC_PALLADIUM, TOLERANCE = 106.42, 0.25
+"""Molar mass of palladium, g/mol: on carbon, 10 % of the weight is metal, so that a mole of it is ten times that."""
+SUPPORTED = "noble_metal_catalyst"
+AFTER_CATALYST = ("Concentrate", "Distill", "Chromatograph", "Recrystallize", "DryVacuum")
+AIR_SENSITIVE = frozenset({"TetrakisTriphenylphosphinePalladium"})
+_SOLUTION = re.compile(r"\b(?:solution|suspension|slurry|dissolved|in \d|molten|melt)\b", re.I)
+
+
+def peracids_meet_no_ketone(case: Case) -> Iterator[Finding]:
+    """Peracids and peroxides are not used in a ketone as the solvent: cyclic peroxides form that detonate.
+
+    Source: Bretherick's Handbook, entries on hydrogen peroxide with ketones and on 3-chloroperoxybenzoic acid.
+    """
+    for situation in case.situations:
+        oxidants = sorted(PERACIDS.intersection(situation.contents))
+        ketones = [name for name in situation.bulk(SOLVENT_SHARE) if "ketone" in _groups(case, name)]
+        if situation.step.action not in (*STILL, *LAYERED) and oxidants and ketones:
+            message = f"step {situation.step.index} has {oxidants[0]} in {ketones[0]}; ketones form explosive peroxides"
+            yield Finding("peracid-in-ketone", situation.step.index, message, "use Dichloromethane as the solvent")
+            return
+
+
+def hydrides_meet_no_protic_solvent(case: Case) -> Iterator[Finding]:
+    """Aluminium hydride, sodium hydride and butyllithium are used in aprotic solvents until they are quenched.
+
+    Source: Prudent Practices in the Laboratory, 6.D (water-reactive and pyrophoric reagents).
+    """
+    for situation in _reacting(case):
+        reagents = sorted(DESTROYED.intersection(situation.contents))
+        protic = [name for name in situation.bulk() if _is_protic(case, name)]
+        if reagents and protic:
+            message = f"step {situation.step.index} has {reagents[0]} in {protic[0]}, which destroys it violently"
+            yield Finding(
+                "hydride-in-protic", situation.step.index, message, "use a dry ether, such as Tetrahydrofuran"
+            )
+            return
+
+
+def borohydride_stays_cold(case: Case) -> Iterator[Finding]:
+    """Borohydride is not heated in a carboxylic acid, nor boiled in an alcohol: hydrogen comes off all at once."""
+    for situation in _reacting(case):
+        temperature = situation.step.temperature
+        if temperature is None or BOROHYDRIDE not in situation.contents:
+            continue
+        liquids = situation.bulk(SOLVENT_SHARE)
+        acids = [name for name in liquids if "carboxylic_acid" in _groups(case, name)]
+        alcohols = [name for name in liquids if "alcohol" in _groups(case, name)]
+        if acids and temperature > BOROHYDRIDE_IN_ACID:
+            message = f"step {situation.step.index} heats {BOROHYDRIDE} in {acids[0]} to {temperature:g} C"
+            suggestion = f"stay below {BOROHYDRIDE_IN_ACID:g} C, or use SodiumTriacetoxyborohydride"
+            yield Finding("borohydride-in-acid", situation.step.index, message, suggestion)
+            return
+        if alcohols and temperature > BOROHYDRIDE_IN_ALCOHOL:
+            message = f"step {situation.step.index} heats {BOROHYDRIDE} in {alcohols[0]} to {temperature:g} C"
+            suggestion = "the alcohol consumes it; stay near room temperature"
+            yield Finding("borohydride-in-alcohol", situation.step.index, message, suggestion, "advice")
+            return
+
+
+def organometallics_stay_dry(case: Case) -> Iterator[Finding]:
+    """A Grignard reagent is made from magnesium and a halide without water, alcohols or acids until the quench."""
+    for situation in _reacting(case):
+        names = situation.contents
+        halides = [n for n in names if _groups(case, n) & {"halogenated_organic", "aryl_halide"}]
+        protic = [name for name in situation.bulk(0.05) if _is_protic(case, name)]
+        if "Magnesium" in names and halides and protic:
+            message = f"step {situation.step.index} makes a Grignard reagent from {halides[0]} in {protic[0]}, which"
+            message += " destroys it"
+            yield Finding(
+                "grignard-in-protic", situation.step.index, message, "use dry DiethylEther or Tetrahydrofuran"
+            )
+            return
+
+
+def quenches_come_after_the_reaction(case: Case) -> Iterator[Finding]:
+    """What destroys a Lewis acid or hydride is added to end the reaction, not while the reagents are combined."""
+    for situation in _reacting(case):
+        step = situation.step
+        if step.action not in CHARGING:
+            continue
+        lively = [n for n in situation.contents if _is_lively(case, n)]
+        aqueous = [a.name for a in situation.added if _groups(case, a.name) & {"aqueous"} and a.name not in lively]
+        if lively and aqueous:
+            message = f"step {step.index} ({step.action}) adds {aqueous[0]} to {lively[0]}, which it destroys violently"
+            yield Finding("quench-order", step.index, message, "add it in a Quench step after the reaction, onto ice")
+            return
+
+
+def washes_have_a_layer(case: Case) -> Iterator[Finding]:
+    """An organic layer is washed or separated only where a liquid that water does not dissolve is present.
+
+    A liquid that takes part in the reaction may have become the layer, as tert-butanol becomes its bromide.
+    """
+    solvents = {use.name for use in case.protocol.reagents if "solvent" in use.role}
+    for situation in case.situations:
+        step, vessel = situation.step, situation.vessel
+        if step.action not in LAYERED or vessel is None or vessel.name != SEPARATING:
+            continue
+        organic = [n for n in situation.bulk(0.05) if not _groups(case, n) & {"aqueous", "strong_acid", "strong_base"}]
+        if organic and all(name in MISCIBLE & solvents for name in organic):
+            message = f"step {step.index} ({step.action}) has no organic layer: {organic[0]} mixes with water"
+            suggestion = "extract with EthylAcetate or DiethylEther first"
+            severity: Severity = "fault" if step.action == "Wash" else "advice"
+            yield Finding("layer-missing", step.index, message, suggestion, severity)
+            return
+
+
+def wet_layers_are_dried(case: Case) -> Iterator[Finding]:
+    """What was washed or extracted with water is dried before it is distilled.
+
+    Evaporating toluene or benzene dries too: both carry water over as an azeotrope.
+    """
+    wet: int | None = None
+    for situation in case.situations:
+        step = situation.step
+        dried = any(asset.category == "drying_agent" for asset in situation.added)
+        azeotrope = step.action == "Concentrate" and not AZEOTROPIC.isdisjoint(situation.bulk())
+        if dried or azeotrope:
+            wet = None
+        elif step.action in ("Extract", "Wash") and any(asset.name == SEPARATING for asset in situation.devices):
+            wet = step.index
+        elif step.action in ("DrySolution", "DryVacuum", "Quench", "Acidify", "Basify", "Crystallize"):
+            wet = None
+        elif step.action == "Distill" and wet is not None and "steam" not in step.text.lower():
+            message = f"step {step.index} distils what step {wet} left wet"
+            yield Finding(
+                "dry-before-distillation", step.index, message, "add a DrySolution step, with MagnesiumSulfate"
+            )
+            return
+
+
+def funnels_take_liquids(case: Case) -> Iterator[Finding]:
+    """A solid does not go through a dropping funnel unless it is dissolved."""
+    amounts = {use.name: read_amount(use.amount) for use in case.protocol.reagents}
+    for situation in case.situations:
+        step = situation.step
+        if not any("Dropping" in asset.name for asset in situation.devices):
+            continue
+        dry = [a.name for a in situation.added if _state(case, a.name) == "solid" and amounts[a.name].volume is None]
+        liquid = any(a.name not in dry and _state(case, a.name) != "gas" for a in situation.added)
+        if dry and not liquid and not _SOLUTION.search(step.text):
+            message = f"step {step.index} adds {dry[0]}, a solid, through a dropping funnel"
+            yield Finding("solid-in-funnel", step.index, message, "add it in portions, or as a solution")
+
+
+def supported_catalysts_are_filtered_off(case: Case) -> Iterator[Finding]:
+    """Palladium on carbon and Raney nickel are filtered off, kept wet, before the solvent is evaporated."""
+    catalyst = ""
+    for situation in case.situations:
+        step = situation.step
+        used = [asset.name for asset in situation.added if SUPPORTED in _groups(case, asset.name)]
+        if step.action not in STILL:
+            catalyst = used[0] if used else catalyst
+        if step.action == "Filter":
+            catalyst = ""
+        if catalyst and step.action in AFTER_CATALYST:
+            message = f"step {step.index} ({step.action}) still has {catalyst} in it"
+            yield Finding("catalyst-filtered", step.index, message, "filter it off through Celite first, kept wet")
+            return
+
+
+def supported_catalysts_are_weighed_with_their_support(case: Case) -> Iterator[Finding]:
+    """A mass of palladium on carbon that matches its moles as pure metal is ten times too small."""
+    for use in case.protocol.reagents:
+        amount = read_amount(use.amount)
+        if use.name != "PalladiumOnCarbon" or not amount.mass or not amount.moles:
+            continue
+        step = next((step.index for step in case.protocol.steps if use.name in step.uses), None)
+        if step is not None and abs(amount.mass / amount.moles / METALLIC_PALLADIUM - 1.0) < TOLERANCE:
+            message = f"step {step} weighs {use.name} ({use.amount}) as pure palladium; 10 % of its weight is metal"
+            suggestion = f"take {10.0 * amount.mass:.3g} g of the supported catalyst"
+            yield Finding("catalyst-loading", step, message, suggestion)
+
+
+def sensitive_catalysts_have_inert_gas(case: Case) -> Iterator[Finding]:
+    """Palladium(0) phosphine complexes are added and heated under an inert gas, for oxygen destroys them."""
+    shielded = False
+    for situation in case.situations:
+        step = situation.step
+        inert = any(asset.name in INERT_DEVICES for asset in situation.devices) or INERT.search(step.text)
+        shielded = shielded or bool(inert and step.action not in STILL)
+        sensitive = [asset.name for asset in situation.added if asset.name in AIR_SENSITIVE]
+        if sensitive and step.action not in STILL and not shielded:
+            message = f"step {step.index} adds {sensitive[0]} in air, which oxygen destroys"
+            yield Finding("catalyst-inert", step.index, message, "purge the flask with nitrogen first: SchlenkLine")
+            return
+
+
+def _reacting(case: Case) -> Iterator[Situation]:
+    """Yield the steps before the first that ends the reaction."""
+    for situation in case.situations:
+        if situation.step.action in ENDING:
+            return
+        if situation.step.action not in STILL:
+            yield situation
+
+
+def _is_protic(case: Case, name: str) -> bool:
+    return bool(PROTIC & _groups(case, name))
+
+
+def _is_lively(case: Case, name: str) -> bool:
+    """Say whether water destroys a Lewis acid or hydride violently; borohydride is used in water."""
+    asset = case.catalog.get(name)
+    reactive = asset.chemistry is not None and asset.chemistry.water_reactive
+    hydride = name in DESTROYED
+    return hydride or (reactive and "lewis_acid" in _groups(case, name))
+
+
+def _groups(case: Case, name: str) -> frozenset[str]:
+    asset: Asset = case.catalog.get(name)
+    return frozenset() if asset.chemistry is None else frozenset(asset.chemistry.groups)
+
+
+def _state(case: Case, name: str) -> str:
+    chemistry = case.catalog.get(name).chemistry
+    return "" if chemistry is None else chemistry.state
+
+
+RULES = (
+    peracids_meet_no_ketone,
+    hydrides_meet_no_protic_solvent,
+    borohydride_stays_cold,
+    organometallics_stay_dry,
+    quenches_come_after_the_reaction,
+    washes_have_a_layer,
+    wet_layers_are_dried,
+    funnels_take_liquids,
+    supported_catalysts_are_filtered_off,
+    supported_catalysts_are_weighed_with_their_support,
+    sensitive_catalysts_have_inert_gas,
+)
