@@ -1,4 +1,4 @@
-"""How fast the pieces are, each as a ratio to something that does the same work, measured alternately in one run."""
+"""Speed of the main pieces of work, each as a ratio to a reference that does comparable work."""
 
 from __future__ import annotations
 
@@ -17,27 +17,28 @@ from labgym.envs.robot import PREFIX, ROBOT, attach_robot
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
 from labgym.envs.simulation import Simulation
 from labgym.envs.stage import Stage, physics_model
-from labgym.eval.reports.tables import Table
+from labgym.errors import OptionError
 from labgym.layouts import Layout, load_published, published
 from labgym.navigation import PLANNING_RADIUS, ShortestPaths, astar, goal_pairs, occupancy
 from labgym.scenes import MissingRendererError, make_renderer, to_mjcf
+from labgym.table import Table
 
 ROUNDS = 15
-"""How often each piece and its measure are timed, in turn."""
+"""How often each piece of work and its reference are timed, alternately."""
 
 BLOCK_SECONDS = 0.05
-"""How long a block of repetitions lasts at least."""
+"""Minimum duration of a block of repetitions, seconds."""
 
 Work = Callable[[], object]
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A piece of work and what it is measured against.
+    """A piece of work and its reference.
 
     Attributes:
-        name: what is done. measure: what else does it, or part of it.
-        ours, theirs: do it once.
+        name: the work. measure: the reference.
+        ours, theirs: functions that do the work and the reference once.
     """
 
     name: str
@@ -48,11 +49,11 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Timing:
-    """What a comparison took.
+    """Result of a comparison.
 
     Attributes:
-        seconds: median of once ours. reference: median of once theirs.
-        ratio: median of ours over theirs, block by block. low, high: its quartiles.
+        seconds: median seconds per call of the work. reference: median seconds per call of the reference.
+        ratio: median over blocks of work / reference. low, high: quartiles of the ratio.
     """
 
     name: str
@@ -65,14 +66,20 @@ class Timing:
 
 
 def bench(rounds: int = ROUNDS) -> Iterator[Timing]:
-    """Time every comparison on a published layout, one after the other."""
+    """Yield the timing of every comparison, on a published layout.
+
+    Raises:
+        OptionError: fewer than 2 rounds.
+    """
+    if rounds < 2:
+        raise OptionError(f"rounds is {rounds}, expected at least 2")
     layout = load_published("val", published("val")[0])
     for comparison in comparisons(layout):
         yield timed(comparison, rounds)
 
 
 def comparisons(layout: Layout) -> Iterator[Comparison]:
-    """Yield what is compared; what needs OpenGL is left out where there is none."""
+    """Yield the comparisons; without OpenGL, those that need it are left out."""
     yield _control_step(layout)
     yield _lidar(layout)
     with contextlib.suppress(MissingRendererError):
@@ -82,22 +89,28 @@ def comparisons(layout: Layout) -> Iterator[Comparison]:
 
 
 def timed(comparison: Comparison, rounds: int = ROUNDS, block: float = BLOCK_SECONDS) -> Timing:
-    """Time the two sides in turn, so that what slows the machine down slows both."""
+    """Time work and reference alternately, so that other load on the machine affects both.
+
+    Args:
+        comparison: the work and its reference.
+        rounds: number of blocks of each, at least 2.
+        block: minimum duration of a block, seconds.
+    """
     repeats = [_repeats(work, block) for work in (comparison.ours, comparison.theirs)]
     ours, theirs = [], []
     for _ in range(rounds):
         ours.append(_block(comparison.ours, repeats[0]))
         theirs.append(_block(comparison.theirs, repeats[1]))
-    ratios = [mine / other for mine, other in zip(ours, theirs, strict=True)]
+    ratios = [work / reference for work, reference in zip(ours, theirs, strict=True)]
     low, _, high = quantiles(ratios, n=4)
     return Timing(comparison.name, comparison.measure, median(ours), median(theirs), median(ratios), low, high)
 
 
 def bench_table(timings: Sequence[Timing]) -> Table:
-    """Return timings as a table."""
+    """Return timings as a table, times in milliseconds."""
     return Table(
-        title="Speed, ours over the measure; below 1 is faster",
-        columns=("What", "Ours, ms", "Measured against", "Its time, ms", "Ratio"),
+        title="Speed: labgym relative to a reference; a ratio below 1 is faster",
+        columns=("Work", "labgym, ms", "Reference", "Reference, ms", "Ratio"),
         rows=tuple(
             (
                 timing.name,
@@ -108,7 +121,7 @@ def bench_table(timings: Sequence[Timing]) -> Table:
             )
             for timing in timings
         ),
-        notes=("Medians of blocks timed in turn; in brackets the ratio's quartiles. One core.",),
+        notes=("Medians over alternating blocks on one core; quartiles of the ratio in brackets.",),
     )
 
 
@@ -119,8 +132,8 @@ def _control_step(layout: Layout) -> Comparison:
     scene = Simulation(physics_model(layout))
     scene.place(goal_pairs(layout)[0].start)
     return Comparison(
-        "a control step with lidar, reward and info",
-        f"{ROBOT.substeps} steps of MuJoCo alone",
+        "control step with lidar, reward and info",
+        f"{ROBOT.substeps} MuJoCo steps alone",
         lambda: env.step(still),
         lambda: mujoco.mj_step(scene.model, scene.data, ROBOT.substeps),
     )
@@ -136,9 +149,9 @@ def _lidar(layout: Layout) -> Comparison:
     angles = pose[2] - math.pi + 2.0 * math.pi / LIDAR_RAYS * np.arange(LIDAR_RAYS)
     rays = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(LIDAR_RAYS)]).ravel()
     hits, distances = np.empty(LIDAR_RAYS, np.int32), np.empty(LIDAR_RAYS)
-    stage.solid.mesh  # noqa: B018 - made before it is timed
+    stage.solid.mesh  # noqa: B018 - built before the timing starts
     return Comparison(
-        f"a lidar scan of {LIDAR_RAYS} rays",
+        f"lidar scan of {LIDAR_RAYS} rays",
         "mj_multiRay on the same boxes",
         lambda: lidar.scan(stage.solid, pose),
         lambda: mujoco.mj_multiRay(model, data, origin, rays, None, 1, -1, hits, distances, None, LIDAR_RAYS, RANGE),
@@ -155,16 +168,16 @@ def _depth(layout: Layout) -> Comparison:
     renderer = make_renderer(scene.model, IMAGE_SHAPE[1], IMAGE_SHAPE[0])
     renderer.enable_depth_rendering()
 
-    def rasterised() -> object:
+    def rasterize() -> object:
         renderer.update_scene(scene.data, PREFIX + "camera")
         return renderer.render()
 
-    stage.visible.mesh  # noqa: B018 - made before it is timed
+    stage.visible.mesh  # noqa: B018 - built before the timing starts
     return Comparison(
-        f"a depth image of {IMAGE_SHAPE[1]} x {IMAGE_SHAPE[0]}",
-        "mujoco.Renderer's",
+        f"depth image of {IMAGE_SHAPE[1]} x {IMAGE_SHAPE[0]}",
+        "mujoco.Renderer",
         lambda: camera.depth(stage.visible, pose),
-        rasterised,
+        rasterize,
     )
 
 
@@ -172,7 +185,7 @@ def _shortest_path(layout: Layout) -> Comparison:
     start, goal = (pose[:2] for pose in (goal_pairs(layout)[0].start, goal_pairs(layout)[0].goal))
     paths, grid = ShortestPaths(layout), occupancy(layout).dilated(PLANNING_RADIUS)
     return Comparison(
-        "an exact any-angle shortest path",
+        "exact any-angle shortest path",
         "A* on the 5 cm grid, 8 neighbours",
         lambda: paths.path(start, goal),
         lambda: astar(grid, start, goal),
@@ -183,8 +196,8 @@ def _restart(layout: Layout) -> Comparison:
     env = LabPointNavEnv(layout=layout)
     env.reset(seed=0)
     return Comparison(
-        "an episode's start in a layout that is ready",
-        "making the layout's physics anew",
+        "reset in a loaded layout",
+        "building the layout's physics model",
         lambda: env.reset(options={"pair": 0}),
         lambda: physics_model(layout),
     )
@@ -192,12 +205,11 @@ def _restart(layout: Layout) -> Comparison:
 
 def _repeats(work: Work, block: float) -> int:
     work()
-    once = _block(work, 1)
-    return max(1, math.ceil(block / once))
+    return max(1, math.ceil(block / _block(work, 1)))
 
 
 def _block(work: Work, repeats: int) -> float:
-    """Return the seconds that once takes, over so many times."""
+    """Return the mean wall-clock seconds per call, averaged over `repeats` calls."""
     begin = time.perf_counter()
     for _ in range(repeats):
         work()

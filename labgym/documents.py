@@ -1,4 +1,4 @@
-"""JSON documents: bounded reading of files nobody trusts, validation, atomic writing, canonical hashing."""
+"""JSON documents: bounded reading of untrusted files, validation, atomic writing, canonical hashing."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MAX_INTEGER = 2**53
 
 
 class Record(BaseModel):
-    """A frozen part of a document; unknown fields and non-finite numbers are refused."""
+    """A frozen part of a document; unknown fields and non-finite numbers are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, str_max_length=20_000)
 
@@ -34,7 +34,7 @@ class Record(BaseModel):
 
 
 class Document(Record):
-    """A record that is a file of its own, tagged with `"schema": "labgym.<kind>/<n>"`."""
+    """A record with its own file, tagged with `"schema": "labgym.<kind>/<n>"`."""
 
     SCHEMA: ClassVar[str]
 
@@ -43,7 +43,8 @@ class Document(Record):
         """Read and validate a file.
 
         Raises:
-            DocumentError: missing, too large, not JSON, too deep, another schema, or a field out of order.
+            DocumentError: the file is missing, too large, not JSON or nested too deeply, has another schema, or a
+                field is invalid.
         """
         return cls.parse(read_json(path), path)
 
@@ -52,7 +53,7 @@ class Document(Record):
         """Validate plain data read from `source`.
 
         Raises:
-            DocumentError: another schema or a field out of order; names the source and the field.
+            DocumentError: another schema, or an invalid field; names the source and the field.
         """
         if not isinstance(data, dict):
             raise DocumentError(source, "", f"expected a JSON object, got {type(data).__name__}")
@@ -74,20 +75,20 @@ class Document(Record):
 
 
 def document_error(source: object, error: ValidationError) -> DocumentError:
-    """Turn pydantic's report into one line that names the first offending field."""
+    """Return pydantic's report as a one-line error that names the first invalid field."""
     first = error.errors(include_url=False, include_input=True)[0]
     field = ".".join(str(part) for part in first["loc"])
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    given = "" if isinstance(first["input"], dict | list) else f", got {repr(first['input'])[:60]}"
-    return DocumentError(source, field, " ".join(first["msg"].split()) + given + more)
+    value = "" if isinstance(first["input"], dict | list) else f", got {repr(first['input'])[:60]}"
+    return DocumentError(source, field, " ".join(first["msg"].split()) + value + more)
 
 
 def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
     """Read a JSON file within bounds of size, depth and magnitude.
 
     Raises:
-        DocumentError: missing, not a regular file, too large, not UTF-8, not JSON, NaN or infinite or beyond
-            1e9 in magnitude (2^53 for integers), or nested deeper than 32.
+        DocumentError: the file is missing, not a regular file, too large, not UTF-8 or not JSON; a number is not
+            finite or exceeds 1e9 in magnitude (2^53 for integers); or the nesting exceeds 32 levels.
     """
     path = Path(path)
     if not path.is_file():
@@ -98,7 +99,7 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
     except OSError as error:
         raise DocumentError(path, "", f"cannot be read ({error.strerror})") from None
     if len(raw) > max_bytes:
-        raise DocumentError(path, "", f"larger than {max_bytes} bytes")
+        raise DocumentError(path, "", f"the file is larger than {max_bytes} bytes")
     return parse_json(raw, path)
 
 
@@ -121,17 +122,21 @@ def parse_json(raw: bytes, source: object) -> Any:
 
 
 def write_json(path: str | Path, data: Any) -> Path:
-    """Write JSON atomically: to a temporary file in the same folder, then rename."""
+    """Write JSON atomically: into a temporary file in the same folder, which is then renamed."""
     return write_text(path, json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write UTF-8 text atomically; parent folders are made."""
+    """Write UTF-8 text atomically, creating parent folders."""
     return write_bytes(path, text.encode("utf-8"))
 
 
 def write_bytes(path: str | Path, data: bytes) -> Path:
-    """Write bytes atomically; parent folders are made. A crash leaves the old file or the new one, never half."""
+    """Write bytes atomically, creating parent folders: after a crash the file has its old or its new content.
+
+    Raises:
+        OSError: the file cannot be written; names the file, also if the disk is full.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
@@ -140,10 +145,28 @@ def write_bytes(path: str | Path, data: bytes) -> Path:
             stream.write(data)
         Path(temporary).chmod(0o644)
         Path(temporary).replace(path)
+    except OSError as error:
+        Path(temporary).unlink(missing_ok=True)
+        raise _naming(error, path) from None
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
     return path
+
+
+def append_text(path: str | Path, text: str) -> None:
+    """Append UTF-8 text to a file and flush it to disk.
+
+    Raises:
+        OSError: the file cannot be written; names the file, also if the disk is full.
+    """
+    try:
+        with Path(path).open("a", encoding="utf-8") as stream:
+            stream.write(text)
+            stream.flush()
+            os.fsync(stream.fileno())
+    except OSError as error:
+        raise _naming(error, Path(path)) from None
 
 
 def canonical_hash(data: Any) -> str:
@@ -153,11 +176,16 @@ def canonical_hash(data: Any) -> str:
 
 
 def files_digest(paths: Iterable[Path]) -> str:
-    """Return the SHA-256 of files' names and contents, in the order given."""
+    """Return the SHA-256 of the names and contents of files, in their order."""
     digest = hashlib.sha256()
     for path in paths:
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
+
+
+def _naming(error: OSError, path: Path) -> OSError:
+    """Return an error that names the file of the user; a full disk names none, a failed rename the temporary one."""
+    return OSError(error.errno, error.strerror, str(path))
 
 
 def _check_bounds(data: Any, source: object) -> None:
@@ -174,5 +202,5 @@ def _check_bounds(data: Any, source: object) -> None:
             limit = MAX_INTEGER if isinstance(value, int) else MAX_MAGNITUDE
             if not abs(value) <= limit:
                 raise DocumentError(
-                    source, field, f"number {str(value)[:40]} is not finite or beyond {limit:g} in magnitude"
+                    source, field, f"number {str(value)[:40]} is not finite or exceeds {limit:g} in magnitude"
                 )

@@ -7,7 +7,7 @@ from labgym.cli import main
 
 
 def test_a_ratio_is_of_the_medians_that_the_clock_gave(monkeypatch):
-    # A clock of one's own: ours always takes 3 s, theirs 2 s.
+    # A fake clock: the work always takes 3 s, the reference 2 s.
     now = itertools.count()
     clock = [0.0]
     monkeypatch.setattr(bench.time, "perf_counter", lambda: clock[0])
@@ -28,7 +28,7 @@ def test_a_ratio_is_of_the_medians_that_the_clock_gave(monkeypatch):
 def test_the_command_times_every_piece(capsys):
     assert main(["bench", "--rounds", "2"]) == 0
     printed = capsys.readouterr().out
-    for piece in ("control step", "lidar scan", "shortest path", "episode's start"):
+    for piece in ("control step", "lidar scan", "shortest path", "reset in a loaded layout"):
         assert piece in printed
     assert main(["bench", "--rounds", "1"]) == 2
 

@@ -10,8 +10,10 @@ from pathlib import Path
 
 import pytest
 
+import labgym
 from labgym.cli import main
 from labgym.layouts import Layout, load_published, published
+from labgym.policies import policy_names
 from labgym.protocols import protocols
 
 COMMANDS = ("run", "assets", "protocols", "generate", "score", "compile", "view", "eval", "serve", "report", "doctor")
@@ -59,6 +61,24 @@ def test_every_stage_explains_itself(call, command):
     code, out, _ = call(command, "--help")
     assert code == 0
     assert f"usage: labgym {command}" in out
+
+
+def test_the_version_is_the_package_s(call):
+    assert call("--version") == (0, f"labgym {labgym.__version__}\n", "")
+
+
+def test_help_shows_no_internals_of_the_parser(call):
+    for command in (*COMMANDS, "record", "reproduce", "bench"):
+        _, out, _ = call(command, "--help")
+        assert "{None}" not in out, command
+        assert "(default: )" not in out, command
+        assert "--no-" not in out, command
+
+
+def test_a_question_mark_lists_the_policies(call):
+    code, out, _ = call("eval", "--policy", "?")
+    assert code == 0
+    assert set(policy_names()) <= set(out.split())
 
 
 def test_an_unknown_command_or_option_says_what_was_given_and_what_there_is(call):
@@ -208,6 +228,8 @@ def test_a_layout_is_generated_scored_drawn_and_compiled(call, tmp_path):
     code, out, _ = call("score", "lab.json", "--json")
     assert json.loads(out)["protocol"] == "pro_01"
     assert call("view", "lab.json", "--out", "lab.svg")[:2] == (0, "lab.svg\n")
+    assert call("view", "lab.json", "--out", "lab.pdf")[:2] == (0, "lab.pdf\n")
+    assert (tmp_path / "lab.pdf").read_bytes().startswith(b"%PDF")
     for form, target in (("mjcf", "scene"), ("usd", "stage"), ("glb", "lab.glb")):
         code, out, _ = call("compile", "lab.json", "--out", target, "--format", form)
         assert code == 0
@@ -217,7 +239,7 @@ def test_a_layout_is_generated_scored_drawn_and_compiled(call, tmp_path):
 def test_assets_become_usd_files_that_are_then_current(call, tmp_path):
     assert call("assets", "build", "GlassRod", "烧杯", "--out", "usd")[:2] == (0, "usd\n")
     assert files(tmp_path) == ["usd/instrument/Beaker.usda", "usd/instrument/GlassRod.usda"]
-    assert call("assets", "build", "GlassRod", "--out", "usd", "--check")[:2] == (0, "nothing wrong\n")
+    assert call("assets", "build", "GlassRod", "--out", "usd", "--check")[:2] == (0, "no faults\n")
     code, out, _ = call("assets", "build", "Acetone", "--out", "usd", "--check")
     assert (code, "Acetone.usda is missing" in out) == (1, True)
 
@@ -243,7 +265,7 @@ def test_assets_are_found_by_what_people_call_them(call):
 
 def test_the_catalogue_passes_its_own_check(call):
     code, out, _ = call("assets", "--check")
-    assert (code, out) == (0, "nothing wrong\n")
+    assert (code, out) == (0, "no faults\n")
 
 
 def test_every_published_protocol_passes_validation(call, tmp_path):
@@ -306,7 +328,7 @@ def test_ctrl_c_is_one_line_and_leaves_readable_files(tmp_path):
         _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "Traceback" not in err
-    assert err.strip().splitlines()[-1] == "labgym: interrupted; what was finished is kept"
+    assert err.strip().splitlines()[-1] == "labgym: interrupted; finished work is kept"
     for name in files(tmp_path):
         for line in (
             (tmp_path / name).read_text().splitlines() if name.endswith(".jsonl") else [(tmp_path / name).read_text()]

@@ -12,7 +12,7 @@ def test_a_sound_protocol_is_told_to_be_so_with_its_advice(capsys):
     assert main(["protocols", "check", "red_02"]) == 0
     told = capsys.readouterr().out
     assert told.startswith("advice: step 3 ")
-    assert told.endswith("nothing wrong\n")
+    assert told.endswith("no faults\n")
 
 
 def test_a_fault_is_told_with_its_step_and_a_way_out_and_ends_in_1(capsys, tmp_path):

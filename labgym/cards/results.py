@@ -12,8 +12,9 @@ from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.results import Evaluation
 from labgym.eval.reports.route_figures import drives_figure, sampled, what_went_wrong
-from labgym.eval.reports.tables import Table, interval, navigation_table
+from labgym.eval.reports.tables import interval, navigation_table
 from labgym.layouts import Layout
+from labgym.table import Table
 
 DRIVES, FAILURES = "drives.png", "failures.png"
 SHOWN_FAILURES = 10

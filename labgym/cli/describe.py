@@ -1,25 +1,28 @@
-"""Assets, protocols and layout reports as plain text for a terminal."""
+"""Assets, protocols, experiments, layout scores and episodes as plain text for a terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from labgym.assets import Asset, Catalog, Match, incompatible
-from labgym.assets.inference import Agreement, Inference
 from labgym.assets.inference.bottle import INFERRED
 from labgym.assets.reactivity import Reaction, products, reactions, to_avoid
 from labgym.assets.specs import quantity, spoken
-from labgym.eval.reports.tables import LAYOUT_COLUMNS, Table, figure
-from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.protocols import Protocol
-from labgym.protocols.experiments import Experiment
-from labgym.protocols.experiments.feasibility import Verdict
-from labgym.protocols.experiments.narration import sentence
-from labgym.protocols.retrieval import Results
+from labgym.table import Table, number
+
+if TYPE_CHECKING:
+    from labgym.assets.inference import Agreement, Inference
+    from labgym.eval.driving.episode_row import EpisodeRow
+    from labgym.eval.scoring.layout_report import LayoutReport
+    from labgym.protocols.experiments import Experiment
+    from labgym.protocols.experiments.feasibility import Verdict
+    from labgym.protocols.retrieval import Results
 
 
 def asset_table(assets: Iterable[Asset]) -> str:
-    """Return one line an asset: name, kind, category, size and hazards."""
+    """Return a table of assets: name, kind, category, size and hazards."""
     rows = tuple((a.name, a.kind, a.category, _size(a), ", ".join(_hazards(a)) or "-") for a in assets)
     return Table(
         f"{len(rows)} assets", ("name", "kind", "category", "width x depth x height, m", "hazards"), rows
@@ -27,7 +30,7 @@ def asset_table(assets: Iterable[Asset]) -> str:
 
 
 def asset_details(asset: Asset) -> str:
-    """Return all that a person asks of an asset, one property a line."""
+    """Return an asset's properties, one per line."""
     facts = [
         ("kind", f"{asset.kind}, {asset.category}, {asset.subtype}"),
         ("also called", ", ".join((*asset.synonyms_en, *asset.synonyms_zh))),
@@ -45,12 +48,15 @@ def asset_details(asset: Asset) -> str:
 
 
 def compatibility_details(a: Asset, b: Asset) -> str:
-    """Return what happens when two reagents meet, why and by what source, worst first; the order does not matter."""
-    found = reactions(a, b)
-    worst, alone = found[0], a.name == b.name
+    """Return what happens when two reagents mix, why, and the source, worst reaction first.
+
+    The order of the reagents does not matter.
+    """
+    pairings = reactions(a, b)
+    worst, alone = pairings[0], a.name == b.name
     names = f"{a.name} with itself" if alone else f"{worst.first.asset} and {worst.second.asset}"
     answers: dict[tuple[str, str], list[Reaction]] = {}
-    for reaction in [item for item in found if item.rank] or found:
+    for reaction in [item for item in pairings if item.rank] or pairings:
         answers.setdefault((reaction.cell.severity, reaction.cell.hazard), []).append(reaction)
     lines = [f"{names}: {worst.cell.severity}", *sorted({*_inferred(a), *_inferred(b)})]
     for (severity, hazard), alike in answers.items():
@@ -63,46 +69,46 @@ def compatibility_details(a: Asset, b: Asset) -> str:
         lines += ["", *_facts(facts, len("incompatible"))]
     if not alone:
         rule = incompatible(a, b)
-        apart = f"keep them apart by the rule {rule.kind}" if rule else "may put them side by side: no rule parts them"
-        lines += ["", *_facts([("layouts", apart)], len("incompatible"))]
+        distance = f"keep them apart (rule {rule.kind})" if rule else "may place them together"
+        lines += ["", *_facts([("layouts", distance)], len("incompatible"))]
     return "\n".join(lines)
 
 
 def compatibility_table(asset: Asset, others: Iterable[Asset]) -> str:
-    """Return one line for each of the others that a reagent must not meet, worst first, then what it does by itself."""
+    """Return a table of the reagents that one must not be mixed with, worst first, then its reaction with itself."""
     avoided = to_avoid(asset, others)
     rows = tuple((r.cell.severity, name, r.cell.hazard, _groups(r, asset)) for name, r in avoided)
-    heading = f"{asset.name} must not meet {len(rows)} reagents"
+    heading = f"{asset.name} must not be mixed with {len(rows)} reagents"
     heading = "\n".join([heading, *_inferred(asset)])
     text = Table(heading, ("severity", "reagent", "hazard", "because"), rows).text() if rows else heading
     alone = reactions(asset, asset)[0]
     return text + (f"\n\nWith itself: {alone.cell.severity}: {alone.cell.hazard}" if alone.rank else "")
 
 
-def inference_details(found: Inference) -> str:
-    """Return what a structure says of a substance, with the reason and how sure each thing is."""
+def inference_details(inference: Inference) -> str:
+    """Return the properties inferred from a structure, each with its reason and confidence."""
     facts = [
-        ("SMILES", found.smiles),
-        ("formula", f"{found.formula}, {found.molar_mass:.2f} g/mol"),
-        ("state", f"{found.state}, proposed"),
-        ("boiling point", "" if found.boiling_point is None else f"near {found.boiling_point:.0f} C, estimated"),
-        ("flash point", "" if found.flash_point is None else f"near {found.flash_point:.0f} C, estimated"),
-        ("storage class", f"{found.storage_class}: {found.storage_reason}"),
+        ("SMILES", inference.smiles),
+        ("formula", f"{inference.formula}, {inference.molar_mass:.2f} g/mol"),
+        ("state", f"{inference.state}, proposed"),
+        ("boiling point", _near(inference.boiling_point)),
+        ("flash point", _near(inference.flash_point)),
+        ("storage class", f"{inference.storage_class}: {inference.storage_reason}"),
     ]
     rows = tuple(
         (kind, label.replace("_", " "), reason.why, reason.part or "-", f"{reason.confidence:.2f}")
-        for kind, labels in (("group", found.groups), ("flag", found.flags))
+        for kind, labels in (("group", inference.groups), ("flag", inference.flags))
         for label, why in labels.items()
         for reason in why
     )
-    heading = "Inferred from the structure by rules; nothing was measured. Read the safety data sheet."
+    heading = "Inferred from the structure by rules, not measured. Read the safety data sheet."
     columns = ("kind", "inferred", "because", "part", "confidence")
-    table = Table(heading, columns, rows).text() if rows else f"{heading}\nNo rule knows a part of it."
+    table = Table(heading, columns, rows).text() if rows else f"{heading}\nNo rule matches any part of it."
     return "\n".join([*_facts(facts), "", table])
 
 
-def agreement_table(found: Agreement) -> str:
-    """Return how inferred groups and flags agree with the catalogue: counts, precision, recall, exceptions."""
+def agreement_table(agreement: Agreement) -> str:
+    """Return how inferred groups and flags agree with the catalogue: counts, precision, recall, disagreements."""
     rows = tuple(
         (
             kind,
@@ -110,18 +116,19 @@ def agreement_table(found: Agreement) -> str:
             f"{score.right + score.missed}",
             f"{score.wrong}",
             f"{score.missed}",
-            figure(score.precision, 3),
-            figure(score.recall, 3),
+            number(score.precision, 3),
+            number(score.recall, 3),
         )
-        for kind in found.scores
-        for score in (*found.scores[kind], found.total(kind))
+        for kind in agreement.scores
+        for score in (*agreement.scores[kind], agreement.total(kind))
     )
-    columns = ("kind", "label", "carried", "wrong", "missed", "precision", "recall")
-    exact = ", ".join(f"all {kind} of {count}" for kind, count in found.exact.items())
+    columns = ("kind", "label", "in catalogue", "wrong", "missed", "precision", "recall")
+    exact = ", ".join(f"all {kind} of {count}" for kind, count in agreement.exact.items())
     differs = tuple(
-        (item.name, item.kind, item.label, "inferred" if item.inferred else "missed") for item in found.disagreements
+        (item.name, item.kind, item.label, "inferred" if item.inferred else "missed")
+        for item in agreement.disagreements
     )
-    scores = Table(f"{found.substances} reagents: {exact} agree", columns, rows).text()
+    scores = Table(f"{agreement.substances} reagents: {exact} agree", columns, rows).text()
     return "\n\n".join(
         [scores, Table(f"{len(differs)} disagreements", ("reagent", "kind", "label", "is"), differs).text()]
         if differs
@@ -130,24 +137,24 @@ def agreement_table(found: Agreement) -> str:
 
 
 def match_details(match: Match, asset: Asset) -> str:
-    """Return what a search found, how, and what of the text it set aside."""
+    """Return the matching asset, how it was matched, and the words that were ignored."""
     how = {
-        "name": "exact name" if match.form == asset.name else f"name {match.form}, of the size that is asked",
+        "name": "exact name" if match.form == asset.name else f"name {match.form}, in the requested size",
         "synonym": f'synonym "{match.form}"',
-        "fuzzy": f'fuzzy, nearest to "{match.form}", score {match.score:.2f}',
+        "fuzzy": f'fuzzy match with "{match.form}", score {match.score:.2f}',
     }
-    facts = [("found by", how[match.how]), ("set aside", ", ".join(match.aside)), ("note", match.note)]
+    facts = [("matched by", how[match.how]), ("ignored", ", ".join(match.aside)), ("note", match.note)]
     return "\n".join([f"{asset.name} ({asset.kind}, {asset.category})", asset.description, "", *_facts(facts)])
 
 
 def match_table(matches: Sequence[Match]) -> str:
-    """Return one line an asset that is near to a text: name, score and the form that is nearest."""
+    """Return a table of candidate assets: name, score and the nearest form of the name."""
     rows = tuple((match.name, f"{match.score:.2f}", match.form) for match in matches)
     return Table(f"{len(rows)} candidates", ("name", "score", "nearest form"), rows).text()
 
 
 def protocol_table(protocols: Iterable[Protocol]) -> str:
-    """Return one line a protocol: id, name, type and counts."""
+    """Return a table of protocols: id, name, type and counts."""
     rows = tuple(
         (p.id, p.name, p.reaction_type, str(len(p.reagents)), str(len(p.instruments)), str(len(p.steps)), str(p.moves))
         for p in protocols
@@ -157,7 +164,7 @@ def protocol_table(protocols: Iterable[Protocol]) -> str:
 
 
 def protocol_details(protocol: Protocol) -> str:
-    """Return what a protocol makes, of what, with what and how."""
+    """Return a protocol's product, reagents, instruments, route and steps."""
     reagents = [f"{r.name}" + (f" ({r.role}{', ' + r.amount if r.amount else ''})") for r in protocol.reagents]
     facts = [
         ("type", protocol.reaction_type.replace("_", " ")),
@@ -172,7 +179,7 @@ def protocol_details(protocol: Protocol) -> str:
 
 
 def search_results(results: Results) -> str:
-    """Return one line a fragment that was found: where it is from, its scores and how it begins."""
+    """Return a table of the fragments of a search: source, scores and first words."""
     rows = tuple(
         (
             hit.fragment.place,
@@ -184,12 +191,12 @@ def search_results(results: Results) -> str:
         for hit in results.hits
     )
     method = results.method + (f" ({results.note})" if results.note else "")
-    heading = f"{len(rows)} fragments, {method}" if rows else f"nothing found, {method}"
+    heading = f"{len(rows)} fragments, {method}" if rows else f"no fragments, {method}"
     return Table(heading, ("source", "score", "BM25", "cosine", "fragment"), rows).text()
 
 
 def experiment_table(experiments: Sequence[Experiment]) -> str:
-    """Return one line an experiment: id, name, type and counts."""
+    """Return a table of experiments: id, name, type and counts."""
     rows = tuple(
         (item.id, item.name, item.reaction_type or "-", str(len(item.materials)), str(len(item.actions)))
         for item in experiments
@@ -198,7 +205,9 @@ def experiment_table(experiments: Sequence[Experiment]) -> str:
 
 
 def experiment_details(experiment: Experiment) -> str:
-    """Return what an experiment makes, of what, and its actions."""
+    """Return an experiment's product, materials and actions."""
+    from labgym.protocols.experiments.narration import sentence
+
     catalog = Catalog.load()
     facts = [
         ("type", (experiment.reaction_type or "").replace("_", " ")),
@@ -206,14 +215,14 @@ def experiment_details(experiment: Experiment) -> str:
         ("reaction", experiment.reaction),
         ("product", experiment.product),
         ("materials", ", ".join(f"{item.name} ({item.role})" for item in experiment.materials)),
-        ("licence", experiment.license),
+        ("license", experiment.license),
     ]
     actions = [f"  {k:>2}. {sentence(action, catalog)}" for k, action in enumerate(experiment.actions, 1)]
     return "\n".join([f"{experiment.id}  {experiment.name}", experiment.description, "", *_facts(facts), "", *actions])
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> str:
-    """Return how many experiments are feasible, then each obstacle of the others on a line."""
+    """Return how many experiments are feasible, and a table of the obstacles to the others."""
     possible = sum(verdict.feasible for verdict in verdicts)
     rows = tuple(
         (verdict.experiment.id, obstacle.code, str(obstacle.action or "-"), obstacle.message)
@@ -225,17 +234,28 @@ def verdict_table(verdicts: Sequence[Verdict]) -> str:
 
 
 def layout_score(report: LayoutReport) -> str:
-    """Return a layout's metrics on one line each, then what is wrong with it and what could be better."""
-    facts = [(heading, figure(getattr(report, key), digits)) for key, heading, digits in LAYOUT_COLUMNS]
-    extra = [("v", str(report.v)), ("fitness", figure(report.fitness, 3)), ("S_phys", f"{report.s_phys:.1f} of 35")]
+    """Return a layout's metrics, one per line, then missing assets, violations and warnings."""
+    from labgym.eval.reports.tables import LAYOUT_COLUMNS
+
+    facts = [(heading, number(getattr(report, key), digits)) for key, heading, digits in LAYOUT_COLUMNS]
+    extra = [("v", str(report.v)), ("fitness", number(report.fitness, 3)), ("S_phys", f"{report.s_phys:.1f} of 35")]
     extra += [("S_chem", f"{report.s_chem:.1f} of 35")] if report.s_chem is not None else []
     head = f"{report.layout}: {report.version}, profile {report.profile}, protocol {report.protocol or 'none'}"
-    wrong = [f"violation: {item.message}; {item.suggestion}" for item in report.violations]
-    missing = [f"missing: {', '.join(report.missing)}"] if report.missing else []
-    better = [f"warning: {item.message} [{item.source}]" for item in report.warnings]
-    return "\n".join(
-        [head, "", *_facts(facts + extra), *([""] if wrong or missing or better else []), *missing, *wrong, *better]
-    )
+    lines = [f"missing: {', '.join(report.missing)}"] if report.missing else []
+    lines += [f"violation: {item.message}; {item.suggestion}" for item in report.violations]
+    lines += [f"warning: {item.message} [{item.source}]" for item in report.warnings]
+    return "\n".join([head, "", *_facts(facts + extra), *([""] if lines else []), *lines])
+
+
+def episode_outcome(row: EpisodeRow) -> str:
+    """Return how an episode ended, after which time and distance."""
+    if row.error is not None:
+        end = f"the policy failed after {row.time:.1f} s"
+    elif row.success:
+        end = f"goal reached after {row.time:.1f} s"
+    else:
+        end = f"time limit of {row.time:g} s reached, {row.final_distance:.2f} m from the goal"
+    return f"{end}, {row.path_length:.2f} m driven"
 
 
 def _because(reaction: Reaction) -> str:
@@ -244,13 +264,13 @@ def _because(reaction: Reaction) -> str:
 
 
 def _groups(reaction: Reaction, asset: Asset) -> str:
-    """Return the other reagent's group and the asset's own."""
+    """Return the reactive groups of a reaction, the asset's group last."""
     sides = sorted((reaction.first, reaction.second), key=lambda side: side.asset == asset.name)
     return " with ".join(_spaced(side.group) for side in sides)
 
 
 def _inferred(asset: Asset) -> list[str]:
-    """Return a line that says how the groups of a reagent were inferred; none where they are the catalogue's."""
+    """Return a line that says how a reagent's groups were inferred; none if they come from the catalogue."""
     chemistry = asset.chemistry
     if chemistry is None or not chemistry.notes.startswith(INFERRED):
         return []
@@ -265,6 +285,10 @@ def _facts(facts: Iterable[tuple[str, str]], width: int = 0) -> list[str]:
     present = [(name, value) for name, value in facts if value]
     width = max(width, *(len(name) for name, _ in present))
     return [f"{name:<{width}}  {value}" for name, value in present]
+
+
+def _near(celsius: float | None) -> str:
+    return "" if celsius is None else f"near {celsius:.0f} C, estimated"
 
 
 def _beginning(text: str, width: int = 90) -> str:

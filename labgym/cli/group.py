@@ -1,4 +1,4 @@
-"""Commands that share a name, one of which is meant where none is named."""
+"""Command groups with a default command."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from tyro.extras import SubcommandApp
 
 
 class CommandGroup(SubcommandApp):
-    """A group whose default command also takes positional arguments: `labgym protocols sub_01` shows it.
+    """A group with a default command: `labgym protocols sub_01` is short for `labgym protocols show sub_01`.
 
     Args:
-        default: name of the command that is meant where the first argument is no command's name.
+        default: name of the command that runs if the first argument is not the name of a command.
     """
 
     def __init__(self, default: str) -> None:
@@ -19,7 +19,7 @@ class CommandGroup(SubcommandApp):
         self.default = default
 
     def named(self, arguments: Sequence[str]) -> list[str]:
-        """Return the group's arguments with the default command's name put in front where none is named."""
-        given = list(arguments)
-        help_wanted = given[:1] in (["-h"], ["--help"])
-        return given if help_wanted or (given and given[0] in self._subcommands) else [self.default, *given]
+        """Return the group's arguments, with the name of the default command inserted if no command is named."""
+        words = list(arguments)
+        asks_help = words[:1] in (["-h"], ["--help"])
+        return words if asks_help or (words and words[0] in self._subcommands) else [self.default, *words]

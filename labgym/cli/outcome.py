@@ -1,4 +1,4 @@
-"""How commands end: exit codes, what was written, what is wrong."""
+"""How commands end: exit codes, and the lines that report files, findings and failures."""
 
 from __future__ import annotations
 
@@ -10,21 +10,26 @@ DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 
 def written(path: Path) -> int:
-    """Print what was written and return the exit code of success."""
+    """Print the path of a file or folder that was written and return the exit code of success."""
     print(path)
     return DONE
 
 
-def findings(messages: Sequence[str]) -> int:
-    """Print what a check found, or that nothing is wrong, and return the exit code."""
-    for message in messages:
-        print(message)
-    print(f"{len(messages)} findings" if messages else "nothing wrong")
-    return FAILED if messages else DONE
+def findings(faults: Sequence[str], advice: Sequence[str] = ()) -> int:
+    """Print advice, faults and how many there are of each; return the exit code, which depends on the faults alone."""
+    for line in (*advice, *faults):
+        print(line)
+    counts = _counted(len(faults), "fault")
+    print(f"{counts}, {_counted(len(advice), 'piece')} of advice" if advice else counts)
+    return FAILED if faults else DONE
 
 
 def complaints(problems: Sequence[str]) -> int:
-    """Print what failed on standard error and return the exit code."""
+    """Print failures on standard error and return the exit code."""
     for problem in problems:
         print(f"labgym: failed: {problem}", file=sys.stderr)
     return FAILED if problems else DONE
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"

@@ -85,13 +85,11 @@ def check(protocol: Positional[Annotated[str, arg(metavar="PROTOCOL")]]) -> int:
     Args:
         protocol: Id of a protocol, or a protocol's .json file.
     """
-    given = Protocol.load(protocol) if protocol.endswith(".json") else library.get(protocol)
-    found = library.examine(given)
-    faults = [f"fault: {f.message}; {f.suggestion} [{f.rule}]" for f in found if f.severity == "fault"]
-    for finding in found:
-        if finding.severity == "advice":
-            print(f"advice: {finding.message}; {finding.suggestion} [{finding.rule}]")
-    return findings(faults)
+    examined = library.examine(Protocol.load(protocol) if protocol.endswith(".json") else library.get(protocol))
+    lines: dict[str, list[str]] = {"fault": [], "advice": []}
+    for finding in examined:
+        lines[finding.severity].append(f"{finding.severity}: {finding.message}; {finding.suggestion} [{finding.rule}]")
+    return findings(lines["fault"], lines["advice"])
 
 
 @protocols_app.command

@@ -1,80 +1,89 @@
-"""What a run is asked to do."""
+"""Options of `labgym run`."""
 
 from __future__ import annotations
 
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
 
 from labgym.errors import MissingDependencyError, OptionError
-from labgym.layouts.rules.thresholds import profile
-from labgym.policies import make_policy
-from labgym.protocols import get
 
 SHOWN = ("astar", "online_map", "navdp", "iplanner", "ppo", "straight")
-"""Policies that a run evaluates unless told otherwise."""
+"""Policies that a run evaluates by default."""
+
+_Text = Annotated[str | None, arg(metavar="STR", help_behavior_hint="")]
+_Texts = Annotated[tuple[str, ...], arg(metavar="STR [STR ...]", help_behavior_hint="")]
 
 
 @dataclass(frozen=True)
 class RunConfig:
-    """What a run does.
+    """Options of a run.
 
     Attributes:
-        name: Name of the run; it is written to runs/NAME. By default "default", or "seed-SEED".
-        out: Folder to write to, in place of runs/NAME.
-        seed: Seed of 30 new layouts; without it the published test layouts are made again from their own seeds.
-        protocols: Ids of the protocols to take; none takes all 30.
+        name: Name of the run, which is written to runs/NAME; by default "default", or "seed-SEED" with a seed.
+        out: Folder to write to instead of runs/NAME.
+        seed: Random seed of 30 new layouts; without it the published test layouts are taken.
+        protocols: Ids of the protocols; by default all 30.
         profile: Thresholds of generation and scores: default, strict or paper.
-        policies: Policies to evaluate, in the order of the table. By default astar, online_map, navdp, iplanner, ppo
-            and straight, as far as the packages that they need are installed.
-        workers: Processes to use; 0 takes as many as there are cores.
-        views: How many layouts are also rendered.
+        policies: Policies to evaluate, in the order of the table; by default astar, online_map, navdp, iplanner, ppo
+            and straight, except those whose dependencies are not installed.
+        workers: Number of processes; 0 uses all cores.
+        views: Number of layouts that are also rendered.
     """
 
-    name: str | None = None
-    out: Path | None = None
-    seed: int | None = None
-    protocols: tuple[str, ...] = ()
+    name: _Text = None
+    out: Annotated[Path | None, arg(metavar="PATH", help_behavior_hint="")] = None
+    seed: Annotated[int | None, arg(metavar="INT", help_behavior_hint="")] = None
+    protocols: _Texts = ()
     profile: str = "default"
-    policies: tuple[str, ...] = ()
+    policies: _Texts = ()
     workers: int = 0
     views: int = 6
 
     @property
     def folder(self) -> Path:
-        """Where the run is written."""
+        """Folder that the run is written to."""
         name = self.name or ("default" if self.seed is None else f"seed-{self.seed}")
         return self.out if self.out is not None else Path("runs") / name
 
     @property
     def processes(self) -> int:
-        """How many processes work."""
+        """Number of worker processes."""
         return self.workers or len(os.sched_getaffinity(0))
 
     def runnable(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return the policies to evaluate, and why each of those left out of the default is."""
+        """Return the policies to evaluate, and for each default policy that is left out the reason."""
+        from labgym.policies import make_policy
+
         if self.policies:
             return self.policies, ()
-        found, absent = [], []
+        installed, reasons = [], []
         for policy in SHOWN:
             try:
                 make_policy(policy).close()
-                found.append(policy)
+                installed.append(policy)
             except MissingDependencyError as error:
-                absent.append(str(error))
-        return tuple(found), tuple(absent)
+                reasons.append(str(error))
+        return tuple(installed), tuple(reasons)
 
     def check(self) -> None:
-        """Check the numbers and names.
+        """Check numbers and names.
 
         Raises:
-            OptionError: a number is negative, or policies are repeated.
+            OptionError: a number is negative, or a policy is repeated.
             UnknownNameError: a profile, a protocol or a policy does not exist.
         """
+        from labgym.layouts.rules.thresholds import profile
+        from labgym.policies import make_policy
+        from labgym.protocols import get
+
         if self.workers < 0 or self.views < 0:
             raise OptionError(f"workers ({self.workers}) and views ({self.views}) must not be negative")
         if len(set(self.policies)) != len(self.policies):
-            raise OptionError(f"policies {list(self.policies)} hold one of them twice")
+            raise OptionError(f"policies {list(self.policies)} name a policy twice; name each policy once")
         profile(self.profile)
         for protocol in self.protocols:
             get(protocol)

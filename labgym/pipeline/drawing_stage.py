@@ -8,18 +8,18 @@ from labgym.documents import write_text
 from labgym.eval.drawing.pictures import save_picture, save_view, topdown
 from labgym.eval.drawing.plan_drawing import Trace
 from labgym.eval.reports.report import write_report
-from labgym.eval.reports.results import Results
+from labgym.eval.reports.results import ResultsFolder
 from labgym.eval.reports.run_report import result_tables, run_report
-from labgym.eval.reports.tables import Table
 from labgym.layouts import Layout
 from labgym.pipeline.ledger import Ledger
 from labgym.pipeline.workers import Work, work_through
 from labgym.protocols import get
+from labgym.table import Table
 
 VIEW_SIZE = (1280, 720)
 
 
-def draw_pictures(results: Results, ledger: Ledger, processes: int) -> dict[str, Path]:
+def draw_pictures(results: ResultsFolder, ledger: Ledger, processes: int) -> dict[str, Path]:
     """Draw every layout from above with the routes driven in it; return the pictures by layout id."""
     paths = {layout.id: ledger.folder / "pictures" / f"{layout.id}.png" for layout in results.layouts}
     units = []
@@ -32,7 +32,7 @@ def draw_pictures(results: Results, ledger: Ledger, processes: int) -> dict[str,
     return paths
 
 
-def render_views(results: Results, ledger: Ledger, processes: int, count: int) -> dict[str, Path]:
+def render_views(results: ResultsFolder, ledger: Ledger, processes: int, count: int) -> dict[str, Path]:
     """Render some layouts, spread evenly over all; return the views by layout id."""
     count = min(count, len(results.layouts))
     chosen = [results.layouts[index * len(results.layouts) // count] for index in range(count)]
@@ -46,7 +46,7 @@ def render_views(results: Results, ledger: Ledger, processes: int, count: int) -
 
 
 def write_results(
-    results: Results, pictures: dict[str, Path], views: dict[str, Path]
+    results: ResultsFolder, pictures: dict[str, Path], views: dict[str, Path]
 ) -> tuple[tuple[Table, ...], list[Path]]:
     """Write the tables as text and Markdown, and the report; return the tables and what was written."""
     tables = result_tables(results)

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from labgym.documents import Document
 from labgym.errors import OptionError
+from labgym.eval.driving.run_folder import folder_name
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.reports.results import Results
-from labgym.eval.reports.tables import Table
+from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts import Layout
 from labgym.pipeline.config import RunConfig
 from labgym.pipeline.drawing_stage import draw_pictures, render_views, write_results
 from labgym.pipeline.layout_stage import differences, layout_jobs, make_layout
 from labgym.pipeline.ledger import Ledger
 from labgym.pipeline.workers import Work, work_through
+from labgym.table import Table
 
 
 @dataclass(frozen=True)
@@ -84,12 +84,12 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
     layouts = [Layout.load(job.files(folder)[0]) for job in jobs]
     suite = "test" if config.seed is None and not config.protocols else layouts
     reports = [
-        evaluate(policy, suite, workers=processes, out=folder / "navigation" / _folder_name(policy))
+        evaluate(policy, suite, workers=processes, out=folder / "navigation" / folder_name(policy), overwrite=True)
         for policy in policies
     ]
     problems = list(differences(jobs, folder))
     problems += [f"policy {r.summary.policy}: {r.summary.errors} episodes failed" for r in reports if r.summary.errors]
-    tables, written = _show(Results.read(folder, policies), ledger, processes, config.views)
+    tables, written = _show(ResultsFolder.read(folder, policies), ledger, processes, config.views)
     places = (folder / "navigation", folder / "layouts", folder / "scenes")
     return RunOutcome(tables, (*places, *written), tuple(problems), left_out)
 
@@ -100,17 +100,15 @@ def report_folder(folder: Path, processes: int = 1) -> tuple[tuple[Table, ...], 
     Raises:
         DocumentError: there is nothing to report on, or a file of it is broken.
     """
-    return _show(Results.read(folder), Ledger(folder), processes, views=0)
+    return _show(ResultsFolder.read(folder), Ledger(folder), processes, views=0)
 
 
-def _show(results: Results, ledger: Ledger, processes: int, views: int) -> tuple[tuple[Table, ...], tuple[Path, ...]]:
+def _show(
+    results: ResultsFolder, ledger: Ledger, processes: int, views: int
+) -> tuple[tuple[Table, ...], tuple[Path, ...]]:
     pictures = draw_pictures(results, ledger, processes)
     render_views(results, ledger, processes, views)
     rendered = {path.stem: path for path in sorted((results.folder / "views").glob("*.png"))}
     tables, written = write_results(results, pictures, rendered)
     folders = sorted({path.parent for path in (*pictures.values(), *rendered.values())})
     return tables, (*folders, *written)
-
-
-def _folder_name(policy: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_.-]+", "_", policy)

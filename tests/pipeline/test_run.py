@@ -10,7 +10,6 @@ from labgym.cli import main
 from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
 from labgym.layouts import load_published
 from labgym.pipeline import RunConfig
-from labgym.pipeline import config as config_module
 from labgym.pipeline.layout_stage import LayoutJob, differences, layout_jobs
 from labgym.pipeline.run import RunOutcome, report_folder, run_pipeline
 from labgym.policies import make_policy
@@ -73,7 +72,7 @@ def test_the_default_policies_are_those_whose_packages_are_installed(monkeypatch
             raise MissingDependencyError("torch", "policy 'ppo'", "train")
         return make_policy(name)
 
-    monkeypatch.setattr(config_module, "make_policy", without_torch)
+    monkeypatch.setattr("labgym.policies.make_policy", without_torch)
     found, reasons = RunConfig().runnable()
     assert found == tuple(name for name in everything if name != "ppo")
     assert len(reasons) == len(absent) + ("ppo" in everything)

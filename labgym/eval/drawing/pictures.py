@@ -71,14 +71,14 @@ def topdown(layout: Layout, protocol: Protocol | None = None, traces: Sequence[T
 
 
 def save_picture(figure: Figure, path: str | Path) -> Path:
-    """Write a figure as PNG or SVG, by the path's ending; the same figure gives the same bytes.
+    """Write a figure as PNG, SVG or PDF, by the path's ending; the same figure gives the same bytes.
 
     Raises:
         OptionError: another ending.
     """
     path = Path(path)
-    if path.suffix not in (".png", ".svg"):
-        raise OptionError(f"picture {path.name!r} must end in .png or .svg")
+    if path.suffix not in (".png", ".svg", ".pdf"):
+        raise OptionError(f"picture {path.name!r} must end in .png, .svg or .pdf")
     return write_bytes(path, picture_bytes(figure, path.suffix[1:]))
 
 
@@ -102,11 +102,15 @@ def save_view(layout: Layout, path: str | Path, camera: str = "overview", width:
 
 
 def picture_bytes(figure: Figure, kind: str = "png") -> bytes:
-    """Return a figure as the bytes of a PNG or SVG file, free of dates and versions."""
+    """Return a figure as the bytes of a PNG, SVG or PDF file, without dates and versions."""
     import matplotlib
 
     stream = io.BytesIO()
-    metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
+    metadata: dict[str, None] = {
+        "png": {"Software": None},
+        "svg": {"Date": None, "Creator": None},
+        "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    }[kind]
     with matplotlib.rc_context({"svg.hashsalt": "labgym", "svg.fonttype": "path"}):
         figure.savefig(stream, format=kind, dpi=DPI, metadata=metadata)
     return _with_palette(stream) if kind == "png" else stream.getvalue()

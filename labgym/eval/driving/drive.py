@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.robot import ROBOT
-from labgym.errors import LabgymError
+from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.episode_row import EpisodeRow, Pose
 from labgym.eval.driving.navigation_metrics import soft_spl, spl
-from labgym.eval.driving.suites import Suite
+from labgym.eval.driving.suites import Suite, suite_of
 from labgym.geometry import rotate, wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import GoalPair, goal_pairs
-from labgym.policies import EpisodeStart, GroundTruth, Policy
+from labgym.policies import EpisodeStart, GroundTruth, Policy, make_policy
 
 Route = tuple[Pose, ...]
 Key = tuple[str, int]
@@ -85,8 +85,35 @@ def drive_pairs(
         env.close()
 
 
+def drive_pair(
+    policy: str, layout: Layout, pair: int, seed: int = 0, options: Mapping[str, Any] | None = None
+) -> Drive:
+    """Drive one goal pair of a layout under the rules of the published suites.
+
+    Args:
+        policy: a name for `make_policy`.
+        layout: the layout; its protocol gives the goal pairs.
+        pair: index into `goal_pairs(layout)`.
+        seed: random seed of the evaluation, as in `drive_layout`.
+        options: arguments for `make_policy`.
+
+    Raises:
+        OptionError: the layout has no goal pair of that index.
+    """
+    pairs = goal_pairs(layout)
+    if not 0 <= pair < len(pairs):
+        valid = f"0 to {len(pairs) - 1}" if pairs else "none: its protocol never moves between two locations"
+        raise OptionError(f"goal pair {pair} does not exist in layout {layout.id!r}; its goal pairs are {valid}")
+    driver = make_policy(policy, **(options or {}))
+    try:
+        (drive,) = drive_pairs(driver, layout, pairs[pair : pair + 1], suite_of([layout]), policy, seed)
+    finally:
+        driver.close()
+    return drive
+
+
 class _Episode:
-    """An episode under way."""
+    """An episode in progress."""
 
     def __init__(
         self, env: LabPointNavEnv, policy: Policy, layout: Layout, pair: GoalPair, suite: Suite, seed: int

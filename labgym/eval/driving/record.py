@@ -1,4 +1,4 @@
-"""The record of an evaluation: what was run, with what arguments, by which code."""
+"""The record of an evaluation: policy, suite, arguments, results and code."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ from labgym.policies.policy import Sensors
 PACKAGES = ("gymnasium", "mujoco", "numpy", "scipy", "embreex", "opencv-python-headless")
 
 
-class Provenance(Record):
-    """By which code the numbers were made.
+class EvaluationProvenance(Record):
+    """The code that produced an evaluation.
 
     Attributes:
-        versions: of labgym, Python and the packages that bear on results.
-        commit: of the checkout, None where the code is not in one. dirty: whether it had changes of its own.
-        code: SHA-256 over the package's sources, the policy's module and the files that it names, such as weights.
+        versions: versions of labgym, Python and the packages that affect results.
+        commit: commit of the checkout, None outside a checkout.
+        dirty: whether the checkout had uncommitted changes, None outside a checkout.
+        code: SHA-256 of the package's sources, the policy's module and the policy's files, such as weights.
     """
 
     versions: dict[str, str]
@@ -40,14 +41,17 @@ class NavigationSummary(Document):
     """`summary.json`: one policy over one suite.
 
     Attributes:
-        suite: the whole suite, its version included. seed: of the evaluation and of the intervals.
-        policy: its label; options: the arguments given to it; privileged: whether it was given the map.
-        sensors: what it was shown; None in summaries older than this field.
-        layouts: hashes by id, in the suite's order. episodes: rows. expected: goal pairs of the suite.
-        errors: episodes in which the policy raised. unreachable: goal pairs without a path (no SPL).
+        suite: the whole suite with its version.
+        policy: label of the policy. options: its arguments. privileged: whether it received the true map.
+        sensors: the policy's observation; None in summaries older than this field.
+        seed: random seed of the evaluation and of the intervals.
+        layouts: hashes by layout id, in the suite's order.
+        episodes: number of rows. expected: number of goal pairs of the suite.
+        errors: episodes in which the policy raised an exception. unreachable: goal pairs without a path (no SPL).
         complete: whether every episode was driven.
-        metrics: by name, in the order of `navigation_metrics.METRICS`.
-        arguments: of `evaluate`, given and defaulted.
+        metrics: estimates by name, in the order of `navigation_metrics.METRICS`.
+        arguments: further arguments of `evaluate`, defaults included.
+        provenance: the code that produced the results.
     """
 
     SCHEMA: ClassVar[str] = "labgym.navigation-summary/1"
@@ -66,11 +70,11 @@ class NavigationSummary(Document):
     complete: bool
     metrics: dict[str, Estimate]
     arguments: dict[str, Any]
-    provenance: Provenance
+    provenance: EvaluationProvenance
 
 
-class RunIdentity(Document):
-    """`run.json`: what a folder of results holds, written before the first episode."""
+class EvaluationIdentity(Document):
+    """`run.json`: identity of the evaluation stored in a folder, written before the first episode."""
 
     SCHEMA: ClassVar[str] = "labgym.navigation-run/1"
 
@@ -80,21 +84,21 @@ class RunIdentity(Document):
     seed: int
     code: str
 
-    def differences(self, other: RunIdentity) -> tuple[str, ...]:
-        """Return the names of the fields in which two runs differ.
+    def differences(self, other: EvaluationIdentity) -> tuple[str, ...]:
+        """Return the names of the fields in which two evaluations differ.
 
-        The code does not count, nor do the layouts of a suite given by hand: rows tell by hash which they are of.
+        The layouts of a suite of layouts passed by hand are not compared: each row names its layout by hash.
         """
         mine, theirs = self._compared(), other._compared()
         return tuple(name for name in mine if mine[name] != theirs[name])
 
     def _compared(self) -> dict[str, Any]:
         suite = self.suite if self.suite.split else self.suite.model_copy(update={"layouts": None})
-        return {"suite": suite, "policy": self.policy, "options": self.options, "seed": self.seed}
+        return {**dict(self), "suite": suite}
 
 
-def provenance(policy: Policy) -> Provenance:
-    """Return by which code a policy is about to be evaluated."""
+def provenance(policy: Policy) -> EvaluationProvenance:
+    """Return the provenance of an evaluation of a policy by the present code."""
     versions = {"labgym": __version__, "python": platform.python_version()}
     for package in PACKAGES:
         try:
@@ -102,12 +106,12 @@ def provenance(policy: Policy) -> Provenance:
         except PackageNotFoundError:
             continue
     commit, dirty = _checkout()
-    return Provenance(versions=versions, commit=commit, dirty=dirty, code=_code_digest(policy))
+    return EvaluationProvenance(versions=versions, commit=commit, dirty=dirty, code=_code_digest(policy))
 
 
 @cache
 def _checkout() -> tuple[str | None, bool | None]:
-    """Return the commit of the checkout that holds the package and whether it has changes; None outside of one."""
+    """Return the commit of the package's checkout and whether it has uncommitted changes; None outside a checkout."""
     root = Path(__file__).resolve().parents[3]
     if not (root / ".git").exists():
         return None, None
@@ -120,8 +124,8 @@ def _checkout() -> tuple[str | None, bool | None]:
 
 
 def _git(root: Path, *arguments: str) -> str:
-    done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, text=True, timeout=20, check=True)
-    return done.stdout.strip()
+    command = ["git", "-C", str(root), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=20, check=True).stdout.strip()
 
 
 def _code_digest(policy: Policy) -> str:

@@ -1,59 +1,62 @@
-"""The folder of an evaluation: rows and routes as they are driven, and what is kept when it goes on later."""
+"""The folder of an evaluation: episodes and routes, written while driving and read again to resume."""
 
 from __future__ import annotations
 
 import json
-import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from labgym.documents import write_text
+from labgym.documents import append_text, write_text
 from labgym.errors import OptionError
 from labgym.eval.driving.drive import Drive, Key, Route
 from labgym.eval.driving.episode_row import read_rows, row_line
-from labgym.eval.driving.record import NavigationSummary, RunIdentity
+from labgym.eval.driving.record import EvaluationIdentity, NavigationSummary
 
 
 class RunFolder:
-    """The folder of a run; without one everything here does nothing."""
+    """The folder of an evaluation. With `folder=None` every method does nothing.
 
-    def __init__(self, folder: Path | None, identity: RunIdentity) -> None:
-        self._folder, self._identity = folder, identity
+    Args:
+        folder: the folder, or None to write nothing.
+        identity: the evaluation that the folder belongs to.
+        overwrite: whether to replace the episodes of another evaluation, or of other code.
+    """
+
+    def __init__(self, folder: Path | None, identity: EvaluationIdentity, overwrite: bool = False) -> None:
+        self._folder, self._identity, self._overwrite = folder, identity, overwrite
 
     def resume(self, expected: dict[str, tuple[str, int]]) -> dict[Key, Drive]:
-        """Return the episodes that are there already, of layouts that are complete and unchanged.
+        """Return the episodes that need not be driven again: those of complete, unchanged layouts.
+
+        Args:
+            expected: hash and number of goal pairs of each layout, by layout id.
 
         Raises:
-            OptionError: the folder holds another run.
+            OptionError: the folder holds episodes of another evaluation or of other code, and `overwrite` is off.
         """
         if self._folder is None:
             return {}
         path = self._folder / "run.json"
-        kept: dict[Key, Drive] = {}
+        episodes = self._read()
         if path.exists():
-            before = RunIdentity.load(path)
-            other = before.differences(self._identity)
-            if other:
-                raise OptionError(
-                    f"{self._folder} holds a run with another {', '.join(other)} (policy {before.policy!r}, suite "
-                    f"{before.suite.label}, seed {before.seed}); choose another folder or remove it"
-                )
-            if before.code == self._identity.code:
-                kept = _complete(self._read(), expected)
+            previous = EvaluationIdentity.load(path)
+            differences = previous.differences(self._identity)
+            if differences and (episodes or differences != ("code",)) and not self._overwrite:
+                raise OptionError(_refusal(self._folder, previous, differences))
+            if differences:
+                episodes = []
+        resumed = _complete(episodes, expected)
         self._identity.save(path)
-        self._write(list(kept.values()))
-        return kept
+        self._write(list(resumed.values()))
+        return resumed
 
     def append(self, drives: Sequence[Drive]) -> None:
-        """Add a layout's episodes, at once on disk: the routes first, so that no row is without its route."""
+        """Append a layout's episodes and flush them to disk, routes first, so that every row has its route."""
         if self._folder is None or not drives:
             return
-        lines = {"routes.jsonl": map(_route_line, drives), "episodes.jsonl": (row_line(drive.row) for drive in drives)}
-        for name, texts in lines.items():
-            with (self._folder / name).open("a", encoding="utf-8") as stream:
-                stream.write("".join(texts))
-                stream.flush()
-                os.fsync(stream.fileno())
+        append_text(self._folder / "routes.jsonl", "".join(map(_route_line, drives)))
+        append_text(self._folder / "episodes.jsonl", "".join(row_line(drive.row) for drive in drives))
 
     def finish(self, summary: NavigationSummary, done: dict[Key, Drive]) -> None:
         """Write the episodes in the suite's order, and the summary."""
@@ -75,8 +78,18 @@ class RunFolder:
         return [Drive(row, routes[row.key]) for row in read_rows(self._folder / "episodes.jsonl") if row.key in routes]
 
 
+def default_folder(policy: str, suite: str | Path) -> Path:
+    """Return where `labgym eval` writes by default: runs/POLICY-SUITE."""
+    return Path("runs") / f"{folder_name(policy)}-{Path(suite).stem}"
+
+
+def folder_name(policy: str) -> str:
+    """Return the name of a policy as the name of a folder: `mine:GoToGoal` becomes mine_GoToGoal."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", policy)
+
+
 def read_routes(path: str | Path) -> dict[Key, Route]:
-    """Return the routes of a `routes.jsonl` by layout id and pair; lines that are none are left out."""
+    """Return the routes in a `routes.jsonl` by layout id and pair; lines that cannot be read are skipped."""
     path = Path(path)
     routes: dict[Key, Route] = {}
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else ():
@@ -89,17 +102,25 @@ def read_routes(path: str | Path) -> dict[Key, Route]:
     return routes
 
 
+def _refusal(folder: Path, previous: EvaluationIdentity, differences: Sequence[str]) -> str:
+    evaluation = f"policy {previous.policy!r}, suite {previous.suite.label}, seed {previous.seed}"
+    remedy = "choose another folder, or overwrite its results (--overwrite)"
+    return f"{folder} holds an evaluation that differs in {', '.join(differences)} ({evaluation}); {remedy}"
+
+
 def _route_line(drive: Drive) -> str:
     poses = [[round(value, 3) for value in pose] for pose in drive.route]
     return json.dumps({"layout": drive.row.layout, "pair": drive.row.pair, "poses": poses}) + "\n"
 
 
 def _complete(drives: Sequence[Drive], expected: dict[str, tuple[str, int]]) -> dict[Key, Drive]:
-    """Return the episodes of layouts that are unchanged and have all their episodes."""
-    found = {
+    """Return the episodes of unchanged layouts all of whose episodes are present."""
+    unchanged = {
         drive.row.key: drive
         for drive in drives
         if drive.row.layout in expected and drive.row.layout_hash == expected[drive.row.layout][0]
     }
-    whole = {layout for layout, (_, count) in expected.items() if all((layout, pair) in found for pair in range(count))}
-    return {key: drive for key, drive in found.items() if key[0] in whole and key[1] < expected[key[0]][1]}
+    whole = {
+        layout for layout, (_, count) in expected.items() if all((layout, pair) in unchanged for pair in range(count))
+    }
+    return {key: drive for key, drive in unchanged.items() if key[0] in whole and key[1] < expected[key[0]][1]}

@@ -1,4 +1,4 @@
-"""The evaluator: a policy over a suite, every goal pair of every layout once."""
+"""The evaluator: drives a policy once over every goal pair of every layout of a suite."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.drive import Drive, Key, Route
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.navigation_metrics import summarise
-from labgym.eval.driving.record import NavigationSummary, Provenance, RunIdentity, provenance
+from labgym.eval.driving.record import EvaluationIdentity, EvaluationProvenance, NavigationSummary, provenance
 from labgym.eval.driving.run_folder import RunFolder
 from labgym.eval.driving.suites import Suite, load_suite, suite_of
 from labgym.eval.driving.workers import Job, PolicySource, run_jobs
@@ -30,9 +30,9 @@ class NavigationReport:
     """The result of an evaluation.
 
     Attributes:
-        summary: metrics with intervals, and the record of the run; `summary.json`.
+        summary: metrics with intervals, and the record of the evaluation; `summary.json`.
         rows: episodes in the suite's order; `episodes.jsonl`.
-        routes: the poses that the robot went through, by layout id and pair; `routes.jsonl`.
+        routes: poses (x, y, yaw) of the robot in metres and radians, by layout id and pair; `routes.jsonl`.
     """
 
     summary: NavigationSummary
@@ -40,7 +40,7 @@ class NavigationReport:
     routes: dict[Key, Route]
 
     def __getitem__(self, metric: str) -> float | None:
-        """Return a metric's value; None where it applies to no episode."""
+        """Return a metric's value, or None if it applies to no episode."""
         return self.summary.metrics[metric].value
 
 
@@ -52,43 +52,49 @@ def evaluate(
     seed: int = 0,
     progress: bool = True,
     options: dict[str, Any] | None = None,
+    overwrite: bool = False,
 ) -> NavigationReport:
-    """Drive every goal pair of every layout of a suite once.
+    """Drive every goal pair of every layout of a suite once and return the results.
 
-    The numbers are the same with any number of workers, the measured planning time aside.
+    Apart from the measured planning time, the results do not depend on the number of workers.
 
     Args:
-        policy: a name for `make_policy`, or a policy. With several workers an object is copied to each.
-        suite: name of a suite, path of one (`.json`), a `Suite`, or layouts, each with its protocol.
-        workers: processes, each of which takes a layout at a time; 1 stays in this process.
-        out: folder for `run.json`, `episodes.jsonl`, `routes.jsonl` and `summary.json`. Episodes are written layout by
-            layout; a run that was stopped goes on where it was. None writes nothing.
-        seed: of everything random in the policy, and of the intervals.
+        policy: a name for `make_policy`, or a policy. With several workers, each gets a copy of the object.
+        suite: name of a suite, path of a suite's .json file, a `Suite`, or layouts, each with its protocol.
+        workers: number of processes, each of which drives one layout at a time; 1 stays in this process.
+        out: folder for `run.json`, `episodes.jsonl`, `routes.jsonl`, `summary.json`, and for layouts passed by hand,
+            `layouts/`. Episodes are written layout by layout, and an interrupted evaluation resumes. None writes
+            nothing.
+        seed: random seed of the policy and of the intervals.
         progress: whether to show a progress bar.
         options: arguments for `make_policy`.
+        overwrite: replace the results in `out` if they belong to another evaluation or to other code.
 
     Raises:
         UnknownNameError: the suite or the policy does not exist.
-        OptionError: an option is not what it may be, or the folder holds another run.
-        LabgymError: two layouts have one id, a layout has no protocol, or a worker died.
+        OptionError: an option is out of range, or the folder holds another evaluation.
+        LabgymError: two layouts have the same id, a layout has no protocol, or a worker died.
     """
     _check_at_least("workers", workers, 1)
     _check_at_least("seed", seed, 0)
     suite, layouts = _resolved(suite)
     source = _source(policy, dict(options or {}))
-    made = source.make()
-    if made.exclusive and workers > 1:
+    driver = source.make()
+    if driver.exclusive and workers > 1:
         raise OptionError(f"policy {source.label!r} drives one robot at a time; use workers=1, not {workers}")
     arguments = {"workers": workers, "progress": progress}
-    run = _Run(source, suite, layouts, seed, made.privileged, made.observation, provenance(made), arguments)
+    run = _Run(source, suite, layouts, seed, driver.privileged, driver.observation, provenance(driver), arguments)
     if source.instance is None:
-        made.close()
-    folder = RunFolder(None if out is None else Path(out), run.identity)
+        driver.close()
+    folder = RunFolder(None if out is None else Path(out), run.identity, overwrite)
     done = folder.resume(run.expected)
+    if out is not None and suite.split is None:
+        for layout in layouts:
+            layout.save(Path(out) / "layouts" / f"{layout.id}.json")
     try:
         run.drive(done, folder, workers, progress)
     finally:
-        # Also after Ctrl-C or an error: what is done is then in order, and the summary says that it is not all.
+        # Also after Ctrl-C or an error: the finished episodes are then in order, and the summary is not complete.
         report = run.report(done)
         folder.finish(report.summary, done)
     return report
@@ -96,7 +102,7 @@ def evaluate(
 
 @dataclass(frozen=True)
 class _Run:
-    """What is to be driven, and the report on what was."""
+    """An evaluation: its arguments, its episodes and its report."""
 
     source: PolicySource
     suite: Suite
@@ -104,7 +110,7 @@ class _Run:
     seed: int
     privileged: bool
     sensors: Sensors
-    provenance: Provenance
+    provenance: EvaluationProvenance
     arguments: dict[str, Any]
 
     @cached_property
@@ -113,9 +119,9 @@ class _Run:
         return {layout.id: (layout.hash, len(goal_pairs(layout))) for layout in self.layouts}
 
     @property
-    def identity(self) -> RunIdentity:
-        """What its folder is for."""
-        return RunIdentity(
+    def identity(self) -> EvaluationIdentity:
+        """Identity of the evaluation stored in its folder."""
+        return EvaluationIdentity(
             suite=self.suite,
             policy=self.source.label,
             options=self.source.options,
@@ -124,7 +130,7 @@ class _Run:
         )
 
     def drive(self, done: dict[Key, Drive], folder: RunFolder, workers: int, progress: bool) -> None:
-        """Drive what is not done, adding to it layout by layout."""
+        """Drive the remaining episodes and add them to `done`, layout by layout."""
         total = sum(count for _, count in self.expected.values())
         jobs = [
             Job(self.source, layout, self.suite, self.seed)
@@ -138,7 +144,7 @@ class _Run:
                 bar.update(len(drives))
 
     def report(self, done: dict[Key, Drive]) -> NavigationReport:
-        """Return the report on what is done."""
+        """Return the report on the finished episodes."""
         keys = [(layout, pair) for layout, (_, count) in self.expected.items() for pair in range(count)]
         drives = [done[key] for key in keys if key in done]
         rows = tuple(drive.row for drive in drives)
@@ -169,17 +175,17 @@ def _resolved(suite: str | Path | Suite | Sequence[Layout]) -> tuple[Suite, tupl
         return suite, suite.load_layouts()
     layouts = tuple(suite)
     ids = [layout.id for layout in layouts]
-    twice = sorted({name for name in ids if ids.count(name) > 1})
-    if twice or not layouts:
-        problem = f"two layouts are called {twice[0]!r}" if twice else "no layouts are given"
-        raise LabgymError(f"{problem}; an evaluation needs at least one layout, each with an id of its own")
+    repeated = sorted({name for name in ids if ids.count(name) > 1})
+    if repeated or not layouts:
+        problem = f"two layouts have the id {repeated[0]!r}" if repeated else "there are no layouts to drive in"
+        raise LabgymError(f"{problem}; an evaluation needs at least one layout, and ids must be unique")
     return suite_of(layouts), layouts
 
 
 def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
     if isinstance(policy, Policy):
         if options:
-            raise OptionError(f"options {sorted(options)} are for a policy by name; this one is made already")
+            raise OptionError(f"options {sorted(options)} need a policy named by a string; a policy object takes none")
         return PolicySource(policy.name, {}, policy)
     try:
         return PolicySource(policy, json.loads(json.dumps(options)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from labgym.documents import write_text
-from labgym.eval.reports.tables import Table
+from labgym.table import Table
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class Evaluation:
 
 
 @dataclass(frozen=True)
-class Results:
+class ResultsFolder:
     """All that a folder holds.
 
     Attributes:
@@ -66,7 +66,7 @@ class Results:
     evaluations: tuple[Evaluation, ...]
 
     @classmethod
-    def read(cls, folder: str | Path, policies: Sequence[str] = ()) -> Results:
+    def read(cls, folder: str | Path, policies: Sequence[str] = ()) -> ResultsFolder:
         """Read the folder of a run, or of one or more evaluations.
 
         Args:

@@ -8,16 +8,17 @@ from pathlib import Path
 from labgym.eval.drawing.plan_labels import words
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.report import Card, Picture, Report, Tile
-from labgym.eval.reports.results import Results
-from labgym.eval.reports.tables import LAYOUT_COLUMNS, Table, figure, layout_table, leaderboard, navigation_table
+from labgym.eval.reports.results import ResultsFolder
+from labgym.eval.reports.tables import LAYOUT_COLUMNS, layout_table, leaderboard, navigation_table
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import aggregate
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs
 from labgym.protocols import get
+from labgym.table import Table, number
 
 
-def result_tables(results: Results) -> tuple[Table, ...]:
+def result_tables(results: ResultsFolder) -> tuple[Table, ...]:
     """Return the layout table and the navigation table, as far as there are results for them."""
     tables = [layout_table(aggregate(results.scores.values()))] if results.scores else []
     if results.evaluations:
@@ -32,7 +33,7 @@ def _navigation(summaries: Sequence[NavigationSummary]) -> Table:
     return navigation_table({one.policy: one.metrics for one in summaries}, f"suite {summaries[0].suite.label}")
 
 
-def run_report(results: Results, pictures: Mapping[str, Path], views: Mapping[str, Path]) -> Report:
+def run_report(results: ResultsFolder, pictures: Mapping[str, Path], views: Mapping[str, Path]) -> Report:
     """Put a folder's results together for the page.
 
     Args:
@@ -52,20 +53,20 @@ def run_report(results: Results, pictures: Mapping[str, Path], views: Mapping[st
     )
 
 
-def _tiles(results: Results) -> tuple[Tile, ...]:
+def _tiles(results: ResultsFolder) -> tuple[Tile, ...]:
     tiles = [Tile("layouts", str(len(results.layouts)))]
     if results.scores:
-        tiles.append(Tile("objects a layout", figure(aggregate(results.scores.values()).mean("obj"), 1)))
+        tiles.append(Tile("objects a layout", number(aggregate(results.scores.values()).mean("obj"), 1)))
         tiles.append(Tile("hard violations", str(sum(score.v for score in results.scores.values()))))
     for one in results.evaluations[:2]:
         prefix = "navdp_" if one.summary.suite.metrics == "navdp" else ""
         for name, heading in (("success", "SR"), ("spl", "SPL")):
             found = one.summary.metrics[prefix + name]
-            tiles.append(Tile(f"{heading}{' (NavDP)' if prefix else ''}, {one.summary.policy}", figure(found.value, 3)))
+            tiles.append(Tile(f"{heading}{' (NavDP)' if prefix else ''}, {one.summary.policy}", number(found.value, 3)))
     return tuple(tiles)
 
 
-def _card(results: Results, layout: Layout, picture: Picture | None) -> Card:
+def _card(results: ResultsFolder, layout: Layout, picture: Picture | None) -> Card:
     score = results.scores.get(layout.id)
     room = layout.room
     return Card(
@@ -83,23 +84,23 @@ def _metrics(score: LayoutReport) -> tuple[tuple[str, str], ...]:
     return tuple(
         (
             heading.split(" ↑")[0].split(" ↓")[0],
-            figure(getattr(score, key), 0 if key in ("obj", "ob", "cn", "asset") else 3),
+            number(getattr(score, key), 0 if key in ("obj", "ob", "cn", "asset") else 3),
         )
         for key, heading, digits in LAYOUT_COLUMNS
     )
 
 
-def _episodes(results: Results, layout: Layout) -> Table | None:
+def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
     pairs = goal_pairs(layout) if layout.protocol else ()
     rows = [
         (
             f"{words(pairs[row.pair].start_location)} → {words(pairs[row.pair].goal_location)}",
             row.policy,
             "arrived" if row.success else f"failed: {row.error}" if row.error else "not in time",
-            figure(row.spl, 3),
-            figure(row.path_length, 2),
-            figure(row.shortest_path_length, 2),
-            figure(row.time, 1),
+            number(row.spl, 3),
+            number(row.path_length, 2),
+            number(row.shortest_path_length, 2),
+            number(row.time, 1),
             str(row.contacts),
         )
         for one in results.evaluations
@@ -110,12 +111,12 @@ def _episodes(results: Results, layout: Layout) -> Table | None:
     return Table(f"{len(rows)} episodes", columns, tuple(sorted(rows, key=lambda row: row[0]))) if rows else None
 
 
-def _view_caption(results: Results, name: str) -> str:
+def _view_caption(results: ResultsFolder, name: str) -> str:
     protocol = next((layout.protocol for layout in results.layouts if layout.id == name), None)
     return f"{get(protocol).name} ({name})" if protocol else name
 
 
-def _provenance(results: Results) -> tuple[tuple[str, str], ...]:
+def _provenance(results: ResultsFolder) -> tuple[tuple[str, str], ...]:
     facts: list[tuple[str, str]] = []
     if results.scores:
         some = next(iter(results.scores.values()))

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from html import escape
 
 from labgym.eval.driving.bootstrap import Estimate
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.layout_report import LayoutSummary
-
-_FIGURE = re.compile(r"^(-|[-+]?\d[\d.,]*%?( \[[^\]]*\])?)$")
-"""A number, perhaps with its interval in brackets, or the dash that stands for none."""
+from labgym.table import Table, number
 
 LAYOUT_COLUMNS = (
     ("obj", "Obj", 1),
@@ -61,62 +56,6 @@ LEADERBOARD_COLUMNS = (
 """Metrics to compare policies by: name, heading, digits, whether its interval is shown."""
 
 _PAPER_SENSORS = {"iPlanner": "depth", "NavDP": "rgbd"}
-
-
-@dataclass(frozen=True)
-class Table:
-    """Cells that are ready to print.
-
-    Attributes:
-        title: what the table shows.
-        columns: headings; the first is the heading of the row names.
-        rows: each as long as `columns`.
-        notes: what a reader must know to read the figures, one sentence each.
-    """
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    notes: tuple[str, ...] = ()
-
-    def text(self) -> str:
-        """Return the table in columns of fixed width, figures right-aligned and words left-aligned."""
-        columns = list(zip(self.columns, *self.rows, strict=True))
-        padded = [_padded(column, right=index in self._figures) for index, column in enumerate(columns)]
-        head, *rows = ("  ".join(cells).rstrip() for cells in zip(*padded, strict=True))
-        rule = "  ".join("-" * len(column[0]) for column in padded)
-        body = [head, rule, *rows]
-        return "\n".join([self.title, "", *body, *(["", *self.notes] if self.notes else [])])
-
-    def markdown(self) -> str:
-        """Return the table as GitHub-flavoured Markdown, notes as a paragraph below; the title is left out."""
-        align = ["---:" if index in self._figures else "---" for index in range(len(self.columns))]
-        lines = ["| " + " | ".join(_piped(cells)) + " |" for cells in (self.columns, align, *self.rows)]
-        return "\n".join([*lines, *(["", " ".join(self.notes)] if self.notes else [])])
-
-    @property
-    def _figures(self) -> frozenset[int]:
-        """Columns whose every cell is a figure or a dash."""
-        cells = zip(*self.rows, strict=True)
-        return frozenset(index for index, column in enumerate(cells) if all(map(_FIGURE.match, column)))
-
-    def html(self) -> str:
-        """Return a `<table>` with a caption, everything escaped; notes follow as a paragraph."""
-        look = ["" if index in self._figures else ' class="words"' for index in range(len(self.columns))]
-        head = "".join(f'<th scope="col"{k}>{escape(cell)}</th>' for k, cell in zip(look, self.columns, strict=True))
-        rows = "".join(_html_row(row, look) for row in self.rows)
-        notes = f'<p class="notes">{escape(" ".join(self.notes))}</p>' if self.notes else ""
-        return (
-            f'<div class="scroll"><table><caption>{escape(self.title)}</caption>'
-            f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{notes}"
-        )
-
-
-def figure(value: str | float | None, digits: int) -> str:
-    """Return a number with fixed digits, a dash where there is none, a text as it is."""
-    if value is None:
-        return "-"
-    return value if isinstance(value, str) else f"{value:.{digits}f}"
 
 
 def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
@@ -187,7 +126,7 @@ def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
     ]
     rest = ("-",) * (len(LEADERBOARD_COLUMNS) - 2)
     theirs = [
-        (f"{row['method']}, paper", sensors, figure(row["sr"], 3), figure(row["spl"], 3), *rest)
+        (f"{row['method']}, paper", sensors, number(row["sr"], 3), number(row["spl"], 3), *rest)
         for name, sensors in _PAPER_SENSORS.items()
         for row in paper().navigation.rows
         if str(row["method"]).startswith(name)
@@ -208,29 +147,15 @@ def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
 
 def interval(estimate: Estimate, digits: int) -> str:
     """Return an estimate with its interval in brackets, where it has one."""
-    value = figure(estimate.value, digits)
+    value = number(estimate.value, digits)
     if estimate.low is None or estimate.high is None:
         return value
     return f"{value} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
 
 
 def _shown(estimate: Estimate, digits: int, whole: bool) -> str:
-    return interval(estimate, digits) if whole else figure(estimate.value, digits)
+    return interval(estimate, digits) if whole else number(estimate.value, digits)
 
 
 def _layout_row(name: str, values: Mapping[str, str | float | None]) -> tuple[str, ...]:
-    return (name, *(figure(values[key], digits) for key, _, digits in LAYOUT_COLUMNS))
-
-
-def _padded(column: Sequence[str], right: bool) -> list[str]:
-    width = max(len(cell) for cell in column)
-    return [cell.rjust(width) if right else cell.ljust(width) for cell in column]
-
-
-def _piped(cells: Sequence[str]) -> list[str]:
-    return [cell.replace("|", "\\|") for cell in cells]
-
-
-def _html_row(row: Sequence[str], look: Sequence[str]) -> str:
-    cells = "".join(f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(look[1:], row[1:], strict=True))
-    return f'<tr><th scope="row"{look[0]}>{escape(row[0])}</th>{cells}</tr>'
+    return (name, *(number(values[key], digits) for key, _, digits in LAYOUT_COLUMNS))

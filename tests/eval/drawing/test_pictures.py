@@ -44,7 +44,8 @@ def pixel(png: bytes, x: float, y: float) -> np.ndarray:
 def test_the_same_layout_gives_the_same_bytes_in_any_process():
     code = (
         "import sys; sys.path.insert(0, sys.argv[1]); import test_pictures as t, hashlib\n"
-        "for kind in ('png', 'svg'): print(hashlib.sha256(t.picture_bytes(t.topdown(t.layout()), kind)).hexdigest())"
+        "for kind in ('png', 'svg', 'pdf'):\n"
+        "    print(hashlib.sha256(t.picture_bytes(t.topdown(t.layout()), kind)).hexdigest())"
     )
     command = [sys.executable, "-c", code, str(Path(__file__).parent)]
     seen = {

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
-from labgym.eval.driving.drive import drive_layout
+from labgym.eval.driving.drive import drive_layout, drive_pair
 from labgym.eval.driving.episode_row import read_rows
 from labgym.eval.driving.run_folder import read_routes
 from labgym.eval.driving.runner import NavigationReport, evaluate
@@ -287,9 +287,52 @@ def test_a_layout_that_changed_or_lost_a_row_is_driven_again(layouts, tmp_path):
 def test_a_folder_with_another_run_is_left_alone(layouts, tmp_path):
     evaluate("straight", layouts[:1], out=tmp_path, progress=False)
     before = (tmp_path / "episodes.jsonl").read_text()
-    with pytest.raises(OptionError, match="another policy, seed"):
+    with pytest.raises(OptionError, match="differs in policy, seed"):
         evaluate("random", layouts[:1], out=tmp_path, seed=5, progress=False)
     assert (tmp_path / "episodes.jsonl").read_text() == before
+
+
+class Still(Policy):
+    """Stands still; its weights are in a file."""
+
+    weights: Path | None = None
+
+    def reset(self, episode: EpisodeStart) -> None:
+        pass
+
+    def act(self, observation):
+        return np.zeros(2)
+
+    def files(self):
+        return () if self.weights is None else (self.weights,)
+
+
+def test_results_of_other_code_are_kept_until_asked_to_overwrite_them(layouts, tmp_path):
+    policy, out = Still(), tmp_path / "out"
+    policy.weights = tmp_path / "weights"
+    policy.weights.write_text("old")
+    evaluate(policy, layouts[:1], out=out, progress=False)
+    before = (out / "episodes.jsonl").read_text()
+    policy.weights.write_text("new")
+    with pytest.raises(OptionError, match="differs in code"):
+        evaluate(policy, layouts[:1], out=out, progress=False)
+    assert (out / "episodes.jsonl").read_text() == before
+    report = evaluate(policy, layouts[:1], out=out, progress=False, overwrite=True)
+    assert read_rows(out / "episodes.jsonl") == report.rows
+    assert evaluate(policy, layouts[:1], out=out, progress=False).rows == report.rows
+
+
+def test_layouts_passed_by_hand_are_kept_with_their_results(layouts, tmp_path):
+    evaluate(Still(), layouts[:1], out=tmp_path, progress=False)
+    assert Layout.load(tmp_path / "layouts" / "first.json").hash == layouts[0].hash
+
+
+def test_a_goal_pair_that_does_not_exist_names_those_that_do(layouts, monkeypatch):
+    with pytest.raises(OptionError, match=r"goal pair 7 .* 0 to 2"):
+        drive_pair("astar", layouts[0], 7)
+    monkeypatch.setattr("labgym.eval.driving.drive.goal_pairs", lambda layout: ())
+    with pytest.raises(OptionError, match="its goal pairs are none"):
+        drive_pair("astar", layouts[0], 0)
 
 
 def test_bad_requests_say_what_is_wrong(layouts):
@@ -301,7 +344,7 @@ def test_bad_requests_say_what_is_wrong(layouts):
         evaluate("astar", layouts, workers=0, progress=False)
     with pytest.raises(LabgymError, match="'first'"):
         evaluate("astar", (layouts[0], layouts[0]), progress=False)
-    with pytest.raises(LabgymError, match="no layouts"):
+    with pytest.raises(LabgymError, match="no layouts to drive in"):
         evaluate("astar", (), progress=False)
     with pytest.raises(OptionError, match="colour"):
         evaluate("astar", layouts, options={"colour": "red"}, progress=False)

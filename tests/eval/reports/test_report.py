@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import pytest
 
 from labgym.eval.reports.report import Card, Picture, Report, Tile, render_report, write_report
-from labgym.eval.reports.tables import Table
+from labgym.table import Table
 
 PNG = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="

@@ -7,19 +7,18 @@ import pytest
 from labgym.errors import UnknownNameError
 from labgym.eval.driving.bootstrap import Estimate
 from labgym.eval.driving.navigation_metrics import METRICS
-from labgym.eval.driving.record import NavigationSummary, Provenance
+from labgym.eval.driving.record import EvaluationProvenance, NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.paper import paper
 from labgym.eval.reports.tables import (
     LAYOUT_COLUMNS,
     NAVIGATION_ROWS,
-    Table,
-    figure,
     layout_table,
     leaderboard,
     navigation_table,
 )
 from labgym.eval.scoring.layout_report import LayoutSummary, MetricMean
+from labgym.table import Table, number
 
 TABLE = Table("T", ("name", "a|b"), (("x", "1.0"), ("<long>", "-")), ("A note.",))
 
@@ -66,8 +65,8 @@ def test_html_shows_the_cells_and_nothing_of_them_is_markup():
 
 
 @pytest.mark.parametrize(("value", "printed"), [(None, "-"), (0.07, "0.07"), (23.2, "23.20"), (1, "1.00")])
-def test_figures_have_fixed_digits_and_a_dash_for_none(value, printed):
-    assert figure(value, 2) == printed
+def test_numbers_have_fixed_digits_and_a_dash_for_none(value, printed):
+    assert number(value, 2) == printed
 
 
 def test_the_paper_s_row_is_as_printed():
@@ -127,7 +126,7 @@ def summary_of(policy: str, **changes) -> NavigationSummary:
         complete=True,
         metrics=dict.fromkeys(METRICS, sure),
         arguments={},
-        provenance=Provenance(versions={}, commit=None, dirty=None, code="0"),
+        provenance=EvaluationProvenance(versions={}, commit=None, dirty=None, code="0"),
         **({"privileged": False} | changes),
     )
 

@@ -1,0 +1,20 @@
+"""Types of command-line arguments, with how `--help` shows them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import Positional, arg
+
+LayoutName = Positional[Annotated[str, arg(metavar="LAYOUT")]]
+"""A layout's .json file, or the id of a published layout."""
+
+ProtocolName = Positional[Annotated[str, arg(metavar="PROTOCOL")]]
+"""A protocol's .json file, or the id of a protocol of the library."""
+
+OptionalText = Annotated[str | None, arg(metavar="STR", help_behavior_hint="")]
+OptionalWholeNumber = Annotated[int | None, arg(metavar="INT", help_behavior_hint="")]
+OptionalPath = Annotated[Path | None, arg(metavar="PATH", help_behavior_hint="")]
+Texts = Annotated[tuple[str, ...], arg(metavar="STR [STR ...]", help_behavior_hint="")]
+PolicyOptions = Annotated[tuple[str, ...], arg(metavar="NAME=VALUE [...]", help_behavior_hint="")]
