@@ -131,7 +131,7 @@ def view(
 
     scene = resolve_layout(layout)
     if camera == "topdown":
-        protocol = protocols.resolve(scene.protocol) if scene.protocol else None
+        protocol = protocols.get(scene.protocol) if scene.protocol else None
         return written(pictures.save_picture(pictures.topdown(scene, protocol), out))
     return written(pictures.save_view(scene, out, camera, width, height))
 
