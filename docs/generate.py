@@ -29,8 +29,8 @@ from labgym.llm.replay import RecordedReply
 from labgym.protocols import Protocol
 from labgym.protocols.experiments import ExperimentFile
 from labgym.protocols.language.words import Words
+from labgym.protocols.refusals import Refusals
 from labgym.protocols.synthesis.operations import Operations
-from labgym.protocols.synthesis.refusals import Refusals
 from labgym.protocols.synthesis.transformations import Transformations
 
 DOCS = Path(__file__).resolve().parent

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from labgym.eval.scoring.layout_report import LayoutReport
     from labgym.protocols.experiments import Experiment
     from labgym.protocols.experiments.feasibility import Verdict
-    from labgym.protocols.retrieval import Results
+    from labgym.protocols.retrieval import SearchResults
 
 
 def asset_table(assets: Iterable[Asset]) -> str:
@@ -178,7 +178,7 @@ def protocol_details(protocol: Protocol) -> str:
     return "\n".join([f"{protocol.id}  {protocol.name}", protocol.description, "", *_facts(facts), "", *steps])
 
 
-def search_results(results: Results) -> str:
+def search_results(results: SearchResults) -> str:
     """Return a table of the fragments of a search: source, scores and first words."""
     rows = tuple(
         (
@@ -204,11 +204,10 @@ def experiment_table(experiments: Sequence[Experiment]) -> str:
     return Table(f"{len(rows)} experiments", ("id", "name", "reaction type", "materials", "actions"), rows).text()
 
 
-def experiment_details(experiment: Experiment) -> str:
+def experiment_details(experiment: Experiment, catalog: Catalog) -> str:
     """Return an experiment's product, materials and actions."""
     from labgym.protocols.experiments.narration import sentence
 
-    catalog = Catalog.load()
     facts = [
         ("type", (experiment.reaction_type or "").replace("_", " ")),
         ("also called", ", ".join(experiment.synonyms)),

@@ -10,6 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from labgym import protocols as library
+from labgym.assets import Catalog
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, findings, written
 from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
@@ -109,7 +110,7 @@ def experiments(name: Positional[str | None] = None, type: ReactionType | None =
     chosen = [get(name)] if name else [item for item in every().values() if type in (None, item.reaction_type)]
     if check:
         return findings([f"{item.id}: {fault}" for item in chosen for fault in faults(item)])
-    print(experiment_details(chosen[0]) if name else experiment_table(chosen))
+    print(experiment_details(chosen[0], Catalog.load()) if name else experiment_table(chosen))
     return DONE
 
 

@@ -1,6 +1,7 @@
 """LabForge II: protocols, the experiment library and their validation."""
 
 from labgym.protocols.constraints import derive
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.library import get, protocols, resolve
 from labgym.protocols.model import ChemicalConstraint, Protocol, ReactionType, ReagentUse, SpatialConstraint, Step
 from labgym.protocols.rules import Finding
@@ -14,6 +15,7 @@ __all__ = [
     "ProtocolError",
     "ReactionType",
     "ReagentUse",
+    "RefusalError",
     "SpatialConstraint",
     "Statistics",
     "Step",

@@ -1,4 +1,4 @@
-"""The chemical and spatial constraints that follow from a protocol's reagents, instruments and steps."""
+"""The chemical and spatial constraints that a protocol's reagents, instruments and steps imply."""
 
 from __future__ import annotations
 
@@ -13,50 +13,52 @@ VESSELS = ("flask", "beaker", "vessel", "reactor")
 ASSEMBLY = ("condenser", "adapter", "trap", "funnel")
 CONDITIONING = ("heating", "cooling", "stirring")
 SHARED_TRIPS = 2
-"""Two locations that are walked between this often or more want to be near each other."""
+"""Number of trips between two locations from which on they should be near each other."""
 
 
-def derive(protocol: Protocol) -> Protocol:
-    """Return the protocol with the constraints that its content implies in place of those that it had.
+def derive(protocol: Protocol, catalog: Catalog | None = None) -> Protocol:
+    """Return the protocol with its constraints replaced by those that its content implies.
+
+    Args:
+        catalog: the assets that the protocol names; the default catalogue if None.
 
     Raises:
         UnknownNameError: the protocol names an asset that the catalogue lacks.
     """
+    assets = catalog if catalog is not None else Catalog.load()
     return protocol.model_copy(
         update={
-            "chemical_constraints": chemical_constraints(protocol),
-            "spatial_constraints": spatial_constraints(protocol),
+            "chemical_constraints": chemical_constraints(protocol, assets),
+            "spatial_constraints": spatial_constraints(protocol, assets),
         }
     )
 
 
-def chemical_constraints(protocol: Protocol) -> tuple[ChemicalConstraint, ...]:
-    """Return what must be kept apart, stored or ventilated.
+def chemical_constraints(protocol: Protocol, catalog: Catalog) -> tuple[ChemicalConstraint, ...]:
+    """Return the reagents to keep apart, their storage classes, and where they need ventilation.
 
-    Flammable reagents from heat sources (not from instruments that merely run warm), incompatible reagents from
-    each other, each reagent in its storage class, and toxic or volatile ones handled where it is ventilated.
+    Flammable reagents are kept from heat sources (instruments that merely run warm do not count), incompatible reagents
+    from each other; each reagent has a storage class; toxic or volatile reagents are handled at ventilated places.
     """
-    catalog = Catalog.load()
     reagents = [catalog.get(use.name) for use in protocol.reagents]
     return (
-        *_heat(protocol, reagents),
+        *_heat(protocol, reagents, catalog),
         *_incompatible(reagents),
         *_storage(reagents),
-        *_ventilation(protocol, reagents),
+        *_ventilation(protocol, reagents, catalog),
     )
 
 
-def spatial_constraints(protocol: Protocol) -> tuple[SpatialConstraint, ...]:
-    """Return where instruments stand and what wants to be close.
+def spatial_constraints(protocol: Protocol, catalog: Catalog) -> tuple[SpatialConstraint, ...]:
+    """Return where instruments stand and which objects should be near each other.
 
-    An instrument stands where it is first used; apparatus of one step stands together; locations between which the
+    An instrument stands where it is first used; the apparatus of one step stands together; locations between which the
     protocol goes back and forth are near each other.
     """
-    return (*_standing(protocol), *_assemblies(protocol), *_neighbours(protocol))
+    return (*_standing(protocol, catalog), *_assemblies(protocol, catalog), *_neighbours(protocol))
 
 
-def _heat(protocol: Protocol, reagents: list[Asset]) -> list[ChemicalConstraint]:
-    catalog = Catalog.load()
+def _heat(protocol: Protocol, reagents: list[Asset], catalog: Catalog) -> list[ChemicalConstraint]:
     instruments = [catalog.get(name) for name in dict.fromkeys(protocol.instruments)]
     sources = [asset for asset in instruments if asset.heat_class not in (None, "instrument")]
     return [
@@ -84,51 +86,51 @@ def _incompatible(reagents: list[Asset]) -> list[ChemicalConstraint]:
 
 
 def _storage(reagents: list[Asset]) -> list[ChemicalConstraint]:
-    found = []
-    for reagent in reagents:
-        if reagent.chemistry is not None:
-            kept = reagent.chemistry.storage_class
-            found.append(
-                ChemicalConstraint(kind="store", subject=reagent.name, object=kept, reason=_why_stored(reagent))
-            )
-    return found
+    return [
+        ChemicalConstraint(
+            kind="store",
+            subject=reagent.name,
+            object=reagent.chemistry.storage_class,
+            reason=_storage_reason(reagent),
+        )
+        for reagent in reagents
+        if reagent.chemistry is not None
+    ]
 
 
-def _why_stored(reagent: Asset) -> str:
+def _storage_reason(reagent: Asset) -> str:
     flags = [name for name, value in reagent.hazards if value]
     if reagent.chemistry is not None and reagent.chemistry.water_reactive:
         flags.append("water_reactive")
     return ", ".join(flags).replace("_", " ") or "no particular hazard"
 
 
-def _ventilation(protocol: Protocol, reagents: list[Asset]) -> list[ChemicalConstraint]:
-    catalog = Catalog.load()
-    found = []
+def _ventilation(protocol: Protocol, reagents: list[Asset], catalog: Catalog) -> list[ChemicalConstraint]:
+    constraints = []
     for reagent in reagents:
         if reagent.hazards.volatile_or_toxic:
             for location in protocol.locations:
                 handled = any(step.location == location and reagent.name in step.uses for step in protocol.steps)
                 if handled and is_ventilated(catalog.get(location)):
                     reason = "toxic or volatile, handled open"
-                    found.append(
+                    constraints.append(
                         ChemicalConstraint(kind="ventilate", subject=reagent.name, object=location, reason=reason)
                     )
-    return found
+    return constraints
 
 
-def _standing(protocol: Protocol) -> list[SpatialConstraint]:
+def _standing(protocol: Protocol, catalog: Catalog) -> list[SpatialConstraint]:
     first: dict[str, SpatialConstraint] = {}
     for step in protocol.steps:
         for name in step.uses:
-            if name in protocol.instruments and name not in first and Catalog.load().get(name).placing == "desktop":
+            if name in protocol.instruments and name not in first and catalog.get(name).placing == "desktop":
                 reason = f"first used in step {step.index}"
                 first[name] = SpatialConstraint(kind="on", subject=name, object=step.location, reason=reason)
     return list(first.values())
 
 
-def _assemblies(protocol: Protocol) -> list[SpatialConstraint]:
-    catalog = Catalog.load()
-    found: dict[tuple[str, str], SpatialConstraint] = {}
+def _assemblies(protocol: Protocol, catalog: Catalog) -> list[SpatialConstraint]:
+    links: dict[tuple[str, str], SpatialConstraint] = {}
     for step in protocol.steps:
         used = [catalog.get(name) for name in step.uses if name in protocol.instruments]
         for vessel in [asset for asset in used if asset.subtype in VESSELS][:1]:
@@ -136,8 +138,8 @@ def _assemblies(protocol: Protocol) -> list[SpatialConstraint]:
                 if other.subtype in ASSEMBLY or other.category in CONDITIONING:
                     reason = f"one apparatus in step {step.index}"
                     link = SpatialConstraint(kind="near", subject=other.name, object=vessel.name, reason=reason)
-                    found.setdefault((other.name, vessel.name), link)
-    return list(found.values())
+                    links.setdefault((other.name, vessel.name), link)
+    return list(links.values())
 
 
 def _neighbours(protocol: Protocol) -> list[SpatialConstraint]:

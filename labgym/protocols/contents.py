@@ -68,11 +68,11 @@ def is_vessel(asset: Asset) -> bool:
 
 def situations(protocol: Protocol, catalog: Catalog) -> tuple[Situation, ...]:
     """Return what each step handles; names that the catalogue lacks are passed over."""
-    return tuple(_Bench(protocol, catalog).steps())
+    return tuple(_BatchTracker(protocol, catalog).steps())
 
 
 @dataclass
-class _Bench:
+class _BatchTracker:
     protocol: Protocol
     catalog: Catalog
     held: dict[str, dict[str, float]] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""The validation suite: what a protocol must satisfy before a laboratory is built for it (paper, appendix B)."""
+"""The validation suite: the rules that a protocol must satisfy before a layout is generated (paper, appendix B)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from labgym.protocols.rules import ALL, EQUIPMENT, Case, Finding
 
 
 class ProtocolError(LabgymError, ValueError):
-    """A protocol that breaks rules of the validation suite.
+    """A protocol breaks rules of the validation suite.
 
     Attributes:
-        protocol: its id.
-        findings: every breach.
+        protocol: id of the protocol.
+        findings: all violations.
     """
 
     def __init__(self, protocol: str, findings: Sequence[Finding]) -> None:
@@ -27,31 +27,36 @@ class ProtocolError(LabgymError, ValueError):
 
 
 def validate(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Finding, ...]:
-    """Return every breach of the suite's rules, in the order of the rules; empty where the protocol is sound.
+    """Return every violation of the suite's rules, in the order of the rules; empty if the protocol is sound.
 
     Args:
         protocol: any protocol that satisfies the schema.
-        catalog: the assets to ground names in; the published catalogue by default.
+        catalog: the assets that the protocol names; the default catalogue if None.
     """
     case = Case(protocol, catalog if catalog is not None else Catalog.load())
     return tuple(finding for rule in ALL for finding in rule(case))
 
 
 def examine(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Finding, ...]:
-    """Return what `validate` finds and then what speaks against doing the steps with the equipment that they name.
+    """Return the findings of `validate`, followed by those about equipment and hazards.
 
-    Beyond the paper: volumes, temperatures, pressures and speeds against the specifications of the catalogue, and
-    hazards of what a vessel holds at each step. Faults cannot or must not be done so; advice can be done better.
+    The additional rules go beyond the paper: they compare volumes, temperatures, pressures and speeds with the
+    specifications of the catalogue, and consider the hazards of what each vessel holds. A step with a fault cannot or
+    must not be carried out as written; advice names a better way.
+
+    Args:
+        protocol: any protocol that satisfies the schema.
+        catalog: the assets that the protocol names; the default catalogue if None.
     """
     case = Case(protocol, catalog if catalog is not None else Catalog.load())
     return tuple(finding for rule in (*ALL, *EQUIPMENT) for finding in rule(case))
 
 
 def check(protocol: Protocol, catalog: Catalog | None = None) -> Protocol:
-    """Return the protocol where it is sound.
+    """Return the protocol unchanged if it satisfies the validation suite.
 
     Raises:
-        ProtocolError: it is not; carries all findings and names the first.
+        ProtocolError: it violates rules; the error carries all findings and names the first.
     """
     findings = validate(protocol, catalog)
     if findings:

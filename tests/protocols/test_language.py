@@ -9,9 +9,11 @@ from labgym.assets.search import normalise
 from labgym.protocols.language import concepts, gloss, language_of, mentions
 from labgym.protocols.language.folding import Folded
 
+CATALOG = Catalog.load()
+
 
 def names(text: str) -> list[str]:
-    return [mention.name for mention in mentions(text)]
+    return [mention.name for mention in mentions(text, CATALOG)]
 
 
 @pytest.mark.parametrize(
@@ -41,7 +43,7 @@ def test_a_longer_name_is_not_read_as_a_shorter_one_inside_it() -> None:
     "text", ["on a 5 mmol scale", "in a window of the door", "leave the alcohol", "MeTHFoo and ketonesque"]
 )
 def test_everyday_words_and_parts_of_words_are_no_assets(text: str) -> None:
-    assert all(mention.kind == "class" for mention in mentions(text)), names(text)
+    assert all(mention.kind == "class" for mention in mentions(text, CATALOG)), names(text)
 
 
 def test_every_reagent_is_found_by_its_first_english_and_chinese_name() -> None:
@@ -53,7 +55,11 @@ def test_every_reagent_is_found_by_its_first_english_and_chinese_name() -> None:
 
 def test_places_of_mentions_are_places_in_the_text() -> None:
     text = "Add 5 mL of sulphuric acid to acetone/乙醇"
-    assert [text[mention.start : mention.end] for mention in mentions(text)] == ["sulphuric acid", "acetone", "乙醇"]
+    assert [text[mention.start : mention.end] for mention in mentions(text, CATALOG)] == [
+        "sulphuric acid",
+        "acetone",
+        "乙醇",
+    ]
 
 
 def test_folding_agrees_with_the_catalogue_and_keeps_places() -> None:

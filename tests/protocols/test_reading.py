@@ -6,12 +6,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from labgym.assets import Catalog
 from labgym.protocols import protocols
 from labgym.protocols.language import mentions
 from labgym.protocols.synthesis import read
 from labgym.protocols.synthesis.operations import main_operation
-from labgym.protocols.synthesis.quantities import amounts, duration, temperature
 from labgym.protocols.synthesis.unlisted import unlisted
+from labgym.quantities import amounts, duration, temperature
+
+CATALOG = Catalog.load()
 
 
 @pytest.mark.parametrize(
@@ -155,14 +158,14 @@ def test_the_product_is_no_reagent(text: str, product: str) -> None:
     ],
 )
 def test_substances_that_the_catalogue_lacks_are_found(text: str, expected: list[str]) -> None:
-    assert [text[start:end] for start, end in unlisted(text, mentions(text))] == expected
+    assert [text[start:end] for start, end in unlisted(text, mentions(text, CATALOG))] == expected
 
 
 def test_the_steps_of_published_protocols_name_hardly_any_unlisted_reagent() -> None:
     strange = {}
     for protocol in protocols().values():
         text = " ".join(step.text for step in protocol.steps)
-        found = [text[start:end] for start, end in unlisted(text, mentions(text))]
+        found = [text[start:end] for start, end in unlisted(text, mentions(text, CATALOG))]
         if found:
             strange[protocol.id] = found
     assert strange in ({}, {"fgt_03": ["copper chloride"]})

@@ -10,11 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from labgym.assets import Catalog
 from labgym.errors import OptionError
 from labgym.protocols import protocols
 from labgym.protocols.retrieval import Fragment, Index, corpus, embedding, fragments, search
 from labgym.protocols.retrieval.index import EMBEDDING_WEIGHT
 
+CATALOG = Catalog.load()
 QUERIES = json.loads((Path(__file__).parent / "queries.json").read_text(encoding="utf-8"))
 needs_embeddings = pytest.mark.skipif(find_spec("wordllama") is None, reason="extra embed is not installed")
 
@@ -33,7 +35,7 @@ def test_the_labelled_queries_are_of_both_languages_and_speak_of_the_library() -
     assert len(QUERIES) >= 180
     assert sum(item["language"] == "zh" for item in QUERIES) >= 50
     assert sum(item["split"] == "held out" for item in QUERIES) >= len(QUERIES) // 3
-    known = {fragment.source for fragment in corpus()}
+    known = {fragment.source for fragment in corpus(CATALOG)}
     assert {name for item in QUERIES for name in item["relevant"]} <= known
     assert len({item["query"] for item in QUERIES}) == len(QUERIES)
 
@@ -63,7 +65,7 @@ def test_every_step_of_every_protocol_is_in_exactly_one_fragment() -> None:
     for protocol in protocols().values():
         covered = [
             index
-            for fragment in fragments([protocol])
+            for fragment in fragments([protocol], CATALOG)
             if fragment.steps is not None
             for index in range(fragment.steps[0], fragment.steps[1] + 1)
         ]

@@ -13,8 +13,8 @@ from labgym.cli import main
 from labgym.errors import LabgymError
 from labgym.protocols import Protocol, ProtocolError, ReagentUse, examine, get, validate
 from labgym.protocols.amounts import read_amount
-from labgym.protocols.synthesis import Commission, Draft, RefusalError, synthesize
-from labgym.protocols.synthesis.refusals import refusals
+from labgym.protocols.refusals import refusals
+from labgym.protocols.synthesis import Commission, RefusalError, WriterResult, synthesize
 from labgym.protocols.synthesis.transformations import transformations
 
 DESCRIPTIONS = (Path(__file__).parent / "descriptions.txt").read_text(encoding="utf-8").splitlines()
@@ -247,9 +247,9 @@ class FixedWriter:
         self.protocol = protocol
         self.asked: list[Commission] = []
 
-    def write(self, commission: Commission) -> Draft:
+    def write(self, commission: Commission) -> WriterResult:
         self.asked.append(commission)
-        return Draft(self.protocol, ("copied",))
+        return WriterResult(self.protocol, ("copied",))
 
 
 def test_another_writer_gets_the_reading_and_the_context_and_is_examined() -> None:
@@ -258,7 +258,7 @@ def test_another_writer_gets_the_reading_and_the_context_and_is_examined() -> No
     assert made.protocol == get("pro_02")
     assert made.notes == ("copied",)
     assert {hit.fragment.source for hit in writer.asked[0].context.hits} >= {"pro_02", "pro_tert_butyl_ester_removal"}
-    assert "TrifluoroaceticAcid" in writer.asked[0].reading.spoken_of
+    assert "TrifluoroaceticAcid" in writer.asked[0].description.spoken_of
     spare = ReagentUse(name="Toluene", role="spare", amount="1 mL")
     writer = FixedWriter(get("pro_02").model_copy(update={"reagents": (*get("pro_02").reagents, spare)}))
     with pytest.raises(ProtocolError, match="no step uses"):

@@ -1,4 +1,4 @@
-"""Whether an experiment is complete and its figures agree with each other and with the catalogue."""
+"""Checks that an experiment is complete and that its amounts are consistent with each other and the catalogue."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from labgym.protocols.amounts import read_amount
 from labgym.protocols.experiments.model import Experiment
 
 TOLERANCE = 0.03
-"""Relative disagreement that mass, volume and moles of one amount may have beyond their rounding."""
+"""Tolerated relative disagreement between mass, volume and moles of one amount, beyond their rounding."""
 _DILUTED = re.compile(r"%|\baq\b|sat|solution|in (?:water|hexanes?|thf|ethanol|methanol|toluene)|wet|conc", re.I)
 _MOLAR = re.compile(r"(\d+(?:\.\d+)?)\s*M\b")
 _DECIMALS = re.compile(r"\d+(?:\.(\d+))?\s*(mg|g|mL|mmol|mol|µL|L)\b")
@@ -18,19 +18,19 @@ _CHINESE = re.compile(r"[\u4e00-\u9fff]")
 
 
 def check(experiment: Experiment, catalog: Catalog | None = None) -> list[str]:
-    """Return what is missing or does not agree, one sentence each; none for a sound entry of the library.
+    """Return what is missing or inconsistent, one sentence each; empty for a sound experiment.
 
     Args:
-        catalog: whose molar masses and densities the amounts are held against; the published one by default.
+        catalog: source of molar masses and densities; the default catalogue if None.
     """
-    assets = catalog if catalog is not None else Catalog.published()
+    assets = catalog if catalog is not None else Catalog.load()
     return [*_incomplete(experiment), *_amounts(experiment, assets)]
 
 
 def _incomplete(experiment: Experiment) -> Iterator[str]:
-    taken = {portion.name for action in experiment.actions for portion in action.takes}
+    used = {portion.name for action in experiment.actions for portion in action.takes}
     for material in experiment.materials:
-        if material.name not in taken:
+        if material.name not in used:
             yield f"{material.name} is among the materials, and no action takes it"
     names = [material.name for material in experiment.materials]
     for name in sorted({name for name in names if names.count(name) > 1}):
@@ -59,10 +59,10 @@ def _amounts(experiment: Experiment, catalog: Catalog) -> Iterator[str]:
 
 
 def disagreement(reagent: Asset, text: str) -> str | None:
-    """Return how the parts of an amount contradict each other, or None where they agree or cannot be compared.
+    """Return how the parts of an amount contradict each other, or None if they agree or cannot be compared.
 
-    Mass and moles are held together by the molar mass, mass and volume by the density, volume and moles of a solution
-    by its molarity. Other solutions are left alone.
+    Mass and moles are related by the molar mass, mass and volume by the density, volume and moles of a solution by its
+    molarity. Other solutions are not compared.
     """
     chemistry, amount = reagent.chemistry, read_amount(text)
     if chemistry is None:
@@ -88,10 +88,10 @@ def disagreement(reagent: Asset, text: str) -> str | None:
 
 
 def _rounding(text: str) -> float:
-    """Return the relative error that the roundings of a text's numbers may add up to."""
+    """Return the largest relative error that the rounding of a text's numbers can cause."""
     total = 0.0
-    for found in _DECIMALS.finditer(text):
-        value = float(found[0][: -len(found[2])])
+    for number in _DECIMALS.finditer(text):
+        value = float(number[0][: -len(number[2])])
         if value > 0.0:
-            total += 0.5 * 10.0 ** -len(found[1] or "") / value
+            total += 0.5 * 10.0 ** -len(number[1] or "") / value
     return total

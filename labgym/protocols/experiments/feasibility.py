@@ -9,40 +9,18 @@ from typing import Literal
 
 from labgym.assets import Asset, Catalog
 from labgym.protocols.amounts import Amount, read_amount, volume_of
+from labgym.protocols.apparatus import APPARATUS, FILL
 from labgym.protocols.capability import capacity, cools_to, heats_to, weighs, withstands
 from labgym.protocols.contents import is_vessel
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.grounding import Grounder, grounded
 from labgym.protocols.experiments.model import Action, Atmosphere, Experiment, Verb
-from labgym.protocols.synthesis.apparatus import FILL
-from labgym.protocols.synthesis.errors import RefusalError
-from labgym.protocols.synthesis.refusals import refuse_mixture, refuse_solvent, refuse_wish
+from labgym.protocols.refusals import refuse_mixture, refuse_solvent, refuse_wish
 
 Code = Literal[
     "unlisted", "equipment", "temperature", "volume", "mass", "pressure", "atmosphere", "unsafe", "incomplete"
 ]
 
-NEEDS: dict[Verb, tuple[frozenset[str], ...]] = {
-    "AdjustPH": (frozenset({"PHPaper", "PHMeter"}),),
-    "Chromatograph": (frozenset({"ChromatographyColumn", "FlashChromatographySystem"}),),
-    "CollectLayer": (frozenset({"SeparatoryFunnel"}),),
-    "Concentrate": (frozenset({"RotaryEvaporator"}),),
-    "Distill": (frozenset({"DistillationHead"}), frozenset({"LiebigCondenser"})),
-    "DrySolid": (frozenset({"DryingOven", "VacuumOven", "Desiccator"}),),
-    "Extract": (frozenset({"SeparatoryFunnel"}),),
-    "Filter": (frozenset({"BuchnerFunnel", "FrittedFunnel", "GlassFunnel"}),),
-    "Hydrogenate": (frozenset({"HydrogenationApparatus", "HydrogenBalloon"}),),
-    "Irradiate": (frozenset({"PhotoReactor"}),),
-    "Microwave": (frozenset({"MicrowaveReactor"}),),
-    "Partition": (frozenset({"SeparatoryFunnel"}),),
-    "PhaseSeparation": (frozenset({"SeparatoryFunnel"}),),
-    "Purify": (frozenset({"ChromatographyColumn", "FlashChromatographySystem"}),),
-    "Recrystallize": (frozenset({"ErlenmeyerFlask", "RoundBottomFlask"}), frozenset({"BuchnerFunnel"})),
-    "Reflux": (frozenset({"RefluxCondenser"}),),
-    "Sonicate": (frozenset({"UltrasonicCleaner"}),),
-    "Stir": (frozenset({"MagneticStirrer", "MagneticHotplateStirrer", "OverheadStirrer", "OrbitalShaker"}),),
-    "Sublime": (frozenset({"SublimationApparatus"}),),
-}
-"""What an action is done with: one asset of each set. What every laboratory has is not listed."""
 GASES: dict[Atmosphere, str] = {"nitrogen": "NitrogenGas", "argon": "ArgonGas", "hydrogen": "Hydrogen"}
 WORK_UP: frozenset[Verb] = frozenset(
     ("Quench", "Extract", "Wash", "Partition", "PhaseSeparation", "CollectLayer", "Filter", "Concentrate", "AdjustPH")
@@ -129,7 +107,7 @@ class FeasibilityFilter:
                 yield Obstacle("unlisted", None, f"the catalogue has no {what}{hint}")
 
     def _equipment(self, number: int, action: Action) -> Iterator[Obstacle]:
-        for choice in NEEDS.get(action.verb, ()):
+        for choice in APPARATUS[action.verb].needs if action.verb in APPARATUS else ():
             if not any(name in self.catalog for name in choice):
                 message = f"{action.verb} needs {' or '.join(sorted(choice))}, which the catalogue lacks"
                 yield Obstacle("equipment", number, message)

@@ -1,4 +1,4 @@
-"""Experiments in plain English: an action is a sentence."""
+"""Experiments in plain English: one sentence per action."""
 
 from __future__ import annotations
 
@@ -57,12 +57,11 @@ _OBJECTLESS: dict[Verb, str] = {
 }
 
 
-def sentence(action: Action, catalog: Catalog | None = None) -> str:
-    """Return what an action does: "Add acetyl chloride (3.9 g, 50 mmol) dropwise at 0 C for 15 min."."""
-    assets = catalog if catalog is not None else Catalog.published()
+def sentence(action: Action, catalog: Catalog) -> str:
+    """Return an action as a sentence: "Add acetyl chloride (3.9 g, 50 mmol) dropwise at 0 C for 15 min."."""
     words = [(_PHRASES if action.takes else {**_PHRASES, **_OBJECTLESS})[action.verb]]
     if action.takes:
-        words.append(_listed([_portion(portion, assets) for portion in action.takes]))
+        words.append(_listed([_portion(portion, catalog) for portion in action.takes]))
     words += [action.manner] if action.manner else []
     words += [f"under {action.atmosphere}"] if action.atmosphere else []
     if action.temperature is not None:
@@ -70,18 +69,18 @@ def sentence(action: Action, catalog: Catalog | None = None) -> str:
     words += [f"to pH {action.ph:g}"] if action.ph is not None else []
     words += [f"at {action.pressure:.3g} bar"] if action.pressure is not None else []
     words += [f"for {action.duration:g} min"] if action.duration else []
-    words += [f"and keep the {_kept(action.keep)}"] if action.keep else []
+    words += [f"and keep the {_fraction(action.keep)}"] if action.keep else []
     text = " ".join(words)
     return f"{text}; {action.note.rstrip('.')}." if action.note else f"{text}."
 
 
-def narrate(experiment: Experiment, catalog: Catalog | None = None) -> str:
-    """Return all actions of an experiment, a sentence each."""
+def narrate(experiment: Experiment, catalog: Catalog) -> str:
+    """Return all actions of an experiment, one sentence each."""
     return " ".join(sentence(action, catalog) for action in experiment.actions)
 
 
-def spoken(name: str, catalog: Catalog) -> str:
-    """Return how a chemist calls a material: the first synonym of a catalogued one, else the name as it stands."""
+def common_name(name: str, catalog: Catalog) -> str:
+    """Return a material's common name: the first English synonym in the catalogue, else the name unchanged."""
     if name not in catalog:
         return name
     synonyms = catalog.get(name).synonyms_en
@@ -89,7 +88,7 @@ def spoken(name: str, catalog: Catalog) -> str:
 
 
 def _portion(portion: Portion, catalog: Catalog) -> str:
-    name = spoken(portion.name, catalog)
+    name = common_name(portion.name, catalog)
     return f"{name} ({portion.amount})" if portion.amount else name
 
 
@@ -97,5 +96,5 @@ def _listed(items: list[str]) -> str:
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
 
 
-def _kept(part: str) -> str:
+def _fraction(part: str) -> str:
     return f"{part} layer" if part in ("organic", "aqueous") else part

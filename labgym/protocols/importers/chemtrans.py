@@ -21,7 +21,7 @@ from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
 from labgym.protocols.experiments.model import Role, Verb
 from labgym.protocols.importers.units import bar
-from labgym.protocols.synthesis.quantities import duration, temperature
+from labgym.quantities import duration, temperature
 
 MAX_LINE = 50_000
 MAX_BYTES = 256 * 1024**2

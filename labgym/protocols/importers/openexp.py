@@ -20,7 +20,7 @@ from labgym.documents import document_error
 from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
 from labgym.protocols.experiments.model import Atmosphere, Role, Verb
-from labgym.protocols.synthesis.quantities import duration, temperature
+from labgym.quantities import duration, temperature
 
 LICENSE = "CC-BY-SA-4.0"
 FILES = ("train.json", "valid.json", "test.json")

@@ -1,4 +1,4 @@
-"""What free text in English or Chinese speaks of: assets, classes of substances, operations."""
+"""The assets, classes of substances and operations that a text in English or Chinese mentions."""
 
 from labgym.protocols.language.concepts import concepts, gloss
 from labgym.protocols.language.mentions import Mention, mentions, without_chinese_names

@@ -1,4 +1,4 @@
-"""Operations, transformations and kinds of substance under one name each, whatever words a text uses for them."""
+"""Concepts: operations, transformations and kinds of substance, one name each for all the words that mean it."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from labgym.protocols.language.words import words
+from labgym.protocols.language.words import vocabulary
 
 
 @dataclass(frozen=True)
 class Concept:
-    """One meaning.
+    """A meaning that many words share.
 
     Attributes:
-        name: what it is called here, one or two English words.
+        name: one or two English words.
         english: pattern over lower-case English.
-        chinese: words for it.
+        chinese: words in Chinese.
     """
 
     name: str
     english: re.Pattern[str]
     chinese: tuple[str, ...]
 
-    def found(self, text: str) -> int:
-        """Return where a lower-case text first speaks of it, or -1."""
+    def position(self, text: str) -> int:
+        """Return the index of the concept's first occurrence in a lower-case text, or -1."""
         match = self.english.search(text)
         places = [place for word in self.chinese if (place := text.find(word)) >= 0]
         return min([*places, *([match.start()] if match else [])], default=-1)
@@ -32,33 +32,33 @@ class Concept:
 
 @lru_cache(maxsize=1)
 def lexicon() -> dict[str, Concept]:
-    """Return the concepts by name, in the order of the table."""
+    """Return the concepts by name, in the order of the vocabulary."""
     return {
-        given.name: Concept(
-            given.name, re.compile(rf"\b(?:{given.english})"), tuple(word.lower() for word in given.chinese)
+        entry.name: Concept(
+            entry.name, re.compile(rf"\b(?:{entry.english})"), tuple(word.lower() for word in entry.chinese)
         )
-        for given in words().concepts
+        for entry in vocabulary().concepts
     }
 
 
 def concepts(text: str) -> tuple[str, ...]:
-    """Return the names of the concepts that a text speaks of, in the order of the table."""
+    """Return the names of the concepts that occur in a text, in the order of the vocabulary."""
     lowered = text.lower()
-    return tuple(name for name, concept in lexicon().items() if concept.found(lowered) >= 0)
+    return tuple(name for name, concept in lexicon().items() if concept.position(lowered) >= 0)
 
 
 def gloss(text: str) -> str:
-    """Return a text with the Chinese words of the table replaced by English ones, longest first."""
+    """Return a text with the Chinese words of the vocabulary replaced by English ones, longest first."""
     return _chinese().sub(lambda match: f" {_english()[match[0].lower()]} ", text)
 
 
 @lru_cache(maxsize=1)
 def _english() -> dict[str, str]:
-    found: dict[str, str] = {}
+    names: dict[str, str] = {}
     for concept in lexicon().values():
         for word in concept.chinese:
-            found.setdefault(word, concept.name)
-    return found
+            names.setdefault(word, concept.name)
+    return names
 
 
 @lru_cache(maxsize=1)

@@ -1,4 +1,4 @@
-"""Text folded for comparison with every character's place in the original kept."""
+"""Text folded for comparison, with the position of every character in the original."""
 
 from __future__ import annotations
 
@@ -38,17 +38,16 @@ class Folded:
             at = plain.find(variant)
             while at >= 0:
                 plain = plain[:at] + usual + plain[at + len(variant) :]
-                kept = [*places[at : at + len(usual) - 1], places[at + len(variant) - 1]]
-                places[at : at + len(variant)] = kept
+                places[at : at + len(variant)] = [*places[at : at + len(usual) - 1], places[at + len(variant) - 1]]
                 at = plain.find(variant, at + len(usual))
         return cls(text, plain, tuple(places))
 
     def begins(self, index: int) -> bool:
-        """Say whether a word begins at a folded character; each Chinese character is a word."""
+        """Return whether a word begins at a folded character; each Chinese character is a word."""
         return index == 0 or self._apart(index - 1, index)
 
     def ends(self, index: int) -> bool:
-        """Say whether a word ends before a folded character."""
+        """Return whether a word ends before a folded character."""
         return index == len(self.plain) or self._apart(index - 1, index)
 
     def _apart(self, left: int, right: int) -> bool:

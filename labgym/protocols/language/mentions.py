@@ -1,4 +1,4 @@
-"""Assets that a text names, in English, Chinese or as formulas, with their places."""
+"""Mentions: the assets that a text names in English, in Chinese or as formulas, with their positions."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from typing import Literal
 from labgym.assets import Asset, Catalog
 from labgym.assets.search import normalise, surface_forms
 from labgym.protocols.language.folding import Folded
-from labgym.protocols.language.words import words
+from labgym.protocols.language.words import vocabulary
 
 MAX_FORM = 60
 PREFIX = 2
-"""Characters that forms are looked up by."""
+"""Number of leading characters by which forms are looked up."""
 _NAMES_REACTION = re.compile(r"[ -](?:synthesis|formation|cleavage)\b", re.IGNORECASE)
 _RADICAL_BEFORE = re.compile(r"(?:(?<![A-Za-z])(?:\d[\d,']*|[NOopm])|[a-z](?:o|yl|oxy))-$|(?<![a-z])[a-z]{2,}yl $")
-"""The end of a text after which a name only goes on: a locant or a radical, "4-bromo-" or "allyl "."""
+"""Text before a name that makes it part of a longer name: a locant or a radical, as "4-bromo-" or "allyl "."""
 _HAN_BEFORE = frozenset("甲乙丙丁戊己庚辛苯氯溴碘氟硝羟氨间邻叔异仲环酰基代酸三四并")
 _HAN_AFTER = re.compile(
     r"(?:[甲乙丙丁戊己苄苯叔异正]+酯|[酯醚酸醇酮醛胺烷烯炔腈酐酚肼脲]|[甲乙丙丁苄苯]+基|[基酰钠钾])(?!化)"
 )
 _NO_WATER_AFTER, _NO_WATER_BEFORE = tuple("脱分无排吸含氨盐冰"), tuple("解浴合蒸相层杨性洗泵")
-"""Neighbours of 水 in words that name no water that is taken: 脱水, 水解, 水浴."""
+"""Neighbors of 水 in words that do not mean water as a reagent: 脱水, 水解, 水浴."""
 MentionKind = Literal["reagent", "instrument", "facility", "class"]
 
 
 @dataclass(frozen=True)
 class Mention:
-    """A place in a text that names something.
+    """A span of a text that names an asset or a class of substances.
 
     Attributes:
         start, end: the span in the text.
@@ -55,8 +55,8 @@ class _Form:
         return self.kind in ("reagent", "class")
 
     def fits(self, span: str) -> bool:
-        """Say whether a span of the text that folds to this form may mean it."""
-        if span.lower() in words().everyday:
+        """Return whether a span of the text that folds to this form can mean it."""
+        if span.lower() in vocabulary().everyday:
             return False
         compact = normalise(self.written)
         if len(compact) <= 2 and compact.isascii():
@@ -65,31 +65,31 @@ class _Form:
         return not (spaced and len(compact) <= 5 and " " not in self.written and not _chinese(compact))
 
 
-def mentions(text: str) -> tuple[Mention, ...]:
-    """Return what a text names, in order; where names overlap, the one that begins first and is longest.
+def mentions(text: str, catalog: Catalog) -> tuple[Mention, ...]:
+    """Return the mentions in a text in order; of overlapping names, the one that begins first and is longest.
 
-    Names of assets, classes of substances ("a tert-butyl ester") and laboratory shorthand ("bicarb") are known. What
-    only names a reaction, "ether synthesis", is no substance.
+    The names are those of the catalogue's assets, of classes of substances ("a tert-butyl ester") and laboratory slang
+    ("bicarb"). A name within the name of a reaction ("ether synthesis") is not a mention.
     """
-    return tuple(mention for mention in _scan(text) if not _NAMES_REACTION.match(text, mention.end))
+    return tuple(mention for mention in _scan(text, catalog) if not _NAMES_REACTION.match(text, mention.end))
 
 
-def without_chinese_names(text: str) -> str:
-    """Return a text with the Chinese names of reagents blanked, for 硼氢化钠 speaks of no 氢化 (hydrogenation)."""
-    for mention in mentions(text):
+def without_chinese_names(text: str, catalog: Catalog) -> str:
+    """Return a text with the Chinese names of reagents blanked, because 硼氢化钠 does not mean 氢化 (hydrogenation)."""
+    for mention in mentions(text, catalog):
         if mention.kind == "reagent" and _chinese(mention.text):
             text = text[: mention.start] + " " * len(mention.text) + text[mention.end :]
     return text
 
 
-def _scan(text: str) -> Iterator[Mention]:
+def _scan(text: str, catalog: Catalog) -> Iterator[Mention]:
     folded = Folded.of(text)
-    forms = _forms()
+    forms, lengths = _forms(catalog), _lengths(catalog)
     index, size = 0, len(folded.plain)
     while index < size:
         step = 1
         if folded.begins(index):
-            for length in _lengths().get(folded.plain[index : index + PREFIX], ()):
+            for length in lengths.get(folded.plain[index : index + PREFIX], ()):
                 form = forms.get(folded.plain[index : index + length]) if index + length <= size else None
                 stop = index + length if form is None else _end(folded, index + length)
                 if form is None or stop is None:
@@ -104,14 +104,14 @@ def _scan(text: str) -> Iterator[Mention]:
 
 
 def _end(folded: Folded, index: int) -> int | None:
-    """Return where the word ends that a form fills, a plural's s included, or None inside a word."""
+    """Return the end of the word that a form fills, including a plural s, or None if the form ends inside a word."""
     if folded.ends(index):
         return index
     return index + 1 if folded.plain[index] == "s" and folded.ends(index + 1) else None
 
 
 def _inside_longer_name(text: str, start: int, end: int) -> bool:
-    """Say whether a name is the rest of another, as aniline is in 4-bromo-aniline or 苯胺 in 乙酰苯胺."""
+    """Return whether a name is part of a longer one, as aniline in 4-bromo-aniline or 苯胺 in 乙酰苯胺."""
     if not _chinese(text[start]):
         return _RADICAL_BEFORE.search(text, max(0, start - 40), start) is not None
     single, before, after = end - start == 1, text[start - 1 : start], text[end : end + 1]
@@ -126,33 +126,34 @@ def _chinese(text: str) -> bool:
     return any("\u3400" <= char <= "\u9fff" for char in text)
 
 
-@lru_cache(maxsize=1)
-def _lengths() -> dict[str, tuple[int, ...]]:
-    """Return how long the forms are that begin alike, the longest first."""
-    found: dict[str, set[int]] = {}
-    for form in _forms():
-        if len(form) <= MAX_FORM:
-            found.setdefault(form[:PREFIX], set()).add(len(form))
+@lru_cache(maxsize=4)
+def _lengths(catalog: Catalog) -> dict[str, tuple[int, ...]]:
+    """Return the lengths of the forms with each prefix, longest first."""
+    by_prefix: dict[str, set[int]] = {}
     shortest: dict[str, set[int]] = {}
-    for form in _forms():
+    for form in _forms(catalog):
+        if len(form) <= MAX_FORM:
+            by_prefix.setdefault(form[:PREFIX], set()).add(len(form))
         if len(form) < PREFIX:
             shortest.setdefault(form, set()).add(len(form))
-    for prefix in list(found):
-        for short, lengths in shortest.items():
+    for prefix, lengths in by_prefix.items():
+        for short, short_lengths in shortest.items():
             if prefix.startswith(short):
-                found[prefix] |= lengths
-    return {prefix: tuple(sorted(lengths, reverse=True)) for prefix, lengths in found.items()}
+                lengths |= short_lengths
+    return {prefix: tuple(sorted(lengths, reverse=True)) for prefix, lengths in by_prefix.items()}
 
 
-@lru_cache(maxsize=1)
-def _forms() -> dict[str, _Form]:
+@lru_cache(maxsize=4)
+def _forms(catalog: Catalog) -> dict[str, _Form]:
     forms: dict[str, _Form] = {}
-    for kind, table in (("class", words().classes), ("asset", words().shorthand)):
-        for name, written in table.items():
+    for name, written in vocabulary().classes.items():
+        for form in written:
+            forms.setdefault(normalise(form), _Form(form, "class", name))
+    for name, written in vocabulary().shorthand.items():
+        if name in catalog:
             for form in written:
-                chosen: MentionKind = "class" if kind == "class" else Catalog.load().get(name).kind
-                forms.setdefault(normalise(form), _Form(form, chosen, name))
-    for asset in sorted(Catalog.load(), key=_precedence):
+                forms.setdefault(normalise(form), _Form(form, catalog.get(name).kind, name))
+    for asset in sorted(catalog, key=_precedence):
         for form in (*surface_forms(asset), *_without_remark(asset)):
             compact = normalise(form)
             if len(compact) > 1 or _chinese(compact):

@@ -1,4 +1,4 @@
-"""Which language a text is in, as far as it matters: English, Chinese, or one that is not read here."""
+"""Language detection: English, Chinese, or unknown."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 import unicodedata
 from typing import Literal
 
-from labgym.protocols.language.words import words
+from labgym.protocols.language.words import vocabulary
 
 Language = Literal["en", "zh", "unknown"]
 
@@ -15,10 +15,10 @@ _FOREIGN_SCRIPTS = ("HIRAGANA", "KATAKANA", "HANGUL", "CYRILLIC", "ARABIC", "HEB
 
 
 def language_of(text: str) -> Language:
-    """Return the language of a text by its script and its function words.
+    """Return the language of a text, judged by its script and its function words.
 
-    Chinese is recognised by its characters, Japanese and Korean told from it by theirs. Latin script counts as
-    English unless words of other languages outnumber English ones; formulas and abbreviations count for neither.
+    Chinese is recognized by its characters; Japanese and Korean are excluded by theirs. Latin script counts as English
+    unless function words of other languages outnumber the English ones; formulas and abbreviations count for neither.
     """
     letters = [char for char in text if char.isalpha()]
     if not letters:
@@ -30,9 +30,9 @@ def language_of(text: str) -> Language:
         return "zh"
     if sum(name.startswith(("LATIN", "GREEK")) for name in names) < len(letters):
         return "unknown"
-    table = words()
-    given = [word.lower() for word in _WORDS.findall(text)]
-    english = sum(word in table.english_words for word in given)
-    other = sum(word in table.other_languages for word in given)
-    accented = sum(not word.isascii() for word in given)
+    table = vocabulary()
+    tokens = [word.lower() for word in _WORDS.findall(text)]
+    english = sum(word in table.english_words for word in tokens)
+    other = sum(word in table.other_languages for word in tokens)
+    accented = sum(not word.isascii() for word in tokens)
     return "unknown" if other + accented > english else "en"

@@ -1,4 +1,4 @@
-"""The table of words that a description of an experiment uses, in English and Chinese."""
+"""The vocabulary of descriptions of experiments, in English and Chinese."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from labgym.documents import Document, Record
 
 
 class ConceptWords(Record):
-    """One meaning: its name here, a pattern over lower-case English from the start of a word, words in Chinese."""
+    """A concept: its name, a pattern over lower-case English that starts at a word, and words in Chinese."""
 
     name: str
     english: str
@@ -18,14 +18,14 @@ class ConceptWords(Record):
 
 
 class Words(Document):
-    """Words by what they mean.
+    """Words by meaning.
 
     Attributes:
         concepts: operations, transformations and kinds of substance.
-        shorthand: names of assets too loose for the catalogue, by asset.
-        classes: names of classes of substances that a text may name in place of a substance, by class.
-        everyday: synonyms of the catalogue that mean something else, or nothing in particular, in a running text.
-        english_words, other_languages: what tells English from other languages in Latin script.
+        shorthand: laboratory slang for assets, too loose for the catalogue's synonyms, by asset.
+        classes: names of classes of substances ("aldehyde") that a text may use in place of a substance, by class.
+        everyday: synonyms of the catalogue that usually mean something else in running text.
+        english_words, other_languages: function words that distinguish English from other languages in Latin script.
     """
 
     SCHEMA: ClassVar[str] = "labgym.words/1"
@@ -39,6 +39,6 @@ class Words(Document):
 
 
 @lru_cache(maxsize=1)
-def words() -> Words:
-    """Return the published table; read once a process."""
+def vocabulary() -> Words:
+    """Return the published vocabulary; it is read once per process."""
     return Words.load(artefacts("assets") / "language" / "words.json")

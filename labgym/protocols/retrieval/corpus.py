@@ -1,4 +1,4 @@
-"""What can be found: protocols, experiments and rules, cut into fragments that name their source."""
+"""The searchable corpus: protocols, experiments and rules, cut into fragments that name their source."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Fragment:
 
     Attributes:
         source: id of the protocol or experiment, or kind of the rule.
-        origin: what the source is.
-        kind: a card speaks of the whole, steps are those in a row at one place, actions are all of an experiment's, a
-            rule is one.
+        origin: kind of source.
+        kind: "card" (summary of the whole), "steps" (consecutive steps at one place), "actions" (all actions of an
+            experiment) or "rule".
         steps: first and last step that it covers, or None.
         title: name of the source.
-        text: what it says, in English, with the Chinese names of what occurs in it on cards.
+        text: English text; cards also hold the Chinese names of the substances.
     """
 
     source: str
@@ -42,60 +42,58 @@ class Fragment:
 
     @property
     def place(self) -> str:
-        """Where it is from, for a reader: "pro_02, steps 3-5"."""
+        """Source as shown to a reader: "pro_02, steps 3-5"."""
         if self.steps is None:
             return self.source
         first, last = self.steps
         return f"{self.source}, step {first}" if first == last else f"{self.source}, steps {first}-{last}"
 
 
-@lru_cache(maxsize=1)
-def corpus() -> tuple[Fragment, ...]:
+@lru_cache(maxsize=2)
+def corpus(catalog: Catalog) -> tuple[Fragment, ...]:
     """Return the fragments of the published protocols, the experiment library and the segregation rules."""
     return (
-        *fragments(protocols().values()),
-        *experiment_fragments(experiments().values()),
+        *fragments(protocols().values(), catalog),
+        *experiment_fragments(experiments().values(), catalog),
         *_rule_fragments(),
     )
 
 
-def fragments(library: Iterable[Protocol]) -> tuple[Fragment, ...]:
+def fragments(library: Iterable[Protocol], catalog: Catalog) -> tuple[Fragment, ...]:
     """Return protocols cut into cards and runs of steps at one place."""
-    found: list[Fragment] = []
+    pieces: list[Fragment] = []
     for protocol in library:
-        found.append(Fragment(protocol.id, "protocol", "card", protocol.name, _card(protocol)))
+        pieces.append(Fragment(protocol.id, "protocol", "card", protocol.name, _card(protocol, catalog)))
         for _, run in groupby(protocol.steps, key=lambda step: step.location):
             steps = tuple(run)
             text = f"{protocol.name}. " + " ".join(_step_text(step) for step in steps)
             span = (steps[0].index, steps[-1].index)
-            found.append(Fragment(protocol.id, "protocol", "steps", protocol.name, text, span))
-    return tuple(found)
+            pieces.append(Fragment(protocol.id, "protocol", "steps", protocol.name, text, span))
+    return tuple(pieces)
 
 
-def experiment_fragments(library: Iterable[Experiment]) -> tuple[Fragment, ...]:
+def experiment_fragments(library: Iterable[Experiment], catalog: Catalog) -> tuple[Fragment, ...]:
     """Return experiments cut into a card and their actions in words."""
-    catalog = Catalog.published()
-    found: list[Fragment] = []
+    pieces: list[Fragment] = []
     for item in library:
-        names = "; ".join(f"{use.role} {_called(use.name, catalog)}" for use in item.materials)
+        names = "; ".join(f"{use.role} {_search_names(use.name, catalog)}" for use in item.materials)
         kind = (item.reaction_type or "").replace("_", " ")
         card = f"{item.name}. {'; '.join(item.synonyms)}. {kind}. {item.description} {item.product}. {names}."
-        found.append(Fragment(item.id, "experiment", "card", item.name, card))
-        found.append(Fragment(item.id, "experiment", "actions", item.name, f"{item.name}. {narrate(item, catalog)}"))
-    return tuple(found)
+        pieces.append(Fragment(item.id, "experiment", "card", item.name, card))
+        pieces.append(Fragment(item.id, "experiment", "actions", item.name, f"{item.name}. {narrate(item, catalog)}"))
+    return tuple(pieces)
 
 
-def _called(name: str, catalog: Catalog) -> str:
-    """Return the names that a search should find an asset by: two in English, one in Chinese."""
+def _search_names(name: str, catalog: Catalog) -> str:
+    """Return the names under which a search should find an asset: two in English, one in Chinese."""
     if name not in catalog:
         return name
     asset = catalog.get(name)
     return " ".join((*asset.synonyms_en[:2], *asset.synonyms_zh[:1])) or name
 
 
-def _card(protocol: Protocol) -> str:
-    catalog = Catalog.load()
-    names = [f"{use.role} {_called(use.name, catalog)}" for use in protocol.reagents]
+def _card(protocol: Protocol, catalog: Catalog) -> str:
+    names = [f"{use.role} {_search_names(use.name, catalog)}" for use in protocol.reagents]
     kind = protocol.reaction_type.replace("_", " ")
     synonyms = "; ".join(protocol.synonyms)
     return f"{protocol.name}. {synonyms}. {kind}. {protocol.description} {protocol.product}. {'; '.join(names)}."
@@ -108,9 +106,9 @@ def _step_text(step: Step) -> str:
 
 
 def _rule_fragments() -> tuple[Fragment, ...]:
-    found = []
+    pieces = []
     for rule in rules("segregation"):
         sides = f"{', '.join(sorted(rule.a))} apart from {', '.join(sorted(rule.b))}".replace("_", " ")
         title = rule.kind.replace("_", " ")
-        found.append(Fragment(rule.kind, "rule", "rule", title, f"Keep {sides}. {rule.hazard}"))
-    return tuple(found)
+        pieces.append(Fragment(rule.kind, "rule", "rule", title, f"Keep {sides}. {rule.hazard}"))
+    return tuple(pieces)

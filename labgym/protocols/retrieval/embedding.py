@@ -1,19 +1,20 @@
-"""Sentence embeddings that come in a wheel and need no network."""
+"""Sentence embeddings from a wheel, without network access."""
 
 from __future__ import annotations
 
 import logging
+import typing
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 Vectors = np.ndarray[Any, np.dtype[np.float32]]
 
 
-class Embedder(Protocol):
-    """Anything that places texts in a space where what means the same is near."""
+class Embedder(typing.Protocol):
+    """A function that maps texts to vectors so that similar meanings are close."""
 
     def __call__(self, texts: list[str]) -> Vectors:
         """Return unit vectors, shape (texts, dimensions)."""
@@ -21,7 +22,7 @@ class Embedder(Protocol):
 
 
 class WordLlamaEmbedder:
-    """Averaged token embeddings of wordllama, 256 dimensions, from the files in its wheel; English only.
+    """Averaged token embeddings of wordllama, 256 dimensions, read from its wheel; English only.
 
     Raises:
         ImportError: wordllama is not installed.
@@ -32,10 +33,10 @@ class WordLlamaEmbedder:
         handlers, level = list(root.handlers), root.level
         import wordllama
 
-        # The package sets up logging for the whole process when it is imported; that is for the caller to do.
+        # Importing the package configures logging for the whole process; that is up to the caller, so undo it.
         root.handlers[:], root.level = handlers, level
         folder = Path(wordllama.__file__).parent
-        # Its own search for the tokenizer looks beside the folder that the wheel has; as a cache the folder is found.
+        # The package looks for the tokenizer in the wrong folder; with the wheel's folder as its cache it finds it.
         self._model = wordllama.WordLlama.load(cache_dir=folder, disable_download=True)
 
     def __call__(self, texts: list[str]) -> Vectors:
@@ -48,7 +49,7 @@ class WordLlamaEmbedder:
 
 @lru_cache(maxsize=1)
 def load_embedder() -> Embedder | None:
-    """Return the embedder, or None where the extra `embed` is not installed."""
+    """Return the embedder, or None if the extra `embed` is not installed."""
     try:
         return WordLlamaEmbedder()
     except ImportError:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from labgym.assets import Catalog
 from labgym.errors import OptionError
 from labgym.protocols.retrieval.corpus import Fragment, SourceKind, corpus
 from labgym.protocols.retrieval.embedding import Embedder, load_embedder
@@ -17,21 +18,22 @@ from labgym.protocols.retrieval.tokens import english, terms
 RANK_CONSTANT = 60.0
 """k of reciprocal-rank fusion: score = sum over lists of 1 / (k + rank)."""
 EMBEDDING_WEIGHT = 0.25
-"""Share of the embeddings' ranking in the fusion, the keywords' being 1: word vectors that know no order are the weaker
-witness among two hundred experiments that share their words. Chosen on the tuning queries alone."""
+"""Weight of the embeddings' ranking in the fusion; the keywords' is 1. Averaged word vectors ignore word order, so they
+separate two hundred experiments that share their words less well. Chosen on the tuning queries alone."""
 DEPTH = 100
-"""How many fragments of each list take part in the fusion."""
+"""Number of fragments of each ranking that take part in the fusion."""
 MAX_QUERY = 5000
 COUNT = 5
 
 
 @dataclass(frozen=True)
 class Hit:
-    """A fragment that was found.
+    """A fragment that matches a query.
 
     Attributes:
-        score: of the fusion, comparable within one search.
-        keyword: BM25 score. similarity: cosine of the embeddings, None where there are none.
+        score: of the fusion, comparable within one search only.
+        keyword: BM25 score.
+        similarity: cosine of the embeddings, or None without embeddings.
     """
 
     fragment: Fragment
@@ -41,11 +43,11 @@ class Hit:
 
 
 @dataclass(frozen=True)
-class Results:
-    """What a search found, best first, and how.
+class SearchResults:
+    """Hits of a search, best first, and the method that ranked them.
 
     Attributes:
-        note: why embeddings were not used, or "".
+        note: reason why embeddings were not used, or "".
     """
 
     query: str
@@ -55,33 +57,46 @@ class Results:
 
 
 class Index:
-    """Fragments ready to be searched; the same fragments give the same index.
+    """A searchable index over fragments; it depends on the fragments and the catalogue only.
 
     Args:
-        embedder: what embeds texts, or None for keywords alone.
+        fragments: what is searched, at least one.
+        embedder: function that embeds texts, or None for keyword search.
+        catalog: the assets whose names are recognized; the default catalogue if None.
+
+    Raises:
+        OptionError: no fragments.
     """
 
-    def __init__(self, fragments: Sequence[Fragment], embedder: Embedder | None) -> None:
+    def __init__(
+        self, fragments: Sequence[Fragment], embedder: Embedder | None, catalog: Catalog | None = None
+    ) -> None:
         import bm25s
 
         if not fragments:
             raise OptionError("an index needs at least one fragment, got none")
         self.fragments = tuple(fragments)
+        self._catalog = catalog if catalog is not None else Catalog.load()
         self._embedder = embedder
         self._keywords = bm25s.BM25()
-        self._keywords.index([terms(fragment.text) for fragment in fragments], show_progress=False)
-        self._vectors = None if embedder is None else embedder([english(fragment.text) for fragment in fragments])
+        self._keywords.index([terms(fragment.text, self._catalog) for fragment in fragments], show_progress=False)
+        self._vectors = (
+            None if embedder is None else embedder([english(fragment.text, self._catalog) for fragment in fragments])
+        )
 
     def search(
         self, query: str, count: int = COUNT, keyword_only: bool = False, origin: SourceKind | None = None
-    ) -> Results:
-        """Return the nearest fragments, at most one a source.
+    ) -> SearchResults:
+        """Return the nearest fragments, at most one per source.
 
         Args:
-            origin: what kind of source to look in; all by default.
+            query: text in English or Chinese, at most 5000 characters.
+            count: largest number of hits.
+            keyword_only: ignore the embeddings.
+            origin: kind of source to search; all kinds if None.
 
         Raises:
-            OptionError: an empty or endless query, or a count below 1.
+            OptionError: an empty or too long query, or a count below 1.
         """
         if not query.strip() or len(query) > MAX_QUERY or count < 1:
             raise OptionError(f"a query needs 1 to {MAX_QUERY} characters and a count of 1 or more")
@@ -90,19 +105,19 @@ class Index:
         ranked = [(_ranking(keyword, positive=True), 1.0)]
         similarity = None
         if self._vectors is not None and self._embedder is not None and not keyword_only:
-            similarity = self._vectors @ self._embedder([english(query)])[0]
+            similarity = self._vectors @ self._embedder([english(query, self._catalog)])[0]
             ranked.append((_ranking(similarity), EMBEDDING_WEIGHT))
         fused = np.zeros(len(self.fragments))
         for order, weight in ranked:
             fused[order] += weight / (RANK_CONSTANT + np.arange(1, len(order) + 1))
         hits = self._best_by_source(fused, keyword, similarity, count, origin)
-        return Results(query, hits, "keyword" if similarity is None else "hybrid", self._note(keyword_only))
+        return SearchResults(query, hits, "keyword" if similarity is None else "hybrid", self._note(keyword_only))
 
     def _keyword_scores(self, query: str) -> np.ndarray[Any, Any]:
-        known = [term for term in terms(query) if term in self._keywords.vocab_dict]
-        if not known:
+        indexed = [term for term in terms(query, self._catalog) if term in self._keywords.vocab_dict]
+        if not indexed:
             return np.zeros(len(self.fragments))
-        return np.asarray(self._keywords.get_scores(known), dtype=float)
+        return np.asarray(self._keywords.get_scores(indexed), dtype=float)
 
     def _best_by_source(
         self,
@@ -125,21 +140,34 @@ class Index:
 
     def _note(self, keyword_only: bool) -> str:
         if keyword_only:
-            return "keywords only, as asked"
+            return "keywords only, as requested"
         return "" if self._embedder is not None else "keywords only: no embeddings without the extra 'embed'"
 
 
-def search(query: str, count: int = COUNT, keyword_only: bool = False, origin: SourceKind | None = None) -> Results:
-    """Search the published library; see `Index.search`. The index is built once a process."""
-    return _published(load_embedder() is not None and not keyword_only).search(query, count, keyword_only, origin)
+def search(
+    query: str,
+    count: int = COUNT,
+    keyword_only: bool = False,
+    origin: SourceKind | None = None,
+    catalog: Catalog | None = None,
+) -> SearchResults:
+    """Search the published library; see `Index.search`. The index is built once per process and catalogue.
+
+    Args:
+        catalog: the assets whose names are recognized; the default catalogue if None.
+    """
+    index = _published(
+        catalog if catalog is not None else Catalog.load(), load_embedder() is not None and not keyword_only
+    )
+    return index.search(query, count, keyword_only, origin)
 
 
-@lru_cache(maxsize=2)
-def _published(embedded: bool) -> Index:
-    return Index(corpus(), load_embedder() if embedded else None)
+@lru_cache(maxsize=4)
+def _published(catalog: Catalog, embedded: bool) -> Index:
+    return Index(corpus(catalog), load_embedder() if embedded else None, catalog)
 
 
 def _ranking(scores: np.ndarray[Any, Any], positive: bool = False) -> np.ndarray[Any, Any]:
-    """Return the positions of the best scores, best first, equal ones in the order of the fragments."""
+    """Return the positions of the best scores, best first; ties keep the order of the fragments."""
     order = np.argsort(-scores, kind="stable")[:DEPTH]
     return order[scores[order] > 0.0] if positive else order

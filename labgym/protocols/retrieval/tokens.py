@@ -1,11 +1,12 @@
-"""Text as search terms: assets and operations under one name in both languages, English stems, Chinese bigrams."""
+"""Search terms of a text: canonical names of assets and concepts, English stems, Chinese bigrams."""
 
 from __future__ import annotations
 
 import re
 
+from labgym.assets import Catalog
 from labgym.protocols.language import concepts, gloss, mentions, without_chinese_names
-from labgym.protocols.language.words import words
+from labgym.protocols.language.words import vocabulary
 
 _WORD = re.compile(r"[a-z][a-z]+|\d+(?:\.\d+)?")
 _HAN = re.compile(r"[\u3400-\u9fff]+")
@@ -15,30 +16,30 @@ MIN_STEM = 4
 NAME_WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
 
 
-def terms(text: str) -> list[str]:
-    """Return the search terms of a text, repeats kept.
+def terms(text: str, catalog: Catalog) -> list[str]:
+    """Return the search terms of a text, including repeats.
 
-    Assets become their canonical names, so that "DCM" meets 二氯甲烷; operations and transformations become the names
-    of concepts, so that "rotovap" meets "evaporate".
+    Assets become their canonical names, so that "DCM" matches 二氯甲烷; operations and transformations become the names
+    of concepts, so that "rotovap" matches "evaporate".
     """
-    found = mentions(text)
+    named = mentions(text, catalog)
     rest, last = [], 0
-    for mention in found:
+    for mention in named:
         rest.append(text[last : mention.start])
         last = mention.end
     plain = " ".join([*rest, text[last:]]).lower()
     return [
-        *(f"asset:{mention.name}" for mention in found if mention.kind != "class"),
-        *(f"concept:{name}" for name in concepts(without_chinese_names(text))),
-        *(stem(word) for word in _WORD.findall(text.lower()) if word not in words().english_words),
+        *(f"asset:{mention.name}" for mention in named if mention.kind != "class"),
+        *(f"concept:{name}" for name in concepts(without_chinese_names(text, catalog))),
+        *(stem(word) for word in _WORD.findall(text.lower()) if word not in vocabulary().english_words),
         *(run[i : i + 2] for run in _HAN.findall(plain) for i in range(max(len(run) - 1, 1))),
     ]
 
 
-def english(text: str) -> str:
-    """Return a text for an English model: names of assets spelt out, Chinese words of the trade translated."""
+def english(text: str, catalog: Catalog) -> str:
+    """Return a text for an English embedding model: names of assets spelled out, Chinese technical terms translated."""
     pieces, last = [], 0
-    for mention in mentions(text):
+    for mention in mentions(text, catalog):
         pieces += [gloss(text[last : mention.start]), _spelt(mention.name)]
         last = mention.end
     pieces.append(gloss(text[last:]))
@@ -46,7 +47,7 @@ def english(text: str) -> str:
 
 
 def stem(word: str) -> str:
-    """Return an English word without its commonest endings; both sides of a search are cut alike."""
+    """Return an English word without its most common endings; queries and fragments are stemmed alike."""
     for endings in (_ENDINGS, _SHORT_ENDINGS):
         for ending in endings:
             if word.endswith(ending) and len(word) - len(ending) >= MIN_STEM:

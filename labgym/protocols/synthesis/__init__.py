@@ -1,19 +1,19 @@
 """Synthesis: protocols from free text, by templates or by a writer of one's own."""
 
-from labgym.protocols.synthesis.errors import RefusalError
-from labgym.protocols.synthesis.reading import Reading, read
+from labgym.protocols.errors import RefusalError
+from labgym.protocols.synthesis.reading import ParsedDescription, read
 from labgym.protocols.synthesis.synthesis import Synthesis, synthesize
 from labgym.protocols.synthesis.template import TemplateWriter
-from labgym.protocols.synthesis.writer import Commission, Draft, Writer
+from labgym.protocols.synthesis.writer import Commission, Writer, WriterResult
 
 __all__ = [
     "Commission",
-    "Draft",
-    "Reading",
+    "ParsedDescription",
     "RefusalError",
     "Synthesis",
     "TemplateWriter",
     "Writer",
+    "WriterResult",
     "read",
     "synthesize",
 ]

@@ -1,4 +1,4 @@
-"""How hot and how long: what the text says, else what the kind of reaction needs, below the boiling point."""
+"""Temperature and duration of the reaction: from the text, else from the kind of reaction, below the boiling point."""
 
 from __future__ import annotations
 
@@ -6,28 +6,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from labgym.protocols.synthesis.precedents import Precedent
-from labgym.protocols.synthesis.quantities import ROOM_TEMPERATURE
 from labgym.protocols.synthesis.reading import Clause
-from labgym.protocols.synthesis.roles import Part
+from labgym.protocols.synthesis.roles import Participant
 from labgym.protocols.synthesis.transformations import Transformation
+from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
 
-WARM, COLD = 30.0, 15.0
+COLD, WARM = ROOM_RANGE
 NEAR_BOILING = 4.0
+"""Margin around a boiling point within which a temperature counts as reflux, degrees Celsius."""
 HOLDING = ("Stir", "Heat", "Reflux", "Distill", None)
 ADDING = ("Add", "Cool", "Dissolve")
 
 
 @dataclass(frozen=True)
 class Hold:
-    """A stretch of the reaction: action, degrees Celsius, minutes."""
+    """A period of the reaction at one temperature: action, degrees Celsius, minutes."""
 
     action: str
     temperature: float
     duration: float
 
 
-def boiling_point(parts: Sequence[Part]) -> tuple[float, str] | None:
-    """Return the lowest boiling point among the solvents with the solvent's name, or None without solvents."""
+def boiling_point(parts: Sequence[Participant]) -> tuple[float, str] | None:
+    """Return the lowest boiling point of the solvents and that solvent's name, or None without solvents."""
     points = [
         (part.asset.chemistry.boiling_point, part.asset.name)
         for part in parts
@@ -38,42 +39,42 @@ def boiling_point(parts: Sequence[Part]) -> tuple[float, str] | None:
     return min(points, default=None)
 
 
-def _boils(parts: Sequence[Part]) -> float | None:
+def _boils(parts: Sequence[Participant]) -> float | None:
     """Return the lowest temperature at which a liquid of the reaction boils under a condenser, or None."""
-    found = [part.asset.chemistry for part in parts if part.asset.chemistry is not None]
-    points = [item.boiling_point for item in found if item.state == "liquid" and item.boiling_point is not None]
+    chemistry = [part.asset.chemistry for part in parts if part.asset.chemistry is not None]
+    points = [item.boiling_point for item in chemistry if item.state == "liquid" and item.boiling_point is not None]
     return min((point for point in points if point > WARM), default=None)
 
 
 def holds(
     kind: Transformation,
     clauses: Sequence[Clause],
-    parts: Sequence[Part],
-    known: Precedent | None,
+    parts: Sequence[Participant],
+    precedent: Precedent | None,
     notes: list[str],
 ) -> tuple[Hold, ...]:
-    """Return the stretches of the reaction in order, at least one; a temperature that had to give is noted.
+    """Return the periods of the reaction in order, at least one; a temperature that is changed is noted.
 
-    Where the text says neither how hot nor how long, it is done as in a known precedent.
+    If the text gives neither temperature nor duration, those of a precedent apply.
     """
     boiling = boiling_point(parts)
-    wanted = [
+    stated = [
         clause
         for clause in clauses
         if (clause.operation.action if clause.operation else None) in HOLDING
         and (clause.temperature is not None or clause.duration is not None or _is(clause, "Reflux"))
     ]
-    timed = [clause for clause in wanted if clause.duration is not None or _is(clause, "Reflux")]
+    timed = [clause for clause in stated if clause.duration is not None or _is(clause, "Reflux")]
     # A temperature without a time before a stretch with one is that of the addition: "at 0 C, then 2 h at 22 C".
-    wanted = timed or wanted
-    if not wanted and known is not None and kind.action != "Distill":
-        notes.append(f"temperature and duration of the reaction as in {known.source}")
-        limit = boiling[0] if boiling is not None else known.temperature
-        temperature = min(known.temperature, limit)
-        return (Hold(_action(kind, None, temperature, boiling), temperature, known.duration),)
-    if not wanted:
+    stated = timed or stated
+    if not stated and precedent is not None and kind.action != "Distill":
+        notes.append(f"temperature and duration of the reaction as in {precedent.source}")
+        limit = boiling[0] if boiling is not None else precedent.temperature
+        temperature = min(precedent.temperature, limit)
+        return (Hold(_action(kind, None, temperature, boiling), temperature, precedent.duration),)
+    if not stated:
         return (_hold(kind, None, parts, notes, add=_stated_addition(clauses)),)
-    return tuple(_hold(kind, clause, parts, notes, add=_stated_addition(clauses)) for clause in wanted)
+    return tuple(_hold(kind, clause, parts, notes, add=_stated_addition(clauses)) for clause in stated)
 
 
 def addition_temperature(kind: Transformation, clauses: Sequence[Clause]) -> float:
@@ -95,7 +96,7 @@ def _stated_addition(clauses: Sequence[Clause]) -> float | None:
 def _hold(
     kind: Transformation,
     clause: Clause | None,
-    parts: Sequence[Part],
+    parts: Sequence[Participant],
     notes: list[str],
     add: float | None,
 ) -> Hold:

@@ -1,67 +1,80 @@
-"""What every protocol begins and ends with: weighing and staging, and cleaning up."""
+"""The first and last steps of every protocol: weighing, and cleaning up; and the names that steps use for assets."""
 
 from __future__ import annotations
 
+import re
+
 from labgym.assets import Asset, Catalog
-from labgym.protocols.synthesis.bench import Bench
+from labgym.protocols.synthesis.builder import ProtocolBuilder
 
 GLOVE_BOX = (
     *("AluminumChloride", "Lithium", "LithiumAluminumHydride", "Potassium", "PotassiumTertButoxide", "Sodium"),
     *("SodiumEthoxide", "SodiumHydride", "SodiumMethoxide", "TertButyldimethylsilylChloride"),
 )
-"""Solids that are weighed where no moisture is."""
+"""Solids that are weighed without moisture."""
 PYROPHORIC = "H250"
+_WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
 
 
-def weigh_first(bench: Bench, vessel: str) -> None:
-    """Put the preparation before everything else: solids weighed, moisture-sensitive ones in the glove box."""
-    solids = [use.name for use in bench.reagents if is_solid(Catalog.load().get(use.name))]
-    dry = tuple(name for name in solids if name in GLOVE_BOX or is_pyrophoric(Catalog.load().get(name)))
-    plain = tuple(name for name in solids if name not in dry)
-    steps, bench.steps = bench.steps, []
-    if plain:
-        text = f"Weigh {', '.join(words(name) for name in plain)}; carry the closed bottles of the liquids to the hood."
-        bench.do("Weigh", text, ("ElectronicScale", *plain), "PreparationBench", None, 10.0)
+def weigh_first(builder: ProtocolBuilder, vessel: str) -> None:
+    """Put the preparation before all other steps: solids are weighed, moisture-sensitive ones in the glove box."""
+    catalog = builder.catalog
+    solids = [use.name for use in builder.reagents if is_solid(catalog.get(use.name))]
+    dry = tuple(name for name in solids if name in GLOVE_BOX or is_pyrophoric(catalog.get(name)))
+    open_ = tuple(name for name in solids if name not in dry)
+    count = len(builder.steps)
+    liquids = "carry the closed bottles of the liquids to the hood."
+    if open_:
+        names = ", ".join(short_name(name, catalog) for name in open_)
+        builder.do("Weigh", f"Weigh {names}; {liquids}", open_)
     else:
-        text = f"Lay out the dry {words(vessel)}; carry the closed bottles of the liquids to the hood."
-        bench.do("Measure", text, (vessel,), "PreparationBench", None, 10.0)
+        builder.do("Measure", f"Lay out the dry {short_name(vessel, catalog)}; {liquids}", vessel=(vessel,))
     if dry:
-        text = f"Weigh {', '.join(words(name) for name in dry)} in the glove box into a stoppered vial."
-        bench.do("Weigh", text, ("SampleVial", *dry), "GloveBox", None, 15.0)
-    for step in steps:
-        bench.do(step.action, step.text, step.uses, step.location, step.temperature, step.duration or 10.0)
+        names = ", ".join(short_name(name, catalog) for name in dry)
+        builder.do("Weigh", f"Weigh {names} in the glove box into a stoppered vial.", dry, setup="WeighDry")
+    builder.prepend(len(builder.steps) - count)
 
 
-def clean_up(bench: Bench) -> None:
+def clean_up(builder: ProtocolBuilder) -> None:
     """Append the last step: waste by kind, and the glassware."""
-    halogens = any("halogen" in group for use in bench.reagents for group in groups_of(use.name))
+    groups = [group for use in builder.reagents for group in groups_of(builder.catalog.get(use.name))]
+    halogens = any("halogen" in group for group in groups)
     waste = "halogenated and other solvent waste apart" if halogens else "solvent and aqueous waste apart"
-    bench.do("Clean", f"Collect {waste} and wash the glassware.", (), "SinkBench", None, 20.0)
+    builder.do("Clean", f"Collect {waste} and wash the glassware.")
 
 
-def words(name: str) -> str:
-    """Return how a step calls an asset."""
-    asset = Catalog.load().get(name)
-    written = asset.synonyms_en[0].split(" (")[0] if asset.kind == "reagent" and asset.synonyms_en else ""
-    return (
-        written
-        or "".join(
-            f" {c.lower()}" if c.isupper() and i and not name[i - 1].isupper() else c for i, c in enumerate(name)
-        ).lower()
-    )
+def short_name(name: str, catalog: Catalog) -> str:
+    """Return the name that a step's text uses for an asset.
+
+    A reagent has its first English synonym without a remark in parentheses; anything else its canonical name in words,
+    as "three neck flask" or "NMR tube".
+    """
+    asset = catalog.get(name)
+    if asset.kind == "reagent" and asset.synonyms_en:
+        return asset.synonyms_en[0].split(" (")[0]
+    return " ".join(word if word.isupper() else word.lower() for word in _WORDS.findall(name))
 
 
 def is_solid(asset: Asset) -> bool:
-    """Say whether a reagent is weighed."""
+    """Return whether a reagent is a solid."""
     return asset.chemistry is not None and asset.chemistry.state == "solid"
 
 
+def is_liquid(asset: Asset) -> bool:
+    """Return whether a reagent is a liquid."""
+    return asset.chemistry is not None and asset.chemistry.state == "liquid"
+
+
+def is_gas(asset: Asset) -> bool:
+    """Return whether a reagent is a gas."""
+    return asset.chemistry is not None and asset.chemistry.state == "gas"
+
+
 def is_pyrophoric(asset: Asset) -> bool:
-    """Say whether a reagent catches fire in air."""
+    """Return whether a reagent ignites in air."""
     return asset.chemistry is not None and PYROPHORIC in asset.chemistry.h_codes
 
 
-def groups_of(name: str) -> tuple[str, ...]:
+def groups_of(asset: Asset) -> tuple[str, ...]:
     """Return the reactive groups of a reagent."""
-    chemistry = Catalog.load().get(name).chemistry
-    return () if chemistry is None else chemistry.groups
+    return () if asset.chemistry is None else asset.chemistry.groups

@@ -19,11 +19,14 @@ from labgym.llm.completion import QUOTED
 from labgym.llm.errors import LanguageModelError
 from labgym.llm.messages import Message
 from labgym.llm.prompting import load_prompt
-from labgym.protocols import Protocol, ProtocolError, ReactionType, ReagentUse, Step, derive, examine
 from labgym.protocols.capability import capacity, cools_to, evacuates_to, heats_to
+from labgym.protocols.constraints import derive
+from labgym.protocols.errors import RefusalError
+from labgym.protocols.model import Protocol, ReactionType, ReagentUse, Step
 from labgym.protocols.places import is_ventilated, is_workplace
-from labgym.protocols.synthesis import Commission, Draft, RefusalError
 from labgym.protocols.synthesis.transformations import recognise
+from labgym.protocols.synthesis.writer import Commission, WriterResult
+from labgym.protocols.validate import ProtocolError, examine
 
 PROMPTS = Path(__file__).resolve().parent / "prompts"
 REPAIRS = 3
@@ -39,20 +42,25 @@ Line = Annotated[str, Field(max_length=400)]
 
 
 @dataclass(frozen=True)
-class Material:
-    """What a protocol is written from.
+class WritingSources:
+    """The material from which a model writes a protocol.
 
     Attributes:
-        request: what is wanted, in somebody's words.
+        request: the description as the user wrote it.
         passages: of known experiments, most similar first.
-        inventory: the reagents, instruments and workplaces that may be named.
-        priors: what is known of the type of reaction.
+        catalog: the assets that the protocol may use.
+        priors: what the rules know about the type of reaction.
     """
 
     request: str
     passages: Sequence[str]
-    inventory: Sequence[Asset]
+    catalog: Catalog
     priors: Sequence[str] = ()
+
+    @property
+    def inventory(self) -> tuple[Asset, ...]:
+        """The reagents, instruments and workplaces of the catalogue."""
+        return tuple(asset for asset in self.catalog if asset.kind != "facility" or is_workplace(asset))
 
 
 class LanguageWriter:
@@ -68,7 +76,7 @@ class LanguageWriter:
             raise OptionError(f"repairs {repairs} must be at least 0")
         self.model, self.repairs = model, repairs
 
-    def write(self, commission: Commission) -> Draft:
+    def write(self, commission: Commission) -> WriterResult:
         """Return a protocol without faults, and what it took to write it.
 
         Raises:
@@ -76,56 +84,56 @@ class LanguageWriter:
             LanguageModelError: the model refuses, or gives no usable answer.
             ProtocolError: faults are left after the repairs.
         """
-        if not commission.reading.spoken_of:
+        if not commission.description.spoken_of:
             raise RefusalError("no-chemistry", "the text speaks of no substance and of no reaction: say what reacts")
         before = self.model.usage
-        protocol, tries = compose(self.model, material(commission), self.repairs)
-        spent = self.model.usage.since(before)
-        return Draft(protocol, (f"written by {self.model.config.model} in {tries} tries; {spent}",))
+        protocol, attempts = compose(self.model, writing_sources(commission), self.repairs)
+        usage = self.model.usage.since(before)
+        return WriterResult(protocol, (f"written by {self.model.config.model} in {attempts} attempts; {usage}",))
 
 
-def material(commission: Commission) -> Material:
-    """Return what a model is given for a commission: the passages found, the whole inventory and the rules' priors."""
+def writing_sources(commission: Commission) -> WritingSources:
+    """Return the material for a commission: the nearest passages, the catalogue and the priors of the rules."""
     passages = [f"{hit.fragment.place} ({hit.fragment.title}): {hit.fragment.text}" for hit in commission.context.hits]
-    inventory = [asset for asset in Catalog.load() if asset.kind != "facility" or is_workplace(asset)]
-    return Material(commission.text, passages, inventory, _priors(commission))
+    return WritingSources(commission.text, passages, commission.catalog, _priors(commission))
 
 
-def compose(model: LanguageModel, given: Material, repairs: int = REPAIRS) -> tuple[Protocol, int]:
-    """Return a protocol without faults, its constraints derived, and how many tries it took.
+def compose(model: LanguageModel, sources: WritingSources, repairs: int = REPAIRS) -> tuple[Protocol, int]:
+    """Return a protocol without faults, with derived constraints, and the number of attempts.
 
     Raises:
         LanguageModelError: the model refuses, or gives no usable answer.
         ProtocolError: faults are left after the repairs; carries them all.
     """
-    prompt, answer = load_prompt(PROMPTS / "write_protocol.md"), _answer(given.inventory)
-    asked = prompt.fill(
-        request=given.request,
-        passages=list(given.passages),
-        inventory={kind: _abstracts(given.inventory, kind) for kind in KINDS},
-        priors=list(given.priors),
+    prompt, answer = load_prompt(PROMPTS / "write_protocol.md"), _answer(sources.inventory)
+    question = prompt.fill(
+        request=sources.request,
+        passages=list(sources.passages),
+        inventory={kind: _abstracts(sources.inventory, kind) for kind in KINDS},
+        priors=list(sources.priors),
     )
-    label, conversation, tried = prompt.label, asked, 0
+    label, conversation, attempts = prompt.label, question, 0
     while True:
-        tried += 1
+        attempts += 1
         try:
             reply = model.ask(label, conversation, answer)
         except LanguageModelError as error:
-            if error.reason != "malformed" or not error.reply or tried > repairs:
+            if error.reason != "malformed" or not error.reply or attempts > repairs:
                 raise
-            said, faults = error.reply, [_complaint(None, str(error), "")]
+            text, complaints = error.reply, [_complaint(None, str(error), "")]
         else:
-            protocol = _protocol(reply.answer, given.request)
-            found = tuple(finding for finding in examine(protocol) if finding.severity == "fault")
-            if not found:
-                return protocol, tried
-            if tried > repairs:
-                raise ProtocolError(protocol.id, found)
-            said, faults = reply.text, [_complaint(f.step, f.message, f.suggestion) for f in found[:MAX_FINDINGS]]
+            protocol = _protocol(reply.answer, sources)
+            faults = [finding for finding in examine(protocol, sources.catalog) if finding.severity == "fault"]
+            if not faults:
+                return protocol, attempts
+            if attempts > repairs:
+                raise ProtocolError(protocol.id, faults)
+            text = reply.text
+            complaints = [_complaint(f.step, f.message, f.suggestion) for f in faults[:MAX_FINDINGS]]
         repair = load_prompt(PROMPTS / "repair_protocol.md")
         label = repair.label
         # The first question and the latest answer are enough; a whole history would outgrow the model's window.
-        conversation = (*asked, Message("assistant", said), repair.fill(findings=faults)[-1])
+        conversation = (*question, Message("assistant", text), repair.fill(findings=complaints)[-1])
 
 
 def _abstracts(inventory: Sequence[Asset], kind: str) -> dict[str, str]:
@@ -150,20 +158,20 @@ def _abstract(asset: Asset) -> Iterator[str]:
 
 def _priors(commission: Commission) -> list[str]:
     """Return what the rules know: the kind of reaction that they see, and what they read in each clause."""
-    kind = recognise(commission.reading.spoken_of)
-    known = []
+    kind = recognise(commission.description.spoken_of)
+    priors = []
     if kind is not None:
-        known.append(f"kind of reaction: {kind.name} ({kind.type}); like {kind.like}")
-        known.append(f"usual conditions: {kind.action} at {kind.temperature:g} C for {kind.duration:g} min")
-    for clause in commission.reading.clauses:
+        priors.append(f"kind of reaction: {kind.name} ({kind.type}); like {kind.like}")
+        priors.append(f"usual conditions: {kind.action} at {kind.temperature:g} C for {kind.duration:g} min")
+    for clause in commission.description.clauses:
         parts = [f"{name} {amount}" for name, amount in clause.amounts.items()]
         parts += [name for name in clause.names("reagent", "instrument") if name not in clause.amounts]
         parts += [] if clause.temperature is None else [f"{clause.temperature:g} C"]
         parts += [] if clause.duration is None else [f"{clause.duration:g} min"]
         if parts:
             action = clause.operation.action if clause.operation is not None else "named"
-            known.append(f"read in the request: {action}: {', '.join(parts)}")
-    return known
+            priors.append(f"read in the request: {action}: {', '.join(parts)}")
+    return priors
 
 
 def _names(inventory: Sequence[Asset], kind: str) -> list[str]:
@@ -182,9 +190,9 @@ def _answer(inventory: Sequence[Asset]) -> type[Record]:
     """
     names = {kind: _names(inventory, kind) for kind in KINDS}
     if not all(names.values()):
-        lacking = ", ".join(kind for kind, given in names.items() if not given)
-        raise OptionError(f"an inventory without any {lacking}: nothing can be done with it")
-    reagent, instrument, place = (_one_of(given) for given in names.values())
+        lacking = ", ".join(kind for kind, listed in names.items() if not listed)
+        raise OptionError(f"the catalogue has no {lacking}; a protocol needs reagents, instruments and facilities")
+    reagent, instrument, place = (_one_of(listed) for listed in names.values())
     used, action = _one_of(names["reagent"] + names["instrument"]), _one_of(ACTIONS)
     part: Any = create_model("Part", __base__=Record, name=(reagent, ...), role=(Line, ...), amount=(Line, ...))
     step: Any = create_model(
@@ -219,14 +227,14 @@ def _many(kind: Any) -> Any:
     return GenericAlias(list, (kind,))
 
 
-def _protocol(written: Any, request: str) -> Protocol:
-    """Return what a model wrote as a protocol.
+def _protocol(answer: Any, sources: WritingSources) -> Protocol:
+    """Return a model's answer as a protocol.
 
     Raises:
         LanguageModelError: it declines.
     """
-    if written.refusal.strip() or not (written.reagents and written.instruments and written.steps):
-        why = " ".join(written.refusal.split())[: 2 * QUOTED] or "it gives no steps"
+    if answer.refusal.strip() or not (answer.reagents and answer.instruments and answer.steps):
+        why = " ".join(answer.refusal.split())[: 2 * QUOTED] or "it gives no steps"
         raise LanguageModelError("refused", f"the language model declines to write the protocol: {why!r}")
     steps = [
         Step(
@@ -238,17 +246,18 @@ def _protocol(written: Any, request: str) -> Protocol:
             temperature=step.temperature,
             duration=step.duration,
         )
-        for index, step in enumerate(written.steps, start=1)
+        for index, step in enumerate(answer.steps, start=1)
     ]
     return derive(
         Protocol(
-            id=f"new_{hashlib.sha256(request.encode()).hexdigest()[:12]}",
-            name=written.name,
-            reaction_type=written.reaction_type or "functional_group_transformation",
-            product=written.product,
-            description=written.description,
-            reagents=tuple(ReagentUse(name=part.name, role=part.role, amount=part.amount) for part in written.reagents),
-            instruments=tuple(written.instruments),
+            id=f"new_{hashlib.sha256(sources.request.encode()).hexdigest()[:12]}",
+            name=answer.name,
+            reaction_type=answer.reaction_type or "functional_group_transformation",
+            product=answer.product,
+            description=answer.description,
+            reagents=tuple(ReagentUse(name=part.name, role=part.role, amount=part.amount) for part in answer.reagents),
+            instruments=tuple(answer.instruments),
             steps=tuple(steps),
-        )
+        ),
+        sources.catalog,
     )

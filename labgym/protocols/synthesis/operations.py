@@ -1,4 +1,4 @@
-"""What a clause of a description tells one to do."""
+"""The operations that a clause of a description names."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Phase = Literal["reaction", "quench", "workup", "purification", "analysis"]
 
 
 class OperationWords(Record):
-    """An action of a protocol, the words for it, and the phase of an experiment that it belongs to."""
+    """An action of a protocol, the words for it, and its phase of an experiment."""
 
     action: str
     english: str
@@ -26,9 +26,9 @@ class Operations(Document):
     """The table of operations.
 
     Attributes:
-        operations: those that are looked for first come first.
+        operations: in the order of priority.
         unlisted_words: common substances whose names do not look like chemistry.
-        group_formulas: formulas of parts of molecules, which name no reagent.
+        group_formulas: formulas of parts of molecules, which do not name a reagent.
     """
 
     SCHEMA: ClassVar[str] = "labgym.operations/1"
@@ -40,7 +40,7 @@ class Operations(Document):
 
 @dataclass(frozen=True)
 class Operation:
-    """An action with its place in a text."""
+    """An action with its position in a text."""
 
     action: str
     phase: Phase
@@ -49,7 +49,7 @@ class Operation:
 
 @lru_cache(maxsize=1)
 def table() -> Operations:
-    """Return the published table; read once a process."""
+    """Return the published table; it is read once per process."""
     return Operations.load(artefacts("assets") / "synthesis" / "operations.json")
 
 
@@ -59,23 +59,23 @@ def _patterns() -> tuple[tuple[OperationWords, re.Pattern[str]], ...]:
 
 
 def operations(text: str) -> tuple[Operation, ...]:
-    """Return the actions that a text speaks of, in order, each once."""
-    found = []
+    """Return the actions that a text names, in order, each once."""
+    actions = []
     for words, pattern in _patterns():
         match = pattern.search(text)
         places = [place for word in words.chinese if (place := text.find(word)) >= 0]
         if match is not None:
             places.append(match.start())
         if places:
-            found.append(Operation(words.action, words.phase, min(places)))
-    return tuple(sorted(found, key=lambda operation: operation.start))
+            actions.append(Operation(words.action, words.phase, min(places)))
+    return tuple(sorted(actions, key=lambda operation: operation.start))
 
 
 def main_operation(text: str) -> Operation | None:
-    """Return what a clause is about: its first action after the reaction, else the most telling one of the reaction."""
-    found = operations(text)
-    after = [operation for operation in found if operation.phase != "reaction"]
+    """Return the main action of a clause: the first one after the reaction, else the most specific of the reaction."""
+    actions = operations(text)
+    after = [operation for operation in actions if operation.phase != "reaction"]
     if after:
         return after[0]
     order = [words.action for words in table().operations]
-    return min(found, key=lambda operation: order.index(operation.action), default=None)
+    return min(actions, key=lambda operation: order.index(operation.action), default=None)

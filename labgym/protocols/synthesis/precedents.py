@@ -1,28 +1,30 @@
-"""Conditions of a reaction that the library has already: what the text leaves open is done as there."""
+"""Precedents: conditions of the same reaction in the library, for what a text leaves open."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from labgym.assets import Catalog
 from labgym.protocols.experiments import Action, experiments
 from labgym.protocols.library import protocols
 from labgym.protocols.model import Step
-from labgym.protocols.retrieval import Results, search
-from labgym.protocols.synthesis.roles import Part
+from labgym.protocols.retrieval import SearchResults, search
+from labgym.protocols.synthesis.roles import Participant
 
 HOLDING = ("Stir", "Heat", "Reflux")
 SHARED = 2
-"""How many reagents beside solvents a precedent shares with the reaction, its substrate one of them."""
+"""Number of reagents besides solvents, among them the substrate, that a precedent shares with the reaction."""
 
 
 @dataclass(frozen=True)
 class Precedent:
-    """How long and how hot a published protocol or experiment lets the same reagents react.
+    """The conditions under which a published protocol or experiment lets the same reagents react.
 
     Attributes:
-        source: its id.
-        temperature: degrees Celsius. duration: minutes.
+        source: id of the protocol or experiment.
+        temperature: degrees Celsius.
+        duration: minutes.
     """
 
     source: str
@@ -30,31 +32,31 @@ class Precedent:
     duration: float
 
 
-def context_of(text: str, keyword_only: bool) -> Results:
-    """Return what the library has on a text, best first: the nearest of all kinds, and the nearest protocols."""
-    found = search(text, keyword_only=keyword_only)
-    known = {hit.fragment.source for hit in found.hits}
-    protocols_found = search(text, keyword_only=keyword_only, origin="protocol").hits
-    added = (hit for hit in protocols_found if hit.fragment.source not in known)
-    return replace(found, hits=tuple(sorted((*found.hits, *added), key=lambda hit: -hit.score)))
+def context_of(text: str, keyword_only: bool, catalog: Catalog) -> SearchResults:
+    """Return the fragments nearest to a text, best first: the nearest of all kinds, and the nearest protocols."""
+    nearest = search(text, keyword_only=keyword_only, catalog=catalog)
+    sources = {hit.fragment.source for hit in nearest.hits}
+    nearest_protocols = search(text, keyword_only=keyword_only, origin="protocol", catalog=catalog).hits
+    additional = (hit for hit in nearest_protocols if hit.fragment.source not in sources)
+    return replace(nearest, hits=tuple(sorted((*nearest.hits, *additional), key=lambda hit: -hit.score)))
 
 
-def precedent(context: Results, parts: Sequence[Part]) -> Precedent | None:
-    """Return the first of what was retrieved that lets the same substrate and reagents react, or None."""
+def precedent(context: SearchResults, parts: Sequence[Participant]) -> Precedent | None:
+    """Return the best precedent with the same substrate and reagents, or None."""
     substrates = {part.asset.name for part in parts if "substrate" in part.role}
     reagents = {part.asset.name for part in parts if "solvent" not in part.role}
     for hit in context.hits:
-        taken, steps = _library_entry(hit.fragment.source)
-        shared = reagents & taken
+        names, steps = _library_entry(hit.fragment.source)
+        shared = reagents & names
         if shared & substrates and len(shared) >= SHARED:
-            found = _longest_hold(hit.fragment.source, steps)
-            if found is not None:
-                return found
+            longest = _longest_hold(hit.fragment.source, steps)
+            if longest is not None:
+                return longest
     return None
 
 
 def _library_entry(source: str) -> tuple[set[str], Sequence[Step | Action]]:
-    """Return what a protocol or an experiment takes and what is done in it; nothing for a rule."""
+    """Return the reagents and the steps of a protocol or an experiment; nothing for a rule."""
     protocol, experiment = protocols().get(source), experiments().get(source)
     if protocol is not None:
         return {use.name for use in protocol.reagents}, protocol.steps
@@ -64,11 +66,11 @@ def _library_entry(source: str) -> tuple[set[str], Sequence[Step | Action]]:
 
 
 def _longest_hold(source: str, steps: Sequence[Step | Action]) -> Precedent | None:
-    held = [
+    holds = [
         Precedent(source, step.temperature, step.duration)
         for step in steps
         if (step.verb if isinstance(step, Action) else step.action) in HOLDING
         and step.temperature is not None
         and step.duration is not None
     ]
-    return max(held, key=lambda item: item.duration, default=None)
+    return max(holds, key=lambda item: item.duration, default=None)

@@ -1,4 +1,4 @@
-"""A description read: clauses with what they do, to what, how much, how hot and how long."""
+"""Parsing of descriptions: clauses with their operation, substances, amounts, temperature and duration."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
+from labgym.assets import Catalog
 from labgym.protocols.language import Mention, concepts, language_of, mentions, without_chinese_names
 from labgym.protocols.language.scripts import Language
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
-from labgym.protocols.synthesis.quantities import Quantity, amounts, duration, temperature
 from labgym.protocols.synthesis.unlisted import is_named_like_a_substance, unlisted
+from labgym.quantities import Quantity, amounts, duration, temperature
 
 _BREAK = re.compile(
     r"[;；。，、\n]|,(?!\d)|\.(?=\s|$)|\b(?:and )?then\b|\bfollowed by\b|\bafter which\b|\band (?=[a-z])|"
@@ -39,7 +40,7 @@ _AFTER_PRODUCT = re.compile(r"\s*(?:\([^)]*\))?\s*(?:from\b|by\b|via\b|synthesis
 _AWAY = re.compile(
     r"\b(?:removal|loss|exclusion|absence|evolution) of (?:the )?$|\bremov(?:e|ing) (?:the )?$", re.IGNORECASE
 )
-"""What is before the name of something that goes away and is not taken."""
+"""Text before the name of a substance that is removed or formed, not taken."""
 _LAST_CLAUSE = re.compile(r"[^;.。；]*$")
 _BEFORE_PRODUCT = re.compile(r"\bto (?:the |an? )?$", re.IGNORECASE)
 _ADDING = re.compile(r"\b(?:add|pour|transfer|charg|introduc|treat|drop)", re.IGNORECASE)
@@ -48,12 +49,15 @@ _FROM_ZH = re.compile(r"[由从用以将](.+)$")
 
 @dataclass(frozen=True)
 class Clause:
-    """A piece of a description about one operation.
+    """A part of a description about one operation.
 
     Attributes:
-        operation: its action and phase, or None where the text only names things.
-        amounts: by asset, as "2.07 g, 10 mmol".
-        temperature: degrees Celsius. duration: minutes.
+        text: the clause as written.
+        operation: its action and phase, or None if the text only names substances or devices.
+        mentions: the names in it.
+        amounts: by asset name, as "2.07 g, 10 mmol".
+        temperature: degrees Celsius.
+        duration: minutes.
     """
 
     text: str
@@ -64,27 +68,31 @@ class Clause:
     duration: float | None = None
 
     def names(self, *kinds: str) -> tuple[str, ...]:
-        """Return what it names of some kinds, each once."""
+        """Return the distinct names of some kinds of mention."""
         return tuple(dict.fromkeys(mention.name for mention in self.mentions if mention.kind in kinds))
 
     def media(self) -> tuple[str, ...]:
-        """Return the reagents that something is done in: "in acetic acid", 在乙酸中."""
-        found = []
+        """Return the reagents that serve as a medium: "in acetic acid", 在乙酸中."""
+        names = []
         for mention in self.mentions:
             at = self.text.find(mention.text)
             before, after = self.text[:at], self.text[at + len(mention.text) :]
             if mention.kind == "reagent" and (_IN.search(before) or after.startswith("中")):
-                found.append(mention.name)
-        return tuple(found)
+                names.append(mention.name)
+        return tuple(names)
 
 
 @dataclass(frozen=True)
-class Reading:
-    """What was understood of a description.
+class ParsedDescription:
+    """A description, parsed.
 
     Attributes:
+        text: the description as written.
+        language: its language.
+        clauses: its clauses in order.
         product: name of the product as written, or "".
-        unlisted: substances that it wants and the catalogue lacks, as written.
+        unlisted: substances that it names and the catalogue lacks, as written.
+        spoken_of: assets, classes of substances and concepts that it mentions.
     """
 
     text: str
@@ -92,46 +100,55 @@ class Reading:
     clauses: tuple[Clause, ...]
     product: str
     unlisted: tuple[str, ...]
-
-    @property
-    def spoken_of(self) -> frozenset[str]:
-        """Assets, classes of substances and concepts that it speaks of."""
-        named = {mention.name for clause in self.clauses for mention in clause.mentions}
-        return frozenset(named | set(concepts(without_chinese_names(self.text))))
+    spoken_of: frozenset[str]
 
 
-def read(text: str) -> Reading:
-    """Read a description; deterministic, and nothing in it is carried out."""
-    found = mentions(text)
-    foreign = unlisted(text, found)
-    found = tuple(m for m in found if not any(a <= m.start and m.end <= b for a, b in foreign))
-    found = tuple(m for m in found if not _AWAY.search(text[: m.start]))
-    products = _products(text, found, foreign)
-    wanted = [m for m in found if not _within(m.start, products) or _elsewhere(m, found, products)]
+def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
+    """Parse a description; the result depends on the text and the catalogue only.
+
+    Args:
+        text: English or Chinese.
+        catalog: the assets that the text may name; the default catalogue if None.
+    """
+    assets = catalog if catalog is not None else Catalog.load()
+    named = mentions(text, assets)
+    foreign = unlisted(text, named)
+    named = tuple(m for m in named if not any(a <= m.start and m.end <= b for a, b in foreign))
+    named = tuple(m for m in named if not _AWAY.search(text[: m.start]))
+    products = _products(text, named, foreign)
     strange = [text[a:b] for a, b in foreign if not _within(a, products)]
     names = [text[a:b].strip() for a, b in products]
-    clauses = tuple(_clauses(text, [m for m in wanted if not _within(m.start, products)]))
-    return Reading(text, language_of(text), clauses, names[0] if names else "", tuple(dict.fromkeys(strange)))
+    clauses = tuple(_clauses(text, [m for m in named if not _within(m.start, products)]))
+    topics = {mention.name for clause in clauses for mention in clause.mentions}
+    topics |= set(concepts(without_chinese_names(text, assets)))
+    return ParsedDescription(
+        text=text,
+        language=language_of(text),
+        clauses=clauses,
+        product=names[0] if names else "",
+        unlisted=tuple(dict.fromkeys(strange)),
+        spoken_of=frozenset(topics),
+    )
 
 
-def _products(text: str, found: Sequence[Mention], foreign: Sequence[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """Return the spans that name what is made: those that the wording says so of and that hold a substance."""
+def _products(text: str, named: Sequence[Mention], foreign: Sequence[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    """Return the spans that name a product: the wording announces one, and they contain a substance."""
     spans = []
     for pattern in (_PRODUCT, _INTO, _PRODUCT_ZH):
         for match in pattern.finditer(text):
             start, end = match.span(1)
             source = _FROM_ZH.search(match[1]) if pattern is _PRODUCT_ZH else None
             end = start + source.start() if source else end
-            chemical = [m for m in found if m.kind in ("reagent", "class") and start <= m.start < end]
-            told = pattern is _PRODUCT and is_named_like_a_substance(match[1])
-            if chemical or told or any(start <= a < end for a, _ in foreign):
+            chemical = [m for m in named if m.kind in ("reagent", "class") and start <= m.start < end]
+            plausible = pattern is _PRODUCT and is_named_like_a_substance(match[1])
+            if chemical or plausible or any(start <= a < end for a, _ in foreign):
                 spans.append((start, end))
     spans += [(a, b) for a, b in foreign if not _within(a, spans) and _announced(text, a, b)]
     return tuple(spans)
 
 
 def _announced(text: str, start: int, end: int) -> bool:
-    """Say whether a name stands where a product does: "X from ...", "X: ...", "... to X"."""
+    """Return whether a name is in the position of a product: "X from ...", "X: ...", "... to X"."""
     if start == 0 or not text[:start].strip():
         return _AFTER_PRODUCT.match(text[end:]) is not None
     head = _LAST_CLAUSE.search(text[:start])
@@ -142,37 +159,33 @@ def _within(place: int, spans: Sequence[tuple[int, int]]) -> bool:
     return any(start <= place < end for start, end in spans)
 
 
-def _elsewhere(mention: Mention, found: Sequence[Mention], products: Sequence[tuple[int, int]]) -> bool:
-    return any(other.name == mention.name and not _within(other.start, products) for other in found)
-
-
-def _clauses(text: str, found: Sequence[Mention]) -> Iterator[Clause]:
-    quantities = _assign(text, found)
-    bounds = _bounds(text, found)
+def _clauses(text: str, named: Sequence[Mention]) -> Iterator[Clause]:
+    quantities = _assign(text, named)
+    bounds = _bounds(text, named)
     for start, end in bounds:
         piece = text[start:end].strip()
-        inside = tuple(m for m in found if start <= m.start < end)
-        given: dict[str, list[str]] = {}
+        inside = tuple(m for m in named if start <= m.start < end)
+        parts: dict[str, list[str]] = {}
         for quantity, mention in quantities:
             if start <= mention.start < end:
-                given.setdefault(mention.name, []).append(quantity.text)
-        stated = {name: ", ".join(dict.fromkeys(parts)) for name, parts in given.items()}
+                parts.setdefault(mention.name, []).append(quantity.text)
+        stated = {name: ", ".join(dict.fromkeys(texts)) for name, texts in parts.items()}
         operation = main_operation(piece) or _implied(inside)
         yield Clause(piece, operation, inside, stated, temperature(piece), duration(piece))
 
 
-def _bounds(text: str, found: Sequence[Mention]) -> list[tuple[int, int]]:
-    """Return spans of clauses: split at punctuation and conjunctions, joined where a piece has no operation."""
+def _bounds(text: str, named: Sequence[Mention]) -> list[tuple[int, int]]:
+    """Return the spans of clauses: split at punctuation and conjunctions, merged if a piece has no operation."""
     cuts = [0]
     for match in _BREAK.finditer(text):
-        inside_name = any(m.start < match.start() < m.end for m in found)
+        inside_name = any(m.start < match.start() < m.end for m in named)
         weak = _WEAK.match(match[0]) is not None
         if not inside_name and not (weak and not _starts_operation(text[match.end() :])):
             cuts.append(match.end())
     pieces = list(zip(cuts, [*cuts[1:], len(text)], strict=True))
     joined: list[tuple[int, int]] = []
     for start, end in pieces:
-        alone = main_operation(text[start:end]) is None and not _implied([m for m in found if start <= m.start < end])
+        alone = main_operation(text[start:end]) is None and not _implied([m for m in named if start <= m.start < end])
         if joined and alone and not _second_stretch(text[slice(*joined[-1])], text[start:end]):
             joined[-1] = (joined[-1][0], end)
         elif text[start:end].strip():
@@ -186,13 +199,13 @@ def _starts_operation(rest: str) -> bool:
 
 
 def _second_stretch(before: str, piece: str) -> bool:
-    """Say whether a piece without an operation goes on at another temperature: "at 0 C, then room temperature 2 h"."""
+    """Return whether a piece without an operation continues at another temperature, as ", room temperature 2 h"."""
     return temperature(before) is not None and temperature(piece) is not None
 
 
-def _implied(found: Sequence[Mention]) -> Operation | None:
-    """Return what an instrument implies where no verb is there: "LC" means to analyse."""
-    for mention in found:
+def _implied(named: Sequence[Mention]) -> Operation | None:
+    """Return the operation that an instrument implies without a verb: "LC" means to analyze."""
+    for mention in named:
         for names, action, phase in _IMPLIED:
             if mention.name in names:
                 return Operation(action, phase, 0)
@@ -210,10 +223,10 @@ _IMPLIED: tuple[tuple[tuple[str, ...], str, Phase], ...] = (
 )
 
 
-def _assign(text: str, found: Sequence[Mention]) -> list[tuple[Quantity, Mention]]:
-    """Give each amount to the substance that it stands before ("5 mL of TFA") or behind ("TFA (5 mL, 65 mmol)")."""
-    substances = [m for m in found if m.kind in ("reagent", "class")]
-    given: list[tuple[Quantity, Mention]] = []
+def _assign(text: str, named: Sequence[Mention]) -> list[tuple[Quantity, Mention]]:
+    """Assign each amount to the substance after it ("5 mL of TFA") or before it ("TFA (5 mL, 65 mmol)")."""
+    substances = [m for m in named if m.kind in ("reagent", "class")]
+    assigned: list[tuple[Quantity, Mention]] = []
     for quantity in amounts(text):
         after = next((m for m in substances if m.start >= quantity.end), None)
         before = next((m for m in reversed(substances) if m.end <= quantity.start), None)
@@ -222,7 +235,7 @@ def _assign(text: str, found: Sequence[Mention]) -> list[tuple[Quantity, Mention
         behind = gap_before is not None and re.fullmatch(r"[\s(（:：]*(?:[^()（）;；。]*?[,，/;]\s*)?", gap_before)
         ahead = gap_after is not None and re.fullmatch(r"\s*(?:of |的)?(?:[\w.%\s-]{0,18}?)", gap_after)
         if before and behind and (("(" in (gap_before or "") or "（" in (gap_before or "")) or not ahead):
-            given.append((quantity, before))
+            assigned.append((quantity, before))
         elif after and ahead:
-            given.append((quantity, after))
-    return given
+            assigned.append((quantity, after))
+    return assigned

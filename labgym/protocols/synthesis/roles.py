@@ -1,4 +1,4 @@
-"""Which reagent plays which part: what the text names, stand-ins for classes, and what the kind of reaction needs."""
+"""The cast of a reaction: which reagent fills which slot, from the text, as a stand-in for a class, or by default."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ ASSUMED = " (assumed)"
 SOLVENTS = ("organic_solvent", "solvent")
 PROTECTIVE_GASES = ("NitrogenGas", "ArgonGas")
 AIDS = {"adsorbent": "5 g", "drying_agent": "5 g"}
-"""Amounts of what takes no part in the reaction."""
+"""Amounts of aids that take no part in the reaction, by category."""
 COOLANTS = ("DryIce",)
 SAME_SCALE = 0.05
-"""Batches that differ by less are of one size."""
+"""Relative difference up to which two batches have the same size."""
 ROLES = {
     "catalyst": "catalyst",
     "organic_base": "base",
@@ -35,13 +35,15 @@ _SCALABLE = re.compile(r"(\d+(?:\.\d+)?)(\s*(?:kg|mg|g|mmol|mol|mL|L)\b)")
 
 
 @dataclass(frozen=True)
-class Part:
-    """A reagent in its part.
+class Participant:
+    """A reagent with its role in the reaction.
 
     Attributes:
-        amount: as written, "(assumed)" where the text does not give it.
-        when: charged first, added afterwards, or the medium.
-        named: whether the text names it, itself or by its class.
+        asset: the reagent.
+        role: such as "substrate" or "solvent".
+        amount: as written, followed by "(assumed)" if the text does not give it.
+        when: "charge" (first), "add" (afterwards) or "medium".
+        named: whether the text names it, directly or by its class.
         stands_for: class of substances that it stands in for, or "".
     """
 
@@ -62,48 +64,50 @@ class _Named:
 
 @dataclass(frozen=True)
 class Cast:
-    """The parts of a reaction, and how large the batch is beside the table's."""
+    """The participants of a reaction, and the size of the batch relative to that of the table."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[Participant, ...]
     factor: float
 
 
-def cast(kind: Transformation, clauses: Sequence[Clause]) -> Cast:
-    """Return the parts of a reaction, those that the text leaves open filled as the kind of reaction says."""
+def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> Cast:
+    """Return the participants of a reaction; slots that the text leaves open get the defaults of its kind."""
     named = _named(clauses)
     media = {name for clause in clauses for name in clause.media()}
     classes = _classes(clauses)
     chosen: dict[int, _Named] = {}
-    for wanted in (_is_default, _is_accepted):
+    for fits in (_is_default, _is_accepted):
         for position, slot in enumerate(kind.slots):
             if position not in chosen:
-                taken = {item.name for item in chosen.values()}
-                found = next((n for n in named if n.name not in taken and wanted(slot, n.name)), None)
-                if found:
-                    chosen[position] = found
+                used = {item.name for item in chosen.values()}
+                match = next((n for n in named if n.name not in used and fits(slot, n.name)), None)
+                if match:
+                    chosen[position] = match
     for position, slot in enumerate(kind.slots):
         if position not in chosen:
-            found = next((c for c in classes if c.stands_for in slot.classes), None)
-            if found:
-                classes.remove(found)
-                chosen[position] = _Named(_stand_in(slot, found.stands_for), found.amount, found.stands_for)
-    taken = {item.name for item in chosen.values()}
-    rest = [item for item in named if item.name not in taken and item.name not in COOLANTS]
+            match = next((c for c in classes if c.stands_for in slot.classes), None)
+            if match:
+                classes.remove(match)
+                chosen[position] = _Named(_stand_in(slot, match.stands_for), match.amount, match.stands_for)
+    used = {item.name for item in chosen.values()}
+    rest = [item for item in named if item.name not in used and item.name not in COOLANTS]
     for position, slot in enumerate(kind.slots):
         if position not in chosen:
-            like = next((n for n in rest if _alike(slot, n.name)), None)
+            like = next((n for n in rest if _alike(slot, n.name, catalog)), None)
             if like:
                 rest.remove(like)
                 chosen[position] = like
-    factor = _scale(kind, chosen)
+    factor = _scale(kind, chosen, catalog)
     parts = [
-        _part(slot, chosen.get(i), factor) for i, slot in enumerate(kind.slots) if i in chosen or not slot.optional
+        _part(slot, chosen.get(i), factor, catalog)
+        for i, slot in enumerate(kind.slots)
+        if i in chosen or not slot.optional
     ]
-    return Cast((*_merged(parts), *_others(kind, rest, parts, factor, media)), factor)
+    return Cast((*_merged(parts), *_others(kind, rest, parts, factor, media, catalog)), factor)
 
 
 def scaled(amount: str, factor: float) -> str:
-    """Return an amount times a factor, three figures kept."""
+    """Return an amount times a factor, rounded to three significant figures."""
 
     def times(match: re.Match[str]) -> str:
         return f"{_figure(float(match[1]) * factor)}{match[2]}"
@@ -112,19 +116,19 @@ def scaled(amount: str, factor: float) -> str:
 
 
 def _named(clauses: Sequence[Clause]) -> list[_Named]:
-    found: dict[str, str] = {}
+    amounts: dict[str, str] = {}
     for clause in clauses:
         for name in clause.names("reagent"):
-            found[name] = found.get(name) or clause.amounts.get(name, "")
-    return [_Named(name, amount) for name, amount in found.items()]
+            amounts[name] = amounts.get(name) or clause.amounts.get(name, "")
+    return [_Named(name, amount) for name, amount in amounts.items()]
 
 
 def _classes(clauses: Sequence[Clause]) -> list[_Named]:
-    found: dict[str, str] = {}
+    amounts: dict[str, str] = {}
     for clause in clauses:
         for name in clause.names("class"):
-            found[name] = found.get(name) or clause.amounts.get(name, "")
-    return [_Named("", amount, name) for name, amount in found.items()]
+            amounts[name] = amounts.get(name) or clause.amounts.get(name, "")
+    return [_Named("", amount, name) for name, amount in amounts.items()]
 
 
 def _is_default(slot: Slot, name: str) -> bool:
@@ -135,9 +139,9 @@ def _is_accepted(slot: Slot, name: str) -> bool:
     return name in slot.accepts
 
 
-def _alike(slot: Slot, name: str) -> bool:
-    """Say whether a reagent is of the kind that a slot is for, though not listed; substrates are never guessed."""
-    asset, usual = Catalog.load().get(name), Catalog.load().get(slot.asset)
+def _alike(slot: Slot, name: str, catalog: Catalog) -> bool:
+    """Return whether a reagent that a slot does not list is of the slot's category; substrates are never guessed."""
+    asset, usual = catalog.get(name), catalog.get(slot.asset)
     return "substrate" not in slot.role and asset.category == usual.category and asset.category not in SOLVENTS
 
 
@@ -146,18 +150,19 @@ def _stand_in(slot: Slot, substance_class: str) -> str:
     return usual if usual == slot.asset or usual in slot.accepts else slot.asset
 
 
-def _part(slot: Slot, named: _Named | None, factor: float) -> Part:
-    catalog = Catalog.load()
+def _part(slot: Slot, named: _Named | None, factor: float, catalog: Catalog) -> Participant:
     if named is None:
-        return Part(catalog.get(slot.asset), slot.role, scaled(slot.amount, factor) + ASSUMED, slot.when, named=False)
+        return Participant(
+            catalog.get(slot.asset), slot.role, scaled(slot.amount, factor) + ASSUMED, slot.when, named=False
+        )
     asset = catalog.get(named.name)
     usual = slot.amount if asset.name == slot.asset else _equimolar(asset, slot.amount)
     amount = named.amount or scaled(usual, factor) + ASSUMED
-    return Part(asset, slot.role, amount, slot.when, named=True, stands_for=named.stands_for)
+    return Participant(asset, slot.role, amount, slot.when, named=True, stands_for=named.stands_for)
 
 
 def _equimolar(asset: Asset, amount: str) -> str:
-    """Return as many moles of another reagent as an amount holds, weighed or measured."""
+    """Return the amount of a reagent with as many moles as an amount of another one."""
     moles, chemistry = read_amount(amount).moles, asset.chemistry
     if asset.category in AIDS:
         return AIDS[asset.category]
@@ -180,20 +185,19 @@ def _figure(value: float) -> str:
 
 
 def _strength(asset: Asset) -> tuple[float | None, float]:
-    """Return mol/L and the share by mass of a reagent that is a solution, by its name: "(1 M in THF)", "(37%)"."""
+    """Return mol/L and the mass fraction of a reagent that is a solution, from its name: "(1 M in THF)", "(37%)"."""
     name = asset.synonyms_en[0] if asset.synonyms_en else ""
     molar, share = _MOLAR.search(name), _SHARE.search(name)
     return (float(molar[1]) if molar else None), (float(share[1]) / 100.0 if share else 1.0)
 
 
-def _scale(kind: Transformation, chosen: dict[int, _Named]) -> float:
-    """Return how much larger the text's batch is than the table's, by the first reagent whose amount it gives."""
+def _scale(kind: Transformation, chosen: dict[int, _Named], catalog: Catalog) -> float:
+    """Return the size of the text's batch relative to the table's, by the first reagent with an amount."""
     for position, slot in enumerate(kind.slots):
-        given = chosen.get(position)
-        if given is None or not given.amount:
+        item = chosen.get(position)
+        if item is None or not item.amount:
             continue
-        asset = Catalog.load().get(given.name)
-        ours, usual = _moles(asset, given.amount), _moles(Catalog.load().get(slot.asset), slot.amount)
+        ours, usual = _moles(catalog.get(item.name), item.amount), _moles(catalog.get(slot.asset), slot.amount)
         if ours and usual:
             factor = ours / usual
             return 1.0 if abs(factor - 1.0) < SAME_SCALE else factor
@@ -213,42 +217,46 @@ def _moles(asset: Asset, amount: str) -> float | None:
     return stated.volume * chemistry.density / chemistry.molar_mass
 
 
-def _merged(parts: Sequence[Part]) -> tuple[Part, ...]:
-    """Return the parts with a reagent that fills two slots once."""
-    found: dict[str, Part] = {}
+def _merged(parts: Sequence[Participant]) -> tuple[Participant, ...]:
+    """Return the participants, each reagent once even if it fills two slots."""
+    by_name: dict[str, Participant] = {}
     for part in parts:
-        found.setdefault(part.asset.name, part)
-    return tuple(found.values())
+        by_name.setdefault(part.asset.name, part)
+    return tuple(by_name.values())
 
 
-def _is_medium(asset: Asset, said: Collection[str]) -> bool:
+def _is_medium(asset: Asset, media: Collection[str]) -> bool:
     liquid = asset.chemistry is not None and asset.chemistry.state == "liquid"
-    return asset.category in SOLVENTS or (asset.name in said and liquid)
+    return asset.category in SOLVENTS or (asset.name in media and liquid)
 
 
 def _others(
-    kind: Transformation, rest: Iterable[_Named], parts: Sequence[Part], factor: float, said: Collection[str]
-) -> Iterable[Part]:
+    kind: Transformation,
+    rest: Iterable[_Named],
+    parts: Sequence[Participant],
+    factor: float,
+    stated_media: Collection[str],
+    catalog: Catalog,
+) -> Iterable[Participant]:
     """Yield the solvents and the reagents that the kind of reaction has no slot for.
 
     Args:
-        said: what the text says that the reaction is done in.
+        stated_media: names of the reagents that the text says the reaction is done in.
     """
-    catalog = Catalog.load()
-    taken = {part.asset.name for part in parts}
-    left = [item for item in rest if item.name not in taken]
+    used = {part.asset.name for part in parts}
+    left = [item for item in rest if item.name not in used]
     usual = kind.solvent
     usual_name = usual.asset if usual else ""
-    media = [item for item in left if item.name == usual_name or _is_medium(catalog.get(item.name), said)]
+    media = [item for item in left if item.name == usual_name or _is_medium(catalog.get(item.name), stated_media)]
     for place, item in enumerate(media):
         volume = usual.amount if usual else "30 mL"
         amount = item.amount or scaled(volume, factor) + ASSUMED
-        yield Part(catalog.get(item.name), "co-solvent" if place else "solvent", amount, "medium", named=True)
-    if not media and usual and usual.asset not in taken:
+        yield Participant(catalog.get(item.name), "co-solvent" if place else "solvent", amount, "medium", named=True)
+    if not media and usual and usual.asset not in used:
         amount = scaled(usual.amount, factor) + ASSUMED
-        yield Part(catalog.get(usual.asset), "solvent", amount, "medium", named=False)
+        yield Participant(catalog.get(usual.asset), "solvent", amount, "medium", named=False)
     for item in left:
         asset = catalog.get(item.name)
         if item not in media and asset.name not in PROTECTIVE_GASES:
             amount = item.amount or scaled(_equimolar(asset, kind.slots[0].amount), factor) + ASSUMED
-            yield Part(asset, ROLES.get(asset.category, "reagent"), amount, "add", named=True)
+            yield Participant(asset, ROLES.get(asset.category, "reagent"), amount, "add", named=True)

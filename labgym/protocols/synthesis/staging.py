@@ -1,4 +1,4 @@
-"""An experiment put into a laboratory: its actions get places, apparatus and sentences, and become a protocol."""
+"""Staging: an experiment becomes a protocol; its actions get places, apparatus and sentences."""
 
 from __future__ import annotations
 
@@ -8,31 +8,34 @@ from itertools import count
 
 from pydantic import ValidationError
 
-from labgym.assets import Asset, Catalog
+from labgym.assets import Catalog
 from labgym.documents import document_error
+from labgym.protocols.apparatus import BEAKERS, bath_for, millilitres, usual_temperature, vessel_for
 from labgym.protocols.capability import capacity
 from labgym.protocols.constraints import derive
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Action, Experiment
 from labgym.protocols.experiments.feasibility import GASES, WORK_UP, FeasibilityFilter
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
-from labgym.protocols.synthesis.apparatus import BEAKERS, ROOM, bath_for, millilitres, vessel_for
-from labgym.protocols.synthesis.bench import HOOD, Bench
-from labgym.protocols.synthesis.errors import RefusalError
-from labgym.protocols.synthesis.frame import clean_up, groups_of, weigh_first
+from labgym.protocols.synthesis.builder import ProtocolBuilder
+from labgym.protocols.synthesis.frame import clean_up, groups_of, is_gas, is_liquid, weigh_first
 from labgym.protocols.validate import ProtocolError, examine
+from labgym.quantities import ROOM_RANGE
 
-REACHED_BY_OIL = 170.0
-"""Bath temperature above which a flask stands in a heating mantle, degrees Celsius."""
-REFLUXING = 30.0
+OIL_BATH_LIMIT = 170.0
+"""Bath temperature above which a flask is heated in a mantle, degrees Celsius."""
+CONDENSER_FROM = 30.0
 """Temperature above which a stirred flask carries a condenser, degrees Celsius."""
-NEARLY_FULL = 0.9
-"""Share of a vessel that a quench may fill."""
-ATMOSPHERE = 0.9
-"""Pressure, bar, below which a still needs a pump."""
-FUNNEL = "SeparatoryFunnel"
-SUCTION = ("BuchnerFunnel", "FilterFlask", "FilterPaper")
+QUENCH_FILL = 0.9
+"""Largest share of a vessel that a quench may fill."""
+REDUCED_PRESSURE = 0.9
+"""Pressure below which a distillation needs a pump, bar."""
+BALLOON_LIMIT = 1.1
+"""Pressure above which a hydrogenation needs a closed apparatus, bar."""
+SECOND_FLASK = 120.0
+"""Volume up to which a batch outside its reaction flask goes into a second round-bottom flask, mL."""
 ANALYSES = (
     ("melting", ("MeltingPointApparatus",)),
     ("gc", ("GasChromatograph",)),
@@ -41,83 +44,82 @@ ANALYSES = (
     ("infrared", ("FTIRSpectrometer",)),
     ("", ("LiquidChromatograph",)),
 )
-"""Instruments by a word of the analysis's note, the last where nothing is said."""
+"""Instruments by a word of the analysis's note; the last entry applies if the note names none."""
 ROLES: dict[Verb, str] = {
     "AdjustPH": "pH adjustment",
     "Chromatograph": "chromatography",
-    "Crystallize": "crystallisation",
+    "Crystallize": "crystallization",
     "DrySolution": "drying agent",
     "Extract": "extraction solvent",
     "Filter": "rinse or filter aid",
     "Partition": "extraction solvent",
     "Quench": "quench",
-    "Recrystallize": "recrystallisation",
+    "Recrystallize": "recrystallization",
     "Triturate": "trituration",
     "Wash": "wash",
 }
-DURATIONS: dict[Verb, float] = {
-    "Stir": 30.0,
-    "Extract": 20.0,
-    "Concentrate": 20.0,
-    "Distill": 45.0,
-    "Recrystallize": 45.0,
-}
-USUAL = 15.0
-"""Minutes that an action takes where the experiment does not say."""
 
 
-def stage(experiment: Experiment) -> Protocol:
+def stage(experiment: Experiment, catalog: Catalog | None = None) -> Protocol:
     """Return an experiment as a protocol that passes every check.
 
+    Args:
+        experiment: from the library or imported.
+        catalog: the assets that the protocol may use; the default catalogue if None.
+
     Raises:
-        RefusalError: the experiment is infeasible with the catalogue, or its type of reaction is not known.
-        ProtocolError: as it stands it would break a rule; names the findings.
+        RefusalError: the experiment is infeasible with the catalogue, or its reaction type is missing.
+        ProtocolError: the protocol violates rules; the error carries the findings.
     """
-    verdict = FeasibilityFilter().judge(experiment)
+    assets = catalog if catalog is not None else Catalog.load()
+    verdict = FeasibilityFilter(assets).judge(experiment)
     if verdict.obstacles:
         raise RefusalError("infeasible", f"{experiment.id}: {'; '.join(item.message for item in verdict.obstacles)}")
     if experiment.reaction_type is None:
         raise RefusalError(
-            "no-reaction",
-            f"{experiment.id} does not say what type of reaction it is: name it, --type redox for example",
+            "no-reaction", f"{experiment.id} has no reaction type; give one, for example with --type redox"
         )
-    known = verdict.experiment
-    bench = Bench()
-    vessel = _Stage(bench, known).carry_out()
-    clean_up(bench)
-    weigh_first(bench, vessel)
+    feasible = verdict.experiment
+    builder = ProtocolBuilder(assets)
+    vessel = _Stager(builder, feasible).carry_out()
+    clean_up(builder)
+    weigh_first(builder, vessel)
     try:
-        written = Protocol(
-            id=known.id.replace("__", "_")[:64],
-            name=known.name,
+        draft = Protocol(
+            id=feasible.id.replace("__", "_")[:64],
+            name=feasible.name,
             reaction_type=experiment.reaction_type,
-            reaction=known.reaction,
-            product=known.product or known.name,
-            description=known.description or known.name,
-            synonyms=known.synonyms,
-            reagents=bench.reagents,
-            instruments=bench.instruments,
-            steps=tuple(bench.steps),
+            reaction=feasible.reaction,
+            product=feasible.product or feasible.name,
+            description=feasible.description or feasible.name,
+            synonyms=feasible.synonyms,
+            reagents=builder.reagents,
+            instruments=builder.instruments,
+            steps=tuple(builder.steps),
         )
     except ValidationError as error:
-        raise RefusalError("infeasible", str(document_error(known.id, error))) from None
-    protocol = derive(written)
-    faults = [finding for finding in examine(protocol) if finding.severity == "fault"]
+        raise RefusalError("infeasible", str(document_error(feasible.id, error))) from None
+    protocol = derive(draft, assets)
+    faults = [finding for finding in examine(protocol, assets) if finding.severity == "fault"]
     if faults:
         raise ProtocolError(protocol.id, faults)
     return protocol
 
 
 @dataclass
-class _Stage:
-    """Where the batch is while the actions are carried out.
+class _Stager:
+    """Appends the steps of an experiment's actions and tracks where the batch is.
 
     Attributes:
-        reacting: whether it is still in the reaction flask. solid: whether it lies on a filter.
-        volume: mL in the reaction flask at the end of the reaction. in_flask: whether it is still there.
+        reacting: whether the reaction has not been worked up yet.
+        solid: whether the batch is a solid on a filter.
+        vessel: name of the reaction flask.
+        volume: mL in the reaction flask at the end of the reaction.
+        in_flask: whether the batch is still in the reaction flask.
+        roles: the role of each material by name.
     """
 
-    bench: Bench
+    builder: ProtocolBuilder
     experiment: Experiment
     reacting: bool = True
     solid: bool = False
@@ -126,16 +128,19 @@ class _Stage:
     in_flask: bool = True
     roles: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def catalog(self) -> Catalog:
+        return self.builder.catalog
+
     def carry_out(self) -> str:
         """Append the steps of all actions and return the reaction vessel."""
         actions = _joined(self.experiment.actions)
         self.roles = {material.name: material.role for material in self.experiment.materials}
         reaction = actions[: _end(actions)]
-        catalog = Catalog.load()
-        self.volume = millilitres((catalog.get(p.name), p.amount) for action in reaction for p in action.takes)
-        self.vessel = vessel_for(self.volume)
-        wants_necks = any(action.manner == "dropwise" or action.atmosphere in GASES for action in reaction)
-        if self.vessel == "RoundBottomFlask" and wants_necks:
+        self.volume = sum(self._millilitres(action) for action in reaction)
+        self.vessel = vessel_for(self.volume, self.catalog)
+        needs_necks = any(action.manner == "dropwise" or action.atmosphere in GASES for action in reaction)
+        if self.vessel == "RoundBottomFlask" and needs_necks:
             self.vessel = "ThreeNeckFlask"
         for number, action in enumerate(actions):
             if self.reacting and action.verb in WORK_UP:
@@ -151,8 +156,7 @@ class _Stage:
         names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
         if not self.reacting and action.verb in ("Add", "Dissolve"):
             self.volume += self._millilitres(action)
-        do = _SPECIAL.get(action.verb, _Stage._in_the_flask)
-        do(self, action, names)
+        _STEPS.get(action.verb, _Stager._in_the_flask)(self, action, names)
         if action.verb in ("Filter", "Crystallize", "Recrystallize", "Triturate"):
             self.solid = action.keep != "filtrate" and following != "Dissolve"
         elif action.verb in ("Dissolve", "Extract", "Concentrate", "Add"):
@@ -160,184 +164,176 @@ class _Stage:
 
     def _take(self, action: Action, name: str, amount: str) -> str:
         role = self.roles[name] if self.reacting else ROLES.get(action.verb, "solvent")
-        stated = {r for use in self.bench.reagents if use.name == name for r in use.role.split(" and ")}
-        if role in stated:
-            role = next(f"{role} {number}" for number in count(2) if f"{role} {number}" not in stated)
-        asset = Catalog.load().get(name)
-        gas = asset.chemistry is not None and asset.chemistry.state == "gas"
-        return self.bench.take(asset, role, amount or ("from the cylinder" if gas else "as needed"))
+        listed = {role for use in self.builder.reagents if use.name == name for role in use.role.split(" and ")}
+        if role in listed:
+            role = next(f"{role} {number}" for number in count(2) if f"{role} {number}" not in listed)
+        asset = self.catalog.get(name)
+        return self.builder.take(asset, role, amount or ("from the cylinder" if is_gas(asset) else "as needed"))
 
     def _gas(self, action: Action) -> tuple[str, ...]:
-        """Return what holds a gas above the mixture, the gas listed."""
+        """List the gas above the mixture and return it after the device that supplies it."""
         if action.atmosphere not in GASES:
             return ()
         name = GASES[action.atmosphere]
-        if not self.bench.takes(name):
-            self.bench.take(Catalog.load().get(name), "gas above the mixture", "from the cylinder")
+        if not self.builder.takes(name):
+            self.builder.take(self.catalog.get(name), "gas above the mixture", "from the cylinder")
         return ("SchlenkLine", name)
 
     def _do(
         self,
         action: Action,
-        uses: Sequence[str],
-        place: str = HOOD,
+        names: tuple[str, ...],
         temperature: float | None = None,
-        name: str | None = None,
+        verb: str = "",
+        setup: str = "",
+        **slots: Sequence[str],
     ) -> None:
         at = temperature if temperature is not None else action.temperature
-        told = action if action.temperature is None else action.model_copy(update={"temperature": at})
-        duration = action.duration or DURATIONS.get(action.verb, USUAL)
-        self.bench.do(name or action.verb, sentence(told), tuple(uses), place, at, duration)
+        text = sentence(
+            action if action.temperature is None else action.model_copy(update={"temperature": at}), self.catalog
+        )
+        self.builder.do(verb or action.verb, text, names, at, action.duration, setup, **slots)
+
+    def _plain(self, action: Action, names: tuple[str, ...]) -> None:
+        self._do(action, names)
+
+    def _with_device(self, action: Action, names: tuple[str, ...]) -> None:
+        self._do(action, names, vessel=(self.vessel,), gas=self._gas(action))
 
     def _in_the_flask(self, action: Action, names: tuple[str, ...]) -> None:
-        at = action.temperature
-        vessel = self.vessel if self.in_flask else "RoundBottomFlask" if self.volume < 120.0 else "LargeBeaker"
-        uses = [vessel, *_warmth(at), *self._gas(action)]
-        liquids = [name for name in names if _state(name) == "liquid"]
-        if liquids:
-            dropped = action.manner in ("dropwise", "slowly")
-            uses.append("DroppingFunnel" if dropped and self.reacting else "GraduatedCylinder")
-        if (at is not None and at > REFLUXING) or action.verb == "Reflux":
-            uses.append("RefluxCondenser")
-        if "Dean-Stark" in action.note:
-            uses.append("DeanStarkTrap")
+        at = _temperature(action) if action.verb == "Reflux" else action.temperature
+        vessel = self.vessel
+        if not self.in_flask:
+            vessel = "RoundBottomFlask" if self.volume < SECOND_FLASK else "LargeBeaker"
+        funnel: tuple[str, ...] = ()
+        if any(is_liquid(self.catalog.get(name)) for name in names):
+            dropwise = action.manner in ("dropwise", "slowly") and self.reacting
+            funnel = ("DroppingFunnel",) if dropwise else ("GraduatedCylinder",)
+        heated = (action.temperature is not None and action.temperature > CONDENSER_FROM) or action.verb == "Reflux"
+        condenser = ("RefluxCondenser",) if heated else ()
+        trap = ("DeanStarkTrap",) if "Dean-Stark" in action.note else ()
         verb: str = action.verb
         if verb == "Wait":
             verb = "Stir"
         elif verb == "SetTemperature":
-            verb = "Stir" if at is None or ROOM[0] <= at <= ROOM[1] else "Heat" if at > ROOM[1] else "Cool"
-        if action.verb == "Reflux" and at is None:
-            at = 80.0
-        self._do(action, [*uses, *names], temperature=at, name=verb)
-
-    def _with_device(self, action: Action, names: tuple[str, ...]) -> None:
-        device = {"Irradiate": "PhotoReactor", "Sonicate": "UltrasonicCleaner", "Microwave": "MicrowaveReactor"}[
-            action.verb
-        ]
-        self._do(action, (self.vessel, device, *self._gas(action), *names))
+            verb = "Stir" if at is None or ROOM_RANGE[0] <= at <= ROOM_RANGE[1] else _change(at)
+        self._do(
+            action,
+            names,
+            at,
+            verb,
+            action.verb,
+            vessel=(vessel,),
+            bath=_bath(action.temperature),
+            gas=self._gas(action),
+            funnel=funnel,
+            condenser=(*condenser, *trap),
+        )
 
     def _hydrogenate(self, action: Action, names: tuple[str, ...]) -> None:
-        closed = action.pressure is not None and action.pressure > 1.1
-        device = ("HydrogenationApparatus",) if closed else ("HydrogenBalloon", self.vessel)
         gas = names
         if "Hydrogen" not in names:
-            if not self.bench.takes("Hydrogen"):
-                self.bench.take(Catalog.load().get("Hydrogen"), "reactant", "from the cylinder")
+            if not self.builder.takes("Hydrogen"):
+                self.builder.take(self.catalog.get("Hydrogen"), "reactant", "from the cylinder")
             gas = (*names, "Hydrogen")
-        self._do(action, (*device, *(() if closed else _warmth(action.temperature)), *gas))
+        if action.pressure is not None and action.pressure > BALLOON_LIMIT:
+            self._do(action, gas, device=("HydrogenationApparatus",))
+        else:
+            bath = _bath(action.temperature)
+            self._do(action, gas, device=("HydrogenBalloon",), vessel=(self.vessel,), bath=bath)
 
     def _purge(self, action: Action, names: tuple[str, ...]) -> None:
-        self._do(action, (self.vessel, *(self._gas(action) or ("SchlenkLine",)), *names))
+        self._do(action, names, vessel=(self.vessel,), gas=self._gas(action) or ("SchlenkLine",))
 
     def _quench(self, action: Action, names: tuple[str, ...]) -> None:
-        """End the reaction in its flask where all fits, else in a beaker; strong acid is always poured onto water."""
+        """End the reaction in its flask if the flask is large enough, else in a beaker.
+
+        A mixture that contains a strong oxidizing acid is always poured onto water.
+        """
         total = self.volume + self._millilitres(action)
-        acid = any("oxidizing_acid" in groups_of(name) and self.roles.get(name) != "workup" for name in self.roles)
-        fits = total <= NEARLY_FULL * (capacity(Catalog.load().get(self.vessel)) or 0.0)
-        at = action.temperature if action.temperature is not None else 10.0
+        acid = any(
+            "oxidizing_acid" in groups_of(self.catalog.get(name)) and role != "workup"
+            for name, role in self.roles.items()
+        )
+        fits = total <= QUENCH_FILL * (capacity(self.catalog.get(self.vessel)) or 0.0)
+        at = _temperature(action)
+        cold = at < ROOM_RANGE[0]
         paper = ("PHPaper",) if action.verb == "AdjustPH" else ()
+        verb = _ph_change(action) or action.verb
         if fits and self.in_flask and not acid:
-            bath = _warmth(at) if at < ROOM[0] else ()
-            uses = (self.vessel, *bath, *paper, *self._gas(action))
-        else:
-            uses = (vessel_for(total, BEAKERS, NEARLY_FULL), *(("IceBath",) if at < ROOM[0] else ()), *paper)
-            self.in_flask = False
-            if action.verb == "Quench":
-                action = action.model_copy(
-                    update={
-                        "note": "; ".join(filter(None, ("pour the mixture slowly onto the water or ice", action.note)))
-                    }
-                )
-        self._do(action, (*uses, *names), temperature=at, name=_ph(action) or action.verb)
+            bath = _bath(at) if cold else ()
+            gas = self._gas(action)
+            self._do(action, names, at, verb, vessel=(self.vessel,), bath=bath, paper=paper, gas=gas)
+            return
+        beaker = vessel_for(total, self.catalog, BEAKERS, QUENCH_FILL)
+        self.in_flask = False
+        if action.verb == "Quench":
+            action = _with_note(action, "pour the mixture slowly onto the water or ice")
+        self._do(action, names, at, verb, beaker=(beaker,), bath=("IceBath",) if cold else (), paper=paper)
 
-    def _funnel(self, action: Action, names: tuple[str, ...]) -> None:
-        if action.verb == "Wash" and self.solid:
-            self._do(action, (*SUCTION, *names), name="Filter")
-        else:
-            self._do(action, (FUNNEL, "ErlenmeyerFlask", *names))
-
-    def _dry_solution(self, action: Action, names: tuple[str, ...]) -> None:
-        self._do(action, ("ErlenmeyerFlask", "GlassFunnel", *names))
-
-    def _filter(self, action: Action, names: tuple[str, ...]) -> None:
-        self._do(action, (*SUCTION, *names))
+    def _wash(self, action: Action, names: tuple[str, ...]) -> None:
+        self._do(action, names, verb="Filter" if self.solid else "Wash")
 
     def _concentrate(self, action: Action, names: tuple[str, ...]) -> None:
-        uses = ("RotaryEvaporator", "RoundBottomFlask", *names)
-        self._do(action, uses, "RotaryEvaporatorStation", 40.0 if action.temperature is None else action.temperature)
+        self._do(action, names, _temperature(action))
         self.in_flask = False
 
     def _distill(self, action: Action, names: tuple[str, ...]) -> None:
-        at = 90.0 if action.temperature is None else action.temperature
-        flask = "RoundBottomFlask" if not self.reacting else self.vessel
-        still = (flask, "DistillationHead", "LiebigCondenser", "VacuumAdapter", "PearShapedFlask")
-        reduced = action.atmosphere == "vacuum" or (action.pressure is not None and action.pressure < ATMOSPHERE)
-        pump = ("VacuumPump",) if reduced else ()
-        peroxides = any(_forms_peroxides(use.name) for use in self.bench.reagents)
-        if peroxides:
-            action = action.model_copy(
-                update={"note": "; ".join(filter(None, ("test for peroxides first", action.note)))}
-            )
-        self._do(action, (*still, *pump, *_warmth(at), *names), temperature=at)
+        at = _temperature(action)
+        flask = self.vessel if self.reacting else "RoundBottomFlask"
+        reduced = action.atmosphere == "vacuum" or (action.pressure is not None and action.pressure < REDUCED_PRESSURE)
+        chemistry = [self.catalog.get(use.name).chemistry for use in self.builder.reagents]
+        if any(item is not None and item.peroxide_former for item in chemistry):
+            action = _with_note(action, "test for peroxides first")
+        self._do(action, names, at, vessel=(flask,), pump=("VacuumPump",) if reduced else (), bath=_bath(at))
 
     def _crystallize(self, action: Action, names: tuple[str, ...]) -> None:
-        at = action.temperature if action.temperature is not None else 3.0
-        self._do(
-            action, ("CrystallizingDish", "IceBath" if at >= -15.0 else "CoolingBathDewar", *names), temperature=at
-        )
+        at = _temperature(action)
+        bath = "IceBath" if at >= -15.0 else "CoolingBathDewar"
+        self._do(action, names, at, bath=(bath,))
 
     def _recrystallize(self, action: Action, names: tuple[str, ...]) -> None:
-        at = action.temperature if action.temperature is not None else 60.0
-        flask = vessel_for(self._millilitres(action), ("ErlenmeyerFlask", "LargeBeaker"), NEARLY_FULL)
-        self._do(action, (flask, "MagneticHotplateStirrer", *SUCTION[:2], *names), temperature=at)
-
-    def _millilitres(self, action: Action) -> float:
-        return millilitres((Catalog.load().get(portion.name), portion.amount) for portion in action.takes)
-
-    def _chromatograph(self, action: Action, names: tuple[str, ...]) -> None:
-        self._do(action, ("ChromatographyColumn", "TLCPlate", *names), "PurificationBench")
+        flask = vessel_for(self._millilitres(action), self.catalog, ("ErlenmeyerFlask", "LargeBeaker"), QUENCH_FILL)
+        self._do(action, names, _temperature(action), vessel=(flask,))
 
     def _dry_solid(self, action: Action, names: tuple[str, ...]) -> None:
-        vacuum = action.atmosphere == "vacuum"
-        at = action.temperature if action.temperature is not None else 40.0
-        if at <= ROOM[1]:
-            self._do(action, ("RoundBottomFlask", "VacuumPump", "ColdTrap"), temperature=at, name="DryVacuum")
+        at = _temperature(action)
+        if at <= ROOM_RANGE[1]:
+            self._do(action, (), at, "DryVacuum")
         else:
-            oven = "VacuumOven" if vacuum else "DryingOven"
-            self._do(action, (oven, "WatchGlass", *names), "DryingStation", at)
+            oven = "VacuumOven" if action.atmosphere == "vacuum" else "DryingOven"
+            self._do(action, names, at, oven=(oven,))
 
     def _analyze(self, action: Action, names: tuple[str, ...]) -> None:
         note = action.note.lower()
-        self._do(action, (*next(devices for word, devices in ANALYSES if word in note), *names), "ValidationPlatform")
+        self._do(action, names, device=next(devices for word, devices in ANALYSES if word in note))
+
+    def _millilitres(self, action: Action) -> float:
+        return millilitres((self.catalog.get(portion.name), portion.amount) for portion in action.takes)
 
 
-_SPECIAL: dict[Verb, Callable[[_Stage, Action, tuple[str, ...]], None]] = {
-    "AdjustPH": _Stage._quench,
-    "Analyze": _Stage._analyze,
-    "Chromatograph": _Stage._chromatograph,
-    "Concentrate": _Stage._concentrate,
-    "Crystallize": _Stage._crystallize,
-    "Distill": _Stage._distill,
-    "DrySolid": _Stage._dry_solid,
-    "DrySolution": _Stage._dry_solution,
-    "Extract": _Stage._funnel,
-    "Filter": _Stage._filter,
-    "Hydrogenate": _Stage._hydrogenate,
-    "Irradiate": _Stage._with_device,
-    "Microwave": _Stage._with_device,
-    "Partition": _Stage._funnel,
-    "PhaseSeparation": _Stage._funnel,
-    "Purge": _Stage._purge,
-    "Purify": _Stage._chromatograph,
-    "Quench": _Stage._quench,
-    "Recrystallize": _Stage._recrystallize,
-    "Sonicate": _Stage._with_device,
-    "Wash": _Stage._funnel,
+_STEPS: dict[Verb, Callable[[_Stager, Action, tuple[str, ...]], None]] = {
+    **dict.fromkeys(
+        ("Chromatograph", "DrySolution", "Extract", "Filter", "Partition", "PhaseSeparation", "Purify"), _Stager._plain
+    ),
+    **dict.fromkeys(("Irradiate", "Microwave", "Sonicate"), _Stager._with_device),
+    "AdjustPH": _Stager._quench,
+    "Analyze": _Stager._analyze,
+    "Concentrate": _Stager._concentrate,
+    "Crystallize": _Stager._crystallize,
+    "Distill": _Stager._distill,
+    "DrySolid": _Stager._dry_solid,
+    "Hydrogenate": _Stager._hydrogenate,
+    "Purge": _Stager._purge,
+    "Quench": _Stager._quench,
+    "Recrystallize": _Stager._recrystallize,
+    "Wash": _Stager._wash,
 }
+"""Actions that are not simply done to the mixture in its flask."""
 
 
 def _joined(actions: Sequence[Action]) -> list[Action]:
-    """Return actions with those made one that are done at one go: washes in a row, a filtration after drying."""
+    """Return actions with consecutive washes merged, and filtrations that the previous action includes left out."""
     joined: list[Action] = []
     for action in actions:
         last = joined[-1] if joined else None
@@ -362,22 +358,26 @@ def _end(actions: Sequence[Action]) -> int:
     return next((k for k, action in enumerate(actions) if action.verb in WORK_UP), len(actions))
 
 
-def _warmth(at: float | None) -> tuple[str, ...]:
-    """Return what brings a flask to a temperature."""
-    return ("HeatingMantle",) if at is not None and at > REACHED_BY_OIL else bath_for(at)
+def _temperature(action: Action) -> float:
+    """Return the temperature of an action, or the usual one if it has none."""
+    return action.temperature if action.temperature is not None else usual_temperature(action.verb)
 
 
-def _ph(action: Action) -> str | None:
+def _bath(at: float | None) -> tuple[str, ...]:
+    """Return the devices that bring a flask to a temperature."""
+    return ("HeatingMantle",) if at is not None and at > OIL_BATH_LIMIT else bath_for(at)
+
+
+def _change(at: float) -> str:
+    return "Heat" if at > ROOM_RANGE[1] else "Cool"
+
+
+def _ph_change(action: Action) -> str:
+    """Return whether a pH adjustment acidifies or basifies, or "" if the action does not say."""
     if action.verb != "AdjustPH" or action.ph is None:
-        return None
+        return ""
     return "Acidify" if action.ph < 7.0 else "Basify"
 
 
-def _forms_peroxides(name: str) -> bool:
-    chemistry = Catalog.load().get(name).chemistry
-    return chemistry is not None and chemistry.peroxide_former
-
-
-def _state(name: str) -> str:
-    asset: Asset = Catalog.load().get(name)
-    return asset.chemistry.state if asset.chemistry is not None else ""
+def _with_note(action: Action, note: str) -> Action:
+    return action.model_copy(update={"note": "; ".join(filter(None, (note, action.note)))})

@@ -1,4 +1,4 @@
-"""Kinds of reaction that can be written down without a language model, with what each takes when the text is silent."""
+"""The kinds of reaction that templates can write, with the defaults for what a text leaves open."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from labgym.protocols.model import ReactionType
 
 
 class Slot(Record):
-    """A part that a reagent plays.
+    """A role in the reaction that one reagent fills.
 
     Attributes:
-        asset, amount: what is taken when the text names nothing for it.
-        when: charged into the flask first, or added afterwards.
-        accepts: assets, and classes of substances, that can play it.
-        optional: left empty unless the text names something for it.
+        role: name of the role.
+        asset, amount: the default reagent and its amount.
+        when: whether the reagent is charged into the flask first or added afterwards.
+        accepts: assets that can fill the slot.
+        classes: classes of substances that can fill it.
+        optional: whether the slot stays empty unless the text names a reagent for it.
     """
 
     role: str
@@ -33,7 +35,7 @@ class Slot(Record):
 
 
 class Solvent(Record):
-    """The solvent that is taken when the text names none."""
+    """The default solvent."""
 
     asset: str
     amount: str
@@ -86,8 +88,8 @@ class Unwritten(Record):
     english: str
     chinese: tuple[str, ...]
 
-    def found(self, text: str) -> str:
-        """Return the first of them that a text names, or ""."""
+    def first_in(self, text: str) -> str:
+        """Return the first of the names that occurs in a text, or ""."""
         match = re.search(rf"\b(?:{self.english})\b", text, re.IGNORECASE)
         return match[0] if match else next((word for word in self.chinese if word in text), "")
 
@@ -108,7 +110,7 @@ class Transformations(Document):
 
 @lru_cache(maxsize=1)
 def transformations() -> Transformations:
-    """Return the published table; read once a process."""
+    """Return the published table; it is read once per process."""
     return Transformations.load(artefacts("assets") / "synthesis" / "transformations.json")
 
 

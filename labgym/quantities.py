@@ -6,6 +6,9 @@ import re
 from dataclasses import dataclass
 
 ROOM_TEMPERATURE = 22.0
+"""Meaning of "room temperature" in a text, degrees Celsius."""
+ROOM_RANGE = (15.0, 30.0)
+"""Temperatures, degrees Celsius, that need neither heating nor cooling."""
 OVERNIGHT = 960.0
 
 _N = r"(?<![A-Za-z0-9.])(\d{1,6}(?:[.,]\d{1,4})?)"

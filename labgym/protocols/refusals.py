@@ -1,4 +1,4 @@
-"""What is never written down: wishes for dangerous products, and reagents that must not meet in one experiment."""
+"""Refusals: dangerous products, and reagents that must not be part of one experiment."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import ClassVar
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
-from labgym.protocols.synthesis.errors import RefusalError
+from labgym.protocols.errors import RefusalError
 
 
 class Wish(Record):
-    """A kind of product that is refused, with the words for it."""
+    """A kind of product that is refused, with the words that name it."""
 
     what: str
     english: str
@@ -21,15 +21,15 @@ class Wish(Record):
 
 
 class Mixture(Record):
-    """Reagents of which one of each side, all in one experiment, make a hazard."""
+    """Two or three sets of reagents; one of each set in the same experiment is a hazard."""
 
     a: frozenset[str]
     b: frozenset[str]
     c: frozenset[str] = frozenset()
     hazard: str
 
-    def found(self, names: frozenset[str]) -> tuple[str, ...]:
-        """Return one reagent of each side where all sides are there, else nothing."""
+    def reagents_in(self, names: frozenset[str]) -> tuple[str, ...]:
+        """Return one reagent of each set if all sets are represented among the names, else an empty tuple."""
         sides = [side for side in (self.a, self.b, self.c) if side]
         if all(side & names for side in sides):
             return tuple(min(side & names) for side in sides)
@@ -40,7 +40,8 @@ class Refusals(Document):
     """The table.
 
     Attributes:
-        destroyed_by_protic: reagents that a protic solvent destroys violently.
+        protic: protic solvents.
+        destroyed_by_protic: reagents that react violently with a protic solvent.
     """
 
     SCHEMA: ClassVar[str] = "labgym.refusals/1"
@@ -53,7 +54,7 @@ class Refusals(Document):
 
 @lru_cache(maxsize=1)
 def refusals() -> Refusals:
-    """Return the published table; read once a process."""
+    """Return the published table; it is read once per process."""
     return Refusals.load(artefacts("assets") / "synthesis" / "refusals.json")
 
 
@@ -63,33 +64,41 @@ def _patterns() -> tuple[tuple[Wish, re.Pattern[str]], ...]:
 
 
 def refuse_wish(text: str) -> None:
-    """Pass a text that asks for nothing dangerous.
+    """Return if a text asks for nothing dangerous.
 
     Raises:
-        RefusalError: it names an explosive, a chemical weapon, a controlled drug or a nitration.
+        RefusalError: the text names an explosive, a chemical weapon, a controlled drug or a nitration.
     """
     for wish, pattern in _patterns():
         match = pattern.search(text)
-        named = match[0] if match else next((word for word in wish.chinese if word in text.lower()), None)
-        if named is not None:
-            raise RefusalError("unsafe", f"no protocol is written for {wish.what} ({named[:60]!r})")
+        phrase = match[0] if match else next((word for word in wish.chinese if word in text.lower()), None)
+        if phrase is not None:
+            raise RefusalError("unsafe", f"no protocol is written for {wish.what} ({phrase[:60]!r})")
 
 
 def refuse_mixture(reagents: Iterable[str]) -> None:
-    """Pass reagents that may be part of one experiment.
+    """Return if reagents may be part of one experiment.
+
+    Args:
+        reagents: canonical asset names.
 
     Raises:
-        RefusalError: some of them must never meet; names them and what would happen.
+        RefusalError: some of them must never meet; the error names them and the hazard.
     """
     names = frozenset(reagents)
     for mixture in refusals().mixtures:
-        met = mixture.found(names)
-        if met:
-            raise RefusalError("unsafe", f"{' and '.join(met)} must not be part of one experiment: {mixture.hazard}")
+        hazardous = mixture.reagents_in(names)
+        if hazardous:
+            raise RefusalError(
+                "unsafe", f"{' and '.join(hazardous)} must not be part of one experiment: {mixture.hazard}"
+            )
 
 
 def refuse_solvent(reagents: Iterable[str], solvents: Iterable[str]) -> None:
-    """Pass a reaction whose solvents its reagents bear.
+    """Return if no reagent of a reaction is destroyed by one of its solvents.
+
+    Args:
+        reagents, solvents: canonical asset names.
 
     Raises:
         RefusalError: a protic solvent would destroy a hydride or organometallic reagent violently.

@@ -1,4 +1,4 @@
-"""Why no protocol is written."""
+"""The error that refuses to write a protocol."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ Reason = Literal["language", "no-chemistry", "no-reaction", "unlisted", "unsafe"
 
 
 class RefusalError(LabgymError, ValueError):
-    """A description that no protocol is written for.
+    """No protocol is written for a description or an experiment.
 
     Attributes:
-        reason: what kind of obstacle it is.
+        reason: kind of obstacle.
     """
 
     def __init__(self, reason: Reason, message: str) -> None:

@@ -1,0 +1,199 @@
+"""Apparatus: the devices, the place and the usual conditions of each action; vessels by volume, baths by temperature.
+
+`APPARATUS` is the only table from actions to devices. The feasibility filter asks it what the catalogue must hold, and
+everything that writes protocols (`labgym.protocols.synthesis`) takes the devices of its steps from it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from labgym.assets import Asset, Catalog
+from labgym.protocols.amounts import read_amount, volume_of
+from labgym.protocols.capability import capacity
+from labgym.protocols.errors import RefusalError
+from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
+
+HOOD = "FumeHood"
+FILL = 0.6
+"""Largest share of a vessel that a reaction mixture may fill."""
+FLASKS = ("RoundBottomFlask", "ThreeNeckFlask", "JacketedReactor")
+BEAKERS = ("Beaker", "LargeBeaker", "JacketedReactor")
+MINUTES = 15.0
+"""Usual duration of an action that `APPARATUS` says nothing else about."""
+_SLOT = re.compile(r"\{([a-z]+)\}")
+
+
+@dataclass(frozen=True)
+class Apparatus:
+    """How an action is usually carried out.
+
+    Attributes:
+        devices: asset names in the order in which a step lists them; "{vessel}" is a slot that `fill` replaces.
+        place: asset name of the location.
+        minutes: usual duration.
+        temperature: usual temperature, degrees Celsius; None if it depends on the mixture.
+        needs: sets of assets; the catalogue must hold one of each set for the action to be feasible. Basic glassware,
+            which every laboratory has, is not listed.
+    """
+
+    devices: tuple[str, ...] = ()
+    place: str = HOOD
+    minutes: float = MINUTES
+    temperature: float | None = None
+    needs: tuple[frozenset[str], ...] = ()
+
+    def fill(self, **slots: Sequence[str]) -> tuple[str, ...]:
+        """Return the devices with each slot replaced by the names given for it, or by nothing."""
+        names: list[str] = []
+        for device in self.devices:
+            slot = _SLOT.fullmatch(device)
+            names += slots.get(slot[1], ()) if slot else [device]
+        return tuple(names)
+
+
+def _any(*names: str) -> frozenset[str]:
+    return frozenset(names)
+
+
+FUNNEL = ("SeparatoryFunnel", "ErlenmeyerFlask")
+SUCTION = ("BuchnerFunnel", "FilterFlask", "FilterPaper")
+IN_FLASK = ("{vessel}", "{device}", "{bath}", "{gas}", "{funnel}", "{condenser}", "{extras}")
+"""The reaction mixture in its flask: stirred, heated, cooled, or added to."""
+QUENCH = ("{vessel}", "{beaker}", "{bath}", "{funnel}", "{paper}", "{gas}")
+_STIRRER = _any("MagneticStirrer", "MagneticHotplateStirrer", "OverheadStirrer", "OrbitalShaker")
+_COLUMN = _any("ChromatographyColumn", "FlashChromatographySystem")
+_SEPARATION = (_any("SeparatoryFunnel"),)
+
+APPARATUS = MappingProxyType(
+    {
+        "Acidify": Apparatus(QUENCH, minutes=20.0, temperature=5.0, needs=(_any("PHPaper", "PHMeter"),)),
+        "Add": Apparatus(IN_FLASK),
+        "AdjustPH": Apparatus(QUENCH, minutes=20.0, temperature=5.0, needs=(_any("PHPaper", "PHMeter"),)),
+        "Analyze": Apparatus(("{device}",), "ValidationPlatform", minutes=20.0),
+        "Basify": Apparatus(QUENCH, minutes=20.0, temperature=5.0, needs=(_any("PHPaper", "PHMeter"),)),
+        "Chromatograph": Apparatus(
+            ("ChromatographyColumn", "TLCPlate"), "PurificationBench", minutes=60.0, needs=(_COLUMN,)
+        ),
+        "Clean": Apparatus((), "SinkBench", minutes=20.0),
+        "CollectLayer": Apparatus(FUNNEL, needs=_SEPARATION),
+        "Concentrate": Apparatus(
+            ("RotaryEvaporator", "RoundBottomFlask"),
+            "RotaryEvaporatorStation",
+            minutes=20.0,
+            temperature=40.0,
+            needs=(_any("RotaryEvaporator"),),
+        ),
+        "Cool": Apparatus(IN_FLASK),
+        "Crystallize": Apparatus(("CrystallizingDish", "{bath}", "{suction}"), minutes=40.0, temperature=3.0),
+        "Dissolve": Apparatus(IN_FLASK),
+        "Distill": Apparatus(
+            ("{vessel}", "DistillationHead", "LiebigCondenser", "VacuumAdapter", "PearShapedFlask", "{pump}", "{bath}"),
+            minutes=60.0,
+            temperature=90.0,
+            needs=(_any("DistillationHead"), _any("LiebigCondenser")),
+        ),
+        "DrySolid": Apparatus(
+            ("{oven}", "WatchGlass"),
+            "DryingStation",
+            minutes=60.0,
+            temperature=40.0,
+            needs=(_any("DryingOven", "VacuumOven", "Desiccator"),),
+        ),
+        "DrySolution": Apparatus(("ErlenmeyerFlask", "GlassFunnel")),
+        "DryVacuum": Apparatus(("RoundBottomFlask", "VacuumPump", "ColdTrap"), minutes=45.0),
+        "Extract": Apparatus(FUNNEL, minutes=20.0, needs=_SEPARATION),
+        "Filter": Apparatus(SUCTION, needs=(_any("BuchnerFunnel", "FrittedFunnel", "GlassFunnel"),)),
+        "Heat": Apparatus(IN_FLASK),
+        "Hydrogenate": Apparatus(
+            ("{device}", "{vessel}", "{bath}"), needs=(_any("HydrogenationApparatus", "HydrogenBalloon"),)
+        ),
+        "Irradiate": Apparatus(("{vessel}", "PhotoReactor", "{gas}"), needs=(_any("PhotoReactor"),)),
+        "MakeSolution": Apparatus(IN_FLASK, minutes=10.0),
+        "Measure": Apparatus(("{vessel}",), "PreparationBench", minutes=10.0),
+        "Microwave": Apparatus(("{vessel}", "MicrowaveReactor", "{gas}"), needs=(_any("MicrowaveReactor"),)),
+        "Monitor": Apparatus(("TLCPlate", "TLCChamber"), minutes=10.0),
+        "Partition": Apparatus(FUNNEL, needs=_SEPARATION),
+        "PhaseSeparation": Apparatus(FUNNEL, needs=_SEPARATION),
+        "Purge": Apparatus(("{vessel}", "{gas}"), minutes=10.0),
+        "Purify": Apparatus(("ChromatographyColumn", "TLCPlate"), "PurificationBench", minutes=60.0, needs=(_COLUMN,)),
+        "Quench": Apparatus(QUENCH, minutes=20.0, temperature=5.0),
+        "Recrystallize": Apparatus(
+            ("{vessel}", "MagneticHotplateStirrer", "BuchnerFunnel", "FilterFlask"),
+            minutes=45.0,
+            temperature=60.0,
+            needs=(_any("ErlenmeyerFlask", "RoundBottomFlask"), _any("BuchnerFunnel")),
+        ),
+        "Reflux": Apparatus(IN_FLASK, temperature=80.0, needs=(_any("RefluxCondenser"),)),
+        "SetTemperature": Apparatus(IN_FLASK),
+        "Sonicate": Apparatus(("{vessel}", "UltrasonicCleaner", "{gas}"), needs=(_any("UltrasonicCleaner"),)),
+        "Stir": Apparatus(IN_FLASK, minutes=30.0, needs=(_STIRRER,)),
+        "Sublime": Apparatus(IN_FLASK, needs=(_any("SublimationApparatus"),)),
+        "Triturate": Apparatus(IN_FLASK),
+        "Wait": Apparatus(IN_FLASK),
+        "Wash": Apparatus(FUNNEL),
+        "Weigh": Apparatus(("ElectronicScale",), "PreparationBench", minutes=10.0),
+        "WeighDry": Apparatus(("SampleVial",), "GloveBox", minutes=15.0),
+    }
+)
+"""The apparatus of each action. "WeighDry" is the action "Weigh" without air and moisture."""
+
+
+def usual_temperature(action: str) -> float:
+    """Return the usual temperature of an action, degrees Celsius; room temperature if it depends on the mixture."""
+    temperature = APPARATUS[action].temperature
+    return ROOM_TEMPERATURE if temperature is None else temperature
+
+
+def millilitres(reagents: Iterable[tuple[Asset, str]]) -> float:
+    """Return the volume in mL of reagents by their amounts, portions and ice included."""
+    total = 0.0
+    for asset, text in reagents:
+        amount = read_amount(text)
+        total += volume_of(asset, amount) * amount.portions
+    return total
+
+
+def vessel_for(volume: float, catalog: Catalog, among: Sequence[str] = FLASKS, fill: float = FILL) -> str:
+    """Return the first of some vessels that a volume fills to at most a given share.
+
+    Args:
+        volume: mL.
+        catalog: the assets that know their capacity.
+        among: asset names, smallest first.
+        fill: largest share of the capacity.
+
+    Raises:
+        RefusalError: every vessel is too small.
+    """
+    for name in among:
+        limit = capacity(catalog.get(name))
+        if limit is not None and volume <= fill * limit:
+            return name
+    raise RefusalError("infeasible", f"a batch of {volume / 1000:.3g} L is too large for every vessel of the catalogue")
+
+
+def bath_for(temperature: float | None) -> tuple[str, ...]:
+    """Return the devices, including the stirrer, that bring a stirred vessel to a temperature in degrees Celsius.
+
+    Raises:
+        RefusalError: no bath reaches the temperature.
+    """
+    if temperature is None or ROOM_RANGE[0] <= temperature <= ROOM_RANGE[1]:
+        return ("MagneticStirrer",)
+    for limit, devices in (
+        (-78.5, None),
+        (-40.0, ("CoolingBathDewar", "MagneticStirrer")),
+        (-15.0, ("LowTemperatureBath",)),
+        (ROOM_RANGE[0], ("IceBath", "MagneticStirrer")),
+        (170.0, ("OilBath", "MagneticHotplateStirrer")),
+        (290.0, ("SandBath", "OverheadStirrer")),
+    ):
+        if temperature < limit or (limit > ROOM_RANGE[1] and temperature <= limit):
+            if devices is None:
+                break
+            return devices
+    raise RefusalError("infeasible", f"{temperature:g} C is out of reach: the baths cover -78 C to 290 C")
