@@ -17,7 +17,7 @@ from labgym.assets.forge import Annotation
 from labgym.assets.inference import Substructures
 from labgym.assets.lookalikes import Lookalikes
 from labgym.assets.reactivity import Reactivity
-from labgym.documents import Document, write_bytes, write_text
+from labgym.documents import Document, tagged, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
@@ -25,6 +25,7 @@ from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.layouts import Layout
 from labgym.layouts.splits import Manifest
+from labgym.layouts.version1 import Layout1
 from labgym.llm.replay import RecordedReply
 from labgym.protocols import Protocol
 from labgym.protocols.experiments import ExperimentFile
@@ -47,6 +48,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     Substructures,
     Protocol,
     ExperimentFile,
+    Layout1,
     Layout,
     Manifest,
     Suite,
@@ -63,10 +65,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
 
 def schema(document: type[Document]) -> str:
     """Return a document's JSON Schema, its `schema` field included."""
-    body = document.model_json_schema(mode="validation")
-    tag = {"const": document.SCHEMA, "title": "Schema"}
-    body["properties"] = {"schema": tag, **body["properties"]}
-    body["required"] = ["schema", *body.get("required", ())]
+    body = tagged(document.model_json_schema(mode="validation"), document)
     return (
         json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **body}, indent=1, ensure_ascii=False)
         + "\n"

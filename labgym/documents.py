@@ -74,6 +74,16 @@ class Document(Record):
         return write_json(path, self.to_json())
 
 
+def tagged(schema: dict[str, Any], document: type[Document]) -> dict[str, Any]:
+    """Return the JSON Schema of a document's fields with the required field `schema` put first."""
+    tag = {"const": document.SCHEMA, "title": "Schema"}
+    return {
+        **schema,
+        "properties": {"schema": tag, **schema.get("properties", {})},
+        "required": ["schema", *schema.get("required", ())],
+    }
+
+
 def document_error(source: object, error: ValidationError) -> DocumentError:
     """Return pydantic's report as a one-line error that names the first invalid field."""
     first = error.errors(include_url=False, include_input=True)[0]

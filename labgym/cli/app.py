@@ -115,7 +115,12 @@ def compile_(layout: LayoutName, out: Path, format: Literal["mjcf", "glb", "usd"
 
 @app.command
 def view(
-    layout: LayoutName, out: Path = Path("layout.png"), camera: str = "topdown", width: int = 1280, height: int = 720
+    layout: LayoutName,
+    out: Path = Path("layout.png"),
+    camera: str = "topdown",
+    width: int = 1280,
+    height: int = 720,
+    protocol: OptionalText = None,
 ) -> int:
     """Draw a layout from above, or render it with a camera of the scene.
 
@@ -125,14 +130,14 @@ def view(
         camera: topdown for a plan with goal poses, or a camera of the scene, such as overview.
         width: Width of a rendered view in pixels.
         height: Height of a rendered view in pixels.
+        protocol: Id or .json file of the protocol whose goal poses are drawn; by default the layout's.
     """
     from labgym.envs.tasks import resolve_layout
     from labgym.eval.drawing import pictures
 
-    scene = resolve_layout(layout)
+    scene = resolve_layout(layout, protocol)
     if camera == "topdown":
-        protocol = protocols.get(scene.protocol) if scene.protocol else None
-        return written(pictures.save_picture(pictures.topdown(scene, protocol), out))
+        return written(pictures.save_picture(pictures.topdown(scene, scene.protocol), out))
     return written(pictures.save_view(scene, out, camera, width, height))
 
 
@@ -141,6 +146,7 @@ def eval_(
     policy: str = "astar",
     suite: Annotated[str, arg(aliases=("--split",))] = "test",
     layouts: Texts = (),
+    protocol: OptionalText = None,
     seed: int = 0,
     workers: int = 1,
     out: OptionalPath = None,
@@ -154,6 +160,7 @@ def eval_(
             of a policy server.
         suite: Name of a suite (test, val, navdp_compat), or its .json file.
         layouts: Layouts to drive in instead of a suite: .json files or ids of published layouts.
+        protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         seed: Random seed of the policy.
         workers: Number of processes; the results do not depend on it.
         out: Folder for episodes, routes and summary; by default runs/POLICY-SUITE. An interrupted evaluation resumes.
@@ -170,7 +177,9 @@ def eval_(
     if policy == "?":
         print(*registry.policy_names(), sep="\n")
         return DONE
-    where = [resolve_layout(name) for name in layouts] or suite
+    if protocol is not None and not layouts:
+        raise OptionError("--protocol is for --layouts; the layouts of a suite have protocols of their own")
+    where = [resolve_layout(name, protocol) for name in layouts] or suite
     folder = out or default_folder(policy, suite if where == suite else "layouts")
     arguments = registry.parse_options(options)
     summary = evaluate(
@@ -190,6 +199,7 @@ def record(
     seed: int = 0,
     width: int = 640,
     height: int = 480,
+    protocol: OptionalText = None,
     options: PolicyOptions = (),
 ) -> int:
     """Film a policy on one goal pair of a layout.
@@ -202,6 +212,7 @@ def record(
         seed: Random seed of the policy.
         width: Width in pixels.
         height: Height in pixels.
+        protocol: Id or .json file of the protocol to drive for; by default the one that the layout embeds.
         options: Arguments of the policy, for example trust=true.
     """
     from tqdm import tqdm
@@ -214,7 +225,7 @@ def record(
 
     _allow_local_modules()
     film.check_film_path(out)
-    scene = resolve_layout(layout)
+    scene = resolve_layout(layout, protocol)
     drive = drive_pair(policy, scene, pair, seed, registry.parse_options(options))
     print(episode_outcome(drive.row))
     written(film.save_film(tqdm(film.film(scene, drive.route, width, height), "film", len(drive.route)), out))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from collections import deque
+from functools import cached_property
 from weakref import WeakValueDictionary
 
 import mujoco
 import numpy as np
 
+from labgym.assets import Asset
 from labgym.envs.distance_to_go import DistanceToGo
 from labgym.envs.robot import ROBOT, attach_robot
 from labgym.layouts import Layout
@@ -18,7 +19,7 @@ from labgym.navigation.clearance import Obstacles
 from labgym.scenes import RayScene, to_mjcf
 
 KEPT = 16
-"""How many stages a process keeps."""
+"""Number of stages that a process keeps in any case."""
 
 
 class Stage:
@@ -86,27 +87,21 @@ def physics_model(layout: Layout) -> mujoco.MjModel:
     return scene.compile()
 
 
-@dataclass(frozen=True)
-class _Furnished:
-    """What a stage depends on; the layout itself is along for the ride."""
+_Key = tuple[Room, tuple[Placement, ...], tuple[Asset, ...]]
 
-    room: Room
-    placements: tuple[Placement, ...]
-    layout: Layout = field(compare=False)
-
-
-_held: WeakValueDictionary[_Furnished, Stage] = WeakValueDictionary()
+_stages: WeakValueDictionary[_Key, Stage] = WeakValueDictionary()
+_recent: deque[Stage] = deque(maxlen=KEPT)
+"""The stages made last: kept even if no environment uses them."""
 
 
 def stage_of(layout: Layout) -> Stage:
-    """Return the stage of a layout: made on first use, kept while it is among the latest or someone holds it."""
-    furnished = _Furnished(layout.room, layout.placements, layout)
-    stage = _held.get(furnished)
+    """Return the stage of a layout; layouts with the same room, placements and catalogue entries share one.
+
+    A stage lives as long as something uses it or it is among the last `KEPT` that were made.
+    """
+    key = (layout.room, layout.placements, tuple(layout.asset(placement.id) for placement in layout.placements))
+    stage = _stages.get(key)
     if stage is None:
-        stage = _held[furnished] = _stage(furnished)
+        stage = _stages[key] = Stage(layout)
+        _recent.append(stage)
     return stage
-
-
-@lru_cache(maxsize=KEPT)
-def _stage(furnished: _Furnished) -> Stage:
-    return Stage(furnished.layout)

@@ -65,7 +65,7 @@ class TaskSource:
             raise OptionError(f"episodes_per_layout is {episodes_per_layout}, expected at least 1")
         self._split, self._profile = split, profile
         self._layout = None if layout is None else resolve_layout(layout)
-        self._protocol = None if protocol is None else resolve_protocol(protocol)
+        self._protocol = None if protocol is None else protocols.resolve(protocol)
         self._episodes_per_layout = episodes_per_layout
         self._generated: Layout | None = None
         self._episodes_left = 0
@@ -84,71 +84,83 @@ class TaskSource:
         for name in options:
             if name not in OPTIONS:
                 raise UnknownNameError("reset option", name, OPTIONS)
-        protocol = self._protocol if options.get("protocol") is None else resolve_protocol(options["protocol"])
+        protocol = self._protocol if options.get("protocol") is None else protocols.resolve(options["protocol"])
         layout = self._layout if options.get("layout") is None else resolve_layout(options["layout"])
         if layout is None:
             layout = self._drawn_layout(rng, protocol, fresh)
-        if protocol is None and layout.protocol is None:
-            raise OptionError(
-                f"layout {layout.id!r} names no protocol; pass one with the argument or option 'protocol'"
-            )
-        protocol = protocol or resolve_protocol(layout.protocol)
-        return Task(layout, protocol, _chosen_pair(rng, layout, protocol, options.get("pair")))
+        protocol = protocol or layout.protocol
+        if protocol is None:
+            raise OptionError(f"layout {layout.id!r} has no protocol: pass one with the argument or option 'protocol'")
+        index = options.get("pair")
+        if index is None:
+            index = int(rng.integers(len(_goal_pairs(layout, protocol))))
+        return Task(layout, protocol, goal_pair(layout, index, protocol))
 
     def _drawn_layout(self, rng: np.random.Generator, protocol: Protocol | None, fresh: bool) -> Layout:
         if self._split in PUBLISHED:
             candidates = _with_drives(self._split, None if protocol is None else protocol.id)
             return load(self._split, candidates[int(rng.integers(len(candidates)))])
         last = self._generated
-        if fresh or last is None or self._episodes_left == 0 or (protocol and protocol.id != last.protocol):
+        if fresh or last is None or self._episodes_left == 0 or (protocol and protocol != last.protocol):
             last = self._generated = train_layout(rng, protocol, self._profile)
             self._episodes_left = self._episodes_per_layout
         self._episodes_left -= 1
         return last
 
 
-def resolve_protocol(given: Protocol | str | None) -> Protocol:
-    """Return the protocol that is meant: itself, or the one of that id.
+def resolve_layout(layout: Layout | str | Path, protocol: Protocol | str | Path | None = None) -> Layout:
+    """Return the layout that an argument names: itself, the one in a `.json` file, or the published one of that id.
+
+    Args:
+        layout: a `Layout`, a path or an id.
+        protocol: a protocol, its id or its `.json` file, to be the layout's first; by default its own stay as they are.
 
     Raises:
-        UnknownNameError: there is no protocol of that id, or none is given.
+        UnknownNameError: no published layout, or no protocol, has that id.
+        DocumentError: the file is not a layout, or the layout names an asset or a support that does not exist.
+        OptionError: the argument is something else.
     """
-    return given if isinstance(given, Protocol) else protocols.get(str(given))
+    layout = _resolved(layout)
+    return layout if protocol is None else layout.for_protocol(protocols.resolve(protocol))
 
 
-def resolve_layout(given: Layout | str | Path) -> Layout:
-    """Return the layout that is meant: itself, the one in a `.json` file, or the published one of that id.
-
-    Raises:
-        UnknownNameError: no published layout has that id.
-        DocumentError: the file cannot be read as a layout, or the layout names what does not exist.
-        OptionError: it is something else.
-    """
-    if isinstance(given, Layout):
-        given.check_references()
-        return given
-    if isinstance(given, Path) or (isinstance(given, str) and given.endswith(".json")):
-        return Layout.load(given)
-    if not isinstance(given, str):
-        raise OptionError(f"layout is a {type(given).__name__}, expected a Layout, a path to one, or a published id")
+def _resolved(layout: object) -> Layout:
+    if isinstance(layout, Layout):
+        layout.check_references()
+        return layout
+    if isinstance(layout, Path) or (isinstance(layout, str) and layout.endswith(".json")):
+        return Layout.load(layout)
+    if not isinstance(layout, str):
+        raise OptionError(f"layout is a {type(layout).__name__}, expected a Layout, a path or a published id")
     for split in PUBLISHED:
-        if given in published(split):
-            return load(split, given)
-    raise UnknownNameError("layout", given, (name for split in PUBLISHED for name in published(split)))
+        if layout in published(split):
+            return load(split, layout)
+    raise UnknownNameError(
+        "layout (a .json file or a published id)", layout, (name for split in PUBLISHED for name in published(split))
+    )
 
 
-def _chosen_pair(rng: np.random.Generator, layout: Layout, protocol: Protocol, index: object) -> GoalPair:
-    """Return the goal pair of an index, one drawn where it is None."""
-    pairs = goal_pairs(layout, protocol)
-    if not pairs:
-        raise OptionError(
-            f"protocol {protocol.id!r} asks for no drive in layout {layout.id!r}; choose another protocol"
-        )
-    if index is None:
-        return pairs[int(rng.integers(len(pairs)))]
+def goal_pair(layout: Layout, index: int, protocol: Protocol | None = None) -> GoalPair:
+    """Return one of the goal pairs of a layout, for its first protocol by default.
+
+    Raises:
+        OptionError: the layout has no goal pair.
+        UnknownNameError: no goal pair has that index.
+    """
+    pairs = _goal_pairs(layout, protocol)
     if isinstance(index, bool) or not isinstance(index, int | np.integer) or not 0 <= index < len(pairs):
         raise UnknownNameError(f"goal pair of layout {layout.id!r}", index, (str(pair.index) for pair in pairs))
     return pairs[int(index)]
+
+
+def _goal_pairs(layout: Layout, protocol: Protocol | None) -> tuple[GoalPair, ...]:
+    pairs = goal_pairs(layout, protocol)
+    if not pairs:
+        name = layout.protocol_id if protocol is None else protocol.id
+        raise OptionError(
+            f"layout {layout.id!r} has no goal pairs: protocol {name!r} stays at one place; choose another protocol"
+        )
+    return pairs
 
 
 @lru_cache(maxsize=256)
@@ -164,13 +176,9 @@ def _with_drives(split: str, protocol: str | None) -> tuple[str, ...]:
     Raises:
         UnknownNameError: the split has no layout of that protocol with a drive.
     """
-    layouts = [load(split, name) for name in published(split)]
-    found = tuple(
-        layout.id
-        for layout in layouts
-        if protocol in (None, layout.protocol) and layout.protocol and goal_pairs(layout)
-    )
-    if not found:
-        drivable = {layout.protocol for layout in layouts if layout.protocol and goal_pairs(layout)}
+    layouts = [layout for layout in (load(split, name) for name in published(split)) if goal_pairs(layout)]
+    ids = tuple(layout.id for layout in layouts if protocol in (None, layout.protocol_id))
+    if not ids:
+        drivable = {str(layout.protocol_id) for layout in layouts}
         raise UnknownNameError(f"protocol with a layout to drive in of split {split!r}", protocol or "any", drivable)
-    return found
+    return ids

@@ -1,7 +1,7 @@
 """LabGen: propose, repair, adjust and refine layouts for navigation."""
 
 from labgym.layouts.generate import generate, reasons
-from labgym.layouts.model import Door, Layout, Placement, Provenance, Room
+from labgym.layouts.model import Door, Floor, Layout, Placement, Provenance, Room
 from labgym.layouts.optimise import optimise
 from labgym.layouts.refine import refine
 from labgym.layouts.rooms import room_presets
@@ -9,6 +9,7 @@ from labgym.layouts.splits import load_published, published, train_layout
 
 __all__ = [
     "Door",
+    "Floor",
     "Layout",
     "Placement",
     "Provenance",

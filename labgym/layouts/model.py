@@ -1,125 +1,171 @@
-"""A layout: a room and what stands in it, where. A document with a hash."""
+"""The layout document: a floor with placements, and the protocols that it is for."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal, Self
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, PlainSerializer, PrivateAttr, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from labgym.assets import Asset, Catalog
-from labgym.documents import Document, Record, canonical_hash
+from labgym.assets.sizes import size_problem
+from labgym.documents import Document, Record, canonical_hash, read_json, tagged
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
-from labgym.geometry import OrientedBox, rotate, wrap_angle
+from labgym.geometry import OrientedBox, wrap_angle
+from labgym.layouts import version1
+from labgym.layouts.floor import Door, Floor, Identifier, Room
+from labgym.layouts.placement import FLOOR, WALL, Placement, placed_box, placed_part, resized
+from labgym.layouts.provenance import Provenance
+from labgym.layouts.version1 import Layout1, Version1Fields
+from labgym.protocols import Protocol, protocols
 
-Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]
-Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
-FLOOR = "floor"
-WALL = "wall"
+__all__ = ["FLOOR", "WALL", "Door", "Floor", "Layout", "Placement", "Provenance", "Room", "placed_box"]
 
-
-class Door(Record):
-    """A doorway in a wall, with a leaf that opens inwards.
-
-    Attributes:
-        wall: front (y = 0), back (y = depth), left (x = 0) or right (x = width).
-        offset: metres from the wall's start (x or y = 0) to the doorway's middle.
-        width, height: clear opening, metres.
-    """
-
-    wall: Literal["front", "back", "left", "right"]
-    offset: Annotated[float, Field(ge=0.0, le=50.0)]
-    width: Annotated[float, Field(ge=0.6, le=4.0)] = 1.0
-    height: Annotated[float, Field(ge=1.8, le=4.0)] = 2.1
+OPEN_HEADROOM = 1000.0
+"""Headroom of a surface with nothing above it, metres."""
 
 
-class Room(Record):
-    """The room's interior in metres: origin at the front-left floor corner, x right, y away."""
-
-    name: Annotated[str, Field(max_length=80)] = "custom"
-    width: Annotated[float, Field(ge=2.0, le=50.0)]
-    depth: Annotated[float, Field(ge=2.0, le=50.0)]
-    height: Annotated[float, Field(ge=2.2, le=10.0)] = 3.0
-    wall_thickness: Annotated[float, Field(ge=0.02, le=1.0)] = 0.2
-    doors: Annotated[tuple[Door, ...], Field(max_length=8)] = (Door(wall="front", offset=1.5),)
-
-    @model_validator(mode="after")
-    def _doors_fit(self) -> Self:
-        for door in self.doors:
-            length = self.width if door.wall in ("front", "back") else self.depth
-            if not (door.width / 2.0 <= door.offset <= length - door.width / 2.0) or door.height > self.height:
-                raise ValueError(f"door at offset {door.offset} of the {door.wall} wall does not fit the wall")
-        return self
+def _untagged(data: Any) -> Any:
+    """Return an embedded document without its schema tag, which must be that of a protocol."""
+    if not isinstance(data, dict) or "schema" not in data:
+        return data
+    if data["schema"] != Protocol.SCHEMA:
+        raise ValueError(f"expected schema {Protocol.SCHEMA!r}, got {str(data['schema'])[:80]!r}")
+    return {key: value for key, value in data.items() if key != "schema"}
 
 
-class Placement(Record):
-    """One object: the centre of its bottom face in the room frame, and its yaw.
+class _TaggedSchema:
+    """Puts the schema tag into the JSON Schema of an embedded protocol."""
 
-    Attributes:
-        support: "floor", "wall", or the id of the placement that it stands on or in.
-        slot: index of the support's surface (a cabinet's shelf), None on floor and wall.
-    """
-
-    id: Identifier
-    asset: Annotated[str, Field(max_length=64)]
-    position: tuple[Coordinate, Coordinate, Coordinate]
-    yaw: Annotated[float, Field(ge=-7.0, le=7.0)] = 0.0
-    support: Identifier = FLOOR
-    slot: Annotated[int, Field(ge=0, le=63)] | None = None
+    def __get_pydantic_json_schema__(self, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        reference = handler(core_schema)
+        body = handler.resolve_ref_schema(reference)
+        body.update(tagged(body, Protocol))
+        return reference
 
 
-class Provenance(Record):
-    """How the layout came to be: enough to make it again."""
-
-    generator: str = "manual"
-    seed: int | None = None
-    options: dict[str, Any] = Field(default_factory=dict)
-    versions: dict[str, str] = Field(default_factory=dict)
+EmbeddedProtocol = Annotated[
+    Protocol, BeforeValidator(_untagged), PlainSerializer(Protocol.to_json, return_type=dict), _TaggedSchema()
+]
 
 
 class Layout(Document):
-    """A room with placements. Immutable; its hash is over canonical JSON with lengths rounded to 0.1 mm.
+    """A floor with placements and the protocols that it is for. Immutable; bound to a catalogue.
 
-    `Layout.parse` and `Layout.load` also check that every name in it exists.
+    A layout is written as version 2 of the document. A version 1 file can still be read: it stays version 1, with its
+    hash and its bytes, until it is changed in a way that version 1 cannot express.
+
+    Attributes:
+        protocols: the protocols that are carried out in the laboratory; the first is the one that episodes, scores and
+            drawings take by default.
+        floor: walls, doors and spaces.
+        placements: what stands where.
+        provenance: how the layout was made.
     """
 
-    SCHEMA: ClassVar[str] = "labgym.layout/1"
+    SCHEMA: ClassVar[str] = "labgym.layout/2"
 
     id: Identifier
-    protocol: Annotated[str, Field(max_length=64)] | None = None
-    room: Room
+    protocols: Annotated[tuple[EmbeddedProtocol, ...], Field(max_length=5)] = ()
+    floor: Floor
     placements: Annotated[tuple[Placement, ...], Field(max_length=2000)]
     provenance: Provenance = Provenance()
 
+    _catalog: Catalog = PrivateAttr()
+    _version_1: Version1Fields | None = PrivateAttr(default=None)
+
+    def __init__(self, *, catalog: Catalog | None = None, **fields: Any) -> None:
+        """Make a layout of version 2.
+
+        Args:
+            catalog: the catalogue that explains the placements' assets; by default `Catalog.load()`.
+            fields: the fields of the document.
+
+        Raises:
+            pydantic.ValidationError: a field is missing, unknown or out of range.
+        """
+        if catalog is not None and not isinstance(catalog, Catalog):
+            fields["catalog"] = catalog  # a field of that name in a document is as unknown as any other
+        super().__init__(**fields)
+        self._catalog = Catalog.load() if catalog is None else catalog
+
+    @model_validator(mode="after")
+    def _check_protocols(self) -> Self:
+        ids = [protocol.id for protocol in self.protocols]
+        if len(set(ids)) != len(ids):
+            raise ValueError(f"protocols must have different ids, got {', '.join(ids)}")
+        return self
+
     @classmethod
-    def parse(cls, data: Any, source: object = "document") -> Self:
-        """Validate plain data, names included: each asset exists, each support is there, ids are unique.
+    def load(cls, path: str | Path, catalog: Catalog | None = None) -> Self:
+        """Read a layout file of version 1 or 2.
+
+        Args:
+            path: a .json file.
+            catalog: the catalogue to bind the layout to; by default `Catalog.load()`.
+
+        Raises:
+            DocumentError: not a layout, or it names an asset or a support that does not exist.
+        """
+        return cls.parse(read_json(path), path, catalog)
+
+    @classmethod
+    def parse(cls, data: Any, source: object = "document", catalog: Catalog | None = None) -> Self:
+        """Validate plain data of version 1 or 2, names included.
 
         Raises:
             DocumentError: names the source and the field.
         """
-        layout = super().parse(data, source)
+        if isinstance(data, dict) and data.get("schema") == version1.SCHEMA:
+            layout = cls._of_version_1(Layout1.parse(data, source), source)
+        else:
+            layout = super().parse(data, source)
+        if catalog is not None:
+            layout._catalog = catalog
         layout.check_references(source)
         return layout
 
+    @classmethod
+    def _of_version_1(cls, document: Layout1, source: object) -> Self:
+        try:
+            room = version1.to_room(document.room)
+        except ValueError as error:
+            raise DocumentError(source, "room", " ".join(str(error).split())) from None
+        published = protocols().get(document.protocol or "")
+        layout = cls(
+            id=document.id,
+            protocols=() if published is None else (published,),
+            floor=room.floor,
+            placements=tuple(version1.to_placement(placement) for placement in document.placements),
+            provenance=document.provenance,
+        )
+        layout._version_1 = Version1Fields(document.protocol, room)
+        return layout
+
     def check_references(self, source: object = "layout") -> None:
-        """Check that ids are unique, assets exist, and every support holds what it is said to.
+        """Check that ids are unique, assets exist, sizes are plausible, and every support has the slot named.
 
         Raises:
             DocumentError: names the source and the first placement at fault.
         """
-        seen: set[str] = set()
+        ids: set[str] = set()
         for index, placement in enumerate(self.placements):
             field = f"placements.{index}"
-            if placement.id in seen:
+            if placement.id in ids:
                 raise DocumentError(source, f"{field}.id", f"{placement.id!r} occurs twice; ids must be unique")
-            seen.add(placement.id)
+            ids.add(placement.id)
             try:
-                Catalog.load().get(placement.asset)
+                asset = self.catalog.get(placement.asset)
             except UnknownNameError as error:
                 raise DocumentError(source, f"{field}.asset", str(error)) from None
+            problem = None if placement.size is None else size_problem(resized(asset, placement.size))
+            if problem is not None:
+                raise DocumentError(source, f"{field}.size", problem)
         for index, placement in enumerate(self.placements):
             try:
                 self._check_support(placement)
@@ -128,16 +174,54 @@ class Layout(Document):
 
     def _check_support(self, placement: Placement) -> None:
         """Follow the supports of a placement down to the floor or a wall."""
-        seen = {placement.id}
+        carried = {placement.id}
         while placement.support not in (FLOOR, WALL):
             parent = self.placement(placement.support)
             slots = len(self.asset(parent.id).surfaces)
             if placement.slot is None or placement.slot >= slots:
                 raise LabgymError(f"{placement.id!r} names slot {placement.slot} of {parent.id!r}, which has {slots}")
-            if parent.id in seen:
+            if parent.id in carried:
                 raise LabgymError(f"supports of {placement.id!r} form a cycle")
-            seen.add(parent.id)
+            carried.add(parent.id)
             placement = parent
+
+    @property
+    def catalog(self) -> Catalog:
+        """The catalogue that the layout is bound to."""
+        return self._catalog
+
+    @property
+    def version(self) -> int:
+        """Version of the document that `save` writes: 2, or 1 for an unchanged version 1 file."""
+        return 2 if self._version_1 is None else 1
+
+    @property
+    def protocol(self) -> Protocol | None:
+        """The first protocol, None if the layout has none.
+
+        Raises:
+            LabgymError: a version 1 file names a protocol that is not in the library.
+        """
+        if self.protocols:
+            return self.protocols[0]
+        if self.protocol_id is not None:
+            raise LabgymError(
+                f"protocol {self.protocol_id!r} is not in the library and layout {self.id!r} (version 1) does not "
+                "embed it: give --protocol FILE"
+            )
+        return None
+
+    @property
+    def protocol_id(self) -> str | None:
+        """Id of the first protocol, None if the layout has none."""
+        if self._version_1 is not None:
+            return self._version_1.protocol
+        return self.protocols[0].id if self.protocols else None
+
+    @cached_property
+    def room(self) -> Room:
+        """The floor's only space as a rectangular room."""
+        return self.floor.room if self._version_1 is None else self._version_1.room
 
     @cached_property
     def by_id(self) -> dict[str, Placement]:
@@ -146,23 +230,48 @@ class Layout(Document):
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of room and placements, lengths rounded to 0.1 mm; provenance and id do not count."""
-        body = {"schema": self.SCHEMA, "protocol": self.protocol, "room": self.room, "placements": self.placements}
-        return canonical_hash(_rounded(body))
+        """SHA-256 of canonical JSON, lengths rounded to 0.1 mm and angles to 0.1 mrad.
+
+        Version 2 hashes the floor, the placements, the embedded protocols and the digests of the catalogue entries
+        that are placed; version 1 the room, the placements and the protocol's id. Id, provenance and the floor's name
+        do not count, nor do fields that have their default value: a field added later changes no hash.
+        """
+        if self._version_1 is not None:
+            return version1.hash_of(self._version_1, self.placements)
+        return canonical_hash(
+            {
+                "schema": self.SCHEMA,
+                "floor": {name: value for name, value in _canonical(self.floor).items() if name != "name"},
+                "placements": [_canonical(placement) for placement in self.placements],
+                "protocols": [p.model_dump(mode="json", exclude_defaults=True) for p in self.protocols],
+                "assets": {p.asset: self.catalog.get(p.asset).digest for p in self.placements},
+            }
+        )
 
     def placement(self, placement_id: str) -> Placement:
         """Return a placement by id.
 
         Raises:
-            UnknownNameError: there is none of that id.
+            UnknownNameError: no placement has that id.
         """
         if placement_id not in self.by_id:
             raise UnknownNameError("placement", placement_id, self.by_id)
         return self.by_id[placement_id]
 
     def asset(self, placement_id: str) -> Asset:
-        """Return the catalogue entry of a placement."""
-        return Catalog.load().get(self.placement(placement_id).asset)
+        """Return the catalogue entry of a placement, with the placement's size if it has one.
+
+        Raises:
+            UnknownNameError: no placement has that id, or the catalogue has no such asset.
+        """
+        placement = self.placement(placement_id)
+        if placement.size is None:
+            return self.catalog.get(placement.asset)
+        return self._resized_assets[placement_id]
+
+    @cached_property
+    def _resized_assets(self) -> dict[str, Asset]:
+        return {p.id: resized(self.catalog.get(p.asset), p.size) for p in self.placements if p.size is not None}
 
     def box(self, placement_id: str) -> OrientedBox:
         """Return a placement's bounding box in the room frame."""
@@ -171,20 +280,21 @@ class Layout(Document):
     def solids(self, placement_id: str) -> tuple[OrientedBox, ...]:
         """Return a placement's solid boxes in the room frame: its bounding box, or a hollow one's shell."""
         placement = self.placement(placement_id)
-        return tuple(_moved(part, placement) for part in self.asset(placement_id).solids())
+        return tuple(placed_part(part, placement) for part in self.asset(placement_id).solids())
 
     def surface(self, placement_id: str, slot: int) -> OrientedBox:
-        """Return a surface of a placement as a box from its height up to its headroom (1000 m where open)."""
+        """Return a surface of a placement as a box from its height up to its headroom (1000 m if open)."""
         placement, surface = self.placement(placement_id), self.asset(placement_id).surfaces[slot]
-        top = surface.z + (surface.headroom if surface.headroom is not None else 1000.0)
-        return _moved(OrientedBox(surface.x, surface.y, surface.width, surface.depth, 0.0, surface.z, top), placement)
+        top = surface.z + (surface.headroom if surface.headroom is not None else OPEN_HEADROOM)
+        box = OrientedBox(surface.x, surface.y, surface.width, surface.depth, 0.0, surface.z, top)
+        return placed_part(box, placement)
 
     def children(self, placement_id: str) -> tuple[Placement, ...]:
         """Return what stands directly on or in a placement."""
         return tuple(placement for placement in self.placements if placement.support == placement_id)
 
     def root(self, placement_id: str) -> Placement:
-        """Return the floor or wall object that finally carries a placement; itself where it stands on the floor."""
+        """Return the floor or wall object that finally carries a placement; itself if it stands on the floor."""
         placement = self.placement(placement_id)
         while placement.support not in (FLOOR, WALL):
             placement = self.placement(placement.support)
@@ -203,32 +313,71 @@ class Layout(Document):
                     yield box
 
     def replace(self, **changes: Any) -> Layout:
-        """Return a copy with fields changed and caches fresh."""
+        """Return a copy with some fields changed, bound to the same catalogue (or to `catalog=`).
+
+        A version 1 layout becomes version 2 if its floor or its protocols are changed, or if a placement is given a
+        field that version 1 does not have.
+        """
+        catalog = changes.pop("catalog", self._catalog)
         fields = {name: getattr(self, name) for name in type(self).model_fields}
-        return Layout(**{**fields, **changes})
+        layout = Layout(**{**fields, **changes}, catalog=catalog)
+        unchanged = layout.floor == self.floor and layout.protocols == self.protocols
+        if unchanged and all(placement.size is None and not placement.fixed for placement in layout.placements):
+            layout._version_1 = self._version_1
+        elif self._version_1 is not None and "protocols" not in changes:
+            _ = self.protocol  # a protocol that is known by its id only would be lost
+        return layout
+
+    def upgraded(self) -> Layout:
+        """Return the layout as version 2, with the library's protocol embedded; a version 2 layout as it is.
+
+        Raises:
+            LabgymError: a version 1 file names a protocol that is not in the library.
+        """
+        if self._version_1 is None:
+            return self
+        _ = self.protocol
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return Layout(**fields, catalog=self._catalog)
+
+    def for_protocol(self, protocol: Protocol) -> Layout:
+        """Return the layout with a protocol as its first; itself if it is already.
+
+        A protocol of the same id is replaced; the others are kept behind it.
+        """
+        if self.protocols and self.protocols[0] == protocol:
+            return self
+        others = tuple(other for other in self.protocols if other.id != protocol.id)
+        return self.replace(protocols=(protocol, *others)[:5])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the document as plain JSON data of its version, schema first."""
+        if self._version_1 is None:
+            return super().to_json()
+        return version1.to_version_1(self.id, self._version_1, self.placements, self.provenance).to_json()
+
+    def __getstate__(self) -> dict[Any, Any]:
+        # Only the fields and the catalogue's reference travel to another process, not what is cached.
+        state = super().__getstate__()
+        fields = {name: value for name, value in state["__dict__"].items() if name in type(self).model_fields}
+        return {**state, "__dict__": fields}
 
 
-def placed_box(placement: Placement, asset: Asset) -> OrientedBox:
-    """Return the bounding box of an asset where a placement puts it."""
-    x, y, z = placement.position
-    size = asset.size
-    return OrientedBox(x, y, size.width, size.depth, placement.yaw, z, z + size.height)
-
-
-def _moved(part: OrientedBox, placement: Placement) -> OrientedBox:
-    dx, dy = rotate(part.x, part.y, placement.yaw)
-    x, y, z = placement.position
-    return OrientedBox(x + dx, y + dy, part.width, part.depth, placement.yaw + part.yaw, z + part.z0, z + part.z1)
-
-
-def _rounded(value: Any) -> Any:
+def _canonical(value: Any) -> Any:
+    """Return plain data with lengths in 0.1 mm and yaws in 0.1 mrad, without fields that have their default value."""
     if isinstance(value, Record):
-        rounded = {name: _rounded(getattr(value, name)) for name in type(value).model_fields}
-        if isinstance(value, Placement):
-            rounded["yaw"] = round(wrap_angle(value.yaw) * 1e4) % round(2e4 * math.pi)
-        return rounded
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
+        body: dict[str, Any] = {}
+        for name, field in type(value).model_fields.items():
+            item = _canonical_field(name, getattr(value, name))
+            if field.is_required() or item != _canonical_field(name, field.get_default(call_default_factory=True)):
+                body[name] = item
+        return body
     if isinstance(value, tuple | list):
-        return [_rounded(item) for item in value]
+        return [_canonical(item) for item in value]
     return round(value * 1e4) if isinstance(value, float) else value
+
+
+def _canonical_field(name: str, value: Any) -> Any:
+    if name == "yaw":
+        return round(wrap_angle(value) * 1e4) % round(2e4 * math.pi)
+    return _canonical(value)

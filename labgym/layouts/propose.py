@@ -124,9 +124,10 @@ def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
     protocol, room, seed = request.protocol, request.room, request.seed
     layout = Layout(
         id=f"{protocol.id}-{room.name}-{seed}"[:80],
-        protocol=protocol.id,
-        room=room,
+        protocols=(protocol,),
+        floor=room.floor,
         placements=tuple(placements),
+        catalog=request.catalog,
         provenance=Provenance(generator="procedural", seed=seed, options={"furnishing": plan.brief.furnishing}),
     )
     return layout, reasons

@@ -124,7 +124,7 @@ def publish(split: str, layouts: list[Layout], folder: Path) -> Manifest:
         entries.append(
             PublishedLayout(
                 id=layout.id,
-                protocol=str(layout.protocol),
+                protocol=str(layout.protocol_id),
                 room=layout.room.name,
                 seed=int(layout.provenance.seed or 0),
                 hash=layout.hash,

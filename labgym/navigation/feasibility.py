@@ -76,8 +76,8 @@ def transitions(
     length are dropped.
 
     Raises:
-        UnknownNameError: there is no such protocol.
-        LabgymError: no protocol is given and the layout names none.
+        UnknownNameError: no protocol of the library has that id.
+        LabgymError: no protocol is given and the layout has none.
     """
     protocol = resolve_protocol(plan, protocol)
     grid = occupancy(plan, resolution).dilated(radius)

@@ -75,11 +75,11 @@ def goal_poses(plan: FloorPlan, protocol: Protocol | str | None = None) -> dict[
 
     Args:
         plan: the layout.
-        protocol: a protocol or its id; None takes the one that the layout names.
+        protocol: a protocol, its id or its .json file; by default the layout's first.
 
     Raises:
-        UnknownNameError: a location is not placed, or there is no such protocol.
-        LabgymError: no protocol is given and the layout names none.
+        UnknownNameError: a location is not placed, or no protocol of the library has that id.
+        LabgymError: no protocol is given and the layout has none.
     """
     return {location: location_pose(plan, location) for location in resolve_protocol(plan, protocol).locations}
 
@@ -105,15 +105,14 @@ def same_place(start: Pose, goal: Pose) -> bool:
 
 
 def resolve_protocol(plan: FloorPlan, protocol: Protocol | str | None) -> Protocol:
-    """Return the protocol that is meant: the given one, the one of that id, or the one that the layout names.
+    """Return a protocol: the argument, the one of that id or file, or by default the plan's first.
 
     Raises:
-        UnknownNameError: there is no protocol of that id.
-        LabgymError: none is given and the layout names none.
+        UnknownNameError: no protocol of the library has that id.
+        LabgymError: none is given and the plan has none.
     """
-    if isinstance(protocol, Protocol):
-        return protocol
-    name = plan.protocol if protocol is None else protocol
-    if name is None:
-        raise LabgymError("the layout names no protocol; pass one: a Protocol or the id of one of labgym.protocols")
-    return protocols.get(name)
+    if protocol is not None:
+        return protocols.resolve(protocol)
+    if plan.protocol is None:
+        raise LabgymError("the layout has no protocol: pass one with protocol= (a Protocol, an id or a .json file)")
+    return plan.protocol

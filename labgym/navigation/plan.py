@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Protocol
 
+from labgym import protocols
 from labgym.geometry import OrientedBox
 
 PLANNING_RADIUS = 0.30
@@ -54,8 +55,8 @@ class FloorPlan(Protocol):
         ...
 
     @property
-    def protocol(self) -> str | None:
-        """Id of the protocol that it was made for."""
+    def protocol(self) -> protocols.Protocol | None:
+        """The protocol that navigation takes by default."""
         ...
 
     def obstacles(self, below: float) -> Iterable[OrientedBox]:

@@ -13,7 +13,6 @@ from labgym.eval.reports.run_report import result_tables, run_report
 from labgym.layouts import Layout
 from labgym.pipeline.ledger import Ledger
 from labgym.pipeline.workers import Work, work_through
-from labgym.protocols import get
 from labgym.table import Table
 
 VIEW_SIZE = (1280, 720)
@@ -61,7 +60,7 @@ def write_results(
 
 
 def _draw(layout: Layout, traces: tuple[Trace, ...], path: Path) -> None:
-    save_picture(topdown(layout, get(layout.protocol) if layout.protocol else None, traces), path)
+    save_picture(topdown(layout, layout.protocol, traces), path)
 
 
 def _render(layout: Layout, path: Path) -> None:

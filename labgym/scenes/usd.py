@@ -56,8 +56,8 @@ def _write_stage(layout: Layout, path: Path) -> None:
     Usd.ModelAPI(root).SetKind("assembly")
     _note(root, "layout", layout.id)
     _note(root, "layoutHash", layout.hash)
-    if layout.protocol:
-        _note(root, "protocol", layout.protocol)
+    if layout.protocol_id:
+        _note(root, "protocol", layout.protocol_id)
     physics = UsdPhysics.Scene.Define(stage, f"{ROOT}/Physics")
     physics.CreateGravityDirectionAttr(Gf.Vec3f(0.0, 0.0, -1.0))
     physics.CreateGravityMagnitudeAttr(GRAVITY)

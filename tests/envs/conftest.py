@@ -8,6 +8,7 @@ import pytest
 
 from labgym.layouts import Layout
 from labgym.layouts.model import Door, Placement, Room
+from labgym.protocols import get
 
 PROTOCOL = "alk_03"
 WIDTH, DEPTH = 8.0, 6.0
@@ -22,8 +23,8 @@ def layout() -> Layout:
     """An 8 m x 6 m room with the four places of the protocol along its walls and an island in the middle."""
     return Layout(
         id="by-hand",
-        protocol=PROTOCOL,
-        room=Room(width=WIDTH, depth=DEPTH, doors=(Door(wall="front", offset=1.2),)),
+        protocols=(get(PROTOCOL),),
+        floor=Room(width=WIDTH, depth=DEPTH, doors=(Door(wall="front", offset=1.2),)).floor,
         placements=(
             standing("PreparationBench", 0.38, 2.5, -math.pi / 2),
             standing("FumeHood", 2.0, DEPTH - 0.43, math.pi),
@@ -37,4 +38,4 @@ def layout() -> Layout:
 @pytest.fixture(scope="session")
 def empty_room() -> Layout:
     """The same room with nothing in it; no protocol can be done there."""
-    return Layout(id="empty", room=Room(width=WIDTH, depth=DEPTH, doors=()), placements=())
+    return Layout(id="empty", floor=Room(width=WIDTH, depth=DEPTH, doors=()).floor, placements=())

@@ -42,7 +42,7 @@ def test_lidar_ray_0_looks_back_45_right_90_ahead_and_135_left(empty: RayScene) 
 
 
 def test_lidar_says_its_range_where_nothing_is_nearer() -> None:
-    hall = RayScene(Layout(id="hall", room=Room(width=40.0, depth=40.0, doors=()), placements=()))
+    hall = RayScene(Layout(id="hall", floor=Room(width=40.0, depth=40.0, doors=()).floor, placements=()))
     assert (Lidar().scan(hall, (20.0, 20.0, 0.3)) == np.float32(RANGE)).all()
 
 
@@ -99,7 +99,7 @@ def test_the_camera_sees_left_on_the_left_and_the_floor_below(empty: RayScene) -
 
 
 def test_depth_never_exceeds_its_range() -> None:
-    hall = RayScene(Layout(id="hall", room=Room(width=40.0, depth=40.0, doors=()), placements=()))
+    hall = RayScene(Layout(id="hall", floor=Room(width=40.0, depth=40.0, doors=()).floor, placements=()))
     depth = Camera().depth(hall, (5.0, 20.0, 0.0))
     assert depth.max() == np.float32(RANGE)
 

@@ -53,8 +53,8 @@ def test_a_protocol_narrows_the_draw_to_its_layouts() -> None:
     generator, here = rng(), source(protocol="sub_01")
     for _ in range(5):
         task = here.draw(generator, {}, fresh=True)
-        assert task.protocol.id == task.layout.protocol == "sub_01"
-    assert here.draw(generator, {"protocol": "con_01"}, fresh=True).layout.protocol == "con_01"
+        assert task.protocol.id == task.layout.protocol_id == "sub_01"
+    assert here.draw(generator, {"protocol": "con_01"}, fresh=True).layout.protocol_id == "con_01"
 
 
 def test_a_published_layout_is_found_by_its_id_in_any_split() -> None:

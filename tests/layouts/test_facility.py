@@ -42,7 +42,7 @@ CLEAN = (
 
 def lab(*changed: Placement, without: tuple[str, ...] = (), room: Room = ROOM) -> Layout:
     by_id = {placement.id: placement for placement in (*CLEAN, *changed) if placement.id not in without}
-    return Layout(id="lab", room=room, placements=tuple(by_id.values()))
+    return Layout(id="lab", floor=room.floor, placements=tuple(by_id.values()))
 
 
 def warnings(layout: Layout) -> tuple[FacilityWarning, ...]:
@@ -94,7 +94,7 @@ def test_a_hood_beside_a_door_is_told_from_one_that_is_merely_near() -> None:
 
 def test_a_small_laboratory_needs_no_second_exit() -> None:
     room = Room(width=4.0, depth=4.6, doors=(Door(wall="front", offset=1.2),))
-    assert warnings(Layout(id="small", room=room, placements=())) == ()
+    assert warnings(Layout(id="small", floor=room.floor, placements=())) == ()
 
 
 def test_the_walk_to_the_shower_is_the_way_around_and_not_the_line_through() -> None:
@@ -127,7 +127,7 @@ def test_door_areas_lie_inside_the_room_at_their_door(wall: str, expected: tuple
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, math.pi / 2, -2.5])
 def test_a_front_zone_begins_at_the_front_and_ends_at_its_depth(yaw: float) -> None:
-    box = Layout(id="t", room=ROOM, placements=(put("b", "LabBench", 4.0, 4.0, yaw=yaw),)).box("b")
+    box = Layout(id="t", floor=ROOM.floor, placements=(put("b", "LabBench", 4.0, 4.0, yaw=yaw),)).box("b")
     zone = front_zone(box, 0.9)
     assert zone.to_local(*box.to_world(0.0, 0.375)) == pytest.approx((0.0, -0.45), abs=1e-12)
     assert zone.to_local(*box.to_world(0.75, 1.275)) == pytest.approx((0.75, 0.45), abs=1e-12)

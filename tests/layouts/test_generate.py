@@ -32,7 +32,7 @@ def floor_objects(layout):
 
 
 def test_a_generated_layout_has_no_violation_and_everything_the_protocol_needs(layout):
-    assessment = evaluate_layout(layout, protocols()[layout.protocol], navigation=True)
+    assessment = evaluate_layout(layout, layout.protocol, navigation=True)
     assert assessment.v == 0
     assert assessment.missing == ()
     assert assessment.fitness == pytest.approx(1.0)

@@ -39,7 +39,7 @@ def put(
 
 
 def unrolled(*placements: Placement) -> Arrangement:
-    return Arrangement.of(Layout(id="test", room=HALL, placements=placements))
+    return Arrangement.of(Layout(id="test", floor=HALL.floor, placements=placements))
 
 
 @pytest.mark.parametrize(
@@ -218,7 +218,7 @@ def test_the_share_in_the_own_class_tells_right_cabinets_from_any() -> None:
 def test_glass_distance_is_that_of_the_polygon_to_the_surface_outline(surface: str, z: float) -> None:
     rng = np.random.default_rng(1)
     yaw = 0.7
-    top = Layout(id="t", room=HALL, placements=(put("s", surface, 10, 10, yaw=yaw),)).surface("s", 0)
+    top = Layout(id="t", floor=HALL.floor, placements=(put("s", surface, 10, 10, yaw=yaw),)).surface("s", 0)
     outline = LineString([*top.corners(), top.corners()[0]])
     for _ in range(50):
         x, y = top.to_world(rng.uniform(-0.3, 0.3) * top.width, rng.uniform(-0.3, 0.3) * top.depth)
@@ -287,7 +287,7 @@ def test_chemistry_and_collisions_do_not_depend_on_where_the_laboratory_lies_and
         put("acetone", "Acetone", 4.9, 4.9, shelf, 0.3, on="acids", slot=0),
     )
     moved = tuple(carried(placement, yaw, dx, dy) for placement in lab)
-    before, after = (evaluate_layout(Layout(id="t", room=HALL, placements=p)) for p in (shifted(lab), moved))
+    before, after = (evaluate_layout(Layout(id="t", floor=HALL.floor, placements=p)) for p in (shifted(lab), moved))
     assert before.v == after.v > 0
     assert before.fitness == pytest.approx(after.fitness, abs=1e-9)
     for first, second in zip(before.instances, after.instances, strict=True):

@@ -33,12 +33,12 @@ def put(
 
 
 def faults(*placements: Placement) -> dict[tuple[str, str], float]:
-    found = bounds_faults(Arrangement.of(Layout(id="test", room=ROOM, placements=placements)))
+    found = bounds_faults(Arrangement.of(Layout(id="test", floor=ROOM.floor, placements=placements)))
     return {(fault.id, fault.cause): fault.amount for fault in found}
 
 
 def colliding(*placements: Placement) -> tuple[Collision, ...]:
-    return collisions(Arrangement.of(Layout(id="test", room=ROOM, placements=placements)))
+    return collisions(Arrangement.of(Layout(id="test", floor=ROOM.floor, placements=placements)))
 
 
 BENCH = put("bench", "LabBench", 4.0, 3.0)  # 1.5 x 0.75 x 0.9 m
@@ -58,7 +58,7 @@ def test_a_turned_footprint_is_out_of_the_room_where_its_polygon_is() -> None:
     seen = set()
     for _ in range(200):
         bench = put("bench", "LabBench", *rng.uniform(0.3, 5.7, 2), yaw=rng.uniform(-3.1, 3.1))
-        layout = Layout(id="test", room=ROOM, placements=(bench,))
+        layout = Layout(id="test", floor=ROOM.floor, placements=(bench,))
         outside = not interior.contains(Polygon(layout.box("bench").corners()))
         assert (("bench", "room") in faults(bench)) == outside
         seen.add(outside)
@@ -67,7 +67,7 @@ def test_a_turned_footprint_is_out_of_the_room_where_its_polygon_is() -> None:
 
 def test_a_cabinet_taller_than_the_room_is_out_of_it() -> None:
     low = ROOM.model_copy(update={"height": 2.3})
-    layout = Layout(id="test", room=low, placements=(put("hood", "FumeHood", 4.0, 5.5, yaw=math.pi),))
+    layout = Layout(id="test", floor=low.floor, placements=(put("hood", "FumeHood", 4.0, 5.5, yaw=math.pi),))
     assert [(fault.id, fault.cause) for fault in bounds_faults(Arrangement.of(layout))] == [("hood", "room")]
 
 
@@ -167,14 +167,14 @@ def test_a_pair_counts_once_however_many_solids_meet() -> None:
 
 def test_doors_windows_and_the_robot_are_no_objects() -> None:
     placements = (put("door", "LabDoor", 1.0, 0.0, on="wall"), put("robot", "MobileManipulator", 1.0, 1.0))
-    layout = Layout(id="test", room=ROOM, placements=placements)
+    layout = Layout(id="test", floor=ROOM.floor, placements=placements)
     assert len(Arrangement.of(layout)) == 0
     assert bounds_faults(Arrangement.of(layout)) == ()
     assert collisions(Arrangement.of(layout)) == ()
 
 
 def test_unrolled_solids_are_the_layouts_own() -> None:
-    layout = Layout(id="test", room=ROOM, placements=scattered(0))
+    layout = Layout(id="test", floor=ROOM.floor, placements=scattered(0))
     scene = Arrangement.of(layout)
     for row, placement in enumerate(layout.placements):
         first, count = scene.solids.starts[row], scene.solids.counts[row]
@@ -191,7 +191,7 @@ def test_unrolled_solids_are_the_layouts_own() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_collisions_are_the_pairs_that_mujoco_finds_in_contact(seed: int) -> None:
     placements = scattered(seed)
-    layout = Layout(id="test", room=ROOM, placements=placements)
+    layout = Layout(id="test", floor=ROOM.floor, placements=placements)
     depths = {collision.ids: collision.depth for collision in collisions(Arrangement.of(layout))}
     contacts = mujoco_pairs(layout)
     assert {pair for pair, depth in depths.items() if depth > 0.002} <= contacts.keys()

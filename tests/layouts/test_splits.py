@@ -16,7 +16,7 @@ from labgym.protocols import protocols
 def test_a_split_has_one_layout_a_protocol_and_every_hash_holds(split):
     names = published(split)
     layouts = [load_published(split, name) for name in names]
-    assert sorted(layout.protocol for layout in layouts) == sorted(protocols())
+    assert sorted(layout.protocol_id for layout in layouts) == sorted(protocols())
     assert len({layout.hash for layout in layouts}) == 30
 
 

@@ -14,6 +14,7 @@ from labgym.layouts.model import Door, Placement, Room
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.dwa import arc_clearance, dynamic_window, heading_error, lidar_points, stopping_speed
 from labgym.policies.via_point import ViaPoints, straight_clearance
+from labgym.protocols import get
 
 RADIUS = 0.3
 
@@ -190,8 +191,8 @@ def layout() -> Layout:
 
     return Layout(
         id="by-hand",
-        protocol="alk_03",
-        room=Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.2),)),
+        protocols=(get("alk_03"),),
+        floor=Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.2),)).floor,
         placements=(
             standing("PreparationBench", 0.38, 2.5, -math.pi / 2),
             standing("FumeHood", 2.0, 6.0 - 0.43, math.pi),

@@ -30,6 +30,7 @@ from labgym.policies.http.forms import encode_form
 from labgym.policies.http.served import Frame, resampled_view, rolled_out
 from labgym.policies.http.server import MAX_BATCH, MAX_BODY, NavigationServer
 from labgym.policies.http.wire import encode_colour, encode_depth, intrinsic_matrix
+from labgym.protocols import get
 
 K = intrinsic_matrix(640, 360, ROBOT.camera_hfov).tolist()
 
@@ -413,7 +414,9 @@ def laboratory() -> Layout:
         at("SinkBench", 4.6, 0.45, 0.0),
         at("IslandBench", 3.2, 3.3, 0.0),
     )
-    return Layout(id="served", protocol="alk_03", room=Room(width=6.5, depth=6.5), placements=placements)
+    return Layout(
+        id="served", protocols=(get("alk_03"),), floor=Room(width=6.5, depth=6.5).floor, placements=placements
+    )
 
 
 def apart(one: Drive, other: Drive) -> float:

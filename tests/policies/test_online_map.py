@@ -13,6 +13,7 @@ from labgym.navigation import OccupancyGrid
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.blockage import Blockage
 from labgym.policies.online_map import frontier
+from labgym.protocols import get
 
 NOTHING = np.full((72, 128, 1), 10.0, dtype=np.float32)
 
@@ -45,8 +46,8 @@ def layout() -> Layout:
 
     return Layout(
         id="by-hand",
-        protocol="alk_03",
-        room=Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.2),)),
+        protocols=(get("alk_03"),),
+        floor=Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.2),)).floor,
         placements=(
             standing("PreparationBench", 0.38, 2.5, -math.pi / 2),
             standing("FumeHood", 2.0, 6.0 - 0.43, math.pi),

@@ -69,7 +69,7 @@ def test_strong_acid_is_poured_onto_water_in_another_vessel() -> None:
 
 def test_a_staged_experiment_gets_a_laboratory() -> None:
     layout = generate(stage(experiments()["cyc_biginelli"]), seed=0)
-    assert layout.protocol == "cyc_biginelli"
+    assert layout.protocol_id == "cyc_biginelli"
     assert {item.asset for item in layout.placements} >= {"Urea", "Benzaldehyde", "RefluxCondenser", "FumeHood"}
 
 

@@ -25,4 +25,4 @@ def laboratory() -> Layout:
         Placement(id="stool", asset="LabStool", position=(2.6, 1.4, 0.0)),
         Placement(id="clock", asset="Clock", position=(5.97, 2.0, 2.0), yaw=half, support="wall"),
     )
-    return Layout(id="by-hand", room=room, placements=placements)
+    return Layout(id="by-hand", floor=room.floor, placements=placements)

@@ -57,7 +57,7 @@ def test_contacts_are_the_overlaps_that_separating_axes_find(seed: int) -> None:
         )
         for k in range(24)
     )
-    layout = Layout(id="random", room=ROOM, placements=placements)
+    layout = Layout(id="random", floor=ROOM.floor, placements=placements)
     expected = overlaps(layout, 0.001)
     found = {(contact.a, contact.b): contact.depth for contact in contacts(layout)}
     assert expected
@@ -72,7 +72,7 @@ def pair(first: str, second: str, offset: tuple[float, float, float]) -> Layout:
         Placement(id="first", asset=first, position=(3.0, 3.0, 0.0)),
         Placement(id="second", asset=second, position=(3.0 + x, 3.0 + y, z)),
     )
-    return Layout(id="pair", room=ROOM, placements=placements)
+    return Layout(id="pair", floor=ROOM.floor, placements=placements)
 
 
 def test_a_planted_overlap_is_found_with_its_depth() -> None:

@@ -31,7 +31,7 @@ def ring_layout(tmp_path, monkeypatch):
 
     def layout(*others: Placement, yaw: float = 0.0) -> Layout:
         bench = Placement(id="bench", asset="AngleBench", position=(*CENTRE, 0.0), yaw=yaw, support="floor")
-        return Layout(id="corner", room=Room(width=8.0, depth=8.0), placements=(bench, *others))
+        return Layout(id="corner", floor=Room(width=8.0, depth=8.0).floor, placements=(bench, *others))
 
     return layout
 

@@ -99,7 +99,7 @@ def test_a_ball_dropped_in_the_room_comes_to_rest_on_the_floor(laboratory: Layou
     ("direction", "limit"), [((-1.0, 0.0), 0.0), ((1.0, 0.0), 6.0), ((0.0, -1.0), 0.0), ((0.0, 1.0), 5.0)]
 )
 def test_walls_and_shut_doors_stop_what_is_pushed_against_them(direction: tuple[float, float], limit: float) -> None:
-    empty = Layout(id="empty", room=Room(width=6.0, depth=5.0), placements=())
+    empty = Layout(id="empty", floor=Room(width=6.0, depth=5.0).floor, placements=())
     spec = to_mjcf(empty)
     spec.option.gravity = [4.0 * direction[0], 4.0 * direction[1], 0.0]
     ball = spec.worldbody.add_body(name="ball", pos=[1.5, 2.5, 0.5])
@@ -120,7 +120,7 @@ def test_every_asset_of_the_catalogue_compiles() -> None:
         Placement(id=f"thing_{k}", asset=asset.name, position=(2.0 + 2.5 * (k % 19), 2.0 + 2.5 * (k // 19), 0.0))
         for k, asset in enumerate(assets)
     )
-    model = to_mjcf(Layout(id="all", room=room, placements=placements)).compile()
+    model = to_mjcf(Layout(id="all", floor=room.floor, placements=placements)).compile()
     assert model.nbody == len(assets) + 1
 
 
@@ -159,7 +159,7 @@ def test_cameras_are_the_views_and_look_at_their_targets(model: mujoco.MjModel, 
 @pytest.mark.parametrize("size", [(8.0, 8.0), (6.6, 7.2), (7.0, 13.0), (12.0, 4.0)])
 def test_the_overview_holds_the_whole_floor(size: tuple[float, float]) -> None:
     width, depth = size
-    view = views(Layout(id="empty", room=Room(width=width, depth=depth), placements=()))["overview"]
+    view = views(Layout(id="empty", floor=Room(width=width, depth=depth).floor, placements=()))["overview"]
     corners = np.array([(x, y, 0.0) for x in (0.0, width) for y in (0.0, depth)])
     seen = (corners - np.array(view.position)) @ view.axes().T
     tall = math.tan(math.radians(view.fovy / 2.0))
@@ -212,9 +212,13 @@ def test_a_robot_can_be_attached(laboratory: Layout) -> None:
 
 def test_unknown_assets_and_reserved_ids_are_refused() -> None:
     room = Room(width=6.0, depth=5.0)
-    unknown = Layout(id="x", room=room, placements=(Placement(id="a", asset="FumeHod", position=(1.0, 1.0, 0.0)),))
+    unknown = Layout(
+        id="x", floor=room.floor, placements=(Placement(id="a", asset="FumeHod", position=(1.0, 1.0, 0.0)),)
+    )
     with pytest.raises(UnknownNameError, match="FumeHood"):
         to_mjcf(unknown)
-    world = Layout(id="x", room=room, placements=(Placement(id="world", asset="LabStool", position=(1.0, 1.0, 0.0)),))
+    world = Layout(
+        id="x", floor=room.floor, placements=(Placement(id="world", asset="LabStool", position=(1.0, 1.0, 0.0)),)
+    )
     with pytest.raises(OptionError, match="rename"):
         to_mjcf(world)

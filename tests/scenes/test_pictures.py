@@ -101,7 +101,7 @@ def test_pictures_beyond_the_off_screen_buffer_are_refused(laboratory: Layout) -
 
 def test_a_floor_under_open_sky_is_brighter_than_one_beside_a_wall() -> None:
     """Ambient light falls towards the foot of a wall, and evenly so along it."""
-    room = Layout(id="empty", room=Room(width=8.0, depth=8.0, doors=()), placements=())
+    room = Layout(id="empty", floor=Room(width=8.0, depth=8.0, doors=()).floor, placements=())
     seen = render(room, WIDTH, HEIGHT, "topdown").astype(float).mean(axis=2)
     middle, scale = HEIGHT / 2.0, HEIGHT / 8.6
     inner = seen[round(middle - scale) : round(middle + scale), round(WIDTH / 2.0 - scale) : round(WIDTH / 2.0 + scale)]

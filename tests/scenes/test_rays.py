@@ -15,7 +15,7 @@ from labgym.scenes.mesh import MATERIAL_NAMES, ROOM
 from labgym.scenes.mjcf import COLLISION_GROUP, VISUAL_GROUP
 from labgym.scenes.rays import SKY
 
-EMPTY = Layout(id="empty", room=Room(width=6.0, depth=5.0, doors=()), placements=())
+EMPTY = Layout(id="empty", floor=Room(width=6.0, depth=5.0, doors=()).floor, placements=())
 
 
 def fan(count: int, height: float, centre: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:

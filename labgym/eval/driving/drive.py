@@ -195,7 +195,7 @@ class _Episode:
             split=self._suite.split,
             layout=self._layout.id,
             layout_hash=self._layout.hash,
-            protocol=self._layout.protocol,
+            protocol=self._layout.protocol_id,
             pair=self._pair.index,
             policy=label,
             seed=self._seed,

@@ -14,7 +14,6 @@ from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import aggregate
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs
-from labgym.protocols import get
 from labgym.table import Table, number
 
 
@@ -71,7 +70,7 @@ def _card(results: ResultsFolder, layout: Layout, picture: Picture | None) -> Ca
     room = layout.room
     return Card(
         id=layout.id,
-        title=get(layout.protocol).name if layout.protocol else layout.id,
+        title=layout.protocol.name if layout.protocol else layout.id,
         subtitle=f"{layout.id}, {room.width:g} x {room.depth:g} m, {layout.hash[:12]}",
         picture=picture,
         metrics=_metrics(score) if score else (),
@@ -113,7 +112,7 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
 
 def _view_caption(results: ResultsFolder, name: str) -> str:
     protocol = next((layout.protocol for layout in results.layouts if layout.id == name), None)
-    return f"{get(protocol).name} ({name})" if protocol else name
+    return f"{protocol.name} ({name})" if protocol else name
 
 
 def _provenance(results: ResultsFolder) -> tuple[tuple[str, str], ...]:

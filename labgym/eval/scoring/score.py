@@ -25,7 +25,7 @@ from labgym.layouts.rules.separation import contained
 from labgym.layouts.rules.storage import in_own_class
 from labgym.layouts.rules.thresholds import OVERLAP_VOLUME, PENETRATION, VERSION, Profile
 from labgym.protocols import Protocol
-from labgym.protocols import get as get_protocol
+from labgym.protocols import resolve as resolve_protocol
 
 CHEMISTRY_POINTS = 35.0
 """S_chem of LabTouchstone: equal shares of the scores that apply."""
@@ -48,7 +48,7 @@ def score(
 
     Args:
         layout: the layout.
-        protocol: a protocol or its id; None takes the one that the layout names, if it names one.
+        protocol: a protocol, its id or its .json file; by default the layout's first, if it has one.
         profile: name of the thresholds, or a profile of one's own.
         contacts: whether to compile the scene and count MuJoCo's contacts (`cn_mj`).
 
@@ -57,8 +57,7 @@ def score(
         DocumentError: the layout names an asset or a support that does not exist, or contradicts itself.
     """
     layout.check_references()
-    given = layout.protocol if protocol is None else protocol
-    known = get_protocol(given) if isinstance(given, str) else given
+    known = layout.protocol if protocol is None else resolve_protocol(protocol)
     found = evaluate_layout(layout, known, profile, navigation=True)
     flam, incomp = worst_mean(found.flammable), worst_mean(found.incompatible)
     store, glass = mean(found.storage), mean(found.glass)

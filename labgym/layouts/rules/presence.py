@@ -21,17 +21,16 @@ def missing_assets(arrangement: Arrangement, protocol: Protocol, out_of_bounds: 
         for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True)
         if placement.id not in out_of_bounds
     )
-    lacking = Counter(resolved(protocol.required_assets()))
+    lacking = Counter(resolved(protocol.required_assets(), arrangement.layout.catalog))
     lacking.subtract(placed)
     return tuple(name for name, count in lacking.items() for _ in range(count))
 
 
 @lru_cache(maxsize=1024)
-def resolved(names: tuple[str, ...]) -> tuple[str, ...]:
+def resolved(names: tuple[str, ...], catalog: Catalog) -> tuple[str, ...]:
     """Return the canonical names of assets named in any way that the catalogue knows.
 
     Raises:
-        UnknownNameError: the catalogue knows no such asset.
+        UnknownNameError: the catalogue has no such asset.
     """
-    catalog = Catalog.load()
     return tuple(catalog.find(name).name for name in names)

@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from labgym import protocols
 from labgym.envs.stage import Stage, stage_of
 from labgym.envs.tasks import Task, TaskSource
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, GoalPair, goal_poses, occupancy
-from labgym.navigation.goals import same_place
+from labgym.navigation.goals import resolve_protocol, same_place
 
 ANYWHERE = "anywhere"
 """Name of a drive's end that is no place of the protocol."""
@@ -58,7 +57,7 @@ class TrainingDrives(TaskSource):
         pair = near[int(rng.integers(len(near)))]
         if pair.start_location == ANYWHERE:
             pair = replace(pair, start=(*pair.start[:2], float(rng.uniform(-math.pi, math.pi))))
-        self.drawn = Task(layout, protocols.get(str(layout.protocol)), pair)
+        self.drawn = Task(layout, resolve_protocol(layout, None), pair)
         return self.drawn
 
     def _drives_in(self, index: int) -> tuple[tuple[GoalPair, ...], tuple[GoalPair, ...]]:

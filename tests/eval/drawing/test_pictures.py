@@ -23,7 +23,7 @@ ROOM = Room(name="picture", width=6.0, depth=4.0, doors=(Door(wall="front", offs
 def layout() -> Layout:
     return Layout(
         id="picture",
-        room=ROOM,
+        floor=ROOM.floor,
         placements=(
             Placement(id="bench", asset="PreparationBench", position=(3.0, 2.0, 0.0), yaw=0.3),
             Placement(id="hood", asset="FumeHood", position=(4.5, 3.5, 0.0), yaw=math.pi),

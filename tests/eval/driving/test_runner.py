@@ -17,6 +17,7 @@ from labgym.geometry import rotate
 from labgym.layouts import Layout, Placement, Room
 from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, Policy, make_policy
+from labgym.protocols import get
 
 POLICIES = '''
 import numpy as np
@@ -63,7 +64,7 @@ def laboratory(name: str, shift: float = 0.0) -> Layout:
         at("SinkBench", 4.6, 0.45, 0.0),
         at("IslandBench", 3.2, 3.3, 0.0),
     )
-    return Layout(id=name, protocol="alk_03", room=Room(width=6.5, depth=6.5), placements=placements)
+    return Layout(id=name, protocols=(get("alk_03"),), floor=Room(width=6.5, depth=6.5).floor, placements=placements)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from labgym.assets import Catalog
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.eval import LayoutReport, LayoutSummary, aggregate, score
 from labgym.layouts import Door, Layout, Placement, Room
-from labgym.protocols import Protocol, ReagentUse, Step, protocols
+from labgym.protocols import Protocol, ReagentUse, Step, get, protocols
 
 PROTOCOL = Protocol(
     id="test",
@@ -67,7 +67,7 @@ def lab(*changed: Placement, without: tuple[str, ...] = (), room: Room | None = 
     """The clean laboratory with placements replaced or added by id, and some left out."""
     by_id = {placement.id: placement for placement in (*CLEAN, *changed) if placement.id not in without}
     room = room or Room(width=8.0, depth=8.0, doors=(Door(wall="front", offset=1.2), Door(wall="front", offset=6.0)))
-    return Layout(id="lab", room=room, placements=tuple(by_id.values()))
+    return Layout(id="lab", floor=room.floor, placements=tuple(by_id.values()))
 
 
 def report(layout: Layout, profile: str = "default") -> LayoutReport:
@@ -179,7 +179,7 @@ def test_the_profile_is_named_and_changes_the_thresholds() -> None:
 
 
 def test_nulls_where_a_metric_does_not_apply() -> None:
-    empty = score(Layout(id="empty", room=Room(width=5.0, depth=5.0), placements=()), contacts=False)
+    empty = score(Layout(id="empty", floor=Room(width=5.0, depth=5.0).floor, placements=()), contacts=False)
     unknown = (
         "asset", "step_nav", "prot_nav", "flam", "store", "incomp", "glass", "s_chem", "total", "cn_mj",
         "total_with_proxy", "real", "lay", "comp", "s_consist", "store_class", "incomp_contained",
@@ -214,8 +214,8 @@ def test_physical_points_are_shares_of_the_objects_concerned() -> None:
 
 def test_the_protocol_may_be_given_by_id_or_named_by_the_layout() -> None:
     name = next(iter(protocols()))
-    layout = Layout(id="empty", protocol=name, room=Room(width=5.0, depth=5.0), placements=())
-    named, given = score(layout, contacts=False), score(layout.replace(protocol=None), name, contacts=False)
+    layout = Layout(id="empty", protocols=(get(name),), floor=Room(width=5.0, depth=5.0).floor, placements=())
+    named, given = score(layout, contacts=False), score(layout.replace(protocols=()), name, contacts=False)
     assert named.protocol == given.protocol == name
     assert named.asset == given.asset == 0
     assert len(named.missing) == len(protocols()[name].required_assets())

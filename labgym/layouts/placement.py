@@ -1,0 +1,76 @@
+"""Placements: which asset stands where, on what, and with which box."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from labgym.assets import Asset
+from labgym.assets.model import Size
+from labgym.documents import Record
+from labgym.geometry import OrientedBox, rotate
+from labgym.layouts.floor import Coordinate, Identifier
+
+FLOOR = "floor"
+WALL = "wall"
+
+
+class Placement(Record):
+    """One object: the centre of its bottom face in the room frame, and its yaw.
+
+    Attributes:
+        position: x, y, z in metres.
+        yaw: radians, counter-clockwise; the front looks along +y at yaw 0.
+        support: "floor", "wall", or the id of the placement that it stands on or in.
+        slot: index of the support's surface (a cabinet's shelf), None on floor and wall.
+        fixed: whether repair and optimisation must leave the object where it is.
+        size: width, depth and height in metres in place of the catalogue's; surfaces and cavity are scaled with it
+            along each axis, and must stay within the bounds of the asset's category.
+    """
+
+    id: Identifier
+    asset: Annotated[str, Field(max_length=64)]
+    position: tuple[Coordinate, Coordinate, Coordinate]
+    yaw: Annotated[float, Field(ge=-7.0, le=7.0)] = 0.0
+    support: Identifier = FLOOR
+    slot: Annotated[int, Field(ge=0, le=63)] | None = None
+    fixed: bool = False
+    size: Size | None = None
+
+
+def resized(asset: Asset, size: Size) -> Asset:
+    """Return a catalogue entry with another bounding box; surfaces and cavity are scaled along each axis."""
+    x, y, z = size.width / asset.size.width, size.depth / asset.size.depth, size.height / asset.size.height
+    surfaces = tuple(
+        surface.model_copy(
+            update={
+                "x": surface.x * x,
+                "y": surface.y * y,
+                "z": surface.z * z,
+                "width": surface.width * x,
+                "depth": surface.depth * y,
+                "headroom": None if surface.headroom is None else surface.headroom * z,
+            }
+        )
+        for surface in asset.surfaces
+    )
+    cavity = asset.cavity
+    if cavity is not None:
+        scaled = {"x": x, "y": y, "width": x, "depth": y, "z0": z, "z1": z}
+        cavity = cavity.model_copy(update={name: getattr(cavity, name) * k for name, k in scaled.items()})
+    return asset.model_copy(update={"size": size, "surfaces": surfaces, "cavity": cavity})
+
+
+def placed_box(placement: Placement, asset: Asset) -> OrientedBox:
+    """Return the bounding box of an asset where a placement puts it."""
+    x, y, z = placement.position
+    size = asset.size
+    return OrientedBox(x, y, size.width, size.depth, placement.yaw, z, z + size.height)
+
+
+def placed_part(part: OrientedBox, placement: Placement) -> OrientedBox:
+    """Return a box of an asset's frame in the room frame."""
+    dx, dy = rotate(part.x, part.y, placement.yaw)
+    x, y, z = placement.position
+    return OrientedBox(x + dx, y + dy, part.width, part.depth, placement.yaw + part.yaw, z + part.z0, z + part.z1)
