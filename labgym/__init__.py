@@ -2,7 +2,7 @@
 
 from gymnasium import register
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 register(
     id="LabPointNav-v0",

@@ -195,12 +195,12 @@ def test_a_hostile_layout_is_one_line_that_names_the_file_and_nothing_is_written
         assert files(tmp_path) == ["evil.json"]
 
 
-def test_a_layout_for_a_protocol_that_there_is_not_says_which_there_are(call, tmp_path):
+def test_a_version_1_layout_of_an_unknown_protocol_names_the_remedy(call, tmp_path):
     (tmp_path / "odd.json").write_bytes(layout_with(protocol="../../secrets"))
     for command in (("score",), ("view",), ("eval", "--layouts")):
         line = one_error_line(call(*command, "odd.json"))
         assert "../../secrets" in line
-        assert "sub_01" in line
+        assert "give --protocol FILE" in line
     assert files(tmp_path) == ["odd.json"]
 
 

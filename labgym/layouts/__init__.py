@@ -1,6 +1,6 @@
 """LabGen: propose, repair, adjust and refine layouts for navigation."""
 
-from labgym.layouts.generate import generate, reasons
+from labgym.layouts.generate import GENERATOR, generate, reasons
 from labgym.layouts.model import Door, Floor, Layout, Placement, Provenance, Room
 from labgym.layouts.optimise import optimise
 from labgym.layouts.refine import refine
@@ -8,6 +8,7 @@ from labgym.layouts.rooms import room_presets
 from labgym.layouts.splits import load_published, published, train_layout
 
 __all__ = [
+    "GENERATOR",
     "Door",
     "Floor",
     "Layout",

@@ -22,6 +22,8 @@ from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.protocols import Protocol, get
 
+GENERATOR = 2
+"""Version of the generator. It rises whenever the same arguments give another layout."""
 MAX_SEED = 2**53 - 1
 
 
@@ -66,7 +68,7 @@ def generate(
         generator=type(proposer).__name__,
         seed=seed,
         options=options,
-        versions={"labgym": labgym.__version__, "ortools": _version("ortools")},
+        versions={"labgym": labgym.__version__, "generator": str(GENERATOR), "ortools": _version("ortools")},
     )
     return layout.replace(provenance=provenance)
 

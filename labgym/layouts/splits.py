@@ -1,22 +1,26 @@
-"""The published layouts (val, test) and the endless training layouts, with seeds that never meet.
+"""The published splits (val, test) and generated training layouts; the three use disjoint seeds.
 
-Training seeds are under 10^9, validation seeds start at 10^9, test seeds at 2 * 10^9. A published split is a
-folder of layout files beside `manifest.json`, which records how each was made and its hash.
+Training seeds are below 10^9, validation seeds start at 10^9, test seeds at 2 * 10^9. A published split is a folder
+of layout files with `manifest.json`, which records the generator's version and, for each layout, the protocol, room
+preset and seed that it was made from, and its hash.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
+from tqdm import tqdm
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, InfeasibleError, UnknownNameError
-from labgym.layouts.generate import generate
+from labgym.layouts.generate import GENERATOR, generate
 from labgym.layouts.model import Layout
 from labgym.layouts.rooms import room_presets
 from labgym.layouts.rules.thresholds import Profile
@@ -25,13 +29,13 @@ from labgym.protocols import Protocol, protocols
 TRAIN_SEEDS = 10**9
 FIRST_SEED = {"val": 10**9, "test": 2 * 10**9}
 ATTEMPTS = 32
-"""Training layouts drawn before a protocol counts as infeasible."""
-ROOM_CYCLE = ("default", "roomy", "tight", "default", "two_exits")
-"""Rooms of the published layouts, protocol by protocol."""
+"""Number of training layouts that are tried before a protocol counts as infeasible."""
+RELEASES = {1: "0.1.0", 2: "0.2.0"}
+"""First release of labgym-nav with each version of the generator."""
 
 
 class PublishedLayout(Record):
-    """How a published layout was made, and the hash that it must have."""
+    """What a published layout was made from, and its hash."""
 
     id: str
     protocol: str
@@ -41,18 +45,23 @@ class PublishedLayout(Record):
 
 
 class Manifest(Document):
-    """The layouts of one split."""
+    """The layouts of a published split.
+
+    Attributes:
+        generator: version of the generator that made them (`labgym.layouts.GENERATOR` of its release).
+    """
 
     SCHEMA: ClassVar[str] = "labgym.manifest/1"
 
     split: str
+    generator: Annotated[int, Field(ge=1)] = 1
     layouts: tuple[PublishedLayout, ...]
 
     def entry(self, layout_id: str) -> PublishedLayout:
         """Return the entry of a layout.
 
         Raises:
-            UnknownNameError: the split has none of that id.
+            UnknownNameError: the split has no layout of that id.
         """
         for entry in self.layouts:
             if entry.id == layout_id:
@@ -65,7 +74,7 @@ def manifest(split: str) -> Manifest:
     """Return the manifest of a published split.
 
     Raises:
-        UnknownNameError: there is no such published split.
+        UnknownNameError: no published split has that name.
     """
     if split not in FIRST_SEED:
         raise UnknownNameError("published split", split, FIRST_SEED)
@@ -76,7 +85,7 @@ def published(split: str) -> tuple[str, ...]:
     """Return the ids of a published split's layouts, in order.
 
     Raises:
-        UnknownNameError: there is no such published split.
+        UnknownNameError: no published split has that name.
     """
     return tuple(entry.id for entry in manifest(split).layouts)
 
@@ -96,28 +105,35 @@ def load_published(split: str, layout_id: str) -> Layout:
     return layout
 
 
-def make_published(split: str, index: int) -> Layout:
-    """Make the layout of a split's index-th protocol anew: the next room of the cycle, the first seed that fits.
+def mismatches(split: str) -> tuple[str, ...]:
+    """Return a sentence for each published file that is missing, broken or does not have the manifest's hash.
 
     Raises:
-        UnknownNameError: there is no such published split.
-        InfeasibleError: no preset holds the protocol.
+        UnknownNameError: no published split has that name.
     """
-    if split not in FIRST_SEED:
-        raise UnknownNameError("published split", split, FIRST_SEED)
-    protocol = sorted(protocols())[index]
-    shift = 0 if split == "test" else 2
-    room = ROOM_CYCLE[(index + shift) % len(ROOM_CYCLE)]
-    seed = FIRST_SEED[split] + index
-    try:
-        layout = generate(protocol, seed, room)
-    except InfeasibleError:
-        layout = generate(protocol, seed, "roomy")
-    return layout.replace(id=f"{split}-{protocol}")
+    problems = []
+    for layout_id in published(split):
+        try:
+            load_published(split, layout_id)
+        except DocumentError as error:
+            problems.append(str(error))
+    return tuple(problems)
 
 
-def publish(split: str, layouts: list[Layout], folder: Path) -> Manifest:
-    """Write a split's layouts and its manifest under a folder."""
+def make_again(entry: PublishedLayout) -> Layout:
+    """Return a published layout made again by this generator: from its protocol, room preset and seed.
+
+    It is equal to the published one only if the manifest names this generator.
+
+    Raises:
+        UnknownNameError: the library has no such protocol, or there is no such room preset.
+        InfeasibleError: the room does not hold the protocol.
+    """
+    return generate(entry.protocol, entry.seed, entry.room).replace(id=entry.id)
+
+
+def publish(split: str, layouts: Sequence[Layout], folder: Path) -> Manifest:
+    """Write layouts that this generator made, and their manifest, to `folder/split`; return the manifest."""
     entries = []
     for layout in layouts:
         layout.save(folder / split / f"{layout.id}.json")
@@ -130,27 +146,70 @@ def publish(split: str, layouts: list[Layout], folder: Path) -> Manifest:
                 hash=layout.hash,
             )
         )
-    written = Manifest(split=split, layouts=tuple(entries))
+    written = Manifest(split=split, generator=GENERATOR, layouts=tuple(entries))
     written.save(folder / split / "manifest.json")
     return written
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """The outcome of checking a published split.
+
+    Attributes:
+        problems: a sentence for each file, or layout made again, that does not have the manifest's hash.
+        notice: whether the layouts were made again, or which release can do so.
+    """
+
+    problems: tuple[str, ...]
+    notice: str
+
+
+def reproduce(split: str, out: Path | None = None) -> Reproduction:
+    """Check a published split, and make its layouts again if this version's generator made them.
+
+    Args:
+        split: val or test.
+        out: folder to which the layouts that this version makes from the same entries are written, as `out/split`.
+
+    Raises:
+        UnknownNameError: no published split has that name.
+        InfeasibleError: a room does not hold its protocol.
+    """
+    entries, generator = manifest(split).layouts, manifest(split).generator
+    problems = list(mismatches(split))
+    layouts = []
+    if generator == GENERATOR or out is not None:
+        layouts = [make_again(entry) for entry in tqdm(entries, desc=split)]
+    if out is not None:
+        publish(split, layouts, out)
+    if generator != GENERATOR:
+        return Reproduction(
+            tuple(problems),
+            f"the layouts of {split} were made by generator {generator} and this version has generator {GENERATOR}: to "
+            f"make them again, pip install labgym-nav=={RELEASES[generator]} and run labgym reproduce --split {split}",
+        )
+    for entry, layout in zip(entries, layouts, strict=True):
+        if layout.hash != entry.hash:
+            problems.append(f"{entry.id}: made again, its hash is {layout.hash[:12]}, published {entry.hash[:12]}")
+    return Reproduction(tuple(problems), f"the {len(entries)} layouts of {split} were made again")
 
 
 def train_layout(
     generator: np.random.Generator, protocol: Protocol | None = None, profile: str | Profile = "default"
 ) -> Layout:
-    """Return a new training layout: a protocol (unless one is given), a room preset and a seed, all drawn.
+    """Return a new training layout; the protocol (unless one is given), the room preset and the seed are drawn.
 
     Raises:
-        InfeasibleError: the protocol fits in none of the rooms drawn.
+        InfeasibleError: none of the rooms drawn holds its protocol.
     """
-    choices = [protocol] if protocol is not None else [found for found in protocols().values() if found.moves]
+    choices = [protocol] if protocol is not None else [one for one in protocols().values() if one.moves]
     rooms = list(room_presets())
     attempts = ATTEMPTS
     while True:
-        chosen = choices[int(generator.integers(len(choices)))]
+        choice = choices[int(generator.integers(len(choices)))]
         room = rooms[int(generator.integers(len(rooms)))]
         try:
-            return generate(chosen, int(generator.integers(TRAIN_SEEDS)), room, profile)
+            return generate(choice, int(generator.integers(TRAIN_SEEDS)), room, profile)
         except InfeasibleError:
             attempts -= 1
             if attempts == 0:

@@ -14,7 +14,7 @@ from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts import Layout
 from labgym.pipeline.config import RunConfig
 from labgym.pipeline.drawing_stage import draw_pictures, render_views, write_results
-from labgym.pipeline.layout_stage import differences, layout_jobs, make_layout
+from labgym.pipeline.layout_stage import layout_jobs, make_layout
 from labgym.pipeline.ledger import Ledger
 from labgym.pipeline.workers import Work, work_through
 from labgym.table import Table
@@ -87,8 +87,7 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
         evaluate(policy, suite, workers=processes, out=folder / "navigation" / folder_name(policy), overwrite=True)
         for policy in policies
     ]
-    problems = list(differences(jobs, folder))
-    problems += [f"policy {r.summary.policy}: {r.summary.errors} episodes failed" for r in reports if r.summary.errors]
+    problems = [f"policy {r.summary.policy}: {r.summary.errors} episodes failed" for r in reports if r.summary.errors]
     tables, written = _show(ResultsFolder.read(folder, policies), ledger, processes, config.views)
     places = (folder / "navigation", folder / "layouts", folder / "scenes")
     return RunOutcome(tables, (*places, *written), tuple(problems), left_out)

@@ -322,7 +322,7 @@ def test_a_broken_layout_file_is_named(tmp_path: Path, layout: Layout) -> None:
 
 
 def test_a_layout_without_a_protocol_asks_for_one(empty_room: Layout) -> None:
-    with pytest.raises(OptionError, match="names no protocol"):
+    with pytest.raises(OptionError, match="has no protocol"):
         LabPointNavEnv(layout=empty_room).reset(seed=0)
 
 

@@ -266,9 +266,8 @@ def test_impossible_doors_are_refused_with_the_numbers(fields, message):
 
 
 def test_an_override_of_the_size_scales_box_surfaces_and_hollow():
-    plain = Layout(
-        id="a", floor=ROOM.floor, placements=(Placement(id="c", asset="FlammableCabinet", position=(2, 2, 0)),)
-    )
+    cabinet = Placement(id="c", asset="FlammableCabinet", position=(2.0, 2.0, 0.0))
+    plain = Layout(id="a", floor=ROOM.floor, placements=(cabinet,))
     size = plain.asset("c").size
     wide = Size(width=size.width * 1.5, depth=size.depth, height=size.height * 0.5)
     scaled = plain.replace(placements=(cabinet.model_copy(update={"size": wide}),))

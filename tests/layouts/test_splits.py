@@ -1,14 +1,15 @@
-"""The published layouts are what their recorded seeds make; training never meets them."""
+"""The published layouts are what their manifest says; training never uses them."""
 
 import json
 
 import numpy as np
 import pytest
 
+import labgym
 import labgym.layouts.splits as splits
 from labgym.cli import main
 from labgym.errors import DocumentError, UnknownNameError
-from labgym.layouts import Layout, generate, load_published, published, train_layout
+from labgym.layouts import GENERATOR, Layout, generate, load_published, published, train_layout
 from labgym.protocols import protocols
 
 
@@ -20,10 +21,25 @@ def test_a_split_has_one_layout_a_protocol_and_every_hash_holds(split):
     assert len({layout.hash for layout in layouts}) == 30
 
 
-@pytest.mark.parametrize("split, index", [("test", 0), ("test", 17), ("val", 9)])
-def test_a_published_layout_can_be_made_again(split, index):
-    entry = splits.manifest(split).layouts[index]
-    assert generate(entry.protocol, entry.seed, entry.room).hash == entry.hash
+def test_the_manifests_name_the_generator_and_the_release_that_has_it():
+    for split in ("val", "test"):
+        assert splits.manifest(split).generator == 1
+    assert splits.RELEASES[1] == "0.1.0"
+    assert splits.RELEASES[GENERATOR] == labgym.__version__
+    assert generate("sub_02", 5).provenance.versions["generator"] == str(GENERATOR)
+
+
+def test_a_layout_is_made_again_from_its_manifest_entry_whatever_else_the_library_holds(monkeypatch, tmp_path):
+    library = protocols()
+    entry = splits.PublishedLayout(id="mine", protocol="sub_02", room="roomy", seed=5, hash="0" * 64)
+    layout = splits.make_again(entry)
+    extended = {"aaa_first": library["alk_01"].model_copy(update={"id": "aaa_first"})} | library
+    monkeypatch.setattr(splits, "protocols", lambda: extended)
+    assert splits.make_again(entry) == layout
+    assert (layout.id, layout.protocol_id, layout.room.name, layout.provenance.seed) == ("mine", "sub_02", "roomy", 5)
+    written = splits.publish("test", [layout], tmp_path)
+    assert written.generator == GENERATOR
+    assert splits.make_again(written.layouts[0]).hash == written.layouts[0].hash
 
 
 def test_training_seeds_are_apart_from_the_published_ones():
@@ -62,10 +78,38 @@ def test_a_layout_survives_saving_and_loading(tmp_path):
     assert again.hash == layout.hash
 
 
-@pytest.mark.parametrize("changed, code", [(False, 0), (True, 1)])
-def test_reproduce_exits_1_where_a_hash_differs(monkeypatch, tmp_path, changed, code):
-    whole = splits.manifest("test")
-    first = whole.layouts[0].model_copy(update={"hash": "0" * 64} if changed else {})
-    monkeypatch.setattr(splits, "manifest", lambda split: splits.Manifest(split=split, layouts=(first,)))
-    assert main(["reproduce", "--split", "test", "--out", str(tmp_path)]) == code
-    assert Layout.load(tmp_path / "test" / f"{first.id}.json").hash == whole.layouts[0].hash
+@pytest.fixture
+def small_split(tmp_path, monkeypatch):
+    """A published split of one layout that this version's generator made."""
+    splits.publish("test", [generate("sub_02", 5).replace(id="test-sub_02")], tmp_path)
+    monkeypatch.setattr(splits, "artefacts", lambda folder: tmp_path)
+    splits.manifest.cache_clear()
+    yield tmp_path / "test"
+    splits.manifest.cache_clear()
+
+
+def edit(path, **changes):
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+    splits.manifest.cache_clear()
+
+
+def test_reproduce_makes_the_layouts_again_if_the_generator_is_the_same(small_split, capsys):
+    assert main(["reproduce"]) == 0
+    entry = splits.manifest("test").layouts[0].model_dump()
+    edit(small_split / "manifest.json", layouts=[entry | {"seed": 6}])
+    assert main(["reproduce"]) == 1
+    assert "test-sub_02: made again, its hash is" in capsys.readouterr().err
+
+
+def test_reproduce_names_the_release_of_an_older_generator_and_checks_the_files(small_split, capsys):
+    edit(small_split / "manifest.json", generator=1)
+    assert main(["reproduce"]) == 0
+    assert "pip install labgym-nav==0.1.0" in capsys.readouterr().out
+    edit(small_split / "test-sub_02.json", placements=[])
+    assert main(["reproduce"]) == 1
+    assert "manifest's" in capsys.readouterr().err
+
+
+def test_reproduce_of_the_published_files_succeeds(capsys):
+    assert main(["reproduce", "--split", "val"]) == 0
+    assert "made by generator 1" in capsys.readouterr().out

@@ -1,16 +1,18 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import mujoco
 import pytest
 
+from labgym.artefacts import artefacts
 from labgym.cli import main
-from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
-from labgym.layouts import load_published
+from labgym.errors import DocumentError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.layouts import load_published, splits
 from labgym.pipeline import RunConfig
-from labgym.pipeline.layout_stage import LayoutJob, differences, layout_jobs
+from labgym.pipeline.layout_stage import layout_jobs, make_layout
 from labgym.pipeline.run import RunOutcome, report_folder, run_pipeline
 from labgym.policies import make_policy
 from labgym.protocols import protocols
@@ -45,9 +47,10 @@ def test_a_run_leaves_everything_that_it_promises(config, outcome):
     assert "data:image/png;base64," in page
 
 
-def test_the_layout_of_a_run_is_the_published_one(config, outcome):
+def test_the_layout_of_a_run_is_the_published_file(config, outcome):
+    published = artefacts("layouts") / "test" / f"{LAYOUT}.json"
+    assert (config.folder / "layouts" / f"{LAYOUT}.json").read_bytes() == published.read_bytes()
     (job,) = layout_jobs(None, "default", (PROTOCOL,))
-    assert differences((job,), config.folder) == ()
     assert job.published == load_published("test", LAYOUT).hash
 
 
@@ -101,18 +104,20 @@ def test_a_folder_of_another_run_is_left_alone(config, outcome):
         run_pipeline(RunConfig(out=config.out, seed=1, protocols=(PROTOCOL,)))
 
 
-def test_a_layout_that_is_not_as_published_fails_the_run(config, outcome):
+def test_a_published_file_that_was_changed_stops_the_run(tmp_path, monkeypatch):
+    shutil.copytree(artefacts("layouts") / "test", tmp_path / "test")
+    path = tmp_path / "test" / f"{LAYOUT}.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"placements": []}))
+    monkeypatch.setattr(splits, "artefacts", lambda folder: tmp_path)
     (job,) = layout_jobs(None, "default", (PROTOCOL,))
-    other = LayoutJob(**{**job.inputs, "published": "0" * 64})
-    (sentence,) = differences((other,), config.folder)
-    assert LAYOUT in sentence
-    assert "000000000000" in sentence
+    with pytest.raises(DocumentError, match="hash"):
+        make_layout(job, tmp_path / "run")
 
 
-def test_new_layouts_take_the_seed_that_is_given():
+def test_new_layouts_take_the_seed_of_the_run():
     jobs = layout_jobs(7, "strict")
     assert {job.protocol for job in jobs} == set(protocols())
-    assert {(job.seed, job.made_for, job.published) for job in jobs} == {(7, "strict", None)}
+    assert {(job.seed, job.profile, job.published) for job in jobs} == {(7, "strict", None)}
 
 
 def test_an_unknown_protocol_is_refused_before_anything_is_made(tmp_path):

@@ -13,6 +13,9 @@ from labgym.documents import Document, Record
 from labgym.errors import UnknownNameError
 from labgym.layouts import Layout, load_published, published
 
+ALIASES = {"lab30": "test"}
+"""Other names of suites: lab30 is the suite of the 30 published test layouts."""
+
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
 
 
@@ -101,8 +104,9 @@ def load_suite(name: str | Path) -> Suite:
     """
     if str(name).endswith(".json"):
         return Suite.load(name)
+    name = ALIASES.get(str(name), name)
     if name not in suite_names():
-        raise UnknownNameError("suite", name, suite_names())
+        raise UnknownNameError("suite", name, (*suite_names(), *ALIASES))
     return Suite.load(_folder() / f"{name}.json")
 
 
