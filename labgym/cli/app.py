@@ -24,7 +24,7 @@ from labgym.cli.assets import assets_app
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
 from labgym.cli.protocols import protocols_app
 from labgym.cli.training import ablate_app, card_app, data, train_app
-from labgym.errors import LabgymError
+from labgym.errors import LabgymError, OptionError
 from labgym.pipeline import RunConfig
 
 app = SubcommandApp()

@@ -46,7 +46,7 @@ def conflict_between(first: Cabinet, second: Cabinet, profile: Profile) -> str |
     """Return the hazard of the first incompatible pair across two cabinets, or None."""
     for one in first.reagents:
         for other in second.reagents:
-            hazard = hazard_between(catalog.get(one), catalog.get(other), profile.pairs)
+            hazard = hazard_between(one, other, profile.pairs)
             if hazard is not None:
                 return f"{one.name} and {other.name}: {hazard.hazard}"
     return None
