@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError
 from labgym.artefacts import artefacts
 from labgym.assets import Catalog
 from labgym.assets.model import Size
-from labgym.errors import DocumentError, LabgymError
+from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.geometry import OrientedBox
 from labgym.layouts import Door, Floor, Layout, Placement, Room, generate, load_published, published, version1
 from labgym.layouts.floor import Opening, Rectangle, Space
@@ -309,20 +309,27 @@ def test_caches_of_the_rules_and_stages_do_not_mix_catalogues():
     from labgym.envs.stage import stage_of
 
     hood = Catalog.published().get("FumeHood")
-    cavity = hood.cavity
-    assert cavity is not None
-    closed = hood.model_copy(update={"cavity": None})
-    renamed = Catalog.published().get("Acetone").model_copy(update={"synonyms_en": ("propanone",)})
-    other = Catalog([{"FumeHood": closed, "Acetone": renamed}.get(a.name, a) for a in Catalog.published()])
+    assert hood.cavity is not None
+    thick = hood.model_copy(update={"cavity": hood.cavity.model_copy(update={"width": hood.cavity.width - 0.2})})
+    renamed = Catalog.published().get("Acetone").model_copy(update={"synonyms_en": ("nail varnish remover",)})
+    other = Catalog([{"FumeHood": thick, "Acetone": renamed}.get(a.name, a) for a in Catalog.published()])
     placements = (Placement(id="hood", asset="FumeHood", position=(2.0, 4.5, 0.0), yaw=math.pi),)
     plain = Layout(id="a", floor=ROOM.floor, placements=placements)
     solid = plain.replace(catalog=other)
-    assert Arrangement.of(plain).solids.counts.sum() > Arrangement.of(solid).solids.counts.sum() == 1
+
+    def volume(layout: Layout) -> float:
+        return sum(box.width * box.depth * (box.z1 - box.z0) for box in layout.solids("hood"))
+
+    assert volume(solid) > volume(plain) + 0.01
+    areas = [Arrangement.of(layout).solids.boxes.half.prod(axis=1).sum() for layout in (plain, solid, plain)]
+    assert areas[1] > areas[0] == areas[2]
     assert stage_of(plain) is not stage_of(solid)
     assert stage_of(plain) is stage_of(plain.replace(id="b"))
-    wanting = OWN.model_copy(update={"reagents": (OWN.reagents[0].model_copy(update={"name": "Acetone"}),)})
-    for layout in (plain, solid):
-        assert "Acetone" in missing_assets(Arrangement.of(layout), wanting, frozenset())
+    named = OWN.reagents[0].model_copy(update={"name": "NailVarnishRemover"})
+    protocol = OWN.model_copy(update={"reagents": (named,)})
+    assert "Acetone" in missing_assets(Arrangement.of(solid), protocol, frozenset())
+    with pytest.raises(UnknownNameError, match="NailVarnishRemover"):
+        missing_assets(Arrangement.of(plain), protocol, frozenset())
 
 
 def test_a_layout_travels_to_another_process_with_a_reference_to_its_catalogue():
