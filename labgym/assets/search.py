@@ -1,4 +1,4 @@
-"""From what people write to canonical names: normalised synonyms first, near spellings after."""
+"""From what people write to canonical names: exact names first, then names with qualifiers, then misspellings."""
 
 from __future__ import annotations
 
@@ -6,14 +6,19 @@ import re
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
+from functools import cached_property, lru_cache
 from typing import Literal
 
-from labgym.assets import remarks
+from rapidfuzz import process
+from rapidfuzz.distance import OSA, Indel
+
 from labgym.assets.archive import SHAPE
 from labgym.assets.lookalikes import lookalikes
+from labgym.assets.measures import Measure, first_size, of_size, size_note
 from labgym.assets.model import Asset
-from labgym.assets.spelling import MAX_SLIPS, MIN_LENGTH, edits, same_substance, similarity, slips
+from labgym.assets.phrases import PhraseIndex
+from labgym.assets.qualifiers import QualifiedName, is_aqueous, is_hydrate, of_equipment, of_substance
+from labgym.assets.spelling import MAX_EDITS, MIN_LENGTH, edits, same_substance, similarity
 
 MAX_QUERY = 200
 NEAR = 0.4
@@ -26,7 +31,8 @@ _WORD = re.compile(r"^(?!.*\b[A-Z]{2,}\b).*[a-z]{3}")
 """A name without abbreviations or formulas: TBDPSCl is no misspelling of TBDMSCl, nor TMA chloride of TMS chloride."""
 _ENDING = re.compile(r"[a-z]{3}(?:amine|amide|ide|ane|ene|ole|idine)$")
 _FAMILY = re.compile(r"^Large|\d+$")
-"""What sets an asset's name apart from those of other sizes."""
+"""The part of an asset's name that distinguishes it from those of other sizes."""
+_BRACKETS = re.compile(r"^([^()\uff08\uff09]+?)\s*[(\uff08]([^()\uff08\uff09]+)[)\uff09]\s*$")
 
 
 def normalise(text: str) -> str:
@@ -42,9 +48,9 @@ def normalise(text: str) -> str:
 
 
 def surface_forms(asset: Asset) -> tuple[str, ...]:
-    """Return what an asset may be called: its name, its synonyms, its CAS number.
+    """Return what an asset may be called: its name, its synonyms and its CAS number.
 
-    An imported bottle has the CAS number of what is in it, which stays the name of the published reagent.
+    An imported bottle has the CAS number of its contents, which stays a name of the published reagent alone.
     """
     chemistry = asset.chemistry if asset.shape.name != SHAPE else None
     identifiers = (chemistry.cas,) if chemistry is not None and chemistry.cas is not None else ()
@@ -53,15 +59,15 @@ def surface_forms(asset: Asset) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Match:
-    """An asset that a text means.
+    """The asset that a text means.
 
     Attributes:
         name: canonical.
         form: the name, synonym or CAS number that matched, as the catalogue writes it.
         how: "name", "synonym" or "fuzzy".
-        score: similarity of form and text, 1 unless fuzzy.
-        aside: what the text says beside the name, such as "1 M", "anhydrous" or "2 L".
-        note: where the asset is not of the size, or not as dry, as the text asks, what it is; else "".
+        score: similarity of form and text; 1 unless fuzzy.
+        aside: what the text says in addition to the name, such as "1 M", "anhydrous" or "2 L".
+        note: how the asset differs from the size or dryness that the text asks for, else "".
     """
 
     name: str
@@ -75,7 +81,7 @@ class Match:
 class SynonymIndex:
     """Canonical names by normalised surface form.
 
-    Where assets share a surface form, the first keeps it: canonical names before synonyms, core assets before the rest.
+    If assets share a surface form, the first keeps it: canonical names before synonyms, core assets before the rest.
     """
 
     def __init__(self, assets: Iterable[Asset]) -> None:
@@ -94,40 +100,41 @@ class SynonymIndex:
                 self._forms.setdefault(normalise(form), (asset.name, form))
 
     def lookup(self, text: str) -> str | None:
-        """Return the canonical name that a text means, or None where nothing or no single asset is near."""
-        found = self.match(text)
-        return None if found is None else found.name
+        """Return the canonical name that a text means, or None if nothing, or no single asset, is near."""
+        match = self.match(text)
+        return None if match is None else match.name
 
     def match(self, text: str) -> Match | None:
-        """Return the asset that a text means and how it was found, or None where nothing or no single asset is near.
+        """Return the asset that a text means and how it was found, or None if nothing, or no single asset, is near.
 
-        A name, synonym or CAS number comes first, then one beside an amount, a size, a concentration or a grade, then
-        one that is misspelt. Of assets that differ in size the one of the size that the text gives is taken.
+        Tried in this order: a name, synonym or CAS number; one with an amount, a size, a concentration or a grade; two
+        names of one asset, the second in brackets; equipment with maker, model and material; a misspelling. Of assets
+        that differ in size, the one of the size in the text is taken.
         """
         if len(text) > MAX_QUERY:
             return None
-        size, sizeless = remarks.measure(text)
-        amounts, grades = remarks.of_substance(text)
-        found = self._exact(text)
-        if found is None and size is not None:
-            found = self._equipment(self._exact(sizeless))
-        if found is None:
-            found = self._equipment(self._exact(remarks.of_equipment(sizeless)))
-        if found is None:
-            found = self._reagent(amounts, self._exact) or self._reagent(grades, self._exact)
-        if found is None:
-            found = self._equipment(self._misspelt(sizeless)) or self._reagent(grades, self._misspelt)
-        if found is None or size is None or self._assets[found.name].kind == "reagent":
-            return found
-        return self._sized(found, size)
+        size, sizeless = first_size(text)
+        match = self._exact(text)
+        if match is None and size is not None:
+            match = self._equipment(self._exact(sizeless))
+        if match is None:
+            strengths, grades = of_substance(text)
+            match = self._reagent(strengths, self._exact) or self._reagent(grades, self._exact)
+            match = match or self._both_names(text) or self._equipment(self._phrase(sizeless))
+            match = match or self._equipment(self._misspelt(sizeless)) or self._reagent(grades, self._misspelt)
+        if match is None or size is None or self._assets[match.name].kind == "reagent":
+            return match
+        return self._sized(match, size)
 
     def candidates(self, text: str, count: int = 5) -> tuple[Match, ...]:
-        """Return the assets whose names or synonyms are spelt most like a text, best first, each with its score."""
+        """Return the assets whose names or synonyms are spelled most like a text, best first, each with its score."""
         best: dict[str, Match] = {}
-        for query in dict.fromkeys((normalise(text), normalise(remarks.of_substance(text[:MAX_QUERY])[1].rest))):
-            for form in get_close_matches(query, self._forms, n=3 * count, cutoff=NEAR):
+        for query in dict.fromkeys((normalise(text), normalise(of_substance(text[:MAX_QUERY])[1].name))):
+            near = process.extract(
+                query, self._forms.keys(), scorer=Indel.normalized_similarity, limit=3 * count, score_cutoff=NEAR
+            )
+            for form, score, _ in near if query else ():
                 name, written = self._forms[form]
-                score = similarity(form, query)
                 if name not in best or best[name].score < score:
                     best[name] = Match(name, written, "fuzzy", score)
         return tuple(sorted(best.values(), key=lambda match: (-match.score, match.name))[:count])
@@ -135,6 +142,15 @@ class SynonymIndex:
     def nearest(self, text: str, count: int = 5) -> tuple[str, ...]:
         """Return the canonical names whose surface forms are nearest to a text, best first."""
         return tuple(match.name for match in self.candidates(text, count))
+
+    @cached_property
+    def _phrases(self) -> PhraseIndex:
+        return PhraseIndex(
+            (form, asset.name)
+            for asset in self._assets.values()
+            if asset.kind != "reagent"
+            for form in (asset.name, *asset.synonyms_en)
+        )
 
     def _exact(self, text: str) -> Match | None:
         query = normalise(text)
@@ -146,15 +162,37 @@ class SynonymIndex:
                     return Match(name, written, "name" if form == normalise(name) else "synonym", 1.0)
         return None
 
+    def _phrase(self, text: str) -> Match | None:
+        """Return the equipment that a text names by a phrase in it, if maker, model and material are the rest."""
+        for rest in of_equipment(text):
+            match = self._exact(rest) if rest else None
+            if match is not None:
+                return match
+            phrase = self._phrases.find(rest)
+            if phrase is not None:
+                return Match(phrase.name, phrase.form, "synonym", 1.0, phrase.rest)
+        return None
+
+    def _both_names(self, text: str) -> Match | None:
+        """Return the asset that is meant both before and within brackets: "brine (sat. NaCl)"."""
+        parts = _BRACKETS.match(text)
+        if parts is None:
+            return None
+        matches = [self._exact(part) or self._reagent(of_substance(part)[1], self._exact) for part in parts.groups()]
+        first, second = matches
+        if first is None or second is None or first.name != second.name:
+            return None
+        return replace(first, aside=(*first.aside, parts[2]))
+
     def _misspelt(self, text: str) -> Match | None:
         query = normalise(text)
         near: dict[str, tuple[int, float, str]] = {}
         letters = _letters(query)
         for form, signature in self._signatures:
-            if abs(len(form) - len(query)) > MAX_SLIPS or (letters ^ signature).bit_count() > 2 * MAX_SLIPS:
+            if abs(len(form) - len(query)) > MAX_EDITS or (letters ^ signature).bit_count() > 2 * MAX_EDITS:
                 continue
             name, _ = self._forms[form]
-            count = slips(form, query)
+            count = edits(form, query)
             if count is not None:
                 near[name] = min(near.get(name, (9, 0.0, "")), (count, -similarity(form, query), form))
         ranked = sorted((count, score, name, form) for name, (count, score, form) in near.items())
@@ -162,38 +200,44 @@ class SynonymIndex:
             return None
         count, score, name, form = ranked[0]
         written = self._forms[form][1]
-        if _WORD.search(written) is None or _stranger(query, count):
+        if _WORD.search(written) is None or _is_other_substance(query, count):
             return None
         if self._assets[name].kind == "reagent" and not same_substance(form, query):
             return None
         return Match(name, written, "fuzzy", -score)
 
-    def _equipment(self, found: Match | None) -> Match | None:
-        return None if found is None or self._assets[found.name].kind == "reagent" else found
+    def _equipment(self, match: Match | None) -> Match | None:
+        return None if match is None or self._assets[match.name].kind == "reagent" else match
 
-    def _reagent(self, reading: remarks.Reading, look: Callable[[str], Match | None]) -> Match | None:
-        found = look(reading.rest)
-        if found is None or self._assets[found.name].kind != "reagent":
+    def _reagent(self, text: QualifiedName, look_up: Callable[[str], Match | None]) -> Match | None:
+        match = look_up(text.name)
+        if match is None or self._assets[match.name].kind != "reagent":
             return None
-        if reading.without_water and found.name in remarks.AQUEOUS:
+        asset = self._assets[match.name]
+        if text.excludes_water and is_aqueous(asset):
             return None
-        hydrate = reading.without_water and found.name in remarks.HYDRATES
-        return replace(found, aside=reading.aside, note="the catalogue's one is a hydrate" if hydrate else "")
+        note = "the catalogue's is a hydrate" if text.excludes_water and is_hydrate(asset) else ""
+        return replace(match, aside=text.qualifiers, note=note)
 
-    def _sized(self, found: Match, size: remarks.Measure) -> Match:
-        asset, stem = self._assets[found.name], _FAMILY.sub("", found.name)
+    def _sized(self, match: Match, size: Measure) -> Match:
+        asset, stem = self._assets[match.name], _FAMILY.sub("", match.name)
         family = [other for name, other in self._assets.items() if _FAMILY.sub("", name) == stem]
-        chosen = remarks.of_size([asset, *(other for other in family if other.subtype == asset.subtype)], size)
-        return replace(found, name=chosen.name, aside=(size.written,), note=remarks.difference(chosen, size))
+        chosen = of_size([asset, *(other for other in family if other.subtype == asset.subtype)], size)
+        return replace(match, name=chosen.name, aside=(size.written, *match.aside), note=size_note(chosen, size))
 
 
-def _stranger(query: str, count: int) -> bool:
-    """Say whether a text is within so many slips of a substance that the catalogue does not hold."""
-    return any(edits(normalise(name), query, count) <= count for name in lookalikes())
+def _is_other_substance(query: str, count: int) -> bool:
+    """Return whether a text is within `count` edits of a substance that is not in the catalogue."""
+    return any(OSA.distance(name, query, score_cutoff=count) <= count for name in _other_substances())
+
+
+@lru_cache(maxsize=1)
+def _other_substances() -> tuple[str, ...]:
+    return tuple(normalise(name) for name in lookalikes())
 
 
 def _letters(form: str) -> int:
-    """Return the set of a text's characters as bits; a slip changes two at most, so it rules most forms out fast."""
+    """Return the set of a text's characters as bits; an edit changes two at most, so it rules most forms out fast."""
     bits = 0
     for char in form:
         bits |= 1 << (ord(char) % 64)
@@ -203,7 +247,7 @@ def _letters(form: str) -> int:
 def _variants(asset: Asset) -> Iterator[str]:
     """Yield what else a reagent is called by rule.
 
-    "hydrochloric acid" of "hydrochloric acid (37%)", "三氯化铝" of "无水三氯化铝", "triethylamin", as German has it.
+    "hydrochloric acid" of "hydrochloric acid (37%)", "三氯化铝" of "无水三氯化铝", German "triethylamin".
     """
     if asset.kind == "reagent":
         yield from (form[:-1] for form in (asset.name, *asset.synonyms_en) if _ENDING.search(form))

@@ -1,18 +1,21 @@
-"""Slips of the pen: how far two spellings are apart, and when a slip cannot be the name of another substance."""
+"""Misspellings: how far two spellings are apart, and when a misspelling cannot be the name of another substance."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from difflib import SequenceMatcher
+
+from rapidfuzz.distance import OSA, Indel
 
 MIN_LENGTH = 6
-"""Texts shorter than this, and names, are no misspelling of anything."""
+"""Shortest text, and shortest name, that may be a misspelling of the other."""
 MIN_CHEMICAL = 7
-"""The same for the name of a reagent: short names and formulas are too near to one another."""
+"""The same for names of reagents: short names and formulas are too close to one another."""
 LONG = 9
-"""From this length on MAX_SLIPS in the name of an instrument or facility are forgiven, else one."""
-MAX_SLIPS = 2
+"""Length from which `MAX_EDITS` are accepted in the name of an instrument or facility; below it one is."""
+MAX_EDITS = 2
+DEUTERATED = "d"
+"""Suffix of a name with one deuterium atom, as in chloroform-d (IUPAC, P-84): another substance, not a misspelling."""
 
 _CONFUSABLE = (
     ("ate", "ite", "ide", "ine", "ane", "ene", "one", "ol", "al", "yl", "ic", "ous", "ium"),
@@ -32,59 +35,40 @@ _CONFUSABLE = (
     ("i", "ii", "iii", "iv", "vi"),
     ("mesyl", "tosyl", "tolyl", "besyl", "nosyl", "dansyl"),
 )
-"""Parts of chemical names that tell one substance from another, each in the group that it is mistaken within."""
-
-
-def edits(one: str, other: str, limit: int) -> int:
-    """Return how many letters must be left out, put in, changed or swapped with a neighbour; limit + 1 for any more.
-
-    The optimal string alignment distance.
-    """
-    if abs(len(one) - len(other)) > limit:
-        return limit + 1
-    before, row = [0] * (len(other) + 1), list(range(len(other) + 1))
-    for i, a in enumerate(one, 1):
-        above, row = row, [i] + [0] * len(other)
-        for j, b in enumerate(other, 1):
-            row[j] = min(above[j] + 1, row[j - 1] + 1, above[j - 1] + (a != b))
-            if i > 1 and j > 1 and a == other[j - 2] and one[i - 2] == b:
-                row[j] = min(row[j], before[j - 2] + 1)
-        if min(row) > limit:
-            return limit + 1
-        before = above
-    return min(row[-1], limit + 1)
+"""Parts of chemical names that distinguish substances; each group holds parts that are mistaken for one another."""
 
 
 def similarity(one: str, other: str) -> float:
     """Return the share of letters that two spellings have in common, in order, between 0 and 1."""
-    return SequenceMatcher(None, one, other).ratio()
+    return Indel.normalized_similarity(one, other)
 
 
-def slips(form: str, query: str) -> int | None:
-    """Return the slips by which a query misspells an instrument's or facility's name, None where it is another word.
+def edits(form: str, query: str) -> int | None:
+    """Return the number of edits by which a query misspells the name of an instrument or facility, or None.
 
-    Both are normalised. Numbers must be the same, and a Chinese name is not misspelt letter by letter.
+    Both are normalised. An edit inserts, deletes or changes a letter, or swaps two neighbours (optimal string
+    alignment). Numbers must agree, and Chinese names are not compared letter by letter. None means another word.
     """
-    limit = MAX_SLIPS if len(form) >= LONG else 1
+    limit = MAX_EDITS if len(form) >= LONG else 1
     if min(len(form), len(query)) < MIN_LENGTH or not (form.isascii() and query.isascii()):
         return None
     if re.findall(r"\d+", form) != re.findall(r"\d+", query):
         return None
-    count = edits(form, query, limit)
+    count = OSA.distance(form, query, score_cutoff=limit)
     return count if count <= limit else None
 
 
 def same_substance(form: str, query: str) -> bool:
-    """Say whether a query can only be a misspelling of a chemical name, both normalised.
+    """Return whether a query can only be a misspelling of a chemical name, both normalised.
 
-    One slip, not in the first letter, in a name of letters alone. A query that is as near to a rival, the same name
-    with a part such as -ite or meth- exchanged, left out or put before, is not taken for either.
+    It can with one edit, not in the first letter, in a name of letters only. A query that is as close to a rival (the
+    name with a part such as -ite or meth- exchanged for another of its group) is a misspelling of neither.
     """
     if min(len(form), len(query)) < MIN_CHEMICAL or not (form.isalpha() and query.isalpha() and form[0] == query[0]):
         return False
-    if query == form + "d":  # chloroform-d
+    if query == form + DEUTERATED or OSA.distance(form, query, score_cutoff=1) != 1:
         return False
-    return edits(form, query, 1) == 1 and all(edits(rival, query, 1) > 1 for rival in _rivals(form))
+    return all(OSA.distance(rival, query, score_cutoff=1) > 1 for rival in _rivals(form))
 
 
 def _rivals(form: str) -> Iterator[str]:

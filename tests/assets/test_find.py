@@ -9,11 +9,12 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from rapidfuzz.distance import OSA
 
 from labgym.assets import Catalog
 from labgym.assets.lookalikes import lookalikes
+from labgym.assets.qualifiers import is_aqueous, is_hydrate
 from labgym.assets.search import MAX_QUERY, normalise, surface_forms
-from labgym.assets.spelling import edits
 from labgym.cli import main
 
 HERE = Path(__file__).parent
@@ -75,9 +76,9 @@ def forms_of_reagents() -> dict[str, str]:
 
 def slips_between(one: str, other: str) -> set[str]:
     """Slips of one name that are within one letter of the other; there are none beyond two letters."""
-    if len(set(one) ^ set(other)) > 4 or edits(one, other, 2) > 2:
+    if len(set(one) ^ set(other)) > 4 or OSA.distance(one, other) > 2:
         return set()
-    return {slip for slip in slips_of(one) if edits(slip, other, 1) <= 1}
+    return {slip for slip in slips_of(one) if OSA.distance(slip, other) <= 1}
 
 
 def test_no_slip_of_another_substances_name_gives_a_reagent():
@@ -143,18 +144,18 @@ def test_a_match_says_how_it_was_found_and_how_sure_it_is(text, name, how):
         ("250 mL RBF", "RoundBottomFlask", ""),
         ("0.25 L RBF", "RoundBottomFlask", ""),
         ("250 cm³ round-bottom flask", "RoundBottomFlask", ""),
-        ("2 L RBF", "RoundBottomFlask", "the catalogue's one holds 250 mL, not 2 L"),
-        ("100ml beaker", "Beaker", "the catalogue's one holds 250 mL, not 100ml"),
-        ("600 mL beaker", "LargeBeaker", "the catalogue's one holds 1 L, not 600 mL"),
-        ("5 L beaker", "LargeBeaker", "the catalogue's one holds 1 L, not 5 L"),
+        ("2 L RBF", "RoundBottomFlask", "the catalogue's holds 250 mL, not 2 L"),
+        ("100ml beaker", "Beaker", "the catalogue's holds 250 mL, not 100ml"),
+        ("600 mL beaker", "LargeBeaker", "the catalogue's holds 1 L, not 600 mL"),
+        ("5 L beaker", "LargeBeaker", "the catalogue's holds 1 L, not 5 L"),
         ("1000毫升烧杯", "LargeBeaker", ""),
         ("180 cm fume cupboard", "FumeHood1800", ""),
         ("6 foot hood", "FumeHood1800", ""),
         ("2.4 m island bench", "IslandBench2400", ""),
-        ("3 m lab bench", "LabBench1800", "the catalogue's one measures 1.8 m, not 3 m"),
+        ("3 m lab bench", "LabBench1800", "the catalogue's measures 1.8 m, not 3 m"),
         ("90 mm buchner funnel", "BuchnerFunnel", ""),
-        ("500 MHz NMR", "NMRSpectrometer", "the catalogue's one has 400 MHz, not 500 MHz"),
-        ("500 mL thermometer", "Thermometer", "the catalogue gives it no size to compare with 500 mL"),
+        ("500 MHz NMR", "NMRSpectrometer", "the catalogue's has 400 MHz, not 500 MHz"),
+        ("500 mL thermometer", "Thermometer", "the catalogue states no size of it to compare with 500 mL"),
     ],
 )
 def test_a_size_chooses_among_assets_and_another_size_is_said(text, name, note):
@@ -186,9 +187,41 @@ def test_a_solution_in_water_is_not_found_without_its_water(text):
     assert found(text) is None
 
 
+def test_reagents_that_are_solutions_in_water_are_recognised_from_their_data():
+    solutions = {"AmmoniumHydroxide", "DeionizedWater", "HydrazineHydrate", "HydrobromicAcid", "HydrochloricAcid"}
+    solutions |= {"HydrogenPeroxide", "NitricAcid", "PerchloricAcid", "PhosphoricAcid", "SodiumHypochlorite"}
+    assert {asset.name for asset in REAGENTS if is_aqueous(asset)} == solutions | {"TertButylHydroperoxide"}
+
+
+def test_salts_with_water_of_crystallisation_are_recognised_from_their_structure():
+    hydrates = {"CopperIISulfate", "Hydroxybenzotriazole", "PToluenesulfonicAcid", "TinIIChloride"}
+    assert {asset.name for asset in REAGENTS if is_hydrate(asset)} == hydrates
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("IKA RCT hotplate stirrer", "MagneticHotplateStirrer"),
+        ("Sartorius analytical balance 0.1 mg", "AnalyticalBalance"),
+        ("flask, Erlenmeyer", "ErlenmeyerFlask"),
+        ("rotovap with chiller", "RotaryEvaporator"),
+        ("DCM (dichloromethane)", "Dichloromethane"),
+    ],
+)
+def test_makers_models_and_second_names_do_not_hide_a_name(text, name):
+    assert found(text) == name
+
+
+@pytest.mark.parametrize(
+    "text", ["stirrer controller", "vial holder", "vacuum pump oil", "DCM (chloroform)", "bath oil"]
+)
+def test_a_word_that_changes_what_is_meant_is_not_set_aside(text):
+    assert found(text) is None
+
+
 def test_a_hydrate_is_found_where_the_dry_salt_is_asked_and_it_says_so():
     match = CATALOG.match("anhydrous copper sulfate")
-    assert (match.name, match.note) == ("CopperIISulfate", "the catalogue's one is a hydrate")
+    assert (match.name, match.note) == ("CopperIISulfate", "the catalogue's is a hydrate")
     assert CATALOG.match("copper sulfate").note == ""
 
 

@@ -1,0 +1,108 @@
+"""Sizes in a text: volumes, lengths and frequencies, and which asset of a family has such a size."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from labgym.assets.model import Asset
+
+TOLERANCE = 0.05
+"""Relative difference up to which two sizes count as the same: a 5 ft hood is 1.5 m wide."""
+
+Dimension = Literal["volume", "length", "frequency"]
+
+BEFORE, _AFTER = r"(?<![A-Za-z0-9.,-])", r"(?![A-Za-z0-9-])"
+NUMBER = r"(\d{1,6}(?:[.,]\d{1,4})?)"
+_VOLUMES = {"ul": 1e-3, "ml": 1.0, "cc": 1.0, "cm3": 1.0, "cl": 10.0, "dl": 100.0, "l": 1e3}
+_VOLUMES |= {"millilitre": 1.0, "milliliter": 1.0, "litre": 1e3, "liter": 1e3, "毫升": 1.0, "升": 1e3}
+_LENGTHS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "metre": 1.0, "meter": 1.0, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048}
+_LENGTHS |= {"in": 0.0254, "inch": 0.0254, "毫米": 1e-3, "厘米": 1e-2, "米": 1.0}
+_DIMENSIONS: tuple[tuple[Dimension, dict[str, float]], ...] = (
+    ("volume", _VOLUMES),
+    ("length", _LENGTHS),
+    ("frequency", {"mhz": 1.0}),
+)
+_UNIT = "|".join(sorted({"cm³", *(unit for _, units in _DIMENSIONS for unit in units)}, key=len, reverse=True))
+SIZE = re.compile(rf"{BEFORE}{NUMBER}[ -]?({_UNIT})(s?){_AFTER}", re.IGNORECASE)
+_FOOT_MARK = re.compile(r"(?<=\d)\s*['\u2032](?=\s|$)")
+_INCH_MARK = re.compile(r"(?<=\d)\s*[\"\u2033](?=\s|$)")
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A size in a text.
+
+    Attributes:
+        written: as in the text. value: in mL, metres or MHz.
+    """
+
+    written: str
+    dimension: Dimension
+    value: float
+
+
+def first_size(text: str) -> tuple[Measure | None, str]:
+    """Return the first size in a text, and the text without sizes."""
+    text = _INCH_MARK.sub(" in", _FOOT_MARK.sub(" ft", text))
+    match = SIZE.search(text)
+    if match is None:
+        return None, text
+    number, unit = float(match[1].replace(",", ".")), unicodedata.normalize("NFKD", match[2]).lower()
+    dimension, units = next(pair for pair in _DIMENSIONS if unit in pair[1])
+    return Measure(match[0].strip(), dimension, number * units[unit]), SIZE.sub(" ", text)
+
+
+def nominal_size(asset: Asset, dimension: Dimension) -> float | None:
+    """Return the size of an asset in the catalogue: capacity (mL), width or diameter (m), or frequency (MHz)."""
+    specs = asset.specs
+    if dimension == "volume":
+        litres = specs.chamber_L or specs.storage_L
+        return specs.capacity_mL or (None if litres is None else 1000.0 * litres)
+    if dimension == "frequency":
+        return specs.proton_MHz
+    if asset.kind == "facility":
+        return asset.size.width
+    millimetres = specs.diameter_mm or specs.jacket_mm
+    return None if millimetres is None else millimetres / 1000.0
+
+
+def of_size(family: Sequence[Asset], size: Measure) -> Asset:
+    """Return the asset of a size: the same within 5 %, else the smallest that is larger, else the largest.
+
+    If no size is known, the first of the family is returned.
+    """
+    sized = [(value, asset) for asset in family if (value := nominal_size(asset, size.dimension)) is not None]
+    sized.sort(key=lambda pair: (pair[0], pair[1].name))
+    same = [asset for value, asset in sized if _is_same(value, size.value)]
+    larger = [asset for value, asset in sized if value > size.value]
+    return (same or larger or [asset for _, asset in sized[-1:]] or list(family))[0]
+
+
+def size_note(asset: Asset, size: Measure) -> str:
+    """Return how an asset differs from a requested size, "" if it does not."""
+    value = nominal_size(asset, size.dimension)
+    if value is None:
+        return f"the catalogue states no size of it to compare with {size.written}"
+    if _is_same(value, size.value):
+        return ""
+    if size.dimension == "frequency":
+        return f"the catalogue's has {value:g} MHz, not {size.written}"
+    if size.dimension == "length":
+        return f"the catalogue's measures {_length(value)}, not {size.written}"
+    return f"the catalogue's holds {_volume(value)}, not {size.written}"
+
+
+def _is_same(one: float, other: float) -> bool:
+    return abs(one - other) <= TOLERANCE * other
+
+
+def _volume(value: float) -> str:
+    return f"{value / 1000.0:g} L" if value >= 1000.0 else f"{value:g} mL"
+
+
+def _length(value: float) -> str:
+    return f"{value:g} m" if value >= 0.5 else f"{1000.0 * value:g} mm"
