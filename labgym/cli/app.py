@@ -19,7 +19,7 @@ from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
 from tyro.extras import SubcommandApp
 
 from labgym import __version__, protocols
-from labgym.cli.arguments import LayoutName, OptionalPath, OptionalText, PolicyOptions, ProtocolName, Texts
+from labgym.cli.arguments import Folders, LayoutName, OptionalPath, OptionalText, PolicyOptions, ProtocolName, Texts
 from labgym.cli.assets import assets_app
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
 from labgym.cli.protocols import protocols_app
@@ -290,16 +290,19 @@ app.command(card_app, name="card", help="Publish a trained policy with its model
 
 
 @app.command
-def report(folder: Annotated[Positional[Path], arg(metavar="FOLDER")], workers: int = 1) -> int:
+def report(folders: Folders, workers: int = 1) -> int:
     """Draw the routes and write tables and report.html for the results in a folder.
 
     Args:
-        folder: Folder written by labgym run or labgym eval, for example runs/default.
+        folders: Folder written by labgym run or labgym eval, for example runs/default. The report is written there.
+            With further folders, their policies are shown in the same report.
         workers: Number of processes that draw.
     """
     from labgym.pipeline.run import report_folder
 
-    tables, files = report_folder(folder, workers)
+    if not folders:
+        raise OptionError("no folder of results; name one, for example runs/default")
+    tables, files = report_folder(folders[0], folders[1:], workers)
     for table in tables:
         print(f"\n{table.text()}\n")
     print("Written:", *files, sep="\n  ")

@@ -18,3 +18,4 @@ OptionalWholeNumber = Annotated[int | None, arg(metavar="INT", help_behavior_hin
 OptionalPath = Annotated[Path | None, arg(metavar="PATH", help_behavior_hint="")]
 Texts = Annotated[tuple[str, ...], arg(metavar="STR [STR ...]", help_behavior_hint="")]
 PolicyOptions = Annotated[tuple[str, ...], arg(metavar="NAME=VALUE [...]", help_behavior_hint="")]
+Folders = Positional[Annotated[tuple[Path, ...], arg(metavar="FOLDER [FOLDER ...]", help_behavior_hint="(required)")]]

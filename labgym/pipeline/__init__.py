@@ -1,4 +1,4 @@
-"""`labgym run`: the whole pipeline, stage by stage; what has not changed is not done again."""
+"""`labgym run`: the whole pipeline, stage by stage; unchanged work is skipped."""
 
 from labgym.pipeline.config import RunConfig
 

@@ -1,7 +1,8 @@
-"""The last stages of a run: pictures of the layouts with the routes driven, rendered views, tables and the report."""
+"""The last stages of a run: plans with routes, rendered views, tables and the report."""
 
 from __future__ import annotations
 
+from html import escape
 from pathlib import Path
 
 from labgym.documents import write_text
@@ -19,7 +20,7 @@ VIEW_SIZE = (1280, 720)
 
 
 def draw_pictures(results: ResultsFolder, ledger: Ledger, processes: int) -> dict[str, Path]:
-    """Draw every layout from above with the routes driven in it; return the pictures by layout id."""
+    """Draw a plan of every layout with the routes driven in it; return the pictures' paths by layout id."""
     paths = {layout.id: ledger.folder / "pictures" / f"{layout.id}.png" for layout in results.layouts}
     units = []
     for layout in results.layouts:
@@ -32,13 +33,13 @@ def draw_pictures(results: ResultsFolder, ledger: Ledger, processes: int) -> dic
 
 
 def render_views(results: ResultsFolder, ledger: Ledger, processes: int, count: int) -> dict[str, Path]:
-    """Render some layouts, spread evenly over all; return the views by layout id."""
+    """Render `count` layouts, spread evenly over all; return the views' paths by layout id."""
     count = min(count, len(results.layouts))
-    chosen = [results.layouts[index * len(results.layouts) // count] for index in range(count)]
-    paths = {layout.id: ledger.folder / "views" / f"{layout.id}.png" for layout in chosen}
+    sample = [results.layouts[index * len(results.layouts) // count] for index in range(count)]
+    paths = {layout.id: ledger.folder / "views" / f"{layout.id}.png" for layout in sample}
     units = [
         Work(f"view {layout.id}", [layout.hash, VIEW_SIZE], _render, (layout, paths[layout.id]), (paths[layout.id],))
-        for layout in chosen
+        for layout in sample
     ]
     work_through("views", units, ledger, processes)
     return paths
@@ -47,16 +48,16 @@ def render_views(results: ResultsFolder, ledger: Ledger, processes: int, count: 
 def write_results(
     results: ResultsFolder, pictures: dict[str, Path], views: dict[str, Path]
 ) -> tuple[tuple[Table, ...], list[Path]]:
-    """Write the tables as text and Markdown, and the report; return the tables and what was written."""
+    """Write the tables as text and Markdown, and the report; return the tables and the paths."""
     tables = result_tables(results)
     text = "\n\n\n".join(table.text() for table in tables) + "\n"
-    markdown = "\n\n".join(f"**{table.title}**\n\n{table.markdown()}" for table in tables) + "\n"
-    written = [
+    markdown = "\n\n".join(f"**{escape(table.title, quote=False)}**\n\n{table.markdown()}" for table in tables) + "\n"
+    paths = [
         write_text(results.folder / "tables.txt", text),
         write_text(results.folder / "tables.md", markdown),
         write_report(run_report(results, pictures, views), results.folder / "report.html"),
     ]
-    return tables, written
+    return tables, paths
 
 
 def _draw(layout: Layout, traces: tuple[Trace, ...], path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What a run has finished: units of work, what they were made from, and the files that they left."""
+"""The ledger of a run: finished units of work with digests of their inputs and files."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class Unit(Record):
     """A finished unit of work.
 
     Attributes:
-        inputs: digest of all that it was made from.
-        files: digests of the files that it left, by path relative to the run.
+        inputs: digest of the unit's inputs.
+        files: digests of the files that it wrote, by path relative to the run's folder.
     """
 
     inputs: str
@@ -35,9 +35,9 @@ class LedgerFile(Document):
 
 
 class Ledger:
-    """Which units of a run need not be done again: same inputs, and their files still as they were left.
+    """Finished units of a run: a unit is skipped if its inputs and its files are unchanged.
 
-    A ledger that cannot be read counts as empty, so that a run can always be taken up.
+    A ledger that cannot be read counts as empty, so that a run can always be resumed.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -49,33 +49,33 @@ class Ledger:
             self._units = {}
 
     def done(self, unit: str, inputs: Any) -> bool:
-        """Tell whether a unit was finished with these inputs and its files are untouched."""
-        known = self._units.get(unit)
+        """Return whether a unit was finished with these inputs and its files are unchanged."""
+        entry = self._units.get(unit)
         return (
-            known is not None
-            and known.inputs == canonical_hash(inputs)
-            and all(_digest(self.folder / path) == digest for path, digest in known.files.items())
+            entry is not None
+            and entry.inputs == canonical_hash(inputs)
+            and all(_digest(self.folder / path) == digest for path, digest in entry.files.items())
         )
 
     def record(self, unit: str, inputs: Any, files: Iterable[Path]) -> None:
-        """Note that a unit is finished, at once on disk.
+        """Record a finished unit and save the ledger.
 
         Args:
-            unit: its name.
-            inputs: JSON data that it was made from.
-            files: what it left; a folder stands for all that is in it.
+            unit: name of the unit.
+            inputs: JSON data that determines the unit's outcome.
+            files: files or folders that it wrote; a folder stands for all files in it.
         """
-        left = sorted(
-            path for given in files for path in ([given] if given.is_file() else given.rglob("*")) if path.is_file()
+        outputs = sorted(
+            path for place in files for path in ([place] if place.is_file() else place.rglob("*")) if path.is_file()
         )
-        digests = {path.relative_to(self.folder).as_posix(): _digest(path) or "" for path in left}
+        digests = {path.relative_to(self.folder).as_posix(): _digest(path) or "" for path in outputs}
         self._units[unit] = Unit(inputs=canonical_hash(inputs), files=digests)
         LedgerFile(units=dict(sorted(self._units.items()))).save(self._path)
 
 
 @cache
 def code_digest() -> str:
-    """Return a digest of all that decides results besides options: the package, the catalogue and the protocols."""
+    """Return a digest of what determines results in addition to options: package, catalogue and protocols."""
     package = Path(labgym.__file__).resolve().parent
     files = [path for path in package.rglob("*") if path.suffix in {".py", ".j2"}]
     files += artefacts("assets").rglob("*.json")

@@ -1,7 +1,8 @@
-"""The whole pipeline in order: layouts, evaluations, pictures, tables, report."""
+"""The stages of `labgym run` in order: layouts, evaluations, pictures, tables, report."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -14,7 +15,7 @@ from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts import Layout
 from labgym.pipeline.config import RunConfig
 from labgym.pipeline.drawing_stage import draw_pictures, render_views, write_results
-from labgym.pipeline.layout_stage import layout_jobs, make_layout
+from labgym.pipeline.layout_stage import SPLIT, layout_jobs, make_layout
 from labgym.pipeline.ledger import Ledger
 from labgym.pipeline.workers import Work, work_through
 from labgym.table import Table
@@ -22,13 +23,13 @@ from labgym.table import Table
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """What came of a run.
+    """Results of a run.
 
     Attributes:
         tables: layout metrics and navigation metrics.
-        written: the files and folders that a person would look at.
-        problems: what went wrong without stopping the run, one sentence each.
-        left_out: why policies of the default are missing, one sentence each.
+        written: the files and folders of interest.
+        problems: failures that did not stop the run, one sentence each.
+        left_out: why default policies are missing, one sentence each.
     """
 
     tables: tuple[Table, ...]
@@ -38,7 +39,7 @@ class RunOutcome:
 
 
 class RunIdentity(Document):
-    """`run.json`: which layouts a folder is for; written before the first of them."""
+    """`run.json`: identity of the run stored in a folder, written before its first layout."""
 
     SCHEMA: ClassVar[str] = "labgym.run/1"
 
@@ -46,28 +47,29 @@ class RunIdentity(Document):
     protocols: tuple[str, ...] = ()
 
     def claim(self, folder: Path) -> None:
-        """Take a folder for this run.
+        """Claim a folder for this run.
 
         Raises:
-            OptionError: the folder holds another run's layouts.
+            OptionError: the folder holds the layouts of another run.
         """
         path = folder / "run.json"
-        if path.exists() and (before := RunIdentity.load(path)) != self:
+        if path.exists() and (previous := RunIdentity.load(path)) != self:
             raise OptionError(
-                f"{folder} holds a run with seed {before.seed} and protocols {list(before.protocols) or 'all'}, not "
-                f"{self.seed} and {list(self.protocols) or 'all'}; give another --name or remove it"
+                f"{folder} holds a run with seed {previous.seed} and protocols {list(previous.protocols) or 'all'}, "
+                f"not {self.seed} and {list(self.protocols) or 'all'}; choose another --name or remove the folder"
             )
         self.save(path)
 
 
 def run_pipeline(config: RunConfig) -> RunOutcome:
-    """Make the layouts, drive the policies through them, and write pictures, tables and a report.
+    """Make the layouts, evaluate the policies, and write pictures, tables and a report.
 
-    Work that the folder holds already, made from the same inputs by the same code, is not done again.
+    Work that the folder already holds is skipped if its inputs and the code are unchanged.
 
     Raises:
-        UnknownNameError: a policy or a profile does not exist.
+        UnknownNameError: a policy, a protocol or a profile does not exist.
         OptionError: the folder holds another run.
+        LabgymError: a worker process died.
     """
     folder, processes = config.folder, config.processes
     config.check()
@@ -82,24 +84,36 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
         processes,
     )
     layouts = [Layout.load(job.files(folder)[0]) for job in jobs]
-    suite = "test" if config.seed is None and not config.protocols else layouts
+    suite = SPLIT if config.seed is None and not config.protocols else layouts
     reports = [
         evaluate(policy, suite, workers=processes, out=folder / "navigation" / folder_name(policy), overwrite=True)
         for policy in policies
     ]
-    problems = [f"policy {r.summary.policy}: {r.summary.errors} episodes failed" for r in reports if r.summary.errors]
-    tables, written = _show(ResultsFolder.read(folder, policies), ledger, processes, config.views)
+    problems = tuple(
+        f"policy {report.summary.policy}: {report.summary.errors} episodes failed"
+        for report in reports
+        if report.summary.errors
+    )
+    tables, paths = _show(ResultsFolder.read(folder, policies), ledger, processes, config.views)
     places = (folder / "navigation", folder / "layouts", folder / "scenes")
-    return RunOutcome(tables, (*places, *written), tuple(problems), left_out)
+    return RunOutcome(tables, (*places, *paths), problems, left_out)
 
 
-def report_folder(folder: Path, processes: int = 1) -> tuple[tuple[Table, ...], tuple[Path, ...]]:
-    """Draw the routes, and write tables and report, for a folder of results; return the tables and what was written.
+def report_folder(
+    folder: Path, others: Sequence[Path] = (), processes: int = 1
+) -> tuple[tuple[Table, ...], tuple[Path, ...]]:
+    """Draw the routes and write tables and report of a folder of results; return the tables and the paths.
+
+    Args:
+        folder: a folder written by `labgym run` or `labgym eval`; the report is written there.
+        others: further such folders, whose evaluations are shown in the same report.
+        processes: number of processes that draw.
 
     Raises:
-        DocumentError: there is nothing to report on, or a file of it is broken.
+        DocumentError: the folder holds no results, or a file in it is broken.
+        LabgymError: two folders hold an evaluation of the same policy.
     """
-    return _show(ResultsFolder.read(folder), Ledger(folder), processes, views=0)
+    return _show(ResultsFolder.read(folder, others=others), Ledger(folder), processes, views=0)
 
 
 def _show(
@@ -108,6 +122,6 @@ def _show(
     pictures = draw_pictures(results, ledger, processes)
     render_views(results, ledger, processes, views)
     rendered = {path.stem: path for path in sorted((results.folder / "views").glob("*.png"))}
-    tables, written = write_results(results, pictures, rendered)
+    tables, paths = write_results(results, pictures, rendered)
     folders = sorted({path.parent for path in (*pictures.values(), *rendered.values())})
-    return tables, (*folders, *written)
+    return tables, (*folders, *paths)

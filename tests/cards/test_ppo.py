@@ -81,8 +81,8 @@ def test_a_card_is_made_of_a_complete_evaluation_of_the_policy_only(trained, tmp
 @pytest.mark.parametrize(
     ("route", "changes", "said"),
     [
-        ([(0.01 * min(k, 100), 0.0, 0.0) for k in range(601)], {}, "came to a stand 1.0 m"),
-        ([(0.01 * k, 0.0, 0.0) for k in range(601)], {}, "ran out of time"),
+        ([(0.01 * min(k, 100), 0.0, 0.0) for k in range(601)], {}, "stopped 1.0 m"),
+        ([(0.01 * k, 0.0, 0.0) for k in range(601)], {}, "time limit reached"),
         ([(np.sin(0.1 * k), 0.0, 0.0) for k in range(601)], {"path_length": 40.0}, "back and forth"),
         ([(0.0, 0.0, 0.0)] * 601, {"contacts": 500}, "in contact for 500 of 600 steps"),
         ([(0.0, 0.0, 0.0)], {"error": "ValueError: no"}, "raised: ValueError: no"),

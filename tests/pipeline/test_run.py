@@ -9,7 +9,8 @@ import pytest
 
 from labgym.artefacts import artefacts
 from labgym.cli import main
-from labgym.errors import DocumentError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.errors import DocumentError, LabgymError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.eval import evaluate
 from labgym.layouts import load_published, splits
 from labgym.pipeline import RunConfig
 from labgym.pipeline.layout_stage import layout_jobs, make_layout
@@ -97,6 +98,20 @@ def test_a_picture_that_was_lost_is_drawn_again(config, outcome):
     assert picture.read_bytes() == content
     assert tables == outcome.tables
     assert config.folder / "report.html" in written
+
+
+def test_policies_of_two_folders_are_shown_in_one_report(tmp_path):
+    layouts = [load_published("test", LAYOUT)]
+    for policy in ("random", "straight"):
+        evaluate(policy, layouts, out=tmp_path / policy, progress=False)
+    (table,), _ = report_folder(tmp_path / "random", [tmp_path / "straight"])
+    assert [row[0] for row in table.rows[:2]] == ["random", "straight"]
+    page = (tmp_path / "random" / "report.html").read_text()
+    assert all(f">{policy}<" in page for policy in ("random", "straight"))
+    with pytest.raises(LabgymError, match="two evaluations of policy 'random'"):
+        report_folder(tmp_path / "random", [tmp_path / "random"])
+    with pytest.raises(DocumentError, match="nowhere"):
+        report_folder(tmp_path / "random", [tmp_path / "nowhere"])
 
 
 def test_a_folder_of_another_run_is_left_alone(config, outcome):

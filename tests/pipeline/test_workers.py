@@ -1,12 +1,13 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from pathlib import Path
 
 import pytest
 
-from labgym.errors import OptionError
+from labgym.errors import LabgymError, OptionError
 from labgym.pipeline.ledger import Ledger
 from labgym.pipeline.workers import Work, work_through
 
@@ -68,3 +69,12 @@ def test_an_error_in_a_unit_reaches_the_caller_and_what_was_done_stays_done(tmp_
     assert Ledger(tmp_path).done("bad", "") is False
     calls(tmp_path)
     assert work_through("test", good, Ledger(tmp_path), processes) == 0
+
+
+def test_a_worker_that_dies_is_one_error_and_finished_work_is_kept(tmp_path):
+    good = units(tmp_path, {"a": "1"})
+    work_through("test", good, Ledger(tmp_path), 1)
+    dying = [Work(name, "", os._exit, (3,), ()) for name in ("x", "y")]
+    with pytest.raises(LabgymError, match=r"worker process died at the stage 'test'.*run again to resume"):
+        work_through("test", [*good, *dying], Ledger(tmp_path), 2)
+    assert work_through("test", good, Ledger(tmp_path), 1) == 0

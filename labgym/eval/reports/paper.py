@@ -1,4 +1,4 @@
-"""The LabBuilder paper's printed results, to set beside ours."""
+"""The results printed in the LabBuilder paper, for comparison."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from labgym.errors import UnknownNameError
 
 
 class PaperTable(Record):
-    """One printed table: where it stands in the paper, and its rows, column by column; None where it prints a dash."""
+    """A printed table: its place in the paper, and its rows by column name; None stands for a dash."""
 
     source: str
     rows: tuple[dict[str, str | int | float | None], ...]
@@ -20,7 +20,7 @@ class PaperTable(Record):
         """Return a method's row.
 
         Raises:
-            UnknownNameError: the table has no such method.
+            UnknownNameError: the table has no row of that method.
         """
         for row in self.rows:
             if row.get("method") == method:

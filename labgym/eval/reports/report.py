@@ -1,4 +1,4 @@
-"""A self-contained HTML page of results: pictures inside, no script, nothing loaded from elsewhere."""
+"""The report: a self-contained HTML page with embedded pictures, without scripts or external resources."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from labgym.table import Table
 
 @dataclass(frozen=True)
 class Tile:
-    """A headline figure."""
+    """A headline number."""
 
     label: str
     value: str
@@ -20,24 +20,26 @@ class Tile:
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG picture that travels inside the page."""
+    """A PNG picture embedded in the page."""
 
     caption: str
     png: bytes
 
     @property
     def data_uri(self) -> str:
-        """The picture as a `data:` address."""
+        """The picture as a `data:` URI."""
         return "data:image/png;base64," + base64.b64encode(self.png).decode("ascii")
 
 
 @dataclass(frozen=True)
 class Card:
-    """What the page says of one layout.
+    """The section on one layout.
 
     Attributes:
-        metrics: names and printed values. violations: one sentence each, None where it was not scored.
-        episodes: a table of the episodes driven in it.
+        id: id of the layout.
+        metrics: names and printed values.
+        violations: one sentence each; None if the layout was not scored.
+        episodes: table of the episodes in the layout.
     """
 
     id: str
@@ -51,7 +53,7 @@ class Card:
 
 @dataclass(frozen=True)
 class Report:
-    """Everything on the page, in its order; provenance closes it."""
+    """The contents of the page, in order."""
 
     title: str
     subtitle: str
@@ -63,7 +65,7 @@ class Report:
 
 
 def render_report(report: Report) -> str:
-    """Return the page as HTML; whatever a name or a message holds is escaped."""
+    """Return the page as HTML; all text is escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(

@@ -1,4 +1,4 @@
-"""The results that a folder holds: layouts, their scores, and evaluations of policies."""
+"""The results in a folder: layouts, their scores, and evaluations of policies."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ class Evaluation:
 
     @classmethod
     def read(cls, folder: Path) -> Evaluation:
-        """Read an evaluation's folder.
+        """Read the folder of an evaluation.
 
         Raises:
-            DocumentError: it has no summary, or one that cannot be read.
+            DocumentError: the folder has no summary, or the summary cannot be read.
         """
         summary = NavigationSummary.load(folder / "summary.json")
         return cls(folder, summary, read_rows(folder / "episodes.jsonl"), read_routes(folder / "routes.jsonl"))
 
     def of(self, layout: str) -> tuple[EpisodeRow, ...]:
-        """Return the episodes driven in a layout."""
+        """Return the episodes in a layout."""
         return tuple(row for row in self.rows if row.layout == layout)
 
     def traces(self, layout: str) -> tuple[Trace, ...]:
-        """Return the paths driven in a layout, to be drawn."""
+        """Return the paths driven in a layout, for drawing."""
         return tuple(
             Trace(row.policy, np.array(self.routes[row.key], dtype=np.float64)[:, :2], row.success)
             for row in self.of(layout)
@@ -52,12 +52,13 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class ResultsFolder:
-    """All that a folder holds.
+    """The results in a folder.
 
     Attributes:
-        layouts: in the order of their ids.
-        scores: by layout id; a layout may have none.
-        evaluations: in the order in which their policies are to be shown.
+        folder: where the report is written.
+        layouts: layouts in the order of their ids.
+        scores: scores by layout id; a layout may have none.
+        evaluations: evaluations in the order in which they are shown.
     """
 
     folder: Path
@@ -66,33 +67,43 @@ class ResultsFolder:
     evaluations: tuple[Evaluation, ...]
 
     @classmethod
-    def read(cls, folder: str | Path, policies: Sequence[str] = ()) -> ResultsFolder:
+    def read(cls, folder: str | Path, policies: Sequence[str] = (), others: Sequence[str | Path] = ()) -> ResultsFolder:
         """Read the folder of a run, or of one or more evaluations.
 
         Args:
-            folder: what `labgym run` or `labgym eval` wrote.
-            policies: those to take, in this order; none takes all that there are, by name.
+            folder: folder written by `labgym run` or `labgym eval`.
+            policies: policies to include, in this order; empty includes all, sorted by name.
+            others: further folders whose evaluations are added.
 
         Raises:
-            LabgymError: there is nothing in it that could be shown.
-            DocumentError: a file in it is broken.
+            LabgymError: two evaluations are of the same policy.
+            DocumentError: there are no results, or a file is broken.
         """
         folder = Path(folder)
-        found = sorted((Evaluation.read(path.parent) for path in folder.glob("**/summary.json")), key=_policy)
+        folders = [folder, *map(Path, others)]
+        for place in folders:
+            if not any(place.glob("**/summary.json")) and not any(place.glob("layouts/*.json")):
+                raise DocumentError(place, "", "holds neither layouts/*.json nor an evaluation's summary.json")
+        evaluations = sorted(
+            (Evaluation.read(path.parent) for place in folders for path in place.glob("**/summary.json")), key=_policy
+        )
         if policies:
-            found = [one for policy in policies for one in found if _policy(one) == policy]
-        layouts = [Layout.load(path) for path in sorted(folder.glob("layouts/*.json"))]
-        if not layouts and found and found[0].summary.suite.split is not None:
-            layouts = list(found[0].summary.suite.load_layouts())
-        if not layouts and not found:
-            raise DocumentError(folder, "", "holds neither layouts/*.json nor an evaluation's summary.json")
+            evaluations = [one for policy in policies for one in evaluations if _policy(one) == policy]
+        paths = {path.name: path for place in folders for path in place.glob("layouts/*.json")}
+        layouts = [Layout.load(path) for _, path in sorted(paths.items())]
+        if not layouts and evaluations and evaluations[0].summary.suite.split is not None:
+            layouts = list(evaluations[0].summary.suite.load_layouts())
+        labels = [_policy(evaluation) for evaluation in evaluations]
+        repeated = sorted({label for label in labels if labels.count(label) > 1})
+        if repeated:
+            raise LabgymError(
+                f"{', '.join(map(str, folders))}: two evaluations of policy {repeated[0]!r}; name the folder of one"
+            )
         scores = [LayoutReport.load(path) for path in sorted(folder.glob("scores/*.json"))]
-        if len({one.summary.policy for one in found}) != len(found):
-            raise LabgymError(f"{folder} holds two evaluations of one policy; name one of their folders")
-        return cls(folder, tuple(layouts), {score.layout: score for score in scores}, tuple(found))
+        return cls(folder, tuple(layouts), {score.layout: score for score in scores}, tuple(evaluations))
 
     def traces(self, layout: str) -> tuple[Trace, ...]:
-        """Return the paths that all policies drove in a layout."""
+        """Return the paths of all policies in a layout."""
         return tuple(trace for evaluation in self.evaluations for trace in evaluation.traces(layout))
 
 

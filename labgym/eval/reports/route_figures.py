@@ -1,4 +1,4 @@
-"""Figures of a policy's drives over the maps they were driven in, and what went wrong in those that failed."""
+"""Figures of a policy's routes on floor plans, and descriptions of its failures."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ PANEL_INCHES = 2.6
 COLUMNS = 5
 
 STILL_STEPS, STILL_DISTANCE = 50, 0.15
-"""A robot that moved less than this, metres, in its last so many control steps stood still."""
+"""A robot stood still if it moved less than `STILL_DISTANCE` metres over its last `STILL_STEPS` control steps."""
 BACK_AND_FORTH = 3.0
-"""A robot that drove this many times the distance that it came farthest from its start went back and forth."""
+"""A robot went back and forth if it drove this multiple of its largest distance from the start."""
 
 
 def sampled(rows: Sequence[EpisodeRow], count: int = 10) -> list[EpisodeRow]:
-    """Return episodes at even places of a list: the same for every policy on a suite."""
-    places = np.linspace(0, len(rows) - 1, min(count, len(rows))).round().astype(int)
-    return [rows[place] for place in places]
+    """Return `count` evenly spaced episodes: the same ones for every policy on a suite."""
+    indices = np.linspace(0, len(rows) - 1, min(count, len(rows))).round().astype(int)
+    return [rows[index] for index in indices]
 
 
 def drives_figure(evaluation: Evaluation, layouts: Mapping[str, Layout], rows: Sequence[EpisodeRow]) -> Figure:
-    """Draw episodes side by side, each over its map: a ring at the start, a disc of success at the goal.
+    """Draw episodes side by side on their floor plans: a ring at the start, the success disc at the goal.
 
     Args:
-        evaluation: whose episodes they are.
-        layouts: by id, at least those of the rows.
-        rows: which episodes.
+        evaluation: the evaluation that the episodes belong to.
+        layouts: layouts by id, at least those of the rows.
+        rows: the episodes.
 
     Raises:
-        LabgymError: there are none.
+        LabgymError: there are no episodes.
     """
     from matplotlib.figure import Figure
 
@@ -63,18 +63,18 @@ def drives_figure(evaluation: Evaluation, layouts: Mapping[str, Layout], rows: S
 
 
 def what_went_wrong(row: EpisodeRow, route: Route) -> str:
-    """Say in a few words how an episode failed, by its row and the poses driven through."""
+    """Return in a few words how an episode failed, from its row and its poses (x, y, yaw)."""
     if row.error is not None:
         return f"the policy raised: {row.error}"
     points = np.array(route)[:, :2]
     touching = f", in contact for {row.contacts} of {row.steps} steps" if row.contacts > row.steps // 10 else ""
     last = points[-STILL_STEPS:]
     if float(np.linalg.norm(last - last[0], axis=1).max()) < STILL_DISTANCE:
-        return f"came to a stand {row.final_distance:.1f} m from the goal{touching}"
+        return f"stopped {row.final_distance:.1f} m from the goal{touching}"
     farthest = float(np.linalg.norm(points - points[0], axis=1).max())
     if row.path_length > BACK_AND_FORTH * max(farthest, 0.5):
         return f"went back and forth, {row.final_distance:.1f} m from the goal at the end{touching}"
-    return f"ran out of time {row.final_distance:.1f} m from the goal{touching}"
+    return f"time limit reached {row.final_distance:.1f} m from the goal{touching}"
 
 
 def _draw_drive(axes: Axes, layout: Layout, row: EpisodeRow, route: Route) -> None:
@@ -93,5 +93,7 @@ def _draw_drive(axes: Axes, layout: Layout, row: EpisodeRow, route: Route) -> No
     if route:
         trace = Trace(row.policy, np.array(route, dtype=np.float64)[:, :2], row.success)
         draw_traces(axes, [trace], palette.policy_colours([row.policy]))
-    scored = f"SPL {row.spl:.2f}" if row.success and row.spl is not None else f"failed, {row.final_distance:.1f} m left"
-    axes.set_title(f"{row.layout} {row.pair}\n{scored}", fontsize=7)
+    outcome = (
+        f"SPL {row.spl:.2f}" if row.success and row.spl is not None else f"failed, {row.final_distance:.1f} m left"
+    )
+    axes.set_title(f"{row.layout} {row.pair}\n{outcome}", fontsize=7)

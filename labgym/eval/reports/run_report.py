@@ -1,4 +1,4 @@
-"""The report of a folder of results: what of it goes where on the page."""
+"""The contents of the report page, from a folder of results."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from labgym.table import Table, number
 
 
 def result_tables(results: ResultsFolder) -> tuple[Table, ...]:
-    """Return the layout table and the navigation table, as far as there are results for them."""
+    """Return the layout table and the navigation table, those for which there are results."""
     tables = [layout_table(aggregate(results.scores.values()))] if results.scores else []
     if results.evaluations:
         tables.append(_navigation([one.summary for one in results.evaluations]))
@@ -26,24 +26,23 @@ def result_tables(results: ResultsFolder) -> tuple[Table, ...]:
 
 
 def _navigation(summaries: Sequence[NavigationSummary]) -> Table:
-    comparable = len({summary.suite for summary in summaries}) == 1 and summaries[0].suite.metrics != "navdp"
-    if len(summaries) > 1 and comparable:
+    if len({summary.suite for summary in summaries}) == 1 and summaries[0].suite.metrics != "navdp":
         return leaderboard(summaries)
     return navigation_table({one.policy: one.metrics for one in summaries}, f"suite {summaries[0].suite.label}")
 
 
 def run_report(results: ResultsFolder, pictures: Mapping[str, Path], views: Mapping[str, Path]) -> Report:
-    """Put a folder's results together for the page.
+    """Return the report on a folder of results.
 
     Args:
-        results: what the folder holds.
+        results: the results.
         pictures: top-down pictures, PNG, by layout id.
         views: rendered views, PNG, by layout id.
     """
     drawn = {name: Picture(name, path.read_bytes()) for name, path in pictures.items()}
     return Report(
         title=f"labgym: {results.folder.resolve().name}",
-        subtitle="Laboratories generated for chemistry protocols, and robots that drive through them",
+        subtitle="Laboratories generated from chemistry protocols, and robot navigation in them",
         tiles=_tiles(results),
         tables=result_tables(results),
         views=tuple(Picture(_view_caption(results, name), path.read_bytes()) for name, path in views.items()),
@@ -55,14 +54,25 @@ def run_report(results: ResultsFolder, pictures: Mapping[str, Path], views: Mapp
 def _tiles(results: ResultsFolder) -> tuple[Tile, ...]:
     tiles = [Tile("layouts", str(len(results.layouts)))]
     if results.scores:
-        tiles.append(Tile("objects a layout", number(aggregate(results.scores.values()).mean("obj"), 1)))
+        tiles.append(Tile("objects per layout", number(aggregate(results.scores.values()).mean("obj"), 1)))
         tiles.append(Tile("hard violations", str(sum(score.v for score in results.scores.values()))))
-    for one in results.evaluations[:2]:
-        prefix = "navdp_" if one.summary.suite.metrics == "navdp" else ""
+    best = _best([evaluation.summary for evaluation in results.evaluations])
+    if best is not None:
+        rules = " (NavDP rules)" if best.suite.metrics == "navdp" else ""
         for name, heading in (("success", "SR"), ("spl", "SPL")):
-            found = one.summary.metrics[prefix + name]
-            tiles.append(Tile(f"{heading}{' (NavDP)' if prefix else ''}, {one.summary.policy}", number(found.value, 3)))
+            tiles.append(Tile(f"{heading} of {best.policy}{rules}", number(_headline(best, name), 3)))
     return tuple(tiles)
+
+
+def _best(summaries: Sequence[NavigationSummary]) -> NavigationSummary | None:
+    """Return the summary with the highest SPL, among policies without the true map if there are any."""
+    candidates = [summary for summary in summaries if not summary.privileged] or summaries
+    return max(candidates, key=lambda summary: _headline(summary, "spl") or 0.0, default=None)
+
+
+def _headline(summary: NavigationSummary, metric: str) -> float | None:
+    prefix = "navdp_" if summary.suite.metrics == "navdp" else ""
+    return summary.metrics[prefix + metric].value
 
 
 def _card(results: ResultsFolder, layout: Layout, picture: Picture | None) -> Card:
@@ -95,7 +105,7 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
         (
             f"{words(pairs[row.pair].start_location)} → {words(pairs[row.pair].goal_location)}",
             row.policy,
-            "arrived" if row.success else f"failed: {row.error}" if row.error else "not in time",
+            "goal reached" if row.success else f"policy failed: {row.error}" if row.error else "time limit reached",
             number(row.spl, 3),
             number(row.path_length, 2),
             number(row.shortest_path_length, 2),
@@ -106,7 +116,7 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
         for row in one.of(layout.id)
         if row.pair < len(pairs)
     ]
-    columns = ("drive", "policy", "outcome", "SPL", "driven, m", "shortest, m", "time, s", "contact steps")
+    columns = ("goal pair", "policy", "outcome", "SPL", "driven, m", "shortest, m", "time, s", "contact steps")
     return Table(f"{len(rows)} episodes", columns, tuple(sorted(rows, key=lambda row: row[0]))) if rows else None
 
 
@@ -118,17 +128,17 @@ def _view_caption(results: ResultsFolder, name: str) -> str:
 def _provenance(results: ResultsFolder) -> tuple[tuple[str, str], ...]:
     facts: list[tuple[str, str]] = []
     if results.scores:
-        some = next(iter(results.scores.values()))
-        facts.append(("layout metrics", f"{some.version}, profile {some.profile}"))
+        first = next(iter(results.scores.values()))
+        facts.append(("layout metrics", f"{first.version}, profile {first.profile}"))
     if results.evaluations:
         summary = results.evaluations[0].summary
         record = summary.provenance
         facts += [
-            ("suite", f"{summary.suite.label}, {summary.expected} episodes a policy, seed {summary.seed}"),
+            ("suite", f"{summary.suite.label}, {summary.expected} episodes per policy, seed {summary.seed}"),
             ("policies", ", ".join(one.summary.policy for one in results.evaluations)),
             ("code", record.code),
             ("commit", f"{record.commit or 'not a checkout'}{' with changes' if record.dirty else ''}"),
             ("versions", ", ".join(f"{name} {version}" for name, version in record.versions.items())),
         ]
     generators = {f"{layout.provenance.generator} {layout.provenance.versions}" for layout in results.layouts}
-    return (*facts, ("layouts by", "; ".join(sorted(generators))))
+    return (*facts, ("generators", "; ".join(sorted(generators))))

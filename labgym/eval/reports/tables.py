@@ -1,4 +1,4 @@
-"""Tables of results: one content, written as fixed-width text, Markdown or HTML."""
+"""Tables of results: layout metrics, navigation metrics and the leaderboard."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LAYOUT_COLUMNS = (
     ("incomp", "Incomp ↑", 3),
     ("glass", "Glass ↑", 3),
 )
-"""Layout metrics in the paper's order: key, heading, digits."""
+"""Layout metrics in the paper's order: field of the report, heading, number of digits."""
 
 NAVIGATION_ROWS = (
     ("success", "SR ↑", 3),
@@ -33,16 +33,16 @@ NAVIGATION_ROWS = (
     ("min_clearance", "Minimum clearance, m ↑", 3),
     ("time_to_goal", "Time to goal, s ↓", 2),
     ("final_distance", "Distance left, m ↓", 2),
-    ("planning_ms", "Planning a step, ms ↓", 2),
+    ("planning_ms", "Planning per step, ms ↓", 2),
 )
-"""Navigation metrics: name in `labgym.eval.driving.navigation_metrics`, heading, digits."""
+"""Navigation metrics: name in `labgym.eval.driving.navigation_metrics`, heading, number of digits."""
 
 NAVDP_ROWS = (
-    ("navdp_success", "SR by NavDP's rules ↑", 3),
-    ("navdp_spl", "SPL by NavDP's rules ↑", 3),
-    ("navdp_time", "Time by NavDP's rules, s ↓", 2),
+    ("navdp_success", "SR (NavDP rules) ↑", 3),
+    ("navdp_spl", "SPL (NavDP rules) ↑", 3),
+    ("navdp_time", "Time (NavDP rules), s ↓", 2),
 )
-"""Those of suites with the NavDP benchmark's rules, which have them in place of the headline's."""
+"""Metrics of suites with the NavDP benchmark's rules, which replace SR and SPL."""
 
 LEADERBOARD_COLUMNS = (
     ("success", "SR ↑", 3, True),
@@ -53,20 +53,20 @@ LEADERBOARD_COLUMNS = (
     ("time_to_goal", "Time, s ↓", 2, False),
     ("planning_ms", "Planning, ms ↓", 2, False),
 )
-"""Metrics to compare policies by: name, heading, digits, whether its interval is shown."""
+"""Metrics of the leaderboard: name, heading, number of digits, whether the interval is shown."""
 
 _PAPER_SENSORS = {"iPlanner": "depth", "NavDP": "rgbd"}
 
 
 def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
-    """Return the layout metrics, the paper's LabBuilder row below ours.
+    """Return the layout metrics, with the LabBuilder paper's row in the last line.
 
     Args:
         summary: means over layouts.
-        name: what to call our row.
+        name: name of the first row.
     """
-    ours = {key: summary.mean(key) for key, _, _ in LAYOUT_COLUMNS}
-    theirs = paper().layouts.row("LabBuilder")
+    means = {key: summary.mean(key) for key, _, _ in LAYOUT_COLUMNS}
+    printed = paper().layouts.row("LabBuilder")
     absent = [
         f"{heading.split(' ')[0]} {summary.metrics[key].count} of {summary.layouts}"
         for key, heading, _ in LAYOUT_COLUMNS
@@ -74,49 +74,47 @@ def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
     ]
     notes = [f"Means over layouts, {', '.join(summary.versions)}, profile {', '.join(summary.profiles)}."]
     if absent:
-        notes.append(
-            f"Where a metric does not apply to every layout, the mean is over those where it does: {', '.join(absent)}."
-        )
-    notes.append("The paper prints no thresholds for its chemistry metrics, so its row is for orientation.")
+        notes.append(f"Metrics that do not apply to every layout are means over the others: {', '.join(absent)}.")
+    notes.append("The paper does not give the thresholds of its chemistry metrics, so its row is not comparable.")
     return Table(
         title=f"Layout metrics, {summary.layouts} layouts",
         columns=("Method", *(heading for _, heading, _ in LAYOUT_COLUMNS)),
-        rows=(_layout_row(name, ours), _layout_row("LabBuilder (paper)", theirs)),
+        rows=(_layout_row(name, means), _layout_row("LabBuilder (paper)", printed)),
         notes=tuple(notes),
     )
 
 
 def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str) -> Table:
-    """Return the navigation metrics, a column for each policy, figures with their 95% intervals.
+    """Return the navigation metrics with their 95% intervals, one column per policy.
 
     Args:
-        policies: estimates by metric, by policy; the table has the metrics that all of them have.
-        suite: what was driven.
+        policies: estimates by metric, by policy; the table has the metrics common to all policies.
+        suite: name of the suite.
     """
     rows = [row for row in (*NAVDP_ROWS, *NAVIGATION_ROWS) if all(row[0] in metrics for metrics in policies.values())]
     counts = {metrics[rows[0][0]].count + metrics[rows[0][0]].nulls for metrics in policies.values()}
     episodes = f"{counts.pop()} episodes" if len(counts) == 1 else "different numbers of episodes"
     return Table(
-        title=f"Navigation, {suite}, {episodes} a policy",
+        title=f"Navigation, {suite}, {episodes} per policy",
         columns=("Metric", *policies),
         rows=tuple(
             (heading, *(interval(metrics[key], digits) for metrics in policies.values()))
             for key, heading, digits in rows
         ),
         notes=(
-            "In brackets: 95% bootstrap intervals over layouts.",
-            "Time to goal is over successful episodes; planning time depends on the machine.",
+            "Brackets: 95% bootstrap intervals over layouts.",
+            "Time to goal is a mean over successful episodes. Planning time depends on the machine.",
         ),
     )
 
 
 def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
-    """Return policies below each other, those of the paper's table at the end.
+    """Return a table with one row per policy, followed by the rows of the paper's table.
 
     Args:
-        summaries: of one suite with the headline's metrics, a row each.
+        summaries: summaries of one suite with touchstone metrics.
     """
-    ours = [
+    rows = [
         (
             summary.policy,
             "map" if summary.privileged else summary.sensors or "-",
@@ -124,29 +122,30 @@ def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
         )
         for summary in summaries
     ]
-    rest = ("-",) * (len(LEADERBOARD_COLUMNS) - 2)
-    theirs = [
-        (f"{row['method']}, paper", sensors, number(row["sr"], 3), number(row["spl"], 3), *rest)
+    dashes = ("-",) * (len(LEADERBOARD_COLUMNS) - 2)
+    paper_rows = [
+        (f"{row['method']}, paper", sensors, number(row["sr"], 3), number(row["spl"], 3), *dashes)
         for name, sensors in _PAPER_SENSORS.items()
         for row in paper().navigation.rows
         if str(row["method"]).startswith(name)
     ]
     first = summaries[0]
     return Table(
-        title=f"Navigation, suite {first.suite.label}, {first.episodes} episodes a policy",
-        columns=("Policy", "Sees", *(heading for _, heading, _, _ in LEADERBOARD_COLUMNS)),
-        rows=(*ours, *theirs),
+        title=f"Navigation, suite {first.suite.label}, {first.episodes} episodes per policy",
+        columns=("Policy", "Input", *(heading for _, heading, _, _ in LEADERBOARD_COLUMNS)),
+        rows=(*rows, *paper_rows),
         notes=(
-            "In brackets: 95% bootstrap intervals over layouts.",
-            "Time is to the goal, over successful episodes; planning is for one control step, on this machine.",
-            "The paper's rows are of its own scenes and models, before and after its refinement for navigation, for "
-            "orientation; it gives no intervals.",
+            "Brackets: 95% bootstrap intervals over layouts.",
+            "Time is the mean time to goal over successful episodes; planning is the time per control step and depends "
+            "on the machine.",
+            "The paper's rows are from its own scenes and models, without and with its navigation optimization; they "
+            "are not comparable, and the paper gives no intervals.",
         ),
     )
 
 
 def interval(estimate: Estimate, digits: int) -> str:
-    """Return an estimate with its interval in brackets, where it has one."""
+    """Return an estimate, with its interval in brackets if it has one."""
     value = number(estimate.value, digits)
     if estimate.low is None or estimate.high is None:
         return value

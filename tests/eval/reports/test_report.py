@@ -77,7 +77,7 @@ def test_the_pictures_travel_inside(parsed):
 def test_every_link_has_its_target(parsed):
     targets = {attributes.get("id") for _, attributes in parsed.tags}
     links = {attributes["href"][1:] for tag, attributes in parsed.tags if tag == "a"}
-    assert links == {"layout-a", "layout-b", "layout-c"} <= targets
+    assert links == {"top", "layout-a", "layout-b", "layout-c"} <= targets
 
 
 def test_layouts_say_whether_they_were_scored():

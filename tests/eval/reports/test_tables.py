@@ -102,7 +102,7 @@ def test_navigation_figures_stand_with_their_intervals_one_column_a_policy():
     )
     rows = {row[0]: row[1:] for row in table.rows}
     assert table.columns == ("Metric", "a", "b")
-    assert table.title == "Navigation, s/1, 4 episodes a policy"
+    assert table.title == "Navigation, s/1, 4 episodes per policy"
     assert rows["SPL ↑"] == ("0.500 [0.250, 0.750]", "0.500")
     assert rows["Time to goal, s ↓"] == ("-", "0.50")
 
@@ -141,3 +141,10 @@ def test_the_leaderboard_says_what_each_policy_sees_and_ends_with_the_paper_s_ro
     assert printed["NavDP, paper"] == ("rgbd", "0.517", "0.446")
     assert printed["iPlanner (w/o nav. opt.), paper"] == ("depth", "0.350", "0.332")
     assert len(printed) == 4
+
+
+def test_markdown_holds_no_markup_of_a_policy_s_name():
+    table = Table("T", ("Policy", "SR"), (("<img src=x>|\nb", "1.0"),), ("Run <b>twice</b>.",))
+    lines = table.markdown().splitlines()
+    assert lines[2] == "| &lt;img src=x&gt;\\| b | 1.0 |"
+    assert lines[-1] == "Run &lt;b&gt;twice&lt;/b&gt;."
