@@ -1,0 +1,54 @@
+"""The README's `labgym` commands exist with the options shown, and those on shipped files work in their order."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from labgym.cli import main
+from labgym.cli.app import GROUPS
+
+README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+LINES = re.sub(r"\\\n\s*", "", README).splitlines()
+COMMANDS = [shlex.split(line, comments=True)[1:] for line in LINES if line.startswith("    labgym ")]
+READERS = ("mine:GoToGoal", "runs/", "data.pb.gz", "models/")
+"""Beginnings of arguments that stand for the reader's own files."""
+
+SLOW = ("record", "reproduce", "eval", "report", "compile")
+"""Commands with tests of their own that take longer than all others together."""
+
+EXTRAS = {"infer": "rdkit", "build": "pxr"}
+
+
+def command_path(words: list[str]) -> list[str]:
+    """Return the names of the command and of its group's command."""
+    group = GROUPS.get(words[0])
+    return [words[0], *([group.named(words[1:])[0]] if group else [])]
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_a_command_exists_and_takes_its_options(words, capsys):
+    with pytest.raises(SystemExit) as end:
+        main([*command_path(words), "--help"])
+    assert end.value.code == 0
+    explained = capsys.readouterr().out
+    for option in (word for word in words if word.startswith("--")):
+        assert option in explained
+
+
+def test_the_commands_on_shipped_files_work_in_their_order(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    ran = 0
+    for words in COMMANDS:
+        names = command_path(words)
+        if words[0] in SLOW or any(word.startswith(READERS) for word in words):
+            continue
+        if names[-1] in EXTRAS:
+            pytest.importorskip(EXTRAS[names[-1]])
+        assert main(words) == 0, (words, capsys.readouterr().err)
+        ran += 1
+    assert ran >= 10
+    assert {"sub_01-roomy-3.json", "plan.pdf", "mine.json", "lab.json"} <= {path.name for path in tmp_path.iterdir()}
