@@ -24,6 +24,7 @@ from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.layouts import Layout
+from labgym.layouts.rooms import RoomFile
 from labgym.layouts.splits import Manifest
 from labgym.layouts.version1 import Layout1
 from labgym.llm.replay import RecordedReply
@@ -50,6 +51,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     ExperimentFile,
     Layout1,
     Layout,
+    RoomFile,
     Manifest,
     Suite,
     LayoutReport,

@@ -61,7 +61,7 @@ def generate(
     Args:
         protocol: Id of a protocol, or a protocol's .json file.
         seed: Random seed; the same seed gives the same layout on any machine.
-        room: Room preset: tight, default, roomy or two_exits.
+        room: Room preset (tight, default, roomy, two_exits), size in metres such as 12x9, or a room's .json file.
         profile: Thresholds to satisfy: default, strict or paper.
         out: A .json file, or a folder for a file named after protocol, room and seed.
     """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import metadata
+from pathlib import Path
 from typing import Any
 
 import labgym
@@ -20,7 +21,8 @@ from labgym.layouts.rooms import resolve_room
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.thresholds import profile as resolve_profile
-from labgym.protocols import Protocol, get
+from labgym.protocols import Protocol
+from labgym.protocols import resolve as resolve_protocol
 
 GENERATOR = 2
 """Version of the generator. It rises whenever the same arguments give another layout."""
@@ -28,9 +30,9 @@ MAX_SEED = 2**53 - 1
 
 
 def generate(
-    protocol: Protocol | str,
+    protocol: Protocol | str | Path,
     seed: int = 0,
-    room: Room | str | None = None,
+    room: Room | str | Path | None = None,
     profile: str | Profile = "default",
     proposer: Proposer | None = None,
     catalog: Catalog | None = None,
@@ -40,9 +42,9 @@ def generate(
     The same arguments give a layout with the same hash in any process.
 
     Args:
-        protocol: a protocol, or the id of one of the library.
+        protocol: a protocol, its id in the library, or its .json file.
         seed: 0 to 2^53 - 1, what JSON carries exactly.
-        room: a room, the name of a preset, or None for the default preset.
+        room: a room, the name of a preset, a size such as "12x9", or a room file; the default preset if None.
         profile: thresholds to satisfy.
         proposer: makes the first layout; the procedural one by default.
         catalog: source of every asset; `Catalog.load()` by default.
@@ -74,9 +76,9 @@ def generate(
 
 
 def reasons(
-    protocol: Protocol | str,
+    protocol: Protocol | str | Path,
     seed: int = 0,
-    room: Room | str | None = None,
+    room: Room | str | Path | None = None,
     profile: str | Profile = "default",
     catalog: Catalog | None = None,
 ) -> dict[str, str]:
@@ -91,12 +93,16 @@ def reasons(
 
 
 def _request(
-    protocol: Protocol | str, seed: int, room: Room | str | None, profile: str | Profile, catalog: Catalog | None
+    protocol: Protocol | str | Path,
+    seed: int,
+    room: Room | str | Path | None,
+    profile: str | Profile,
+    catalog: Catalog | None,
 ) -> Request:
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
         raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
     return Request(
-        protocol=get(protocol) if isinstance(protocol, str) else protocol,
+        protocol=resolve_protocol(protocol),
         room=resolve_room(room),
         profile=resolve_profile(profile),
         seed=seed,

@@ -1,9 +1,16 @@
-"""Room presets: four rooms in which the published layouts are made."""
+"""Rooms to generate layouts in: presets, sizes such as "12x9", and room files."""
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+from typing import ClassVar
+
+from pydantic import ValidationError
+
+from labgym.documents import Document, document_error
 from labgym.errors import OptionError, UnknownNameError
-from labgym.layouts.model import Door, Room
+from labgym.layouts.floor import Door, Room
 
 PRESETS: dict[str, Room] = {
     room.name: room
@@ -19,7 +26,22 @@ PRESETS: dict[str, Room] = {
         ),
     )
 }
-"""By name, smallest floor first. 6.6 m is the standard bay of parallel benches (JGJ 91); the rest are common sizes."""
+"""Presets by name, smallest floor first. 6.6 m is the standard bay of parallel benches (JGJ 91)."""
+
+SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*[x×]\s*(\d+(?:\.\d+)?)", re.IGNORECASE)
+"""A room by its size: WIDTHxDEPTH in metres."""
+FROM_CORNER = 1.5
+"""Distance of the doors of a room given by its size from the nearest corner, metres."""
+
+
+class RoomFile(Document, Room):
+    """A room as a file of its own: the fields of `Room`."""
+
+    SCHEMA: ClassVar[str] = "labgym.room/1"
+
+    def room(self) -> Room:
+        """Return the room."""
+        return Room(**{name: getattr(self, name) for name in Room.model_fields})
 
 
 def room_presets() -> dict[str, Room]:
@@ -27,19 +49,44 @@ def room_presets() -> dict[str, Room]:
     return dict(PRESETS)
 
 
-def resolve_room(room: Room | str | None) -> Room:
-    """Return a room: the default preset for None, a preset for its name, a room as it is.
+def resolve_room(room: Room | str | Path | None) -> Room:
+    """Return the room that an argument names.
+
+    Args:
+        room: a `Room`; the name of a preset; a size such as "12x9", width by depth in metres, which gets a door in the
+            front wall and one in the right wall; the path of a `labgym.room/1` file; None for the default preset.
 
     Raises:
-        UnknownNameError: no preset of that name.
-        OptionError: neither a room, a name nor None.
+        UnknownNameError: no preset has that name.
+        DocumentError: the file, or the size, describes no room.
+        OptionError: the argument is something else, or the room has no door.
     """
     if room is None:
         return PRESETS["default"]
-    if isinstance(room, Room):
-        return room
-    if not isinstance(room, str):
-        raise OptionError(f"room must be a Room, a preset's name or None, got {type(room).__name__}")
-    if room not in PRESETS:
-        raise UnknownNameError("room preset", room, PRESETS)
-    return PRESETS[room]
+    if isinstance(room, Path) or (isinstance(room, str) and room.endswith(".json")):
+        resolved = RoomFile.load(room).room()
+    elif isinstance(room, Room):
+        resolved = room
+    elif isinstance(room, str):
+        resolved = _by_name(room)
+    else:
+        raise OptionError(
+            f"room must be a Room, a preset's name, a size such as '12x9' or a .json file, got {type(room).__name__}"
+        )
+    if not resolved.doors:
+        raise OptionError(f"room {resolved.name!r} has no door: add one, for example Door(wall='front', offset=1.5)")
+    return resolved
+
+
+def _by_name(name: str) -> Room:
+    size = SIZE.fullmatch(name.strip())
+    if size is not None:
+        width, depth = float(size[1]), float(size[2])
+        doors = (Door(wall="front", offset=FROM_CORNER), Door(wall="right", offset=max(depth - FROM_CORNER, 0.5)))
+        try:
+            return Room(name=f"{width:g}x{depth:g}", width=width, depth=depth, doors=doors)
+        except ValidationError as error:
+            raise document_error(f"room {name!r}", error) from None
+    if name not in PRESETS:
+        raise UnknownNameError("room preset (or a size such as 12x9, or a .json file)", name, PRESETS)
+    return PRESETS[name]

@@ -224,7 +224,7 @@ def test_the_protocol_may_be_given_by_id_or_named_by_the_layout() -> None:
 def test_bad_arguments_name_what_exists() -> None:
     with pytest.raises(UnknownNameError, match="profile 'loose' not found"):
         score(lab(), PROTOCOL, "loose")
-    with pytest.raises(UnknownNameError, match="protocol 'nonsense' not found"):
+    with pytest.raises(UnknownNameError, match=r"protocol \(an id or a \.json file\) 'nonsense' not found"):
         score(lab(), "nonsense")
     with pytest.raises(DocumentError, match=r"field placements.\d+.asset: asset 'NoSuchThing' not found"):
         score(lab(put("x", "NoSuchThing", 1.0, 1.0)), PROTOCOL)
