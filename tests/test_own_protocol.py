@@ -18,6 +18,17 @@ from labgym.protocols import Protocol, get, protocols
 
 TEXT = "Reduce benzophenone with sodium borohydride in methanol, quench with water and filter the product"
 
+QUITTER = """
+from labgym.policies import Policy
+
+class Quitter(Policy):
+    def reset(self, start):
+        pass
+
+    def act(self, observation):
+        raise RuntimeError("no")
+"""
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
@@ -36,10 +47,7 @@ def folder(tmp_path_factory) -> Path:
 
 def commands(layout: str, folder: Path) -> dict[str, list[str]]:
     out = str(folder / "out")
-    (folder / "quitter.py").write_text(
-        "from labgym.policies import Policy\n\n"
-        "class Quitter(Policy):\n    def reset(self, start):\n        pass\n\n    def act(self, observation):\n        raise RuntimeError('no')\n"
-    )
+    (folder / "quitter.py").write_text(QUITTER)
     return {
         "score": ["score", layout],
         "view": ["view", layout, "--out", f"{out}.png"],
