@@ -1,41 +1,173 @@
-"""Amounts, temperatures and durations as people write them in English and Chinese."""
+"""Quantities with units, as texts in English and Chinese write them: amounts, temperatures, pressures and durations.
+
+`UNITS` lists every unit that is understood, with its spellings; `pint` knows the factors between them. A function
+that reads one quantity returns None if the unit is not known; one that returns all quantities of a text also returns
+their positions, so that the caller sees which numbers are left over.
+
+Base units: gram, milliliter, mole, degree Celsius, bar (absolute), minute.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Any, Literal
 
 ROOM_TEMPERATURE = 22.0
 """Meaning of "room temperature" in a text, degrees Celsius."""
 ROOM_RANGE = (15.0, 30.0)
 """Temperatures, degrees Celsius, that need neither heating nor cooling."""
 OVERNIGHT = 960.0
+"""Meaning of "overnight" in a text, minutes."""
+DROP = 0.05
+"""Volume of a drop, mL (20 drops per mL, the convention of pharmacopoeias)."""
+ATMOSPHERE = 1.01325
+"""Standard atmosphere, bar; gauge pressures are above it."""
 
-_N = r"(?<![A-Za-z0-9.])(\d{1,6}(?:[.,]\d{1,4})?)"
-_UNITS = {
-    **dict.fromkeys(("g", "gram", "grams", "克"), "g"),
-    **dict.fromkeys(("mg", "毫克"), "mg"),
-    **dict.fromkeys(("kg", "千克", "公斤"), "kg"),
-    **dict.fromkeys(("ml", "毫升"), "mL"),
-    **dict.fromkeys(("l", "litre", "liter", "litres", "liters", "升"), "L"),
-    **dict.fromkeys(("µl", "μl", "ul", "微升"), "µL"),
-    **dict.fromkeys(("mmol", "毫摩尔", "毫摩"), "mmol"),
-    **dict.fromkeys(("mol", "摩尔"), "mol"),
-    **dict.fromkeys(("equiv", "equivalents", "equivalent", "eq", "当量"), "equiv"),
-    **dict.fromkeys(("drops", "drop", "滴"), "drops"),
-}
-_AMOUNT = re.compile(
-    rf"{_N}\s*(?:x\s*(\d{{1,4}})\s*)?({'|'.join(sorted(_UNITS, key=len, reverse=True))})(?![a-z])\.?", re.IGNORECASE
+Dimension = Literal["mass", "volume", "substance", "ratio", "temperature", "pressure", "time"]
+
+BASE: Mapping[Dimension, str] = MappingProxyType(
+    {
+        "mass": "gram",
+        "volume": "milliliter",
+        "substance": "mole",
+        "temperature": "degree_Celsius",
+        "pressure": "bar",
+        "time": "minute",
+    }
 )
+"""The unit in which values of each dimension are returned; a ratio has none."""
+
+UNITS: Mapping[Dimension, Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        "mass": {
+            "microgram": ("µg", "μg", "ug", "mcg", "微克"),
+            "milligram": ("mg", "milligram", "milligrams", "毫克"),
+            "gram": ("g", "gm", "gram", "grams", "gramme", "grammes", "克"),
+            "kilogram": ("kg", "kilo", "kilos", "kilogram", "kilograms", "千克", "公斤"),
+            "ounce": ("oz", "ounce", "ounces", "盎司"),
+            "pound": ("lb", "lbs", "pound", "pounds", "磅"),
+        },
+        "volume": {
+            "nanoliter": ("nl",),
+            "microliter": ("µl", "μl", "ul", "微升"),
+            "milliliter": (
+                *("ml", "cc", "c.c.", "ccm", "cm3", "cm³", "milliliter", "milliliters", "millilitre", "millilitres"),
+                "毫升",
+            ),
+            "centiliter": ("cl",),
+            "deciliter": ("dl",),
+            "liter": ("l", "dm3", "dm³", "liter", "liters", "litre", "litres", "升", "公升"),
+            "fluid_ounce": ("fl oz", "fl. oz", "fl.oz", "fluid ounce", "fluid ounces"),
+            "pint": ("pint", "pints"),
+            "quart": ("quart", "quarts"),
+            "gallon": ("gal", "gallon", "gallons", "加仑"),
+            "drop": ("drop", "drops", "滴"),
+        },
+        "substance": {
+            "nanomole": ("nmol",),
+            "micromole": ("µmol", "μmol", "umol", "微摩尔"),
+            "millimole": ("mmol", "mmols", "mmole", "mmoles", "millimole", "millimoles", "毫摩尔", "毫摩"),
+            "mole": ("mol", "mole", "moles", "摩尔"),
+        },
+        "ratio": {
+            "equivalent": ("equiv", "equivs", "equivalent", "equivalents", "eq", "eqs", "当量"),
+            "mole_percent": ("mol%", "mol %", "mol-%", "mole percent", "摩尔%"),
+            "weight_percent": ("wt%", "wt %", "w%", "wt.%", "wt. %", "% w/w", "%w/w"),
+        },
+        "temperature": {
+            "degree_Celsius": (
+                *("°c", "ºc", "° c", "º c", "℃", "°", "c", "deg", "deg c", "degc", "degrees", "degree c", "degrees c"),
+                *("celsius", "degrees celsius", "摄氏度", "度"),
+            ),
+            "degree_Fahrenheit": (
+                *("°f", "ºf", "° f", "º f", "℉", "f", "deg f", "degf", "degree f", "degrees f", "fahrenheit"),
+                *("degrees fahrenheit", "华氏度"),
+            ),
+            "kelvin": ("k", "kelvin"),
+        },
+        "pressure": {
+            "pascal": ("pa", "帕"),
+            "hectopascal": ("hpa", "百帕"),
+            "kilopascal": ("kpa", "千帕"),
+            "megapascal": ("mpa", "兆帕"),
+            "millibar": ("mbar", "毫巴"),
+            "bar": ("bar", "bars", "bara", "barg", "巴"),
+            "torr": ("torr", "托"),
+            "mmHg": ("mmhg", "mm hg", "mm of mercury", "毫米汞柱"),
+            "atmosphere": ("atm", "atmosphere", "atmospheres", "大气压", "个大气压"),
+            "psi": ("psi", "psia", "psig"),
+            "kpsi": ("kpsi",),
+        },
+        "time": {
+            "second": ("s", "sec", "secs", "second", "seconds", "秒", "秒钟"),
+            "minute": ("min", "mins", "minute", "minutes", "分", "分钟"),
+            "hour": ("h", "hr", "hrs", "hour", "hours", "小时", "个小时", "钟头", "个钟头"),
+            "day": ("d", "day", "days", "天"),
+            "week": ("week", "weeks", "周", "星期"),
+        },
+    }
+)
+"""Spellings in lower case of each unit, by dimension and the name that `pint` has for the unit."""
+
+AMOUNTS: tuple[Dimension, ...] = ("mass", "volume", "substance", "ratio")
+"""Dimensions that say how much of a substance is taken."""
+SYMBOLS = MappingProxyType(
+    {
+        "microgram": "µg",
+        "milligram": "mg",
+        "gram": "g",
+        "kilogram": "kg",
+        "ounce": "oz",
+        "pound": "lb",
+        "nanoliter": "nL",
+        "microliter": "µL",
+        "milliliter": "mL",
+        "centiliter": "cL",
+        "deciliter": "dL",
+        "liter": "L",
+        "fluid_ounce": "fl oz",
+        "pint": "pint",
+        "quart": "quart",
+        "gallon": "gal",
+        "drop": "drops",
+        "nanomole": "nmol",
+        "micromole": "µmol",
+        "millimole": "mmol",
+        "mole": "mol",
+        "equivalent": "equiv",
+        "mole_percent": "mol%",
+        "weight_percent": "wt%",
+    }
+)
+"""How units of amounts are written."""
+_GAUGE = frozenset({"barg", "psig"})
+
+_N = r"\d{1,3}(?:,\d{3})+(?:\.\d{1,9})?|\d{1,7}(?:[.,]\d{1,9})?(?:\s?[½¼¾]|\s\d/\d{1,2})?|[½¼¾]"
+_NUMBER = rf"(?<![A-Za-z0-9.,-])(?:(\d{{1,2}})\s*/\s*(\d{{1,2}})(?=\s*[^\W\d])|({_N}))"
+_PORTIONS = r"(?:(?<![A-Za-z0-9.,])(\d{1,3})\s*(?:[x×*]|times)\s*)?"
+_AFTER_PORTIONS = r"(?:\s*[x×]\s*(\d{1,2})(?![\d.,]|\s*[A-Za-z%]))?"
 _RANGE = r"(?:\s*(?:-|–|—|~|to|到|至)\s*(-?\d{1,4}(?:\.\d+)?))?"
-_TEMPERATURE = re.compile(
-    rf"(?<![A-Za-z0-9.])([-−–]?\d{{1,4}}(?:\.\d+)?){_RANGE}\s*(°\s*c|℃|°\s*f|℉|deg(?:rees?)?(?:\s*(?:c|celsius))?\b|c\b|k\b|°|摄氏度|度)",
+_NOT_A_RATE = r"(?!\s*/\s*(?:µ?l|ml|l|min|h|s|g|kg|mol|mmol)\b)"
+_DROPS = re.compile(
+    r"\b(a few|few|several|an?|one|two|three|four|five|six|eight|ten)\s+drops?\b"
+    r"|([几数一两二三四五六七八九十])\s*滴(?!加)",
     re.IGNORECASE,
 )
-_WORDS = r"(?:an?|one|two|three|four|five|six|eight|ten|twelve|half an?)(?=\s)|[半一二两三四五六七八九十]{1,8}个?半?"
-_TIMES = r"hours?\b|hrs?\b|h\b|minutes?\b|mins?\b|seconds?\b|secs?\b|s\b|days?\b|d\b|个?小时|分钟|秒钟|秒|天"
-_DURATION = re.compile(rf"(?<![A-Za-z0-9.])(\d{{1,4}}(?:\.\d+)?|{_WORDS}){_RANGE}\s*({_TIMES})", re.IGNORECASE)
-_NUMBER_WORDS = {
+_STRENGTH = r"(\d{1,3}(?:\.\d+)?)\s*(%|wt\s?%|M|N|mol/L)"
+_STRENGTH_BEFORE = re.compile(
+    rf"(?<![\w.]){_STRENGTH}\s*(?:\(?(?:aq\.?|aqueous|w/w|w/v|v/v)\)?\s*|的)?(?:dilute |cold |ice-cold )?$"
+)
+_STRENGTH_AFTER = re.compile(rf"\s*(?:solution|溶液)?\s*[(（]\s*(?:[^()（）]*?,\s*)?{_STRENGTH}(?![a-z])")
+_SINGLE = re.compile(
+    r"^\s*(?:~|ca\.?\s*)?([-−–+]?\d{1,9}(?:\.\d{1,9})?(?:e[-+]?\d{1,2})?)\s*(.*?)\s*\.?\s*$", re.IGNORECASE
+)
+_PLAIN = re.compile(r"\d+(?:\.\d+|,(?!\d{3}$)\d+)?|0,\d+")
+_FRACTIONS = {"½": 0.5, "¼": 0.25, "¾": 0.75}
+_WORDS = {
     "a": 1,
     "an": 1,
     "one": 1,
@@ -49,6 +181,11 @@ _NUMBER_WORDS = {
     "twelve": 12,
     "half a": 0.5,
     "half an": 0.5,
+    "a few": 3,
+    "few": 3,
+    "several": 4,
+    "数": 3,
+    "几": 3,
     "半": 0.5,
     "一": 1,
     "二": 2,
@@ -62,7 +199,7 @@ _NUMBER_WORDS = {
     "九": 9,
     "十": 10,
 }
-_MINUTES = {"h": 60.0, "m": 1.0, "s": 1 / 60, "d": 1440.0, "小": 60.0, "分": 1.0, "秒": 1 / 60, "天": 1440.0}
+_WORD = r"(?:an?|one|two|three|four|five|six|eight|ten|twelve|half an?)(?=\s)|[半一二两三四五六七八九十]{1,8}个?半?"
 _NAMED_TEMPERATURES = (
     (re.compile(r"room temp|ambient|\br\.?t\.?\b|室温|常温", re.IGNORECASE), ROOM_TEMPERATURE),
     (re.compile(r"ice[ -]salt|冰盐浴", re.IGNORECASE), -10.0),
@@ -74,56 +211,281 @@ _OVERNIGHT = re.compile(r"overnight|过夜", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Quantity:
-    """An amount with its place in the text, as "2.07 g"."""
+    """A number with a unit, and its position in a text.
+
+    Attributes:
+        start, end: the span in the text.
+        value: in the unit; of one portion.
+        unit: name of the unit in `UNITS`.
+        dimension: what the unit measures.
+        portions: number of portions, 1 unless written as "2 x 40 mL".
+        number: the value as written, with a decimal point; "" if it was computed, as for "1/2".
+    """
+
+    start: int
+    end: int
+    value: float
+    unit: str
+    dimension: Dimension
+    portions: int = 1
+    number: str = ""
+
+    @property
+    def text(self) -> str:
+        """The quantity with the usual symbol of its unit, as "2 x 40 mL"."""
+        number = self.number or f"{self.value:.10g}"
+        symbol = "drop" if self.unit == "drop" and self.value == 1.0 else SYMBOLS[self.unit]
+        return f"{self.portions} x {number} {symbol}" if self.portions > 1 else f"{number} {symbol}"
+
+    @property
+    def base(self) -> float:
+        """The value of one portion in the base unit of its dimension; a ratio as it is."""
+        return self.value if self.dimension == "ratio" else convert(self.value, self.unit, BASE[self.dimension])
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A temperature, duration or pressure, and its position in a text.
+
+    Attributes:
+        start, end: the span in the text.
+        text: as written.
+        value: degrees Celsius, minutes or bar (absolute); the mean of a range.
+    """
 
     start: int
     end: int
     text: str
+    value: float
 
 
-def amounts(text: str) -> tuple[Quantity, ...]:
-    """Return the amounts in a text in order, units written alike."""
-    found = []
-    for match in _AMOUNT.finditer(text):
-        portions = f"{match[1]} x {match[2]}" if match[2] else match[1].replace(",", ".")
-        found.append(Quantity(match.start(), match.end(), f"{portions} {_UNITS[match[3].lower()]}"))
-    return tuple(found)
+def convert(value: float, unit: str, to: str) -> float:
+    """Return a value in another unit.
+
+    Args:
+        value: in `unit`.
+        unit, to: names that `pint` knows, or "drop".
+
+    Raises:
+        pint.UndefinedUnitError: a name that is not a unit.
+        pint.DimensionalityError: units of different dimensions.
+    """
+    factor, offset = _conversion(unit, to)
+    return float(f"{value * factor + offset:.12g}")
+
+
+def amounts(text: str, *dimensions: Dimension) -> tuple[Quantity, ...]:
+    """Return the amounts of some dimensions in a text, in order; units that are not in `UNITS` are left out.
+
+    A range counts as its mean.
+
+    Args:
+        dimensions: of `AMOUNTS`; all of them by default.
+    """
+    kinds = dimensions or AMOUNTS
+    quantities = [*_numbered(text, kinds), *(_dropwise(text) if "volume" in kinds else ())]
+    return tuple(sorted(quantities, key=lambda quantity: quantity.start))
+
+
+def value_of(text: str, dimension: Dimension, default: str = "") -> float | None:
+    """Return the value of a text that is one quantity, in the base unit, or None if it is not or its unit is unknown.
+
+    Args:
+        text: such as "60 mins", "10°C" or "93 mbar".
+        dimension: what it measures.
+        default: the unit of a number alone; without it, a number alone is not a quantity.
+    """
+    match = _SINGLE.match(text)
+    if match is None:
+        return None
+    spelling = _SPACE.sub("", match[2].lower())
+    unit = (_COMPACT[dimension].get(spelling) or _SINGLE_SPELLINGS.get((dimension, spelling))) if spelling else default
+    if not unit:
+        return None
+    value = float(match[1].replace("−", "-").replace("–", "-"))
+    return round(_absolute(convert(value, unit, BASE[dimension]), spelling), 9)
+
+
+def strength(text: str, start: int, end: int) -> str:
+    """Return the concentration that a text gives the substance at a span, as "10 %" or "2 M", or ""."""
+    match = _STRENGTH_BEFORE.search(text, 0, start) or _STRENGTH_AFTER.match(text, end)
+    if match is None:
+        return ""
+    unit = {"mol/L": "M"}.get(match[2], match[2].replace("wt", "").strip())
+    return f"{match[1]} {unit}"
+
+
+def temperatures(text: str) -> tuple[Condition, ...]:
+    """Return the temperatures that a text states as numbers, in degrees Celsius."""
+    return tuple(_conditions(_temperature_pattern(), "temperature", text, 1))
+
+
+def pressures(text: str) -> tuple[Condition, ...]:
+    """Return the pressures that a text states, in bar (absolute)."""
+    return tuple(_conditions(_pressure_pattern(), "pressure", text, 9))
+
+
+def durations(text: str) -> tuple[Condition, ...]:
+    """Return the durations that a text states as numbers, in minutes."""
+    return tuple(_conditions(_duration_pattern(), "time", text, 2))
 
 
 def temperature(text: str) -> float | None:
-    """Return the first temperature in degrees Celsius, the middle of a range, or None; named ones only if no number."""
-    match = _TEMPERATURE.search(text)
-    if match is None:
-        return next((value for pattern, value in _NAMED_TEMPERATURES if pattern.search(text)), None)
-    low = float(match[1].replace("−", "-").replace("–", "-"))
-    value = (low + float(match[2])) / 2.0 if match[2] else low
-    unit = match[3].lower().replace(" ", "")
-    if unit in ("°f", "℉"):
-        value = (value - 32.0) / 1.8
-    elif unit == "k":
-        value -= 273.15
-    return round(value, 1)
+    """Return the first temperature of a text in degrees Celsius, or None.
+
+    Words such as "ice bath" and "room temperature" count only if the text has no temperature as a number.
+    """
+    first = next(_conditions(_temperature_pattern(), "temperature", text, 1), None)
+    if first is not None:
+        return first.value
+    return next((value for pattern, value in _NAMED_TEMPERATURES if pattern.search(text)), None)
+
+
+def pressure(text: str) -> float | None:
+    """Return the first pressure of a text in bar (absolute), or None."""
+    first = next(_conditions(_pressure_pattern(), "pressure", text, 9), None)
+    return None if first is None else first.value
 
 
 def duration(text: str) -> float | None:
-    """Return the first duration in minutes, the middle of a range, or None."""
-    match = _DURATION.search(text)
-    if match is None:
-        return OVERNIGHT if _OVERNIGHT.search(text) else None
-    value = _number(match[1])
-    if match[2]:
-        value = (value + float(match[2])) / 2.0
-    unit = match[3].lower().removeprefix("个")
-    return round(value * _MINUTES[unit[0]], 2)
+    """Return the first duration of a text in minutes, or None; "overnight" counts only without a number."""
+    first = next(_conditions(_duration_pattern(), "time", text, 2), None)
+    if first is not None:
+        return first.value
+    return OVERNIGHT if _OVERNIGHT.search(text) else None
 
 
-def _number(text: str) -> float:
-    word = text.lower().replace("个", "")
-    if word in _NUMBER_WORDS:
-        return _NUMBER_WORDS[word]
-    if word[0].isdigit():
+def _conditions(pattern: re.Pattern[str], dimension: Dimension, text: str, digits: int) -> Iterator[Condition]:
+    for match in pattern.finditer(text):
+        value = _spoken_number(match[1])
+        if match[2]:
+            value = (value + float(match[2])) / 2.0
+        spelling = " ".join(match[3].lower().split())
+        value = _absolute(convert(value, _unit_of(dimension, spelling), BASE[dimension]), spelling)
+        yield Condition(match.start(), match.end(), match[0].strip(), round(value, digits))
+
+
+def _numbered(text: str, kinds: tuple[Dimension, ...]) -> Iterator[Quantity]:
+    for match in _amount_pattern(kinds).finditer(text):
+        before, numerator, denominator, number, upper, spelling, after = match.groups()
+        dimension, unit = _unit(spelling, kinds)
+        if numerator:
+            if int(denominator) == 0:
+                continue
+            value = int(numerator) / int(denominator)
+        else:
+            value = _written_number(number)
+        if upper:
+            value = (value + float(upper)) / 2.0
+        written = "" if upper or numerator or not _PLAIN.fullmatch(number) else number.replace(",", ".")
+        portions = max(1, int(before or after or 1))
+        yield Quantity(match.start(), match.end(), value, unit, dimension, portions, written)
+
+
+def _dropwise(text: str) -> Iterator[Quantity]:
+    for match in _DROPS.finditer(text):
+        word = (match[1] or match[2]).lower()
+        yield Quantity(match.start(), match.end(), float(_WORDS[word]), "drop", "volume")
+
+
+def _unit(spelling: str, kinds: tuple[Dimension, ...]) -> tuple[Dimension, str]:
+    word = _SPACE.sub("", spelling.lower())
+    return next((kind, _COMPACT[kind][word]) for kind in kinds if word in _COMPACT[kind])
+
+
+def _unit_of(dimension: Dimension, spelling: str) -> str:
+    return _COMPACT[dimension][_SPACE.sub("", spelling)]
+
+
+def _written_number(text: str) -> float:
+    """Return a number: "1,500" is 1500, "0,5" and "2,25" have a decimal comma, "1 1/2" and "2½" are sums."""
+    whole, _, fraction = text.strip().partition(" ")
+    part = 0.0
+    if fraction and "/" in fraction:
+        numerator, denominator = fraction.split("/")
+        part = int(numerator) / int(denominator) if int(denominator) else 0.0
+    for sign, share in _FRACTIONS.items():
+        if sign in text:
+            part, whole = share, text.replace(sign, "").strip()
+    if re.fullmatch(r"[1-9]\d{0,2}(?:,\d{3})+(?:\.\d+)?", whole):
+        whole = whole.replace(",", "")
+    return (float(whole.replace(",", ".")) if whole else 0.0) + part
+
+
+def _spoken_number(text: str) -> float:
+    word = text.lower().replace("个", "").replace("−", "-").replace("–", "-")
+    if word in _WORDS:
+        return _WORDS[word]
+    if word[-1].isdigit():
         return float(word)
     whole, _, half = word.partition("半")
     tens, ten, ones = whole.rpartition("十")
-    value = (_NUMBER_WORDS.get(tens, 1) * 10 if ten else 0) + _NUMBER_WORDS.get(ones, 0)
+    value = (_WORDS.get(tens, 1) * 10 if ten else 0) + _WORDS.get(ones, 0)
     return value + (0.5 if "半" in word and not half else 0.0)
+
+
+def _absolute(bar: float, spelling: str) -> float:
+    return round(bar + ATMOSPHERE, 9) if spelling in _GAUGE else bar
+
+
+_SPELLINGS: Mapping[Dimension, Mapping[str, str]] = {
+    dimension: {spelling: unit for unit, spellings in units.items() for spelling in spellings}
+    for dimension, units in UNITS.items()
+}
+_SPACE = re.compile(r"\s")
+_COMPACT: Mapping[Dimension, Mapping[str, str]] = {
+    dimension: {_SPACE.sub("", spelling): unit for spelling, unit in spellings.items()}
+    for dimension, spellings in _SPELLINGS.items()
+}
+"""Units by their spellings without spaces; "mm Hg" and "mmHg" are the same."""
+_SINGLE_SPELLINGS: Mapping[tuple[Dimension, str], str] = {
+    ("time", "m"): "minute",
+    ("pressure", "mm"): "mmHg",
+}
+"""Spellings that are clear in a field of one dimension only."""
+
+
+def _alternatives(*dimensions: Dimension) -> str:
+    spellings = {spelling for dimension in dimensions for spelling in _SPELLINGS[dimension]}
+    return "|".join(re.escape(item).replace(r"\ ", r"\s*") for item in sorted(spellings, key=lambda s: (-len(s), s)))
+
+
+@lru_cache(maxsize=32)
+def _amount_pattern(kinds: tuple[Dimension, ...]) -> re.Pattern[str]:
+    unit = rf"{_RANGE}\s*-?\s*({_alternatives(*kinds)})(?![A-Za-z]){_NOT_A_RATE}"
+    return re.compile(rf"{_PORTIONS}{_NUMBER}{unit}{_AFTER_PORTIONS}", re.IGNORECASE)
+
+
+@lru_cache(maxsize=1)
+def _temperature_pattern() -> re.Pattern[str]:
+    units = rf"({_alternatives('temperature')})(?![A-Za-z])"
+    return re.compile(rf"(?<![A-Za-z0-9.])([-−–]?\d{{1,4}}(?:\.\d+)?){_RANGE}\s*{units}", re.IGNORECASE)
+
+
+@lru_cache(maxsize=1)
+def _pressure_pattern() -> re.Pattern[str]:
+    units = rf"({_alternatives('pressure')})(?![A-Za-z])"
+    return re.compile(rf"(?<![A-Za-z0-9.,-])(\d{{1,7}}(?:\.\d+)?){_RANGE}\s*{units}", re.IGNORECASE)
+
+
+@lru_cache(maxsize=1)
+def _duration_pattern() -> re.Pattern[str]:
+    units = rf"({_alternatives('time')})(?![A-Za-z])"
+    return re.compile(rf"(?<![A-Za-z0-9.])(\d{{1,4}}(?:\.\d+)?|{_WORD}){_RANGE}\s*{units}", re.IGNORECASE)
+
+
+@lru_cache(maxsize=256)
+def _conversion(unit: str, to: str) -> tuple[float, float]:
+    """Return factor and offset of a conversion."""
+    zero = float(_registry().Quantity(0.0, unit).to(to).magnitude)
+    return float(_registry().Quantity(1.0, unit).to(to).magnitude) - zero, zero
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    # Importing pint and reading its definitions takes half a second, which commands without quantities need not pay.
+    import pint
+
+    registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+    registry.define(f"drop = {DROP} * milliliter")
+    return registry

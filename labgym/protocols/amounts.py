@@ -1,4 +1,4 @@
-"""Amounts as protocols write them, "8.55 g (5.9 mL), 50 mmol" or "2 x 40 mL", as numbers."""
+"""Amounts of reagents as protocols write them: "8.55 g (5.9 mL), 50 mmol" or "2 x 40 mL"."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ import re
 from dataclasses import dataclass
 
 from labgym.assets import Asset
+from labgym.quantities import amounts
 
-_NUMBER = r"(?<![\d.,])(\d{1,7}(?:[.,]\d{1,9})?)"
-_VOLUME = re.compile(rf"(?:(\d{{1,3}})\s*[x×]\s*)?{_NUMBER}\s*(µl|μl|ul|ml|cl|dl|l|cm3)\b", re.I)
-_MASS = re.compile(rf"(?:(\d{{1,3}})\s*[x×]\s*)?{_NUMBER}\s*(µg|μg|ug|mg|g|kg)\b", re.I)
-_MOLES = re.compile(rf"{_NUMBER}\s*(nmol|µmol|μmol|umol|mmol|mol)\b", re.I)
-_ICE = re.compile(rf"{_NUMBER}\s*g\s+(?:of\s+)?(?:crushed\s+)?ice\b", re.I)
+_ICE = re.compile(r"\s*(?:of\s+)?(?:crushed\s+)?ice\b", re.IGNORECASE)
 _WATER = re.compile(
-    rf"{_NUMBER}\s*(ml|l)\s+(?:of\s+)?(?:(?:ice|iced|cold|warm|hot|boiling|distilled|deioni[sz]ed)[\s-]*)*water\b"
-    rf"|\bwater\s*\(\s*{_NUMBER}\s*(ml|l)\s*\)",
-    re.I,
+    r"\s*(?:of\s+)?(?:(?:ice|iced|cold|warm|hot|boiling|distilled|deioni[sz]ed)[\s-]*)*water\b", re.IGNORECASE
 )
-_MILLILITRES = {"µl": 1e-3, "μl": 1e-3, "ul": 1e-3, "ml": 1.0, "cm3": 1.0, "cl": 10.0, "dl": 100.0, "l": 1000.0}
-_MOLE = {**dict.fromkeys(("µmol", "μmol", "umol"), 1e-6), "nmol": 1e-9, "mmol": 1e-3, "mol": 1.0}
-_THOUSANDS = re.compile(r"(?<=\d),(?=\d{3}(?!\d))(?<![\d.]0,)(?<!^0,)")
-_GRAMS = {"µg": 1e-6, "μg": 1e-6, "ug": 1e-6, "mg": 1e-3, "g": 1.0, "kg": 1000.0}
+_WATER_BEFORE, _CLOSED = re.compile(r"\bwater\s*\(\s*$", re.IGNORECASE), re.compile(r"\s*\)")
+_NUMBERED = re.compile(r"(?<![\w.,%/-])\d[\d.,]*\s*([^\W\d_]{2,})(?![\w-])")
+_NO_UNITS = frozenset(
+    (
+        *("in", "of", "aq", "and", "or", "to", "from", "with", "mM", "molar", "normal", "mesh", "nm", "wt", "vol"),
+        *("portion", "portions", "times", "piece", "pieces", "sheet", "sheets", "pellet", "pellets"),
+    )
+)
+"""Words after a number that are not units of an amount."""
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,12 @@ class Amount:
     """How much of a reagent a protocol takes.
 
     Attributes:
-        volume: millilitres of one portion; None where it is not stated. mass: grams of one portion.
-        moles: of the whole.
-        portions: how many there are, 1 unless written as "2 x 40 mL".
-        ice: grams of ice that go with it.
+        volume: mL of one portion; None if it is not stated.
+        mass: grams of one portion; None if it is not stated.
+        moles: of all portions; None if they are not stated.
+        portions: number of portions, 1 unless written as "2 x 40 mL".
+        ice: grams of ice in addition.
+        unread: numbers with a unit that is not known, as written.
     """
 
     volume: float | None = None
@@ -39,29 +41,36 @@ class Amount:
     moles: float | None = None
     portions: int = 1
     ice: float = 0.0
+    unread: tuple[str, ...] = ()
 
 
 def read_amount(text: str) -> Amount:
-    """Return what a text states; what it does not state is None."""
-    text = _THOUSANDS.sub("", text)
-    ice = _ICE.search(text)
-    rest = _ICE.sub("", text)
-    volume, mass, moles = _VOLUME.search(rest), _MASS.search(rest), _MOLES.search(rest)
-    counted = volume or mass
+    """Return the amount that a text states; a value that it does not state is None."""
+    quantities = amounts(text)
+    ice = [item for item in quantities if item.dimension == "mass" and _ICE.match(text, item.end)]
+    others = [item for item in quantities if item not in ice]
+    volume = next((item for item in others if item.dimension == "volume"), None)
+    mass = next((item for item in others if item.dimension == "mass"), None)
+    moles = next((item for item in others if item.dimension == "substance"), None)
+    portioned = volume or mass
+    rest = text
+    for item in quantities:
+        rest = rest[: item.start] + " " * (item.end - item.start) + rest[item.end :]
     return Amount(
-        volume=_number(volume[2]) * _MILLILITRES[volume[3].lower()] if volume else None,
-        mass=_number(mass[2]) * _GRAMS[mass[3].lower()] if mass else None,
-        moles=_number(moles[1]) * _MOLE[moles[2].lower()] if moles else None,
-        portions=max(1, int(counted[1])) if counted and counted[1] else 1,
-        ice=_number(ice[1]) if ice else 0.0,
+        volume=volume.base if volume else None,
+        mass=mass.base if mass else None,
+        moles=moles.base if moles else None,
+        portions=portioned.portions if portioned else 1,
+        ice=ice[0].base if ice else 0.0,
+        unread=tuple(match[0] for match in _NUMBERED.finditer(rest) if match[1] not in _NO_UNITS),
     )
 
 
 def volume_of(reagent: Asset, amount: Amount) -> float:
-    """Return the millilitres that one portion fills at least.
+    """Return the smallest volume in mL that one portion can fill.
 
-    A stated volume counts as it is, for a solid as that of its solution; a liquid's mass by its density. Solids that
-    are weighed in and gases count nothing: how much a dissolved solid fills is small and seldom known.
+    A stated volume counts as it is (for a solid, that of its solution), a liquid's mass by its density. Gases and
+    solids that are weighed in count nothing, because the volume of a dissolved solid is small and seldom known.
     """
     chemistry = reagent.chemistry
     if chemistry is None or chemistry.state == "gas":
@@ -77,13 +86,9 @@ def volume_of(reagent: Asset, amount: Amount) -> float:
 
 
 def water_in(text: str) -> float:
-    """Return the millilitres of water that a step's text adds: "charge water (250 mL)", "with 50 mL of cold water"."""
-    total = 0.0
-    for found in _WATER.finditer(text):
-        number, unit = (found[1], found[2]) if found[1] else (found[3], found[4])
-        total += _number(number) * _MILLILITRES[unit.lower()]
-    return total
-
-
-def _number(text: str) -> float:
-    return float(text.replace(",", "."))
+    """Return the mL of water that a step's text adds: "charge water (250 mL)", "with 50 mL of cold water"."""
+    return sum(
+        item.base
+        for item in amounts(text, "volume")
+        if _WATER.match(text, item.end) or (_WATER_BEFORE.search(text[: item.start]) and _CLOSED.match(text, item.end))
+    )

@@ -20,8 +20,7 @@ from labgym.documents import document_error
 from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
 from labgym.protocols.experiments.model import Role, Verb
-from labgym.protocols.importers.units import bar
-from labgym.quantities import duration, temperature
+from labgym.quantities import duration, temperature, value_of
 
 MAX_LINE = 50_000
 MAX_BYTES = 256 * 1024**2
@@ -187,7 +186,7 @@ def _action(
     numbers = {
         "temperature": temperature(fields.get("temperature", "")),
         "time": duration(fields.get("time", "")),
-        "pressure": bar(fields.get("pressure", "").rstrip("."), plain=1.01325 / 760.0),
+        "pressure": value_of(fields.get("pressure", ""), "pressure", default="torr"),
     }
     unread = [fields[key] for key, value in numbers.items() if value is None and fields.get(key)]
     told = {

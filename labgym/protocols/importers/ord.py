@@ -17,6 +17,7 @@ from labgym.errors import DocumentError, MissingDependencyError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
 from labgym.protocols.experiments.model import Atmosphere, Keep, Role, Verb
 from labgym.protocols.importers.ord_messages import messages
+from labgym.quantities import BASE, ROOM_RANGE, SYMBOLS, Dimension, convert
 
 LICENSE = "CC-BY-SA-4.0"
 MAX_BYTES = 1024**3
@@ -26,32 +27,7 @@ MAX_TEXT = 64 * 1024**2
 """Bytes of a file, of what a gzipped one unpacks to, of one reaction in Parquet, and of JSON or text, which unfold to
 many times their size."""
 BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
-WARM, COLD = 30.0, 15.0
-_MINUTES = {"HOUR": 60.0, "MINUTE": 1.0, "SECOND": 1.0 / 60.0, "DAY": 1440.0}
-_BAR = {
-    "BAR": 1.0,
-    "ATMOSPHERE": 1.01325,
-    "PSI": 0.0689476,
-    "KPSI": 68.9476,
-    "PASCAL": 1e-5,
-    "KILOPASCAL": 0.01,
-    "TORR": 1.01325 / 760.0,
-    "MM_HG": 1.01325 / 760.0,
-}
-_UNITS = {
-    "KILOGRAM": "kg",
-    "GRAM": "g",
-    "MILLIGRAM": "mg",
-    "MICROGRAM": "ug",
-    "MOLE": "mol",
-    "MILLIMOLE": "mmol",
-    "MICROMOLE": "umol",
-    "NANOMOLE": "nmol",
-    "LITER": "L",
-    "MILLILITER": "mL",
-    "MICROLITER": "uL",
-    "NANOLITER": "nL",
-}
+_DEGREES = {"celsius": "degree_Celsius", "fahrenheit": "degree_Fahrenheit"}
 _ROLES: dict[str, Role] = {
     "REACTANT": "reactant",
     "SOLVENT": "solvent",
@@ -261,7 +237,7 @@ def _added(given: Any, materials: dict[str, Material], verb: Verb, **conditions:
         takes.append(Portion(name=name, amount=_amount(compound.amount)))
     manner = _MANNERS.get(_enum(given.addition_speed, "type"))
     stated = {
-        "temperature": _celsius(given.addition_temperature),
+        "temperature": _temperature(given.addition_temperature),
         "duration": _minutes(given.addition_duration),
         "manner": manner,
         **conditions,
@@ -273,7 +249,7 @@ def _added(given: Any, materials: dict[str, Material], verb: Verb, **conditions:
 
 def _held(conditions: Any, outcomes: Any) -> Iterator[Action]:
     """Return how the mixture is left to react, where anything is said of it."""
-    temperature = _celsius(conditions.temperature.setpoint)
+    temperature = _temperature(conditions.temperature.setpoint)
     duration = next((time for outcome in outcomes if (time := _minutes(outcome.reaction_time)) is not None), None)
     gas = _enum(conditions.pressure.atmosphere, "type").lower()
     stirred = _enum(conditions.stirring, "type")
@@ -289,15 +265,13 @@ def _held(conditions: Any, outcomes: Any) -> Iterator[Action]:
         verb = "Irradiate"
     elif stirred == "SONICATION":
         verb = "Sonicate"
-    elif temperature is not None and not COLD <= temperature <= WARM:
-        verb = "Heat" if temperature > WARM else "Cool"
-    pressure = conditions.pressure.setpoint
-    bar = pressure.value * _BAR.get(_enum(pressure, "units"), 0.0) if pressure.HasField("value") else 0.0
+    elif temperature is not None and not ROOM_RANGE[0] <= temperature <= ROOM_RANGE[1]:
+        verb = "Heat" if temperature > ROOM_RANGE[1] else "Cool"
     told = {
         "temperature": temperature,
         "duration": duration,
         "atmosphere": gas if gas in get_args(Atmosphere) else None,
-        "pressure": round(bar, 6) or None,
+        "pressure": _measured(conditions.pressure.setpoint, "pressure", 6) or None,
         "ph": conditions.ph if conditions.HasField("ph") else None,
     }
     present = {key: value for key, value in told.items() if value is not None}
@@ -317,7 +291,7 @@ def _worked_up(workup: Any, materials: dict[str, Material]) -> Action:
     elif verb == "Filter" and phase:
         keep = "filtrate" if "filtrate" in phase or "liquid" in phase else "precipitate"
     conditions = {
-        "temperature": _celsius(workup.temperature.setpoint),
+        "temperature": _temperature(workup.temperature.setpoint),
         "duration": _minutes(workup.duration),
         "keep": keep,
         "ph": workup.target_ph if workup.HasField("target_ph") else None,
@@ -368,7 +342,7 @@ def _amount(amount: Any) -> str:
     for kind in ("mass", "volume", "moles"):
         if amount.HasField(kind):
             measure = getattr(amount, kind)
-            unit = _UNITS.get(_enum(measure, "units"))
+            unit = SYMBOLS.get(_enum(measure, "units").lower())
             if unit is not None and measure.HasField("value"):
                 value = float(f"{measure.value:.4g}")
                 return f"{_plain(value)} {unit}" if 0.0 < value < math.inf else ""
@@ -381,21 +355,23 @@ def _plain(value: float) -> str:
     return text.rstrip("0").rstrip(".")
 
 
-def _celsius(temperature: Any) -> float | None:
-    if not temperature.HasField("value"):
+def _temperature(measure: Any) -> float | None:
+    return _measured(measure, "temperature", 2)
+
+
+def _minutes(measure: Any) -> float | None:
+    return _measured(measure, "time", 4)
+
+
+def _measured(measure: Any, dimension: Dimension, digits: int) -> float | None:
+    """Return a message's value in the base unit of a dimension, or None if its value or unit is missing."""
+    unit = {"unspecified": "", "mm_hg": "mmHg", **_DEGREES}.get(
+        _enum(measure, "units").lower(), _enum(measure, "units").lower()
+    )
+    if not unit or not measure.HasField("value"):
         return None
-    value = float(f"{temperature.value:.6g}")
-    unit = _enum(temperature, "units")
-    if unit == "CELSIUS":
-        return value
-    if unit == "KELVIN":
-        return round(value - 273.15, 2)
-    return round((value - 32.0) / 1.8, 2) if unit == "FAHRENHEIT" else None
-
-
-def _minutes(time: Any) -> float | None:
-    factor = _MINUTES.get(_enum(time, "units"))
-    return round(time.value * factor, 4) if time.HasField("value") and factor is not None else None
+    # Messages hold 32-bit floats: 6 digits are what the database's number had.
+    return round(convert(float(f"{measure.value:.6g}"), unit, BASE[dimension]), digits)
 
 
 def _enum(message: Any, field: str) -> str:

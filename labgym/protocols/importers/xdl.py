@@ -21,16 +21,13 @@ from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
 from labgym.protocols.experiments.model import Role, Verb
 from labgym.protocols.importers.markup import read_xml
-from labgym.protocols.importers.units import bar, celsius, minutes
+from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE, value_of
 
 SUFFIXES = (".xdl", ".xml")
 MAX_ACTIONS = 300
 MAX_VISITS = 20_000
 """Actions of an experiment, and steps that are looked at, repeats counted."""
 _NUMBER = re.compile(r"[0-9]{1,4}")
-WARM, COLD = 30.0, 15.0
-"""Degrees Celsius above which a temperature is heated to, and below which it is cooled to."""
-ROOM = 22.0
 
 MACHINE = frozenset(
     (
@@ -165,16 +162,23 @@ def _carry_out(step: Element, bench: _Bench) -> None:
 
 def _conditions(step: Element) -> dict[str, Any]:
     """Return temperature, duration, pressure and atmosphere of a step."""
-    pressure = step.get("pressure") or step.get("vacuum_pressure") or step.get("vacuum") or ""
-    gas = _GASES.get((step.get("gas") or step.get("inert_gas") or "").lower())
-    read = {"temp": celsius(step.get("temp", "")), "time": minutes(step.get("time", ""))}
-    unread = [f"{key} {step.get(key)}" for key, value in read.items() if value is None and step.get(key)]
+    texts = {
+        "temp": step.get("temp", ""),
+        "time": step.get("time", ""),
+        "pressure": step.get("pressure") or step.get("vacuum_pressure") or step.get("vacuum") or "",
+    }
+    values = {
+        "temp": value_of(texts["temp"], "temperature", default="degree_Celsius"),
+        "time": value_of(texts["time"], "time", default="second"),
+        "pressure": value_of(texts["pressure"], "pressure", default="millibar"),
+    }
+    unread = [f"{key} {text}" for key, text in texts.items() if text and values[key] is None]
     return {
         "note": "; ".join(unread)[:400],
-        "temperature": celsius(step.get("temp", "")),
-        "duration": minutes(step.get("time", "")),
-        "pressure": bar(pressure),
-        "atmosphere": gas,
+        "temperature": values["temp"],
+        "duration": values["time"],
+        "pressure": values["pressure"],
+        "atmosphere": _GASES.get((step.get("gas") or step.get("inert_gas") or "").lower()),
     }
 
 
@@ -203,7 +207,9 @@ def _heat_chill(step: Element, bench: _Bench) -> None:
     if at is None and step.get("temp"):
         bench.do("Heat", **conditions)
         return
-    verb: Verb = "Stir" if at is None or COLD <= at <= WARM else "Heat" if at > WARM else "Cool"
+    verb: Verb = (
+        "Stir" if at is None or ROOM_RANGE[0] <= at <= ROOM_RANGE[1] else "Heat" if at > ROOM_RANGE[1] else "Cool"
+    )
     bench.do(verb, **conditions)
 
 
@@ -248,7 +254,7 @@ _STEPS: dict[str, Callable[[Element, _Bench], None]] = {
     "HeatChill": _heat_chill,
     "HeatChillToTemp": _plain("SetTemperature"),
     "StartHeatChill": _plain("SetTemperature"),
-    "HeatChillReturnToRT": _plain("SetTemperature", temperature=ROOM),
+    "HeatChillReturnToRT": _plain("SetTemperature", temperature=ROOM_TEMPERATURE),
     "HeatChillSetTemp": _plain("SetTemperature"),
     "Reflux": _plain("Reflux"),
     "Microwave": _plain("Microwave"),

@@ -26,17 +26,8 @@ from labgym.protocols.capability import (
 )
 from labgym.protocols.contents import STILL
 from labgym.protocols.rules.finding import Case, Finding
+from labgym.quantities import pressure
 
-_PRESSURE = re.compile(r"(\d+(?:\.\d+)?)\s*(mbar|bar|atm|psig?|hPa|kPa|Pa|mm\s?Hg|Torr)\b", re.I)
-_MBAR = {
-    **dict.fromkeys(("mbar", "hpa"), 1.0),
-    "bar": 1000.0,
-    "kpa": 10.0,
-    "pa": 0.01,
-    **dict.fromkeys(("mmhg", "torr"), 1.333),
-    "atm": 1013.0,
-    **dict.fromkeys(("psi", "psig"), 68.9),
-}
 _VACUUM = re.compile(r"\b(?:vacuum|reduced pressure|in vacuo|evacuate)\b", re.I)
 EVACUATED = ("pump", "rotavap", "lyophilizer", "manifold", "oven")
 AMBIENT, PRESSED = 1000.0, 1500.0
@@ -180,8 +171,8 @@ def benches_carry_their_load(case: Case) -> Iterator[Finding]:
 
 
 def _stated_mbar(text: str) -> float | None:
-    stated = _PRESSURE.search(text)
-    return float(stated[1]) * _MBAR[re.sub(r"\s", "", stated[2].lower())] if stated else None
+    bar = pressure(text)
+    return None if bar is None else 1000.0 * bar
 
 
 def _has(setting: Setting, asset: Asset, wanted: float) -> bool:
