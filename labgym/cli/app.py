@@ -197,8 +197,9 @@ def record(
     pair: int = 0,
     out: Path = Path("drive.mp4"),
     seed: int = 0,
-    width: int = 640,
-    height: int = 480,
+    width: int = 480,
+    height: int = 360,
+    quality: Literal["fast", "fine"] = "fast",
     protocol: OptionalText = None,
     options: PolicyOptions = (),
 ) -> int:
@@ -212,6 +213,7 @@ def record(
         seed: Random seed of the policy.
         width: Width in pixels.
         height: Height in pixels.
+        quality: fast, or fine with shadows and reflections (ten times slower without a GPU).
         protocol: Id or .json file of the protocol to drive for; by default the one that the layout embeds.
         options: Arguments of the policy, for example trust=true.
     """
@@ -228,7 +230,7 @@ def record(
     scene = resolve_layout(layout, protocol)
     drive = drive_pair(policy, scene, pair, seed, registry.parse_options(options))
     print(episode_outcome(drive.row))
-    written(film.save_film(tqdm(film.film(scene, drive.route, width, height), "film", len(drive.route)), out))
+    written(film.save_film(tqdm(film.film(scene, drive.route, width, height, quality), "film", len(drive.route)), out))
     return complaints([drive.row.error] if drive.row.error else [])
 
 

@@ -1,57 +1,68 @@
-"""A picture of the robot at work, from behind and above."""
+"""Pictures of the robot from behind and above."""
 
 from __future__ import annotations
 
 import math
 
+import cv2
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import attach_robot
 from labgym.envs.simulation import Pose, Simulation
+from labgym.errors import OptionError
 from labgym.layouts import Layout
-from labgym.scenes import RayScene, make_renderer, to_mjcf
+from labgym.scenes import Quality, RayScene, make_renderer, to_mjcf
+from labgym.scenes.culling import in_view
 from labgym.scenes.mesh import ROOM
+from labgym.scenes.opengl import LARGEST
 
 DISTANCE = 3.6
-"""From the camera to what it looks at, metres."""
+"""Distance from the camera to the point that it looks at, metres."""
 
 STATIONS = tuple(
     (math.radians(aside), math.radians(pitch))
     for pitch in (38.0, 58.0, 78.0)
     for aside in (25.0, -25.0, 0.0, 60.0, -60.0)
 )
-"""Where the camera may stand, best first: how far to the right of straight behind, and how steeply it looks down."""
+"""Candidate camera positions, best first: angle to the right of straight behind, and angle below the horizontal."""
 
 SEEN = (0.15, 0.7, 1.25)
-"""Heights of the robot that must be in sight, metres."""
+"""Heights on the robot's axis that furniture should not hide, metres."""
 
 AHEAD, LOOK_AT_HEIGHT = 0.5, 0.6
-"""The point it looks at: before the robot and above the floor, metres."""
+"""The point that the camera looks at: its distance ahead of the robot and its height above the floor, metres."""
 
 FOVY = 55.0
 """Vertical field of view, degrees."""
 
+OVERSAMPLING = 2
+"""Samples of a fast picture's pixel along each axis; averaging them costs less than OpenGL's antialiasing."""
+
+NOT_DRAWN = 5
+"""Geom group that MuJoCo does not draw by default."""
+
 
 class ChaseView:
-    """A camera that follows the robot, from where furniture does not hide it.
+    """A camera that follows the robot from a position where furniture does not hide it.
 
-    The scene is compiled and the renderer made for the first picture of a layout.
+    The first picture of a layout compiles its scene and creates the renderer.
 
     Args:
-        width, height: of the pictures, pixels.
+        width, height: size of the pictures, pixels.
+        quality: "fast", or "fine" with shadows and reflections, which takes about ten times as long without a GPU.
     """
 
-    def __init__(self, width: int, height: int) -> None:
-        self._size = (width, height)
+    def __init__(self, width: int, height: int, quality: Quality = "fast") -> None:
+        self._size, self._quality = (width, height), quality
         self._station = 0
         self._layout: Layout | None = None
         self._scene: Simulation | None = None
         self._renderer: mujoco.Renderer | None = None
 
     def picture(self, layout: Layout, rays: RayScene, pose: Pose) -> NDArray[np.uint8]:
-        """Return the robot at a pose in a layout, (height, width, 3).
+        """Return a picture of the robot at a pose in a layout, shape (height, width, 3).
 
         Args:
             rays: the layout's visible scene.
@@ -62,24 +73,46 @@ class ChaseView:
         """
         if self._renderer is None or self._scene is None or self._layout is not layout:
             self.close()
-            spec = to_mjcf(layout)
-            attach_robot(spec)
-            spec.visual.global_.fovy = FOVY
-            self._scene, self._layout = Simulation(spec.compile()), layout
-            self._renderer = make_renderer(self._scene.model, *self._size)
+            self._layout, self._scene = layout, _scene(layout)
+            self._renderer = self._new_renderer(self._scene.model)
         hidden = _hidden(rays, pose)
         if hidden[self._station] > 0:
             self._station = int(hidden.argmin())
+        camera = _camera(pose, STATIONS[self._station])
         self._scene.place(pose)
-        self._renderer.update_scene(self._scene.data, _camera(pose, STATIONS[self._station]))
-        picture: NDArray[np.uint8] = self._renderer.render().copy()
-        return picture
+        model, data = self._scene.model, self._scene.data
+        if self._quality == "fine":
+            self._renderer.update_scene(data, camera)
+            return np.array(self._renderer.render(), dtype=np.uint8)
+        groups = model.geom_group.copy()
+        model.geom_group[~in_view(model, data, camera, self._size[0] / self._size[1])] = NOT_DRAWN
+        self._renderer.update_scene(data, camera)
+        model.geom_group[:] = groups
+        return np.asarray(cv2.resize(self._renderer.render(), self._size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+    def _new_renderer(self, model: mujoco.MjModel) -> mujoco.Renderer:
+        width, height = self._size
+        if self._quality == "fine":
+            return make_renderer(model, width, height, "fine")
+        if not (0 < width <= LARGEST[0] and 0 < height <= LARGEST[1]):
+            raise OptionError(f"picture size {width}x{height} is not between 1x1 and {LARGEST[0]}x{LARGEST[1]}")
+        buffer = model.vis.global_
+        buffer.offwidth, buffer.offheight = width * OVERSAMPLING, height * OVERSAMPLING
+        return make_renderer(model, buffer.offwidth, buffer.offheight, "fast")
 
     def close(self) -> None:
-        """Free the renderer; the next picture makes another."""
+        """Free the renderer; the next picture creates a new one."""
         if self._renderer is not None:
             self._renderer.close()
         self._layout = self._scene = self._renderer = None
+
+
+def _scene(layout: Layout) -> Simulation:
+    """Return a simulation of a layout with the robot, used for drawing only."""
+    spec = to_mjcf(layout)
+    attach_robot(spec)
+    spec.visual.global_.fovy = FOVY
+    return Simulation(spec.compile())
 
 
 def _camera(pose: Pose, station: tuple[float, float]) -> mujoco.MjvCamera:
@@ -96,7 +129,7 @@ def _looked_at(pose: Pose) -> tuple[float, float, float]:
 
 
 def _hidden(rays: RayScene, pose: Pose) -> NDArray[np.int64]:
-    """Return how many of the heights in `SEEN` furniture hides from each station; walls hide nothing from outside."""
+    """Return, for each station, how many heights of `SEEN` furniture hides; walls hide nothing from outside."""
     target = np.array(_looked_at(pose))
     bearing = np.array([pose[2] + aside for aside, _ in STATIONS])
     pitch = np.array([pitch for _, pitch in STATIONS])

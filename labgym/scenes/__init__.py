@@ -1,10 +1,10 @@
-"""A Layout compiled: MJCF, meshes, rays, pictures."""
+"""Compile layouts: MJCF, USD and GLB scenes, triangle meshes, rays and pictures."""
 
 from labgym.scenes.contacts import Contact, contacts
 from labgym.scenes.files import write_glb, write_mjcf
 from labgym.scenes.mesh import SceneMesh, scene_mesh
 from labgym.scenes.mjcf import to_mjcf
-from labgym.scenes.opengl import MissingRendererError, make_renderer
+from labgym.scenes.opengl import MissingRendererError, Quality, make_renderer
 from labgym.scenes.rays import RayScene
 from labgym.scenes.render import asset_sheet, render
 from labgym.scenes.usd import write_usd
@@ -13,6 +13,7 @@ from labgym.scenes.views import View, views
 __all__ = [
     "Contact",
     "MissingRendererError",
+    "Quality",
     "RayScene",
     "SceneMesh",
     "View",

@@ -1,9 +1,10 @@
-"""Pictures by MuJoCo's own renderer: fast, off-screen, where there is OpenGL."""
+"""Off-screen pictures by MuJoCo's own renderer; needs OpenGL."""
 
 from __future__ import annotations
 
 import os
 import sys
+from typing import Literal, get_args
 
 import mujoco
 import numpy as np
@@ -15,11 +16,17 @@ from labgym.scenes.building import hanging_on, room_patches, walls_between
 from labgym.scenes.mjcf import COLLISION_GROUP, to_mjcf
 
 LARGEST = (2560, 1440)
-"""Largest picture, pixels: the off-screen buffer that compiled scenes ask for."""
+"""Largest picture, pixels: the size of the off-screen buffer of compiled scenes."""
+Quality = Literal["fast", "fine"]
+"""fine: shadows, reflections and the model's visual settings; fast: a tenth of the time in software OpenGL."""
+
+QUALITIES: tuple[Quality, ...] = get_args(Quality)
+FAST_SLICES, FAST_STACKS = 16, 10
+"""Sides around and along a round geom in fast pictures."""
 
 
 class MissingRendererError(LabgymError):
-    """This machine has no OpenGL that MuJoCo can draw with."""
+    """MuJoCo finds no usable OpenGL on this machine."""
 
     def __init__(self, reason: object) -> None:
         super().__init__(
@@ -28,33 +35,47 @@ class MissingRendererError(LabgymError):
         )
 
 
-def make_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
-    """Return MuJoCo's renderer, off-screen through EGL where there is no display and MUJOCO_GL is not set.
+def make_renderer(model: mujoco.MjModel, width: int, height: int, quality: Quality = "fine") -> mujoco.Renderer:
+    """Return MuJoCo's off-screen renderer, using EGL if there is no display and MUJOCO_GL is not set.
 
-    Close it when done; a renderer belongs to the thread that made it.
+    Close the renderer after use; it belongs to the thread that made it.
+
+    Args:
+        model: the compiled scene; "fast" lowers its `vis.quality`.
+        width, height: size of the pictures, pixels.
+        quality: "fine", or "fast" without shadows, reflections and antialiasing, and with coarser round geoms.
 
     Raises:
         OptionError: the picture is larger than the model's off-screen buffer.
+        UnknownNameError: the quality does not exist.
         MissingRendererError: there is no OpenGL.
     """
+    if quality not in QUALITIES:
+        raise UnknownNameError("quality", quality, QUALITIES)
     largest = (model.vis.global_.offwidth, model.vis.global_.offheight)
     if not (1 <= width <= largest[0] and 1 <= height <= largest[1]):
         raise OptionError(f"picture size {width}x{height} is not between 1x1 and the model's {largest[0]}x{largest[1]}")
+    if quality == "fast":
+        detail = model.vis.quality
+        detail.offsamples, detail.numslices, detail.numstacks = 0, FAST_SLICES, FAST_STACKS
     try:
         _prefer_egl()
-        return mujoco.Renderer(model, height, width, max_geom=20_000)
+        renderer = mujoco.Renderer(model, height, width, max_geom=20_000)
     except (ImportError, AttributeError, OSError, RuntimeError, mujoco.FatalError) as error:
         raise MissingRendererError(error) from error
+    for effect in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
+        renderer.scene.flags[effect] = quality == "fine"
+    return renderer
 
 
 def render_opengl(layout: Layout, width: int = 1280, height: int = 720, camera: str = "overview") -> NDArray[np.uint8]:
-    """Return a picture of a layout by MuJoCo's renderer, shape (height, width, 3).
+    """Return a fine picture of a layout by MuJoCo's renderer, shape (height, width, 3).
 
     Args:
         camera: a name of `labgym.scenes.views.views`: overview, topdown, door, or a workplace's placement id.
 
     Raises:
-        UnknownNameError: there is no such camera.
+        UnknownNameError: the camera does not exist.
         OptionError: larger than 2560 x 1440.
         MissingRendererError: there is no OpenGL.
     """
@@ -78,9 +99,9 @@ def render_opengl(layout: Layout, width: int = 1280, height: int = 720, camera: 
 
 
 def _prefer_egl() -> None:
-    """Let MuJoCo draw through EGL on a Linux machine without a display, unless MUJOCO_GL says otherwise.
+    """Make MuJoCo use EGL on a Linux machine without a display, unless MUJOCO_GL is set.
 
-    MuJoCo settles its backend when it is first imported, which is long past, so its choice is replaced.
+    MuJoCo chose its backend when it was imported; this replaces the choice.
     """
     displays = ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY")
     if sys.platform == "linux" and not any(os.environ.get(name) for name in displays):

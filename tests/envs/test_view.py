@@ -10,9 +10,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from labgym.envs import LabPointNavEnv
-from labgym.errors import OptionError
+from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
-from labgym.scenes import MissingRendererError
+from labgym.scenes import MissingRendererError, Quality
 
 BACK = np.array([-1.0, 0.0], np.float32)
 
@@ -87,3 +87,29 @@ def test_without_a_render_mode_there_is_a_warning_and_no_picture(layout: Layout)
     env.reset(seed=0)
     with pytest.warns(UserWarning, match="render mode"):
         assert env.render() is None
+
+
+def drawn(env: LabPointNavEnv, layout: Layout, quality: Quality) -> tuple[np.ndarray, np.ndarray]:
+    """Camera image of the first observation, and the picture of the same moment."""
+    env = LabPointNavEnv(
+        layout=layout, observation="rgbd", render_mode="rgb_array", width=320, height=240, quality=quality
+    )
+    observation, _ = env.reset(seed=0, options={"pair": 0})
+    image = picture(env).astype(float).mean(axis=2)
+    env.close()
+    return observation["rgb"], image
+
+
+def test_a_fast_picture_shows_the_same_view_and_observations_do_not_depend_on_quality(
+    env: LabPointNavEnv, layout: Layout
+) -> None:
+    (seen, fast), (seen_too, fine) = drawn(env, layout, "fast"), drawn(env, layout, "fine")
+    np.testing.assert_array_equal(seen, seen_too)
+    assert np.corrcoef(fast.ravel(), fine.ravel())[0, 1] > 0.8
+    # Shadows darken the fine picture by tens of grey levels over a part of it.
+    assert np.mean(fast - fine > 20.0) > 0.02
+
+
+def test_an_unknown_quality_lists_those_that_exist(layout: Layout) -> None:
+    with pytest.raises(UnknownNameError, match=r"best.*fast, fine"):
+        LabPointNavEnv(layout=layout, quality="best")  # type: ignore[arg-type]

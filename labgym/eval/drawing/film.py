@@ -1,4 +1,4 @@
-"""A drive as a film: the robot from behind and above, what its camera sees in the corner."""
+"""Films of drives: the robot from behind and above, with its own camera's view in the corner."""
 
 from __future__ import annotations
 
@@ -17,30 +17,35 @@ from labgym.envs.view import ChaseView
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.drive import Route
 from labgym.layouts import Layout
-from labgym.scenes import RayScene
+from labgym.scenes import Quality, RayScene
 
 Picture = NDArray[np.uint8]
 
 INSET = 0.28
-"""Width of the robot's own view, as a share of the picture's."""
+"""Width of the robot's own view relative to the picture's."""
 
 BORDER = 3
 COLOURS = 128
 """Colours of each picture of a GIF."""
 
-NO_PICTURE = "a film needs at least one picture; the drive has none"
+NO_PICTURE = "a film needs at least one picture, and the drive has none"
 
 
-def film(layout: Layout, route: Route, width: int = 640, height: int = 480) -> Iterator[Picture]:
+def film(
+    layout: Layout, route: Route, width: int = 480, height: int = 360, quality: Quality = "fast"
+) -> Iterator[Picture]:
     """Yield a picture (height, width, 3) for each pose of a route.
+
+    Args:
+        quality: "fast", or "fine" with shadows and reflections, which takes about ten times as long without a GPU.
 
     Raises:
         OptionError: the picture is larger than the scene's off-screen buffer, or too small.
         MissingRendererError: there is no OpenGL.
     """
     if min(width, height) < 96:
-        raise OptionError(f"a film of {width} x {height} pixels is too small; take at least 96 x 96")
-    rays, camera, view = RayScene(layout, "visual"), Camera(), ChaseView(width, height)
+        raise OptionError(f"film size {width}x{height} is too small; the minimum is 96x96")
+    rays, camera, view = RayScene(layout, "visual"), Camera(), ChaseView(width, height, quality)
     try:
         for pose in route:
             picture = view.picture(layout, rays, pose)
@@ -51,20 +56,20 @@ def film(layout: Layout, route: Route, width: int = 640, height: int = 480) -> I
 
 
 def check_film_path(path: Path) -> None:
-    """Raise OptionError where a film cannot be written under that name."""
+    """Raise OptionError if a film path ends in neither .mp4 nor .gif."""
     if path.suffix not in (".mp4", ".gif"):
         raise OptionError(f"film {path.name!r} must end in .mp4 or .gif")
 
 
 def save_film(pictures: Iterable[Picture], path: str | Path, rate: float = 10.0) -> Path:
-    """Write pictures of one size as .mp4 or .gif, by the path's ending; nothing is left half written.
+    """Write pictures of one size as .mp4 or .gif, by the path's suffix. A failure leaves no file behind.
 
     Args:
-        rate: pictures a second.
+        rate: pictures per second.
 
     Raises:
-        OptionError: another ending.
-        LabgymError: there is no picture, or this build of OpenCV cannot write MP4.
+        OptionError: the path has another suffix.
+        LabgymError: there are no pictures, or this build of OpenCV cannot write MP4.
     """
     path = Path(path)
     check_film_path(path)
@@ -81,7 +86,7 @@ def save_film(pictures: Iterable[Picture], path: str | Path, rate: float = 10.0)
 
 
 def _with_inset(picture: Picture, colour: Picture) -> Picture:
-    """Return a picture with another in its lower right corner."""
+    """Return a picture with another one in its lower right corner."""
     width = int(picture.shape[1] * INSET)
     small = cv2.resize(colour, (width, width * colour.shape[0] // colour.shape[1]), interpolation=cv2.INTER_LINEAR)
     framed = cv2.copyMakeBorder(small, *(BORDER,) * 4, cv2.BORDER_CONSTANT, value=(255, 255, 255))
