@@ -15,24 +15,42 @@ class LabgymError(Exception):
         return _revived, (type(self), self.args, dict(self.__dict__))
 
 
+MAX_LISTED = 30
+"""Names that an error lists in full; of longer lists it gives the nearest."""
+NEAREST = 5
+
+
 class UnknownNameError(LabgymError, KeyError):
-    """A name that does not exist, with the names that do.
+    """A name that does not exist, with those that do: all of a short list, the nearest five of a long one.
 
     Args:
+        kind: what the name should be a name of. given: the unknown name.
+        available: the names that exist.
         near: the nearest names, each as it is to be shown, where a search knows better than spelling.
+        remedy: what else may help, added at the end.
     """
 
-    def __init__(self, kind: str, given: object, available: Iterable[str], near: Sequence[str] | None = None) -> None:
+    def __init__(
+        self,
+        kind: str,
+        given: object,
+        available: Iterable[str],
+        near: Sequence[str] | None = None,
+        remedy: str = "",
+    ) -> None:
         names = sorted(available)
+        parts = []
         if near is not None:
-            hint = f"nearest are {', '.join(near)}" if near else "nothing is near"
-            self.message = f"{kind} {str(given)[:80]!r} not found, {hint}; {len(names)} in all"
-            super().__init__(self.message)
-            return
-        near = get_close_matches(str(given), names, n=3, cutoff=0.5)
-        hint = f"nearest: {', '.join(near)}; " if near else ""
-        shown = ", ".join(names[:40]) + (f", ... ({len(names)} in all)" if len(names) > 40 else "")
-        self.message = f"{kind} {str(given)[:80]!r} not found; {hint}available: {shown or 'none'}"
+            parts.append(f"nearest: {', '.join(near)}" if near else "no name is near")
+            parts.append(f"{len(names)} in all")
+        elif len(names) > MAX_LISTED:
+            parts.append(f"nearest: {', '.join(_nearest(str(given), names, 0.0))}")
+            parts.append(f"{len(names)} in all")
+        else:
+            similar = _nearest(str(given), names, 0.5)
+            parts += [f"nearest: {', '.join(similar)}"] if similar else []
+            parts.append(f"available: {', '.join(names) or 'none'}")
+        self.message = "; ".join([f"{kind} {str(given)[:80]!r} not found", *parts, *([remedy] if remedy else [])])
         super().__init__(self.message)
 
     def __str__(self) -> str:
@@ -80,6 +98,15 @@ class InfeasibleError(LabgymError):
         self.smallest_preset = smallest_preset
         remedy = f"smallest preset that fits: {smallest_preset}" if smallest_preset else "no preset fits"
         super().__init__(f"{what}: {'; '.join(self.conflicts)}; {remedy}")
+
+
+def _nearest(name: str, names: Sequence[str], least: float) -> list[str]:
+    """Return the names that are spelled most like a name, at most five, compared without regard to case."""
+    by_spelling: dict[str, list[str]] = {}
+    for candidate in names:
+        by_spelling.setdefault(candidate.casefold(), []).append(candidate)
+    spellings = get_close_matches(name[:80].casefold(), by_spelling, n=NEAREST, cutoff=least)
+    return [candidate for spelling in spellings for candidate in by_spelling[spelling]][:NEAREST]
 
 
 def _revived(kind: type[LabgymError], arguments: tuple[Any, ...], state: dict[str, Any]) -> LabgymError:

@@ -43,7 +43,14 @@ def test_an_unknown_name_says_what_was_given_what_is_near_and_what_there_is():
     assert "available: astar, random" in message
 
 
-def test_a_long_list_of_names_is_cut_and_counted():
-    message = str(UnknownNameError("asset", "x", [f"A{i:03}" for i in range(400)]))
-    assert "400 in all" in message
-    assert len(message) < 1000
+def test_of_a_long_list_the_nearest_five_and_the_number_are_given():
+    message = str(UnknownNameError("asset", "fumehod", ["FumeHood", *(f"A{i:03}" for i in range(399))]))
+    assert message.endswith("; 400 in all")
+    near = message.split("nearest: ")[1].split(";")[0].split(", ")
+    assert len(near) == 5
+    assert near[0] == "FumeHood"
+
+
+def test_an_unknown_name_can_carry_a_remedy():
+    message = str(UnknownNameError("asset", "Mug", ["Cup"], near=[], remedy="drink from your hands"))
+    assert message == "asset 'Mug' not found; no name is near; 1 in all; drink from your hands"

@@ -130,12 +130,12 @@ class Catalog:
         """Return the asset of exactly that canonical name.
 
         Raises:
-            UnknownNameError: there is none; lists the nearest.
+            UnknownNameError: there is none; lists the nearest five.
         """
         try:
             return self._by_name[name]
         except (KeyError, TypeError):
-            raise UnknownNameError("asset", name, self._by_name) from None
+            raise self._unknown(name) from None
 
     def find(self, text: str) -> Asset:
         """Return the asset that a free text names, in English, Chinese or as a formula.
@@ -149,7 +149,7 @@ class Catalog:
         """
         name = self._index.lookup(text) if isinstance(text, str) else None
         if name is None:
-            raise UnknownNameError("asset", text, self._by_name)
+            raise self._unknown(text)
         return self._by_name[name]
 
     def match(self, text: str) -> Match | None:
@@ -167,6 +167,15 @@ class Catalog:
     def of_kind(self, kind: Kind) -> tuple[Asset, ...]:
         """Return the assets of a kind."""
         return tuple(asset for asset in self.assets if asset.kind == kind)
+
+    def _unknown(self, name: object) -> UnknownNameError:
+        """Return the error for a name that the catalogue lacks: the nearest five, and where other assets may be."""
+        near = [f"{match.name} ({match.score:.2f})" for match in self.candidates(str(name), 5)]
+        if self.folder is not None:
+            remedy = f"the catalogue folder {self.folder} does not have it either"
+        else:
+            remedy = f"an asset that you added yourself is found only if {FOLDER_VARIABLE} names its folder"
+        return UnknownNameError("asset", name, self._by_name, near, remedy)
 
     @cached_property
     def _index(self) -> SynonymIndex:

@@ -13,14 +13,11 @@ from tyro.conf import Positional
 from labgym.assets.catalog import FOLDER_VARIABLE, Catalog
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, complaints, findings, written
-from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.errors import LabgymError, OptionError, UnknownNameError
 
 if TYPE_CHECKING:
     from labgym.assets import Asset
     from labgym.assets.forge import Annotator
-
-SMILES_SIGNS = frozenset("=#()[]@")
-"""What stands in structures and hardly in names."""
 
 assets_app = CommandGroup("show")
 
@@ -42,9 +39,10 @@ def show(
 
     catalog = Catalog.load()
     if check:
-        from labgym.assets.checks import check as check_catalog
+        from labgym.assets import checks
 
-        return findings([f"{p.asset}: {p.field}: {p.message}" for p in check_catalog(catalog)])
+        problems = checks.check(catalog)
+        return findings([f"{problem.asset}: {problem.field}: {problem.message}" for problem in problems])
     print(asset_details(catalog.find(name)) if name else asset_table(catalog.of_kind(kind) if kind else catalog))
     return DONE
 
@@ -142,11 +140,12 @@ def compat(first: Positional[str], second: Positional[str | None] = None) -> int
         first: A reagent, by name, synonym or CAS number, in English or Chinese, or a SMILES (extra chem).
         second: The other one, which may be the same; nothing lists all that the first must not meet.
     """
+    from labgym.assets.reagents import distinct, reactive_reagent
     from labgym.cli.describe import compatibility_details, compatibility_table
 
     catalog = Catalog.load()
-    given = _told_apart([_reagent(catalog, name) for name in (first, second) if name is not None])
-    print(compatibility_details(*given) if second is not None else compatibility_table(given[0], catalog))
+    reagents = distinct([reactive_reagent(catalog, name) for name in (first, second) if name is not None])
+    print(compatibility_details(*reagents) if second is not None else compatibility_table(reagents[0], catalog))
     return DONE
 
 
@@ -195,58 +194,6 @@ def find(text: Positional[str], count: int = 0) -> int:
         raise UnknownNameError("asset", text, catalog.names, [f"{item.name} ({item.score:.2f})" for item in near])
     print(match_details(match, catalog.get(match.name)))
     return DONE
-
-
-def _reagent(catalog: Catalog, name: str) -> Asset:
-    """Return the reagent of that name or SMILES, of which it is known what it reacts with."""
-    try:
-        asset = catalog.find(name)
-    except UnknownNameError:
-        asset = _by_structure(catalog, name)
-    if asset.kind != "reagent":
-        raise OptionError(f"{asset.name} is no reagent but {asset.category} ({asset.kind}); name two reagents")
-    if asset.chemistry is None or not asset.chemistry.groups:
-        raise OptionError(f"no reactive groups of {asset.name} are known, so nothing can be said of it")
-    return asset
-
-
-def _told_apart(assets: list[Asset]) -> list[Asset]:
-    """Return assets with names of their own: inferred ones have their formula's, which isomers share."""
-    structures = sorted({asset.chemistry.smiles or "" for asset in assets if asset.chemistry is not None})
-    if len({asset.name for asset in assets}) >= len(structures):
-        return assets
-    return [
-        asset.model_copy(update={"name": f"{asset.name}Isomer{structures.index(asset.chemistry.smiles or '') + 1}"})
-        for asset in assets
-        if asset.chemistry is not None
-    ]
-
-
-def _by_structure(catalog: Catalog, smiles: str) -> Asset:
-    """Return the reagent that a SMILES is: the catalogue's, or one with groups inferred from the structure.
-
-    Raises:
-        UnknownNameError: no SMILES, or letters alone that name nothing; lists the nearest names.
-        MissingDependencyError: it looks like a SMILES and RDKit is not installed.
-    """
-    from labgym.assets import inference
-    from labgym.assets.structures import StructureError, reagent_of
-
-    reagents, looks_like_smiles = catalog.of_kind("reagent"), not SMILES_SIGNS.isdisjoint(smiles)
-    try:
-        asset = reagent_of(smiles, reagents)
-        # An abbreviation that the catalogue lacks may be a SMILES by accident, as NCS is; signs tell that one is meant.
-        if asset is None and looks_like_smiles:
-            asset = inference.infer(smiles)
-    except StructureError:
-        asset = None
-    except MissingDependencyError:
-        if looks_like_smiles:
-            raise
-        asset = None
-    if asset is None:
-        raise UnknownNameError("reagent", smiles, (reagent.name for reagent in reagents))
-    return asset
 
 
 def _model_annotator() -> tuple[Annotator, str]:

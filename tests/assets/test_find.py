@@ -245,10 +245,10 @@ def test_the_command_prints_the_entry_and_how_it_was_found(text, capsys):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("methanal", "'methanal' not found, nearest are Methanol (0.88)"),
-        ("coffee grinder", "'coffee grinder' not found, nearest are "),
-        ("🧪", "not found, nothing is near"),
-        ("", "'' not found, nothing is near"),
+        ("methanal", "'methanal' not found; nearest: Methanol (0.88)"),
+        ("coffee grinder", "'coffee grinder' not found; nearest: "),
+        ("🧪", "not found; no name is near"),
+        ("", "'' not found; no name is near"),
     ],
 )
 def test_the_command_says_what_is_nearest_and_ends_with_2(text, said, capsys):

@@ -466,7 +466,7 @@ def test_without_rdkit_a_structure_is_refused_with_the_extra_and_a_wrong_name_as
     [
         (("nitrik acidd", "acetone"), "nearest: NitricAcid"),
         (("acetone", "unobtainium"), "unobtainium"),
-        (("acetone", "beaker"), "Beaker is no reagent"),
+        (("acetone", "beaker"), "Beaker is an asset of kind instrument"),
     ],
 )
 def test_what_is_no_reagent_is_refused_in_one_line(compat, names, told):

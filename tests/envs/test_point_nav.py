@@ -288,7 +288,7 @@ def test_a_layout_may_be_given_as_an_object_or_as_a_file(layout: Layout, tmp_pat
         ({"pair": 99}, "99", "2"),
         ({"pair": -1}, "-1", "2"),
         ({"pair": "first"}, "first", "2"),
-        ({"layout": "atlantis"}, "atlantis", "available"),
+        ({"layout": "atlantis"}, "atlantis", "nearest: "),
     ],
 )
 def test_an_unknown_option_names_what_was_given_and_what_exists(
