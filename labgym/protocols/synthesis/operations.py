@@ -79,3 +79,8 @@ def main_operation(text: str) -> Operation | None:
         return after[0]
     order = [words.action for words in table().operations]
     return min(actions, key=lambda operation: order.index(operation.action), default=None)
+
+
+def operation_stem(word: str) -> re.Match[str] | None:
+    """Return the match of the first operation whose pattern begins a lower-case word, or None."""
+    return next((match for _, pattern in _patterns() if (match := pattern.match(word)) is not None), None)

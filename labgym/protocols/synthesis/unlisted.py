@@ -1,4 +1,4 @@
-"""Substances that a text names and the catalogue lacks."""
+"""Names in a text that are no asset of the catalogue and no ordinary word: substances that the catalogue lacks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
 from labgym.protocols.language import Mention, concepts
-from labgym.protocols.synthesis.operations import operations, table
+from labgym.protocols.language.concepts import lexicon
+from labgym.protocols.language.vocabulary import is_ordinary, is_particle, is_verbal_ending, ordinary_chinese
+from labgym.protocols.synthesis.operations import operation_stem, operations, table
 
 SHORTEST = 6
 _METALS = (
@@ -56,9 +58,13 @@ _HAN_NAME = re.compile(
 
 
 def unlisted(text: str, mentioned: Sequence[Mention]) -> tuple[tuple[int, int], ...]:
-    """Return the spans of names of substances that no mention covers, in order."""
+    """Return the spans of names that are neither mentions nor ordinary words, in order, overlaps resolved.
+
+    Names that look like chemistry count wherever they are; other unknown words only where a substance would be.
+    """
+    names = [*_compounds(text), *_words(text), *_formulas(text), *_salts(text, mentioned), *_unknown(text, mentioned)]
     spans: list[tuple[int, int]] = []
-    for start, end in (*_compounds(text), *_words(text), *_formulas(text), *_chinese(text, mentioned)):
+    for start, end in sorted((*names, *_chinese(text, mentioned)), key=lambda span: (span[0] - span[1], span[0])):
         covered = any(m.start <= start and end <= m.end for m in mentioned)
         if not covered and not any(start < b and a < end for a, b in spans):
             spans.append((start, end))
@@ -105,18 +111,168 @@ def _formulas(text: str) -> Iterator[tuple[int, int]]:
             yield match.span()
 
 
+def _salts(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int]]:
+    """Yield names that go on as another substance: "aniline hydrochloride", "pyridine N-oxide"."""
+    for mention in mentioned:
+        match = _SALT_OF.match(text, mention.end)
+        if match is not None and mention.kind == "reagent":
+            yield mention.start, match.end()
+
+
+def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int]]:
+    """Yield English words that are unknown here and look like a name, carry an amount, or are where a substance is."""
+    for start, end in _tokens(text):
+        token = text[start:end]
+        covered = sum(min(end, m.end) - max(start, m.start) for m in mentioned if m.start < end and start < m.end)
+        if covered and not any(m.start < start or end < m.end for m in mentioned if m.start < end and start < m.end):
+            rest = token
+            for mention in mentioned:
+                if start <= mention.start < end:
+                    rest = rest.replace(mention.text, "", 1)
+            if is_ordinary(rest) or len(rest.strip("-,()'0123456789")) < 2:
+                continue
+        elif covered or _is_known(token):
+            continue
+        head, tail = text[:start], text[end:]
+        weighed = _AMOUNT_AFTER.match(tail) or _AMOUNT_BEFORE.search(head)
+        if weighed or _NAME_LIKE.search(token) or (_POSITION.search(head) and not _PROCESS.search(token)):
+            if not _NOUN_AFTER.match(tail) and not _EXCLUDED.search(head):
+                yield _with_radicals(text, start), end
+
+
+def _tokens(text: str) -> Iterator[tuple[int, int]]:
+    """Yield the spans of words with their locants and brackets, without the punctuation around them."""
+    for chunk in _CHUNK.finditer(text):
+        for piece in _PIECE.finditer(chunk[0]):
+            start, end = chunk.start() + piece.start(), chunk.start() + piece.end()
+            while start < end and (text[start] in "([{'\"-" and not _balanced(text[start:end])):
+                start += 1
+            while start < end and (
+                text[end - 1] in ".,;:!?'\"-" or (text[end - 1] in ")]}" and not _balanced(text[start:end]))
+            ):
+                end -= 1
+            if start < end and text[start] == "(" and text[end - 1] == ")":
+                start, end = start + 1, end - 1
+            token = text[start:end]
+            if re.search(r"[A-Za-z]{2}", token) and not _QUANTITY.fullmatch(token):
+                yield start, end
+
+
+def _balanced(token: str) -> bool:
+    return all(token.count(a) == token.count(b) for a, b in ("()", "[]", "{}"))
+
+
+def _is_known(token: str) -> bool:
+    if is_ordinary(token) or token in table().group_formulas:
+        return True
+    lowered = token.lower()
+    stems = (operation_stem(lowered), *(c.english.match(lowered) for c in lexicon().values()))
+    return any(stem is not None and is_verbal_ending(lowered[stem.end() :]) for stem in stems)
+
+
+def _with_radicals(text: str, start: int) -> int:
+    """Return where a name begins whose last word begins at `start`: radicals and metals before it belong to it."""
+    match = _RADICAL_WORDS.search(text, 0, start)
+    return match.start() if match is not None else start
+
+
+_CHUNK = re.compile(r"[^\s\u3000-\u303f\u3400-\u9fff\uff00-\uffef;→]+")
+_PIECE = re.compile(r"(?:[^/,+=]|(?<=\d),(?=[\dNO])|(?<=[NO]),(?=[NO]))+")
+_QUANTITY = re.compile(
+    r"[~<>≈±]?[-−–]?\d[\d.,:x×/–-]*(?:[mkµu]?g|[mµu]?l|m?mol|m|n|mm|cm|nm|h|hr|hrs|min|mins|s|d|°?c|°?f|k|cc|oz|lb|lbs|"
+    r"bar|mbar|psi|atm|kpa|mpa|torr|w|a|å|eq|equiv|hz|rpm|x|th|st|nd|rd|ppm|v|%|mol%|fold)?",
+    re.IGNORECASE,
+)
+_NAME_LIKE = re.compile(r"\d.*[A-Za-z]{2}|[A-Za-z]{2}.*\d|[A-Z].*[A-Z]|^[a-z]-[A-Za-z]{4}|\[|\(")
+"""Digits or several capitals in a word: HATU, T3P, 2-naphthol, SPhos, Pd(dppf)Cl2."""
+_SALT_OF = re.compile(
+    r"\s(?:mono|di|hemi)?(?:hydrochloride|hydrobromide|hydroiodide|sulfate|sulphate|nitrate|phosphate|tosylate|acetate|"
+    r"oxalate|tartrate|N-oxide|oxide|methiodide|picrate|imine|oxime|hydrazone|semicarbazone)s?\b",
+    re.IGNORECASE,
+)
+_N = r"\d+(?:\.\d+)?\s*(?:[mkµu]?g|[mµu]?l|m?mol|equiv|eq|oz|cc|lb|grams?|drops?)\b"
+_AMOUNT_AFTER = re.compile(rf"\s*[(（]\s*{_N}|\s*,\s*{_N}", re.IGNORECASE)
+_AMOUNT_BEFORE = re.compile(rf"{_N}\s+(?:of\s+)?(?:crude\s+|the\s+|dry\s+)?$", re.IGNORECASE)
+_MODIFIER = (
+    r"(?:(?:an?|the|some|any|crude|pure|dry|fresh|excess|little|solid|liquid|commercial|cold|hot|dilute|aqueous|more)"
+    r"\s+)*"
+)
+_POSITION = re.compile(
+    rf"(?:^|[,;:(+/.]|\b(?:with|of|from|using|in|into|to|and|or|plus|between|by|via|over|on|onto|through|as|catalytic|"
+    rf"cat\.|reduc\w*|oxidi\w*|coupl\w*|treat\w*|add\w*|dissolv\w*|protect\w*|deprotect\w*|bromin\w*|chlorin\w*|"
+    rf"acet?yl\w*|alkyl\w*|acyl\w*|hydro\w*|esteri\w*|conver\w*|react\w*|condens\w*|epoxidi\w*|heat\w*|stir\w*|"
+    rf"recrystalli\w*|distil\w*|purif\w*|nitrat\w*|tosyl\w*|silyl\w*|dehydr\w*|methyl\w*|benzyl\w*|mix\w*|take\w*))"
+    rf"\s*{_MODIFIER}$",
+    re.IGNORECASE,
+)
+_NOUN_AFTER = re.compile(
+    r"\s+(?:reaction|synthesis|conditions?|work-?up|procedure|protocol|method|apparatus|flask|funnel|trap|bath|column|"
+    r"coupling|reduction|oxidation|condensation|addition|esterification|rearrangement|conversion|modification|type|"
+    r"product|crystals|needles|foam|oil|colou?r)\b",
+    re.IGNORECASE,
+)
+_EXCLUDED = re.compile(
+    r"(?:exclu\w+|absence|free|protect\w* from|without|avoid\w*|away from|removal|loss|evolution|called|named|like|"
+    r"dr\.|prof\.|mr\.|ms\.|mrs\.)\s+(?:of\s+|the\s+|any\s+|all\s+)*$",
+    re.IGNORECASE,
+)
+_RADICAL_WORDS = re.compile(r"(?:(?<![A-Za-z-])(?:[A-Za-z0-9,'-]*yl|[A-Z][A-Za-z]?\(?[IV]*\)?)\s)+$")
+
+
 def _chinese(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int]]:
-    """Names in Chinese, in what is left between mentions; classes of substances are mentions too."""
-    last = 0
-    for start, end in [*((m.start, m.end) for m in mentioned), (len(text), len(text))]:
-        for match in _HAN_NAME.finditer(text, last, start):
-            if sum(char in _HAN for char in match[0]) >= 2 and not _names_a_process(match[0]):
-                yield match.span()
-        last = max(last, end)
+    """Yield what is left of a Chinese text between mentions, ordinary words and particles, if it may be a name."""
+    free = [True] * len(text)
+    for start, end in (*((m.start, m.end) for m in mentioned), *ordinary_chinese(text)):
+        free[start:end] = [False] * (end - start)
+    for match in _HAN_RUN.finditer(text):
+        start, end = match.span()
+        while start < end and not free[start]:
+            start += 1
+        for a, b in _free_runs(free, start, end):
+            yield from _name_in(text, a, b)
+
+
+def _free_runs(free: Sequence[bool], start: int, end: int) -> Iterator[tuple[int, int]]:
+    begin: int | None = None
+    for place in range(start, end + 1):
+        if place < end and free[place]:
+            begin = place if begin is None else begin
+        elif begin is not None:
+            yield begin, place
+            begin = None
+
+
+def _name_in(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
+    """Yield the name in an unexplained run: particles at its ends go, except where they begin a chemical name."""
+    while (
+        start < end
+        and is_particle(text[start])
+        and not (text[start] == "对" and _is_chemical(text[start + 1 : start + 2]))
+    ):
+        start += 1
+    while end > start and is_particle(text[end - 1]) and text[end - 1] not in "酸碱盐":
+        end -= 1
+    run = text[start:end]
+    if not run or _names_a_process(run) or run in ("酸", "碱", "盐"):
+        return
+    chemical = any(_is_chemical(char) for char in run)
+    while chemical and start > 0 and _is_chemical(text[start - 1]):
+        start -= 1
+    if (chemical or len(run) > 1) and not all(is_particle(char) for char in run):
+        locants = _LOCANTS.search(text, 0, start)
+        yield (locants.start() if locants is not None else start), end
+
+
+def _is_chemical(char: str) -> bool:
+    return bool(char) and char in _HAN
+
+
+_HAN_RUN = re.compile(r"[\u3400-\u9fff]+")
+_LOCANTS = re.compile(r"(?:[A-Za-z0-9,'α-ω]+-)+$")
 
 
 def _names_a_process(name: str) -> bool:
-    """Say whether a Chinese name is a word for an operation or transformation, such as 酯化 or 氧化."""
+    """Return whether a Chinese name is a word for an operation or transformation, such as 酯化 or 氧化."""
     return name.endswith("化") or name in ("还原胺", "重氮", "叠氮")
 
 

@@ -1,0 +1,86 @@
+"""The ordinary words of laboratory prose: what is not among them, and names nothing known, may be a substance."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import ClassVar
+
+from labgym.artefacts import artefacts
+from labgym.documents import Document
+
+_ENDINGS = ("", "s", "es", "d", "ed", "ing", "ly", "er", "ers", "able", "n", "en", "ally", "y", "'s", "ness")
+_VERBAL = re.compile(
+    r"(?:e|es|ed|ing|ion|ions|ation|ations|s|r|er|(?:i[sz])?(?:e[sd]?|ing|ation|ations)|ly|al|ive|ally)?$"
+)
+
+
+class Vocabulary(Document):
+    """Words that name no substance.
+
+    Attributes:
+        english: base forms in lower case, also hyphenated ones.
+        chinese: words, longest first.
+        uncounted_units: measures without a defined size, such as "scoop".
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.vocabulary/1"
+
+    english: frozenset[str]
+    chinese: tuple[str, ...]
+    uncounted_units: frozenset[str]
+
+
+@lru_cache(maxsize=1)
+def vocabulary() -> Vocabulary:
+    """Return the published vocabulary; it is read once per process."""
+    return Vocabulary.load(artefacts("assets") / "language" / "vocabulary.json")
+
+
+def is_ordinary(word: str) -> bool:
+    """Return whether an English word, inflected or hyphenated, is in the vocabulary."""
+    lowered = word.lower().strip("-'’.")
+    if _stem(lowered) or not any(char.isalpha() for char in lowered):
+        return True
+    parts = [part for part in re.split(r"[-/’']", lowered) if part]
+    return len(parts) > 1 and all(_stem(part) or part.isdigit() for part in parts)
+
+
+def is_verbal_ending(rest: str) -> bool:
+    """Return whether what follows the stem of an operation makes a verb or noun of it: "hydrogenat" + "ion"."""
+    return _VERBAL.match(rest) is not None
+
+
+def ordinary_chinese(text: str) -> Iterator[tuple[int, int]]:
+    """Yield the spans of the vocabulary's Chinese words of two characters or more, longest first at each place."""
+    for match in _chinese().finditer(text):
+        yield match.span()
+
+
+def is_particle(char: str) -> bool:
+    """Return whether a single Chinese character is a word of the vocabulary."""
+    return char in _particles()
+
+
+def _stem(word: str) -> bool:
+    known = vocabulary().english
+    for ending in _ENDINGS:
+        if ending and not word.endswith(ending):
+            continue
+        base = word.removesuffix(ending) if ending else word
+        doubled = base[:-1] if len(base) > 3 and base[-1] == base[-2] else base
+        if not known.isdisjoint({base, f"{base}e", doubled, f"{base[:-1]}y" if base.endswith("i") else base}):
+            return True
+    return False
+
+
+@lru_cache(maxsize=1)
+def _chinese() -> re.Pattern[str]:
+    words = sorted((word for word in vocabulary().chinese if len(word) > 1), key=len, reverse=True)
+    return re.compile("|".join(map(re.escape, words)))
+
+
+@lru_cache(maxsize=1)
+def _particles() -> frozenset[str]:
+    return frozenset(word for word in vocabulary().chinese if len(word) == 1)
