@@ -30,6 +30,7 @@ from labgym.layouts.version1 import Layout1
 from labgym.llm.replay import RecordedReply
 from labgym.protocols import Protocol
 from labgym.protocols.experiments import ExperimentFile
+from labgym.protocols.language.vocabulary import Vocabulary
 from labgym.protocols.language.words import Words
 from labgym.protocols.refusals import Refusals
 from labgym.protocols.synthesis.operations import Operations
@@ -59,6 +60,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     NavigationSummary,
     RecordedReply,
     Words,
+    Vocabulary,
     Operations,
     Transformations,
     Refusals,

@@ -6,7 +6,7 @@ from typing import Literal
 
 from labgym.errors import LabgymError
 
-Reason = Literal["language", "no-chemistry", "no-reaction", "unlisted", "unsafe", "infeasible"]
+Reason = Literal["language", "no-chemistry", "no-reaction", "unlisted", "unaccounted", "unsafe", "infeasible"]
 
 
 class RefusalError(LabgymError, ValueError):

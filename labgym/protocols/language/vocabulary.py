@@ -15,6 +15,13 @@ _VERBAL = re.compile(
     r"(?:e|es|ed|ing|ion|ions|ation|ations|s|r|er|(?:i[sz])?(?:e[sd]?|ing|ation|ations)|ly|al|ive|ally)?$"
 )
 
+_PORTION = re.compile(
+    r"(?<![A-Za-z0-9.])(\d{1,4}(?:\.\d+)?|an?|one|two|three|half an?|[一二两三四五六七八九十半]{1,3})\s*"
+    r"(?:heaped |level |small |large )?"
+    r"([A-Za-z]+|[\u3400-\u9fff]{1,2}?)(?=\s*(?:of\b|的|[)）,，。;；]|$|[\u3400-\u9fff]))",
+    re.IGNORECASE,
+)
+
 
 class Vocabulary(Document):
     """Words that name no substance.
@@ -45,6 +52,17 @@ def is_ordinary(word: str) -> bool:
         return True
     parts = [part for part in re.split(r"[-/’']", lowered) if part]
     return len(parts) > 1 and all(_stem(part) or part.isdigit() for part in parts)
+
+
+def unmeasured(text: str) -> tuple[str, ...]:
+    """Return the amounts in units without a defined size, as written: "3 scoops", 3勺."""
+    units = vocabulary().uncounted_units
+    portions = []
+    for match in _PORTION.finditer(text):
+        unit = match[2].lower()
+        if unit in units or unit.removesuffix("s") in units or unit.removesuffix("ful") in units:
+            portions.append(match[0].strip())
+    return tuple(portions)
 
 
 def is_verbal_ending(rest: str) -> bool:

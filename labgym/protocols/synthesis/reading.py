@@ -10,7 +10,8 @@ from labgym.assets import Catalog
 from labgym.protocols.language import Mention, concepts, language_of, mentions, without_chinese_names
 from labgym.protocols.language.scripts import Language
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
-from labgym.protocols.synthesis.unlisted import is_named_like_a_substance, unlisted
+from labgym.protocols.synthesis.products import AUXILIARY, products, within
+from labgym.protocols.synthesis.unlisted import unlisted
 from labgym.quantities import Quantity, amounts, duration, temperature
 
 _BREAK = re.compile(
@@ -20,31 +21,10 @@ _BREAK = re.compile(
 _STATE = r"dry|hot|cold|warm|conc\.?|concentrated|glacial|boiling|refluxing|aqueous|aq\.?|\d+ ?%|\d+ ?mL(?: of)?"
 _IN = re.compile(rf"\bin (?:(?:{_STATE}) ){{0,2}}$", re.IGNORECASE)
 _WEAK = re.compile(r"and ")
-_END = r"(?=\s+(?:from|by|via|using|with|in|at|and|under|over|through|as)\b|[,;.()]|$)"
-_PRODUCT = re.compile(
-    r"(?:\bto (?:give|afford|yield|form|obtain|furnish|make|get)|\bgiving|\baffording|\byielding|\bfurnishing|"
-    r"\b(?:make|prepare|preparing|synthesi[sz]e|synthesi[sz]ing|preparation of|synthesis of|formation of))\s+"
-    rf"(?!(?:a |the )?(?:solution|mixture|slurry|suspension))(.+?){_END}",
-    re.IGNORECASE,
-)
-_INTO = re.compile(
-    r"\b(?:convert|turn|transform|reduc|oxidi[sz]|hydroly[sz]|hydrogenat|dehydrat|rearrang|cycli[sz]|condens)\w*\s+[^,;.]+?"
-    rf"\s+(?:in)?to\s+(.+?){_END}",
-    re.IGNORECASE,
-)
-_PRODUCT_ZH = re.compile(
-    r"(?:得到?|生成|制得|制成|制备|合成|获得|(?:氧化|还原|转化|水解|脱水|缩合|环化|转变|变|酰化)(?:成|为))"
-    r"([^，。；、,;]+?)(?=[，。；、,;]|并|$)"
-)
-_AFTER_PRODUCT = re.compile(r"\s*(?:\([^)]*\))?\s*(?:from\b|by\b|via\b|synthesis\b|preparation\b|[:：])", re.IGNORECASE)
 _AWAY = re.compile(
     r"\b(?:removal|loss|exclusion|absence|evolution) of (?:the )?$|\bremov(?:e|ing) (?:the )?$", re.IGNORECASE
 )
 """Text before the name of a substance that is removed or formed, not taken."""
-_LAST_CLAUSE = re.compile(r"[^;.。；]*$")
-_BEFORE_PRODUCT = re.compile(r"\bto (?:the |an? )?$", re.IGNORECASE)
-_ADDING = re.compile(r"\b(?:add|pour|transfer|charg|introduc|treat|drop)", re.IGNORECASE)
-_FROM_ZH = re.compile(r"[由从用以将](.+)$")
 
 
 @dataclass(frozen=True)
@@ -115,10 +95,12 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     foreign = unlisted(text, named)
     named = tuple(m for m in named if not any(a <= m.start and m.end <= b for a, b in foreign))
     named = tuple(m for m in named if not _AWAY.search(text[: m.start]))
-    products = _products(text, named, foreign)
-    strange = [text[a:b] for a, b in foreign if not _within(a, products)]
-    names = [text[a:b].strip() for a, b in products]
-    clauses = tuple(_clauses(text, [m for m in named if not _within(m.start, products)]))
+    auxiliary = frozenset(asset.name for asset in assets if asset.category in AUXILIARY)
+    spans = products(text, named, foreign, auxiliary)
+    strange = [text[a:b] for a, b in foreign if not within(a, spans)]
+    names = [text[a:b].strip() for a, b in spans]
+    reagents = [m for m in named if not within(m.start, spans)]
+    clauses = tuple(_clauses(text, reagents))
     topics = {mention.name for clause in clauses for mention in clause.mentions}
     topics |= set(concepts(without_chinese_names(text, assets)))
     return ParsedDescription(
@@ -129,34 +111,6 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
         unlisted=tuple(dict.fromkeys(strange)),
         spoken_of=frozenset(topics),
     )
-
-
-def _products(text: str, named: Sequence[Mention], foreign: Sequence[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """Return the spans that name a product: the wording announces one, and they contain a substance."""
-    spans = []
-    for pattern in (_PRODUCT, _INTO, _PRODUCT_ZH):
-        for match in pattern.finditer(text):
-            start, end = match.span(1)
-            source = _FROM_ZH.search(match[1]) if pattern is _PRODUCT_ZH else None
-            end = start + source.start() if source else end
-            chemical = [m for m in named if m.kind in ("reagent", "class") and start <= m.start < end]
-            plausible = pattern is _PRODUCT and is_named_like_a_substance(match[1])
-            if chemical or plausible or any(start <= a < end for a, _ in foreign):
-                spans.append((start, end))
-    spans += [(a, b) for a, b in foreign if not _within(a, spans) and _announced(text, a, b)]
-    return tuple(spans)
-
-
-def _announced(text: str, start: int, end: int) -> bool:
-    """Return whether a name is in the position of a product: "X from ...", "X: ...", "... to X"."""
-    if start == 0 or not text[:start].strip():
-        return _AFTER_PRODUCT.match(text[end:]) is not None
-    head = _LAST_CLAUSE.search(text[:start])
-    return head is not None and _BEFORE_PRODUCT.search(head[0]) is not None and not _ADDING.search(head[0])
-
-
-def _within(place: int, spans: Sequence[tuple[int, int]]) -> bool:
-    return any(start <= place < end for start, end in spans)
 
 
 def _clauses(text: str, named: Sequence[Mention]) -> Iterator[Clause]:

@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from labgym.assets import Catalog
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.language import language_of
+from labgym.protocols.language.vocabulary import unmeasured
 from labgym.protocols.model import Protocol
 from labgym.protocols.refusals import refuse_mixture, refuse_wish
 from labgym.protocols.retrieval import SearchResults
 from labgym.protocols.synthesis.precedents import context_of
 from labgym.protocols.synthesis.reading import ParsedDescription, read
 from labgym.protocols.synthesis.template import TemplateWriter
+from labgym.protocols.synthesis.unlisted import chemical_names
 from labgym.protocols.synthesis.writer import Commission, Writer
 from labgym.protocols.validate import ProtocolError, examine
 
 MAX_TEXT = 4000
+TYPING_ERROR = 0.88
+"""Similarity from which a name is taken for a misspelling of another."""
+PARENT = 6
+"""Characters of a reagent's name that another name must end with to count as its derivative."""
 _NO_AMOUNT = re.compile(
     r"(?<![\w.,-])(?:[-−]\s?\d+(?:\.\d+)?|0+(?:\.0+)?)\s?(?:[mkµu]?g|m?mol|[mµu]?l|equiv)\b", re.IGNORECASE
 )
@@ -89,11 +97,33 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     if nothing:
         raise RefusalError("no-chemistry", f"{nothing[0].strip()!r} is not an amount: give one above 0")
     description = read(text, catalog)
+    substances = [m for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")]
+    chinese = any(not name.isascii() for name in description.unlisted)
+    if not substances and not chinese and not chemical_names(text):
+        raise RefusalError("no-chemistry", "the text names no substance of the catalogue: say what reacts with what")
+    portions = unmeasured(text)
+    if portions:
+        message = f"{portions[0]!r} has no defined size: give it in grams, milliliters or moles"
+        raise RefusalError("unaccounted", message)
     if description.unlisted:
-        near = catalog.nearest(description.unlisted[0], 3)
-        hint = f"; nearest to {description.unlisted[0]!r}: {', '.join(near)}" if near else ""
-        names = ", ".join(repr(name[:60]) for name in description.unlisted[:5])
-        message = f"the catalogue has no {names}{hint}; add the reagent to the catalogue or name another"
-        raise RefusalError("unlisted", message)
+        raise RefusalError("unlisted", _lacking(description.unlisted, catalog))
     refuse_mixture(mention.name for clause in description.clauses for mention in clause.mentions)
     return description
+
+
+def _lacking(names: Sequence[str], catalog: Catalog) -> str:
+    """Return the message on names that are no substance of the catalogue, with the reagents nearest to them."""
+    listed = ", ".join(repr(name[:60]) for name in names[:5])
+    near = dict.fromkeys(name for text in names for name in near_reagents(text, catalog))
+    hint = f" (nearest: {', '.join(near)})" if near else ""
+    return f"the catalogue has no {listed}{hint}; name a reagent that it has, or add this one to a catalogue"
+
+
+def near_reagents(text: str, catalog: Catalog) -> tuple[str, ...]:
+    """Return up to two reagents that a name means but for a typing error, or whose derivative it is."""
+    reagents = catalog.of_kind("reagent")
+    forms = {form.lower(): asset.name for asset in reagents for form in (asset.name, *asset.synonyms_en)}
+    lowered = text.lower()
+    parents = sorted((f for f in forms if len(f) >= PARENT and lowered.endswith(f) and f != lowered), key=len)
+    close = get_close_matches(lowered, forms, 2, TYPING_ERROR) or parents[-1:]
+    return tuple(dict.fromkeys(forms[form] for form in close))

@@ -71,6 +71,11 @@ def unlisted(text: str, mentioned: Sequence[Mention]) -> tuple[tuple[int, int], 
     return tuple(sorted(spans))
 
 
+def chemical_names(text: str) -> bool:
+    """Return whether a text has a word that looks like the name or formula of a substance, whatever it is."""
+    return any(True for _ in (*_compounds(text), *_words(text), *_formulas(text)))
+
+
 def is_named_like_a_substance(text: str) -> bool:
     """Say whether a phrase may name a substance where the wording says that it is one."""
     words = [word.lower().strip("(),'-") for word in text.split()]
@@ -213,6 +218,7 @@ _NOUN_AFTER = re.compile(
 )
 _EXCLUDED = re.compile(
     r"(?:exclu\w+|absence|free|protect\w* from|without|avoid\w*|away from|removal|loss|evolution|called|named|like|"
+    r"excess|residual|remaining|leftover|destroy\w*|decompos\w*|test\w* for|check\w* for|"
     r"dr\.|prof\.|mr\.|ms\.|mrs\.)\s+(?:of\s+|the\s+|any\s+|all\s+)*$",
     re.IGNORECASE,
 )
@@ -228,7 +234,7 @@ def _chinese(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
         start, end = match.span()
         while start < end and not free[start]:
             start += 1
-        for a, b in _free_runs(free, start, end):
+        for a, b in _free_runs([f and text[i] not in _JOINING for i, f in enumerate(free)], start, end):
             yield from _name_in(text, a, b)
 
 
@@ -267,6 +273,8 @@ def _is_chemical(char: str) -> bool:
     return bool(char) and char in _HAN
 
 
+_JOINING = frozenset("与和及跟同将把用以由从的在于到入")
+"""Particles that are part of no name."""
 _HAN_RUN = re.compile(r"[\u3400-\u9fff]+")
 _LOCANTS = re.compile(r"(?:[A-Za-z0-9,'α-ω]+-)+$")
 
