@@ -1,4 +1,4 @@
-"""LabTouchstone: layout metrics, navigation metrics, the runner and reports."""
+"""LabTouchstone: layout metrics, navigation metrics, the evaluator and reports."""
 
 from labgym.eval.driving.runner import NavigationReport, evaluate
 from labgym.eval.driving.suites import Suite, load_suite, suite_names

@@ -177,7 +177,7 @@ def test_the_proxy_counts_what_stands_on_the_furniture_and_along_the_walls() -> 
     assert busy["benches, desks and hoods carry something"].score == pytest.approx(1 / 2)
     lined = 1.5 + 1.5 + 0.75 + 0.6  # hood, bench, shower and cabinet along 32 m of wall
     assert found["walls are lined with furniture"].score == pytest.approx(lined / 32.0 / 0.2)
-    assert found["a laboratory's essentials are there"].score == pytest.approx(4 / 7)  # bench, hood, shower, cabinet
+    assert found["a laboratory's essentials are present"].score == pytest.approx(4 / 7)  # bench, hood, shower, cabinet
 
 
 def test_each_dimension_is_ten_times_the_mean_of_its_rules() -> None:

@@ -1,4 +1,4 @@
-"""One policy drives: an episode, and all episodes of a layout."""
+"""Driving: one episode, one goal pair, or all episodes of a layout."""
 
 from __future__ import annotations
 
@@ -24,29 +24,30 @@ from labgym.policies import EpisodeStart, GroundTruth, Policy, make_policy
 
 Route = tuple[Pose, ...]
 Key = tuple[str, int]
-"""Layout id and goal pair: what tells the episodes of one evaluation apart."""
+"""Layout id and index of the goal pair: identifies an episode within an evaluation."""
 Info = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Drive:
-    """An episode that is over.
+    """A finished episode.
 
     Attributes:
-        row: what it scored.
-        route: the robot's poses (x, y, yaw) in the room frame, at the start and after each control step, to 1 mm.
+        row: the results.
+        route: poses (x, y, yaw) of the robot in the room frame, at the start and after each control step; metres and
+            radians, rounded to 0.001.
     """
 
     row: EpisodeRow
     route: Route
 
 
-class Stopped(Exception):  # noqa: N818 - it is a request, not an error
-    """The evaluation is to stop; the episode under way is lost."""
+class Stopped(Exception):  # noqa: N818 - a request, not an error
+    """The evaluation was asked to stop; the episode in progress is discarded."""
 
 
 class PolicyError(LabgymError):
-    """A policy raised, or returned what is no action."""
+    """A policy raised an exception or returned an invalid action."""
 
 
 def drive_layout(
@@ -55,15 +56,16 @@ def drive_layout(
     """Drive every goal pair of a layout once.
 
     Args:
-        policy: who drives.
-        layout: where; its own protocol gives the goal pairs.
+        policy: the policy.
+        layout: the layout; its protocol gives the goal pairs.
         suite: the rules.
         label: name of the policy in the rows.
-        seed: of the evaluation; an episode's randomness depends on it, the layout's hash and the pair alone.
-        stopped: asked before each control step.
+        seed: random seed of the evaluation; an episode's randomness depends only on it, on the layout's hash and on
+            the pair.
+        stopped: called before each control step; returns whether to stop.
 
     Raises:
-        Stopped: `stopped` said so.
+        Stopped: `stopped` returned true.
     """
     return drive_pairs(policy, layout, goal_pairs(layout), suite, label, seed, stopped)
 
@@ -77,7 +79,7 @@ def drive_pairs(
     seed: int,
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[Drive, ...]:
-    """Drive some goal pairs of a layout, each as `drive_layout` would."""
+    """Drive the selected goal pairs of a layout, each as in `drive_layout`."""
     env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt)
     try:
         return tuple(_Episode(env, policy, layout, pair, suite, seed).run(label, stopped) for pair in pairs)
@@ -127,7 +129,7 @@ class _Episode:
         self._clearance = math.inf
 
     def run(self, label: str, stopped: Callable[[], bool]) -> Drive:
-        """Drive to the end and return the row."""
+        """Drive to the end and return the results."""
         env_seed = int(self._entropy.generate_state(1)[0])
         observation, info = self._env.reset(seed=env_seed, options={"pair": self._pair.index})
         initial = float(info["distance"])
@@ -148,7 +150,7 @@ class _Episode:
         return Drive(self._row(label, initial, info, error), route)
 
     def _over(self, observation: Info, info: Info) -> bool:
-        """Whether the suite's rules end the episode here."""
+        """Return whether the suite's rules end the episode now."""
         arrival, stuck = self._suite.arrival, self._suite.stuck
         if arrival is None:
             return bool(info["distance"] <= self._suite.success_distance)
@@ -159,7 +161,7 @@ class _Episode:
         return bool(info["distance"] < arrival.distance and abs(observation["velocity"][0]) < arrival.speed)
 
     def _timed(self, call: Callable[[Any], Any], argument: object) -> Any:
-        """Call the policy and add up the time that it takes."""
+        """Call the policy and add the elapsed time to the planning time."""
         begin = time.perf_counter()
         try:
             return call(argument)
@@ -189,7 +191,7 @@ class _Episode:
         final, driven, shortest = (float(info[key]) for key in ("distance", "path_length", "shortest_path_length"))
         success = error is None and final <= self._suite.success_distance
         navdp = self._suite.metrics == "navdp"
-        known = math.isfinite(shortest) and not navdp
+        has_spl = math.isfinite(shortest) and not navdp
         return EpisodeRow(
             suite=self._suite.label,
             split=self._suite.split,
@@ -202,8 +204,8 @@ class _Episode:
             start=self._pair.start,
             goal=self._pair.goal,
             success=success,
-            spl=spl(success, shortest, driven) if known else None,
-            soft_spl=soft_spl(initial, final, shortest, driven) if known else None,
+            spl=spl(success, shortest, driven) if has_spl else None,
+            soft_spl=soft_spl(initial, final, shortest, driven) if has_spl else None,
             path_length=driven,
             shortest_path_length=shortest if math.isfinite(shortest) else None,
             final_distance=final,
@@ -219,9 +221,9 @@ class _Episode:
 
 def _checked(action: object) -> NDArray[np.float32]:
     try:
-        found = np.asarray(action, dtype=np.float32)
+        array = np.asarray(action, dtype=np.float32)
     except (TypeError, ValueError):
         raise PolicyError(f"act returned a {type(action).__name__}, expected two numbers in [-1, 1]") from None
-    if found.shape != (2,) or not np.isfinite(found).all():
-        raise PolicyError(f"act returned shape {found.shape}, expected two finite numbers in [-1, 1]")
-    return found
+    if array.shape != (2,) or not np.isfinite(array).all():
+        raise PolicyError(f"act returned shape {array.shape}, expected two finite numbers in [-1, 1]")
+    return array

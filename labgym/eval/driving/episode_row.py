@@ -1,4 +1,4 @@
-"""One driven episode as a row of `episodes.jsonl`."""
+"""The results of an episode: a row of `episodes.jsonl`."""
 
 from __future__ import annotations
 
@@ -17,25 +17,27 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class EpisodeRow(Record):
-    """What is known of an episode when it is over. None where a value does not apply.
+    """The results of an episode. A value that does not apply is None.
 
     Attributes:
-        suite: name and version. split: None for layouts given by hand.
-        layout, layout_hash, protocol, pair: the drive; pair is the index into `goal_pairs(layout)`.
-        policy, seed: who drove, and the seed of the evaluation.
-        start, goal: (x, y, yaw) in the room frame, metres and radians.
-        success: the robot's centre came within the suite's distance of the goal in time, by the suite's rules.
-        spl, soft_spl: see `navigation_metrics`; None where no path exists for a disc of the planning radius, and in
-            suites with the NavDP benchmark's rules.
-        navdp_spl: SPL as that benchmark has it; None in other suites.
-        path_length: driven, metres. shortest_path_length: L*, metres.
-        final_distance: from the robot's centre to the goal at the end, metres.
+        suite: name and version of the suite. split: its split, None for layouts passed by hand.
+        layout, layout_hash, protocol: the layout and the protocol that gives the goal pairs.
+        pair: index into `goal_pairs(layout)`.
+        policy: label of the policy. seed: random seed of the evaluation.
+        start, goal: poses (x, y, yaw) in the room frame, metres and radians.
+        success: whether the robot's center came within the suite's success distance of the goal before the time limit,
+            by the suite's rules.
+        spl, soft_spl: see `navigation_metrics`; None if no path exists for a disc of the planning radius, and in suites
+            with the NavDP benchmark's rules.
+        navdp_spl: SPL by the NavDP benchmark's definition; None in other suites.
+        path_length: length driven, metres. shortest_path_length: L*, metres.
+        final_distance: distance from the robot's center to the goal at the end, metres.
         contacts: control steps in which the robot touched something.
-        min_clearance: least distance of the chassis to any footprint or wall during the episode, metres.
+        min_clearance: smallest distance from the chassis to any footprint or wall during the episode, metres.
         steps: control steps. time: simulated seconds.
-        planning_ms: mean wall-clock time that the policy took for an action, its reset included; the only field
-            that differs between runs.
-        error: what the policy raised, one line; the episode then counts as failed.
+        planning_ms: mean wall-clock milliseconds of the policy per action, its reset included; the only field that
+            differs between repeated runs.
+        error: the exception of the policy, in one line; the episode then counts as failed.
     """
 
     suite: str
@@ -64,19 +66,19 @@ class EpisodeRow(Record):
 
     @property
     def key(self) -> tuple[str, int]:
-        """What tells the episodes of one evaluation apart: layout id and pair."""
+        """Layout id and pair: identifies the episode within an evaluation."""
         return self.layout, self.pair
 
 
 def row_line(row: EpisodeRow) -> str:
-    """Return the row as one line of JSON with its newline."""
+    """Return the row as a line of JSON, newline included."""
     return json.dumps(row.model_dump(mode="json"), allow_nan=False) + "\n"
 
 
 def read_rows(path: str | Path) -> tuple[EpisodeRow, ...]:
-    """Return the rows of an `episodes.jsonl`; none where there is no file.
+    """Return the rows of an `episodes.jsonl`; an empty tuple if the file does not exist.
 
-    A line that is no row is left out: a run that was killed may have left half a line, and its episode is driven anew.
+    Lines that cannot be read are skipped: a killed run may leave half a line, and its episode is then driven again.
     """
     path = Path(path)
     if not path.is_file():

@@ -1,25 +1,25 @@
-"""Navigation metrics: what one episode scores, and the figures over many.
+"""Navigation metrics of one episode, and estimates over many.
 
-With S = 1 where the episode succeeded and 0 elsewhere, L* the length of the shortest path for a disc of the planning
-radius, P the length driven, d0 and dT the straight distances to the goal at the start and at the end:
+S is 1 if the episode succeeded, else 0; L* is the length of the shortest path for a disc of the planning radius; P is
+the length driven; d0 and dT are the straight distances to the goal at the start and at the end:
 
     SPL                  S L* / max(P, L*)                       (Anderson et al., 2018, arXiv:1807.06757)
     SoftSPL              max(0, 1 - dT / d0) L* / max(P, L*)     (Datta et al., 2020, arXiv:2009.03231)
     success              mean S
     spl, soft_spl        means over episodes
-    collision_free       mean of S where the robot touched nothing
+    collision_free       share of episodes that succeed without contact
     contacts_per_metre   control steps in contact, over all episodes, / metres driven
-    min_clearance        mean over episodes of the least clearance of the chassis, metres
-    time_to_goal         mean simulated seconds, of the successful episodes
-    planning_ms          mean wall-clock milliseconds that an action took the policy
+    min_clearance        mean over episodes of the smallest clearance of the chassis, metres
+    time_to_goal         mean simulated seconds of the successful episodes
+    planning_ms          mean wall-clock milliseconds of the policy per action
     final_distance       mean dT, metres
 
-Suites with the NavDP benchmark's rules have its metrics, under names of their own. They are not comparable with those
-above: an episode ends nearer or farther from the goal, and the straight distance takes the place of L*.
+Suites with the NavDP benchmark's rules use that benchmark's metrics under separate names. They are not comparable with
+those above: episodes end at a different distance from the goal, and the straight distance replaces L*.
 
-    navdp_success        mean S, S = 1 where the episode ended within the suite's distance of the goal
+    navdp_success        mean S, where S = 1 if the episode ended within the suite's distance of the goal
     navdp_spl            mean S min(1, d0 / P)
-    navdp_time           mean simulated seconds, of the successful episodes
+    navdp_time           mean simulated seconds of the successful episodes
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ METRICS = (
     "final_distance",
     "planning_ms",
 )
-"""What `summarise` computes, in the order of the tables."""
+"""Metrics of `summarise`, in the order of the tables."""
 
 NAVDP_METRICS = (
     "navdp_success",
@@ -55,27 +55,27 @@ NAVDP_METRICS = (
     "final_distance",
     "planning_ms",
 )
-"""What it computes for suites with the NavDP benchmark's rules."""
+"""Metrics of `summarise` for suites with the NavDP benchmark's rules."""
 
 
 def spl(success: bool, shortest: float, driven: float) -> float:
-    """Return the success weighted by path length, in [0, 1].
+    """Return success weighted by path length, in [0, 1].
 
     Args:
         success: whether the goal was reached.
-        shortest: L*, metres, above 0.
+        shortest: L*, metres, positive.
         driven: P, metres.
     """
     return shortest / max(driven, shortest) if success else 0.0
 
 
 def soft_spl(initial: float, final: float, shortest: float, driven: float) -> float:
-    """Return SPL with progress in place of success, in [0, 1].
+    """Return SPL with progress toward the goal instead of success, in [0, 1].
 
     Args:
         initial: distance to the goal at the start, metres.
         final: distance to the goal at the end, metres.
-        shortest: L*, metres, above 0.
+        shortest: L*, metres, positive.
         driven: P, metres.
     """
     progress = max(0.0, 1.0 - final / initial) if initial > 0.0 else 1.0
@@ -92,9 +92,9 @@ def summarise(
 
     Args:
         rows: episodes of one policy.
-        seed: of the resampling; the same one for every metric and policy, so that figures can be compared.
-        resamples: how many resamples are drawn.
-        metrics: the suite's.
+        seed: random seed of the resampling, the same for every metric and policy.
+        resamples: number of resamples.
+        metrics: which metrics, as in the suite.
     """
     clusters = [row.layout for row in rows]
     success = np.array([row.success for row in rows], dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Suites: which layouts are driven in, and by which rules."""
+"""Suites: sets of layouts with the rules of their episodes."""
 
 from __future__ import annotations
 
@@ -20,34 +20,34 @@ Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
 
 
 class Arrival(Record):
-    """An episode ends when the robot is near its goal and slow: metres, and m/s of forward velocity."""
+    """An episode ends when the robot is within `distance` metres of its goal and slower than `speed` m/s."""
 
     distance: Annotated[float, Field(gt=0.0, le=5.0)]
     speed: Annotated[float, Field(gt=0.0, le=5.0)]
 
 
 class Stuck(Record):
-    """An episode ends when the robot was within some metres of its present place for so many control steps."""
+    """An episode ends when the robot has moved less than `distance` metres over the last `steps` control steps."""
 
     steps: Annotated[int, Field(ge=2, le=10_000)]
     distance: Annotated[float, Field(gt=0.0, le=5.0)]
 
 
 class Suite(Document):
-    """What makes a leaderboard: every goal pair of every layout once, in order.
+    """An evaluation suite: every goal pair of every layout once, in order.
 
     Attributes:
-        name, version: reports give both; a change that changes numbers raises the version.
+        name, version: reports print both; the version rises with every change that changes results.
         description: one sentence.
-        split: the published split that the layouts are from; None for layouts given by hand.
-        layouts: ids of the layouts of the split; None takes all of them.
-        max_steps: control steps after which an episode is over.
-        success_distance: an episode succeeds when the robot's centre comes this near to the goal, metres; where there
-            are rules of arrival, when it is this near at the end.
-        control_dt: length of a control step, seconds.
-        arrival, stuck: what ends an episode beside; None where success alone does.
-        metrics: what is computed: "touchstone", the headline's, or "navdp", those of the NavDP benchmark. Other rules
-            than the headline's need "navdp", whose metrics have names of their own: the two never meet in a table.
+        split: the published split of the layouts; None for layouts passed by hand.
+        layouts: ids of layouts of the split; None includes all of them.
+        max_steps: control steps after which an episode is truncated.
+        success_distance: an episode succeeds when the robot's center comes within this distance of the goal, metres;
+            with `arrival`, when it is within this distance at the end.
+        control_dt: duration of a control step, seconds.
+        arrival, stuck: further rules that end an episode; None if only success ends it.
+        metrics: "touchstone", or "navdp" for the metrics of the NavDP benchmark. Suites with `arrival`, `stuck` or
+            another control step must use "navdp", whose metrics have names of their own, so that tables never mix both.
     """
 
     SCHEMA: ClassVar[str] = "labgym.suite/1"
@@ -67,21 +67,21 @@ class Suite(Document):
     @model_validator(mode="after")
     def _check_rules(self) -> Self:
         if self.metrics == "touchstone" and (self.arrival or self.stuck or self.control_dt != 0.1):
-            raise ValueError("metrics is touchstone, whose rules have no arrival, no stuck and a control_dt of 0.1")
+            raise ValueError("metrics touchstone excludes arrival and stuck and requires control_dt 0.1")
         if self.metrics == "navdp" and not self.arrival:
-            raise ValueError("metrics is navdp, whose rules need an arrival")
+            raise ValueError("metrics navdp requires arrival")
         return self
 
     @property
     def label(self) -> str:
-        """Name and version as reports print them."""
+        """Name and version, as reports print them."""
         return f"{self.name}/{self.version}"
 
     def load_layouts(self) -> tuple[Layout, ...]:
         """Return the suite's layouts in order.
 
         Raises:
-            UnknownNameError: the suite names no split, or the split has not one of the layouts.
+            UnknownNameError: the suite has no split, or a layout is not in the split.
             DocumentError: a layout's file is broken.
         """
         if self.split is None:
@@ -91,12 +91,12 @@ class Suite(Document):
 
 
 def suite_names() -> tuple[str, ...]:
-    """Return the names of the suites that come with the package, sorted."""
+    """Return the sorted names of the suites in the package."""
     return tuple(sorted(path.stem for path in _folder().glob("*.json")))
 
 
 def load_suite(name: str | Path) -> Suite:
-    """Return a suite by name, or from a file where the name ends in `.json`.
+    """Return a suite by name, or from a file if the name ends in `.json`.
 
     Raises:
         UnknownNameError: no suite has that name.
@@ -111,7 +111,7 @@ def load_suite(name: str | Path) -> Suite:
 
 
 def suite_of(layouts: Sequence[Layout]) -> Suite:
-    """Return the suite of layouts given by hand, with the rules of the published ones."""
+    """Return a suite of layouts passed by hand, with the rules of the published suites."""
     return Suite(name="layouts", layouts=tuple(layout.id for layout in layouts))
 
 

@@ -1,4 +1,4 @@
-"""Layouts driven in processes, one layout at a time each; the numbers do not depend on how many there are."""
+"""Worker processes that drive one layout at a time; results do not depend on their number."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 
 @dataclass(frozen=True)
 class PolicySource:
-    """How a process gets its policy: by name and options, or as a copy of one that exists.
+    """How a process gets its policy: by name and options, or as a copy of an object.
 
     Attributes:
-        label: name in the rows.
+        label: name of the policy in the rows.
         options: arguments of the policy's class.
-        instance: the policy itself, where it was given as an object.
+        instance: the policy, if it was passed as an object.
     """
 
     label: str
@@ -39,13 +39,13 @@ class PolicySource:
     instance: Policy | None = None
 
     def make(self) -> Policy:
-        """Return the policy: a new one by name, or the instance."""
+        """Return the instance, or else a new policy."""
         return self.instance if self.instance is not None else make_policy(self.label, **self.options)
 
 
 @dataclass(frozen=True)
 class Job:
-    """All that driving one layout needs."""
+    """The arguments of driving one layout."""
 
     source: PolicySource
     layout: Layout
@@ -54,13 +54,13 @@ class Job:
 
 
 def run_jobs(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Job, tuple[Drive, ...]]]:
-    """Yield each job with its episodes as it is done: in order with one worker, in any order with more.
+    """Yield each job with its episodes when it is finished: in order with one worker, in any order with more.
 
-    One worker is this process. When the consumer stops early or an error or Ctrl-C comes, workers stop at their next
+    One worker means this process. If the consumer stops early, or at an error or Ctrl-C, workers stop at their next
     control step.
 
     Raises:
-        OptionError: a policy that was given as an object cannot be sent to other processes.
+        OptionError: a policy object cannot be sent to other processes.
         LabgymError: a worker died.
     """
     if workers == 1 or len(jobs) < 2:
@@ -83,7 +83,8 @@ def _run_in_processes(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Job, 
             yield futures[future], future.result()
     except BrokenProcessPool as error:
         raise LabgymError(
-            "a worker process died while it drove (out of memory?); what was finished is kept, run again to go on"
+            "a worker process died while driving, perhaps out of memory; finished layouts are kept: run again to "
+            "resume, with fewer workers if memory is short"
         ) from error
     finally:
         stop.set()
@@ -91,11 +92,11 @@ def _run_in_processes(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Job, 
 
 
 _stop: Event | None = None
-"""A worker's own, set by its initializer: an event cannot travel with a job."""
+"""Stop event of a worker process, set by its initializer, because an event cannot be sent with a job."""
 
 
 def _begin_worker(stop: Event) -> None:
-    """Leave Ctrl-C to the parent, which sets the event, and keep to one thread."""
+    """Set the stop event and leave Ctrl-C to the parent process."""
     global _stop
     _stop = stop
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -118,7 +119,7 @@ def _drive(job: Job) -> tuple[Drive, ...]:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Let torch, where it is loaded, compute in one thread: sums then do not depend on the number of cores."""
+    """Limit torch, if loaded, to one thread, so that sums do not depend on the number of cores."""
     torch = sys.modules.get("torch")
     if torch is None:
         yield
@@ -133,7 +134,7 @@ def _one_thread() -> Iterator[None]:
 
 @contextmanager
 def _environment(variables: dict[str, str]) -> Iterator[None]:
-    """Set environment variables for the processes that start meanwhile."""
+    """Set environment variables for the processes started in this context."""
     before = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
     try:

@@ -1,1 +1,1 @@
-"""Scores of a layout: geometry, feasibility, chemical safety, consistency."""
+"""Scores of layouts: geometry, feasibility, chemical safety, consistency."""

@@ -1,6 +1,7 @@
-"""A rule-based proxy for semantic plausibility, for where no vision-language model looks at pictures.
+"""A rule-based proxy for semantic plausibility.
 
-It is no substitute for one and is reported under its own name. Each dimension is ten times the mean of its rules.
+It does not replace a vision-language model and is reported under its own name. Each dimension is ten times the mean of
+its rules.
 """
 
 from __future__ import annotations
@@ -19,22 +20,22 @@ from labgym.layouts.rules.zones import door_area, standing_in
 from labgym.protocols import Protocol
 
 BACK_GAP = 0.15
-"""A back this near to a wall stands against it, metres: room for pipes."""
+"""Largest gap between the back of furniture and its wall, metres; it leaves room for pipes."""
 
 TALL = 1.5
-"""Furniture of this height belongs against a wall, metres: it blocks the view."""
+"""Furniture of at least this height belongs against a wall, because it blocks the view, metres."""
 
 FREE_STANDING = frozenset({"shower", "ventilation"})
-"""Subtypes that the rule for tall furniture leaves out: a shower stands clear, hoods have a rule of their own."""
+"""Subtypes exempt from the rule on tall furniture: showers need clear space, hoods have their own rule."""
 
 RIGHT_ANGLE = math.radians(2.0)
-"""Furniture turned less than this from the walls counts as parallel to them."""
+"""Largest angle between furniture and walls that counts as parallel, radians."""
 
 ROBOT_FRONT = 0.90
-"""Free depth that lets the robot stand in front of a location: stand-off plus planning radius, metres."""
+"""Free depth that the robot needs in front of a location: stand-off plus planning radius, metres."""
 
 BARE_WALL = 0.2
-"""Share of the walls' length that furniture should line (LabBuilder's completeness rule: not over 80% empty)."""
+"""Share of the walls' length that furniture should line (LabBuilder's completeness rule: at most 80% empty)."""
 
 ESSENTIALS: dict[str, frozenset[str]] = {
     "bench": frozenset({"workbench"}),
@@ -44,11 +45,11 @@ ESSENTIALS: dict[str, frozenset[str]] = {
     "fire extinguisher": frozenset({"fire"}),
     "waste": frozenset({"container", "station"}),
 }
-"""What every synthesis laboratory has, by subtype; a reagent cabinet comes on top."""
+"""Subtypes of the essentials of a synthesis laboratory, in addition to a reagent cabinet."""
 
 
 def consistency_proxy(assessment: Assessment, protocol: Protocol | None) -> ConsistencyProxy:
-    """Score realism, layout and completeness by rules, each of 10."""
+    """Return scores for realism, layout and completeness by rules, at most 10 each."""
     arrangement = assessment.arrangement
     rules = [
         rule
@@ -80,7 +81,7 @@ def _realism(arrangement: Arrangement) -> list[RuleScore | None]:
     yaws = arrangement.boxes.yaw
     parallel = [abs(math.remainder(float(yaws[row]), math.pi / 2.0)) <= RIGHT_ANGLE for row in furniture]
     backed = [_backed(arrangement, row) for row in hoods(arrangement)]
-    stray = [
+    on_furniture = [
         arrangement.placements[row].support not in (FLOOR, WALL)
         for row, asset in enumerate(assets)
         if asset.placing == "desktop"
@@ -89,7 +90,7 @@ def _realism(arrangement: Arrangement) -> list[RuleScore | None]:
         _share("realism", "hoods stand with their back to a wall", backed),
         _share("realism", "tall furniture stands against a wall", [_against_wall(arrangement, row) for row in tall]),
         _share("realism", "furniture is parallel to the walls", parallel),
-        _share("realism", "desktop items stand on furniture, not on the floor", stray),
+        _share("realism", "desktop items stand on furniture, not on the floor", on_furniture),
     ]
 
 
@@ -116,28 +117,30 @@ def _layout(arrangement: Arrangement, protocol: Protocol | None) -> list[RuleSco
 def _completeness(assessment: Assessment, protocol: Protocol | None) -> list[RuleScore | None]:
     arrangement = assessment.arrangement
     subtypes = {asset.subtype for asset in arrangement.assets if asset.kind == "facility"}
-    have = [not subtypes.isdisjoint(wanted) for wanted in ESSENTIALS.values()]
-    have.append(any(asset.storage_class is not None for asset in arrangement.assets))
-    used = {placement.support for placement in arrangement.placements}
+    essentials = [not subtypes.isdisjoint(kinds) for kinds in ESSENTIALS.values()]
+    essentials.append(any(asset.storage_class is not None for asset in arrangement.assets))
+    supports = {placement.support for placement in arrangement.placements}
     tops = [
-        placement.id in used
+        placement.id in supports
         for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True)
         if asset.kind == "facility" and (asset.subtype in ("workbench", "desk") or asset.fume_hood)
     ]
     rules = [
-        _share("completeness", "a laboratory's essentials are there", have),
+        _share("completeness", "a laboratory's essentials are present", essentials),
         _share("completeness", "benches, desks and hoods carry something", tops),
         _walls(arrangement),
     ]
     if protocol is not None and assessment.missing is not None:
         total = len(protocol.required_assets())
-        there = total - len(assessment.missing)
-        rules.append(_rule("completeness", "the protocol's assets are there", there / total, f"{there} of {total}"))
+        present = total - len(assessment.missing)
+        rules.append(
+            _rule("completeness", "the protocol's assets are present", present / total, f"{present} of {total}")
+        )
     return rules
 
 
 def _walls(arrangement: Arrangement) -> RuleScore:
-    """Share of the walls' length that floor furniture lines, full marks from a fifth."""
+    """Return the score for the share of the walls' length lined by floor furniture; 1 from `BARE_WALL`."""
     room = arrangement.layout.room
     rows = [
         row
@@ -157,7 +160,7 @@ def _walls(arrangement: Arrangement) -> RuleScore:
 
 
 def _covered(spans: list[tuple[float, float]], length: float) -> float:
-    """Length of [0, length] that a union of intervals covers."""
+    """Return the length of [0, length] that a union of intervals covers."""
     covered, reached = 0.0, 0.0
     for start, end in sorted(spans):
         start, end = max(start, reached), min(end, length)
@@ -168,7 +171,7 @@ def _covered(spans: list[tuple[float, float]], length: float) -> float:
 
 
 def _backed(arrangement: Arrangement, row: int) -> bool:
-    """Whether an object's back lies along a wall and its front looks into the room."""
+    """Return whether an object's back is along a wall."""
     room, corners = arrangement.layout.room, box_of(arrangement, row).corners()[:2]
     gaps = (corners[:, 0], corners[:, 1], room.width - corners[:, 0], room.depth - corners[:, 1])
     return bool(min(float(gap.max()) for gap in gaps) <= BACK_GAP)
@@ -180,9 +183,9 @@ def _against_wall(arrangement: Arrangement, row: int) -> bool:
     return bool(min(float(gap.min()) for gap in gaps) <= BACK_GAP)
 
 
-def _share(dimension: str, rule: str, kept: list[bool]) -> RuleScore | None:
-    """Score a rule by the share that keeps it; None where it applies to nothing."""
-    return _rule(dimension, rule, sum(kept) / len(kept), f"{sum(kept)} of {len(kept)}") if kept else None
+def _share(dimension: str, rule: str, passed: list[bool]) -> RuleScore | None:
+    """Return the share of objects that pass a rule as its score; None if it applies to no object."""
+    return _rule(dimension, rule, sum(passed) / len(passed), f"{sum(passed)} of {len(passed)}") if passed else None
 
 
 def _rule(dimension: str, rule: str, score: float, detail: str) -> RuleScore:

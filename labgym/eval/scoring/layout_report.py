@@ -1,4 +1,4 @@
-"""Records of the layout evaluation: one layout's report, and the mean over many."""
+"""Results of layout evaluation: the report on one layout, and means over many."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class Gated(Record):
-    """Chemical scores times the layout's Asset bit; None where the score is, or without a protocol."""
+    """Chemical scores multiplied by the layout's Asset bit; None if the score is None or there is no protocol."""
 
     flam: Share | None = None
     store: Share | None = None
@@ -23,13 +23,13 @@ class Gated(Record):
 
 
 class Physical(Record):
-    """S_phys out of 35: shares of objects without the fault, times the points.
+    """S_phys, at most 35 points: shares of objects without a fault, multiplied by points.
 
     Attributes:
-        tabletop_bounds: of 10, desktop items within their surface (and the room).
-        desktop_collisions: of 10, desktop items in no collision.
-        heights: of 5, all objects at the height of what carries them.
-        room: of 10, floor and wall objects within the room, at their wall and in no collision.
+        tabletop_bounds: at most 10, desktop items within their surface and the room.
+        desktop_collisions: at most 10, desktop items without collision.
+        heights: at most 5, objects at the height of their support.
+        room: at most 10, floor and wall objects within the room, at their wall and without collision.
     """
 
     tabletop_bounds: float
@@ -44,7 +44,7 @@ class Physical(Record):
 
 
 class RuleScore(Record):
-    """One rule of the consistency proxy: its dimension, its score in [0, 1] and what it was taken from."""
+    """A rule of the consistency proxy: its dimension, its score in [0, 1] and the counts behind it."""
 
     dimension: str
     rule: str
@@ -53,10 +53,11 @@ class RuleScore(Record):
 
 
 class ConsistencyProxy(Record):
-    """Rules in place of a vision-language model; never to be put in the model's columns.
+    """Rule-based proxy for the scores of a vision-language model, reported under its own name.
 
     Attributes:
-        realism, layout, completeness: each of 10, ten times the mean of its rules.
+        realism, layout, completeness: at most 10 each, ten times the mean of their rules.
+        rules: the score of each rule.
     """
 
     realism: float
@@ -66,12 +67,12 @@ class ConsistencyProxy(Record):
 
     @property
     def total(self) -> float:
-        """Sum of the three, of 30."""
+        """Sum of the three dimensions, at most 30."""
         return self.realism + self.layout + self.completeness
 
 
 class ReportedViolation(Record):
-    """A hard violation: who, by how much (metres; 1 where it is a count), what is wrong and what would mend it."""
+    """A hard violation: the objects, the amount (metres, or 1 for a count), a message and a suggested fix."""
 
     kind: str
     ids: tuple[str, ...]
@@ -81,26 +82,29 @@ class ReportedViolation(Record):
 
 
 class LayoutReport(Document):
-    """LabTouchstone of one layout. None means that a metric does not apply: it is left out of means.
+    """LabTouchstone metrics of one layout. A metric that does not apply is None and is left out of means.
 
     Attributes:
-        layout, layout_hash, protocol, profile, version: what was scored, under which definitions.
-        obj: placed objects, without doors, windows and robots.
-        ob: objects out of bounds. cn, cn_sw: colliding pairs; also sharing more than 1e-4 m3.
-        cn_mj: colliding pairs by MuJoCo's contacts; None where it was switched off.
-        asset: 1 where all required assets are there; None without a protocol. missing: those that are not.
-        step_nav: share of the protocol's transitions with a collision-free path; prot_nav: 1 where all have one.
-        transitions: how many there are.
-        flam, store, incomp, glass: chemical safety. gated: the same times `asset`.
-        incomp_contained: Incomp where separate closed cabinets count as separated.
+        layout, layout_hash, protocol: the layout and the protocol that it was scored for.
+        profile, version: the thresholds and the definitions.
+        obj: number of placed objects, without doors, windows and robots.
+        ob: number of objects out of bounds.
+        cn: number of colliding pairs. cn_sw: those that also share more than 1e-4 m3.
+        cn_mj: number of pairs in contact in MuJoCo; None if contacts were not computed.
+        asset: 1 if all required assets are placed, else 0; None without a protocol. missing: the absent assets.
+        step_nav: share of the protocol's transitions with a collision-free path. prot_nav: 1 if all have one, else 0.
+        transitions: number of transitions.
+        flam, store, incomp, glass: chemical safety. gated: the same scores multiplied by `asset`.
+        incomp_contained: Incomp, with separate closed cabinets counted as separated.
         store_class: share of reagents in a cabinet of their own storage class.
-        instances: how many instances each chemical score is taken from.
-        v, fitness: the generator's objective, navigation included in v.
-        physical, s_phys: of 35. s_chem: of 35, None where no chemical score applies.
-        real, lay, comp, s_consist: by a vision-language model; None without one.
-        consistency_proxy: rules in its place.
-        total: S_phys + S_chem + S_consist, None without a model.
+        instances: number of instances behind each chemical score.
+        v, fitness: the generator's objective; v includes navigation.
+        physical, s_phys: at most 35 points. s_chem: at most 35 points, None if no chemical score applies.
+        real, lay, comp, s_consist: scores of a vision-language model; None, since no model is included.
+        consistency_proxy: rule-based scores under their own name.
+        total: S_phys + S_chem + S_consist; None without a model.
         total_with_proxy: the same with the proxy as the third part.
+        violations: hard violations. warnings: recommendations that are not met.
     """
 
     SCHEMA: ClassVar[str] = "labgym.layout-report/1"
@@ -145,11 +149,11 @@ class LayoutReport(Document):
 
 
 class MetricMean(Record):
-    """Mean of one metric over the layouts where it applies.
+    """Mean of a metric over the layouts to which it applies.
 
     Attributes:
-        mean: None where it applies nowhere.
-        count: layouts where it applies. nulls: layouts where it does not.
+        mean: None if it applies to no layout.
+        count: layouts to which it applies. nulls: the other layouts.
     """
 
     mean: float | None
@@ -158,10 +162,10 @@ class MetricMean(Record):
 
 
 class LayoutSummary(Document):
-    """Means over layouts, metric by metric; `metrics[name].mean`.
+    """Means over layouts by metric: `metrics[name].mean`.
 
     Attributes:
-        layouts: how many reports went in. profiles, versions: under which definitions, sorted.
+        layouts: number of reports. profiles, versions: their thresholds and definitions, sorted.
     """
 
     SCHEMA: ClassVar[str] = "labgym.layout-summary/1"
@@ -172,5 +176,5 @@ class LayoutSummary(Document):
     metrics: dict[str, MetricMean]
 
     def mean(self, metric: str) -> float | None:
-        """Return a metric's mean, None where it applies nowhere."""
+        """Return a metric's mean, None if it applies to no layout."""
         return self.metrics[metric].mean

@@ -1,4 +1,4 @@
-"""LabTouchstone for layouts: everything that is known of one layout, and the means over many."""
+"""LabTouchstone for layouts: all metrics of one layout, and means over many."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from labgym.protocols import Protocol
 from labgym.protocols import resolve as resolve_protocol
 
 CHEMISTRY_POINTS = 35.0
-"""S_chem of LabTouchstone: equal shares of the scores that apply."""
+"""Points of S_chem, in equal shares of the scores that apply."""
 
 METRICS = (
     "obj", "ob", "cn", "cn_sw", "cn_mj", "asset", "step_nav", "prot_nav", "flam", "store", "incomp", "glass",
     "incomp_contained", "store_class", "v", "fitness", "s_phys", "s_chem", "real", "lay", "comp", "s_consist",
     "total", "total_with_proxy",
 )  # fmt: skip
-"""Fields of a report that `aggregate` averages; the gated scores and the proxy's come on top."""
+"""Fields of a report that `aggregate` averages, in addition to the gated scores and the proxy."""
 
 GATED = ("flam", "store", "incomp", "glass")
 PROXY = ("realism", "layout", "completeness", "total")
@@ -44,40 +44,41 @@ PROXY = ("realism", "layout", "completeness", "total")
 def score(
     layout: Layout, protocol: Protocol | str | None = None, profile: str | Profile = "default", contacts: bool = True
 ) -> LayoutReport:
-    """Evaluate one layout.
+    """Return the LabTouchstone metrics of a layout.
 
     Args:
         layout: the layout.
         protocol: a protocol, its id or its .json file; by default the layout's first, if it has one.
-        profile: name of the thresholds, or a profile of one's own.
-        contacts: whether to compile the scene and count MuJoCo's contacts (`cn_mj`).
+        profile: name of the thresholds, or a `Profile`.
+        contacts: whether to compile the scene and count contacts in MuJoCo (`cn_mj`).
 
     Raises:
         UnknownNameError: the protocol or the profile does not exist.
-        DocumentError: the layout names an asset or a support that does not exist, or contradicts itself.
+        DocumentError: the layout names an asset or a support that does not exist, or is inconsistent.
     """
     layout.check_references()
-    known = layout.protocol if protocol is None else resolve_protocol(protocol)
-    found = evaluate_layout(layout, known, profile, navigation=True)
-    flam, incomp = worst_mean(found.flammable), worst_mean(found.incompatible)
-    store, glass = mean(found.storage), mean(found.glass)
-    asset = None if found.missing is None else int(not found.missing)
-    feasible = [transition.feasible for transition in found.transitions or ()]
-    physical, s_chem = _physical(found), _chemical_points((flam, incomp, store, glass))
-    proxy = consistency_proxy(found, known)
+    target = layout.protocol if protocol is None else resolve_protocol(protocol)
+    assessment = evaluate_layout(layout, target, profile, navigation=True)
+    flam, incomp = worst_mean(assessment.flammable), worst_mean(assessment.incompatible)
+    store, glass = mean(assessment.storage), mean(assessment.glass)
+    asset = None if assessment.missing is None else int(not assessment.missing)
+    feasible = [transition.feasible for transition in assessment.transitions or ()]
+    separated = contained(assessment.arrangement, assessment.incompatible)
+    physical, s_chem = _physical(assessment), _chemical_points((flam, incomp, store, glass))
+    proxy = consistency_proxy(assessment, target)
     return LayoutReport(
         layout=layout.id,
         layout_hash=layout.hash,
-        protocol=None if known is None else known.id,
-        profile=found.profile.name,
+        protocol=None if target is None else target.id,
+        profile=assessment.profile.name,
         version=VERSION,
-        obj=len(found.arrangement),
-        ob=len(found.out_of_bounds),
-        cn=len(found.collisions),
-        cn_sw=sum(collision.volume > OVERLAP_VOLUME for collision in found.collisions),
-        cn_mj=_contact_pairs(found.arrangement) if contacts else None,
+        obj=len(assessment.arrangement),
+        ob=len(assessment.out_of_bounds),
+        cn=len(assessment.collisions),
+        cn_sw=sum(collision.volume > OVERLAP_VOLUME for collision in assessment.collisions),
+        cn_mj=_contact_pairs(assessment.arrangement) if contacts else None,
         asset=asset,
-        missing=found.missing or (),
+        missing=assessment.missing or (),
         step_nav=sum(feasible) / len(feasible) if feasible else None,
         prot_nav=int(all(feasible)) if feasible else None,
         transitions=len(feasible),
@@ -88,30 +89,30 @@ def score(
         gated=Gated(
             flam=_gate(asset, flam), store=_gate(asset, store), incomp=_gate(asset, incomp), glass=_gate(asset, glass)
         ),
-        incomp_contained=worst_mean(penalised(contained(found.arrangement, found.incompatible), found.faulty)),
-        store_class=in_own_class(found.arrangement),
+        incomp_contained=worst_mean(penalised(separated, assessment.faulty)),
+        store_class=in_own_class(assessment.arrangement),
         instances={
-            "flam": len(found.flammable),
-            "store": len(found.storage),
-            "incomp": len(found.incompatible),
-            "glass": len(found.glass),
+            "flam": len(assessment.flammable),
+            "store": len(assessment.storage),
+            "incomp": len(assessment.incompatible),
+            "glass": len(assessment.glass),
         },
-        v=found.v,
-        fitness=found.fitness,
+        v=assessment.v,
+        fitness=assessment.fitness,
         physical=physical,
         s_phys=physical.total,
         s_chem=s_chem,
         consistency_proxy=proxy,
         total_with_proxy=None if s_chem is None else physical.total + s_chem + proxy.total,
-        violations=tuple(ReportedViolation(**asdict(violation)) for violation in found.violations.items),
-        warnings=facility_warnings(found.arrangement),
+        violations=tuple(ReportedViolation(**asdict(violation)) for violation in assessment.violations.items),
+        warnings=facility_warnings(assessment.arrangement),
     )
 
 
 def aggregate(reports: Iterable[LayoutReport]) -> LayoutSummary:
-    """Return the means over layouts, metric by metric, nulls left out and counted.
+    """Return the means over layouts by metric; nulls are left out of the means and counted.
 
-    Gated scores are named `gated_flam` and so on, the proxy's `proxy_realism` and so on.
+    Gated scores are named `gated_flam` and so on, scores of the proxy `proxy_realism` and so on.
     """
     reports = tuple(reports)
     values: dict[str, list[float | None]] = {name: [getattr(report, name) for report in reports] for name in METRICS}
@@ -128,10 +129,9 @@ def aggregate(reports: Iterable[LayoutReport]) -> LayoutSummary:
 
 
 def _mean(column: list[float | None]) -> MetricMean:
-    known = [value for value in column if value is not None]
-    return MetricMean(
-        mean=math.fsum(known) / len(known) if known else None, count=len(known), nulls=len(column) - len(known)
-    )
+    values = [value for value in column if value is not None]
+    mean = math.fsum(values) / len(values) if values else None
+    return MetricMean(mean=mean, count=len(values), nulls=len(column) - len(values))
 
 
 def _gate(asset: int | None, value: float | None) -> float | None:
@@ -139,18 +139,18 @@ def _gate(asset: int | None, value: float | None) -> float | None:
 
 
 def _chemical_points(scores: tuple[float | None, ...]) -> float | None:
-    known = [value for value in scores if value is not None]
-    return CHEMISTRY_POINTS * sum(known) / len(known) if known else None
+    applicable = [value for value in scores if value is not None]
+    return CHEMISTRY_POINTS * sum(applicable) / len(applicable) if applicable else None
 
 
-def _physical(found: Assessment) -> Physical:
-    """S_phys: for each of four faults the share of the objects concerned without it, 1 where none is concerned."""
-    placements = found.arrangement.placements
+def _physical(assessment: Assessment) -> Physical:
+    """Return S_phys: for each of four faults, the share of the relevant objects without it, 1 if there are none."""
+    placements = assessment.arrangement.placements
     desktop = {placement.id for placement in placements if placement.support not in (FLOOR, WALL)}
     standing = {placement.id for placement in placements} - desktop
-    colliding = frozenset[str]().union(*(collision.ids for collision in found.collisions))
-    misplaced = {fault.id for fault in found.bounds if fault.cause != "height"}
-    floating = {fault.id for fault in found.bounds if fault.cause == "height"}
+    colliding = frozenset[str]().union(*(collision.ids for collision in assessment.collisions))
+    misplaced = {fault.id for fault in assessment.bounds if fault.cause != "height"}
+    floating = {fault.id for fault in assessment.bounds if fault.cause == "height"}
     return Physical(
         tabletop_bounds=10.0 * _clean(desktop, misplaced),
         desktop_collisions=10.0 * _clean(desktop, colliding),
@@ -159,13 +159,12 @@ def _physical(found: Assessment) -> Physical:
     )
 
 
-def _clean(concerned: set[str], faulty: AbstractSet[str]) -> float:
-    return 1.0 - len(concerned & faulty) / len(concerned) if concerned else 1.0
+def _clean(relevant: set[str], faulty: AbstractSet[str]) -> float:
+    return 1.0 - len(relevant & faulty) / len(relevant) if relevant else 1.0
 
 
 def _contact_pairs(arrangement: Arrangement) -> int:
-    from labgym.scenes.contacts import contacts  # compiles the scene: MuJoCo is loaded only where it is asked for
+    from labgym.scenes.contacts import contacts  # imported here because it loads MuJoCo
 
     objects = arrangement.index
-    found = contacts(arrangement.layout, PENETRATION)
-    return sum(contact.a in objects and contact.b in objects for contact in found)
+    return sum(contact.a in objects and contact.b in objects for contact in contacts(arrangement.layout, PENETRATION))
