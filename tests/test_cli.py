@@ -238,10 +238,10 @@ def test_a_layout_is_generated_scored_drawn_and_compiled(call, tmp_path):
 
 def test_assets_become_usd_files_that_are_then_current(call, tmp_path):
     assert call("assets", "build", "GlassRod", "烧杯", "--out", "usd")[:2] == (0, "usd\n")
-    assert files(tmp_path) == ["usd/instrument/Beaker.usda", "usd/instrument/GlassRod.usda"]
+    assert files(tmp_path) == ["usd/instrument/Beaker.usdc", "usd/instrument/GlassRod.usdc"]
     assert call("assets", "build", "GlassRod", "--out", "usd", "--check")[:2] == (0, "no faults\n")
     code, out, _ = call("assets", "build", "Acetone", "--out", "usd", "--check")
-    assert (code, "Acetone.usda is missing" in out) == (1, True)
+    assert (code, "Acetone.usdc is missing" in out) == (1, True)
 
 
 def test_a_layout_with_violations_fails_its_check(call, tmp_path):

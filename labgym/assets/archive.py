@@ -23,6 +23,8 @@ SHAPE = "mesh"
 """Name of the shape of assets whose geometry is imported; its parameters are `file` and `sha256`."""
 SAFE_NAME = re.compile(r"meshes/[A-Za-z0-9]{2,64}-[0-9a-f]{12}\.npz")
 MAX_BYTES = 512 * 1024**2
+SAME_SIZE = 1e-3
+"""Largest difference, in metres, between the extents of geometry and a size that it agrees with."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ def find_geometry(asset: Asset, folder: Path) -> None:
 
 
 def geometry(asset: Asset) -> Geometry:
-    """Return the geometry of an imported asset.
+    """Return the geometry of an imported asset, scaled along each axis to the asset's size.
 
     Raises:
         LabgymError: its catalogue has not been read in this process.
@@ -125,7 +127,19 @@ def geometry(asset: Asset) -> Geometry:
         if digest(content) != name:
             raise DocumentError(found, "", f"changed since {asset.name} was loaded; load the catalogue again")
         found = _contents[name] = unpack(content, found)
-    return found
+    return _fitted(found, asset)
+
+
+def _fitted(geometry: Geometry, asset: Asset) -> Geometry:
+    """Return geometry scaled to an asset's size; geometry that agrees with it within a millimetre is unchanged."""
+    corners = np.concatenate([piece.vertices for piece in geometry.pieces])
+    extents = np.ptp(corners, axis=0)
+    size = np.array([asset.size.width, asset.size.depth, asset.size.height])
+    factor = np.where(np.abs(size - extents) > SAME_SIZE, size / np.maximum(extents, 1e-9), 1.0)
+    if (factor == 1.0).all():
+        return geometry
+    pieces = tuple(Piece(piece.vertices * factor, piece.faces, piece.material) for piece in geometry.pieces)
+    return Geometry(pieces, tuple((vertices * factor, faces) for vertices, faces in geometry.convex))
 
 
 def convex_bodies(asset: Asset) -> tuple[tuple[Points, Faces], ...]:

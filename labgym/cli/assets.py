@@ -109,7 +109,7 @@ def build(names: Positional[tuple[str, ...]] = (), out: Path | None = None, chec
 
     Args:
         names: Names or synonyms of assets; nothing takes the whole published catalogue.
-        out: Folder for KIND/NAME.usda; by default assets/usd of this checkout or installation.
+        out: Folder for KIND/NAME.usdc; by default assets/usd of this checkout or installation.
         check: Write nothing; exit 1 where a file is missing, not current, or not clean under OpenUSD's validators.
     """
     from tqdm import tqdm

@@ -1,17 +1,22 @@
-"""Compiled scenes on disk: an MJCF folder that stands on its own, and a binary glTF."""
+"""Compiled scenes on disk: a self-contained MJCF folder, and binary glTF."""
 
 from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 import trimesh
 
+from labgym.assets import Asset
+from labgym.assets.meshes.colors import to_linear
+from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS
 from labgym.documents import write_bytes
+from labgym.errors import OptionError
 from labgym.layouts import Layout, Placement
 from labgym.scenes.building import Array, Faces, room_patches
 from labgym.scenes.folders import whole_folder
@@ -25,11 +30,11 @@ MESH_FOLDER = "meshes"
 def write_mjcf(layout: Layout, folder: str | Path) -> Path:
     """Write a layout as `folder/scene.xml` with its meshes in `folder/meshes`, and return the file's path.
 
-    The folder can be moved anywhere and loads in MuJoCo 3.3 and later, without plugins. It is written beside its
-    place and moved there when complete; a scene that was there before is replaced.
+    The folder can be moved and loads in MuJoCo 3.3 and later without plugins. The files are written to a temporary
+    folder, which then replaces an earlier scene.
 
     Raises:
-        LabgymError: the folder exists and holds something else than a scene.
+        LabgymError: the folder exists and is not a compiled scene.
     """
     folder = Path(folder)
     with whole_folder(folder, (SCENE_FILE, MESH_FOLDER), "compiled scene") as fresh:
@@ -44,26 +49,38 @@ def write_mjcf(layout: Layout, folder: str | Path) -> Path:
 
 
 def write_glb(layout: Layout, path: str | Path) -> Path:
-    """Write a layout as binary glTF, one node a placement, for viewers and modelling programs; return the path."""
+    """Write a layout as binary glTF, for viewers and modeling programs, and return the path.
+
+    Each material of a placement is a node `<id>/<material>`. Colors are linear, as glTF defines them; normals are
+    smooth over round surfaces.
+
+    Raises:
+        OptionError: the path does not end in .glb.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".glb":
+        raise OptionError(f"GLB file {path.name!r} must end in .glb, for example {path.name}.glb")
     scene = trimesh.Scene()
-    # glTF has y up and z towards the viewer.
+    # In glTF y points up and z towards the viewer.
     up = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     surroundings = [("floor", "floor_vinyl", *floor_mesh(layout.room))]
     surroundings += [(patch.name, patch.material, patch.vertices, patch.faces) for patch in room_patches(layout.room)]
     for name, material, vertices, faces in surroundings:
         scene.add_geometry(_painted(vertices, faces, material), node_name=name, geom_name=name, transform=up)
+    names: dict[Asset, str] = {}
     for placement in layout.placements:
-        local = asset_mesh(layout.asset(placement.id))
-        pose = up @ _pose(placement)
+        asset = layout.asset(placement.id)
+        local, pose = asset_mesh(asset), up @ _pose(placement)
+        asset_name = names.setdefault(asset, asset.name if asset.name not in names.values() else placement.id)
         for index in np.unique(local.material):
             material, faces = MATERIAL_NAMES[index], local.faces[local.material == index]
-            name = f"{placement.asset}/{material}"
+            name = f"{asset_name}/{material}"
             if name in scene.geometry:
                 scene.graph.update(frame_to=f"{placement.id}/{material}", matrix=pose, geometry=name)  # type: ignore[no-untyped-call]
             else:
                 mesh = _painted(local.vertices, faces, material)
                 scene.add_geometry(mesh, node_name=f"{placement.id}/{material}", geom_name=name, transform=pose)
-    content: bytes = scene.export(file_type="glb")  # type: ignore[no-untyped-call]
+    content: bytes = scene.export(file_type="glb", include_normals=True, tree_postprocessor=_set_colors)  # type: ignore[no-untyped-call]
     return write_bytes(path, content)
 
 
@@ -75,24 +92,37 @@ def _pose(placement: Placement) -> Array:
 
 
 def _painted(vertices: Array, faces: Faces, material: str) -> trimesh.Trimesh:
+    """Return a mesh with a material and normals; a vertex is repeated for each normal that it has."""
     look = MATERIALS[material]
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    mesh.remove_unreferenced_vertices()
+    normals = np.round(corner_normals(vertices, faces).reshape(-1, 3), 4)
+    corners = np.column_stack([faces.ravel(), normals])
+    _, first, index = np.unique(corners, axis=0, return_index=True, return_inverse=True)
+    mesh = trimesh.Trimesh(
+        vertices[faces.ravel()[first]], index.reshape(-1, 3), vertex_normals=normals[first], process=False
+    )
     mesh.visual = trimesh.visual.TextureVisuals(  # type: ignore[no-untyped-call]
         material=trimesh.visual.material.PBRMaterial(  # type: ignore[no-untyped-call]
             name=material,
-            baseColorFactor=[round(255 * channel) for channel in look.rgba],
             metallicFactor=0.9 if look.reflectance > 0.1 else 0.0,
             roughnessFactor=1.0 - 0.9 * look.shininess,
-            emissiveFactor=[look.emission * channel for channel in look.rgba[:3]],
             alphaMode="BLEND" if look.rgba[3] < 1.0 else "OPAQUE",
         )
     )
     return mesh
 
 
+def _set_colors(tree: dict[str, Any]) -> None:
+    """Set the linear color factors of a glTF document's materials, which trimesh would round to eight bits."""
+    for material in tree["materials"]:
+        look = MATERIALS[material["name"]]
+        linear = [to_linear(channel) for channel in look.rgba[:3]]
+        material["pbrMetallicRoughness"]["baseColorFactor"] = [round(c, 6) for c in (*linear, look.rgba[3])]
+        if look.emission:
+            material["emissiveFactor"] = [round(min(1.0, look.emission * channel), 6) for channel in linear]
+
+
 def _move_meshes_to_files(spec: mujoco.MjSpec) -> dict[str, bytes]:
-    """Turn the in-memory meshes of a specification into OBJ files; return their contents by name."""
+    """Replace the in-memory meshes of a specification by OBJ files; return the files' contents by name."""
     files: dict[str, bytes] = {}
     for mesh in spec.meshes:
         vertices = np.array(mesh.uservert).reshape(-1, 3)
@@ -107,7 +137,7 @@ def _move_meshes_to_files(spec: mujoco.MjSpec) -> dict[str, bytes]:
 
 
 def _portable(text: str) -> str:
-    """Return MuJoCo's XML with attributes that MuJoCo 3.3 knows, and rounding noise set to zero."""
+    """Return MuJoCo's XML with only the attributes that MuJoCo 3.3 reads, and with rounding noise set to zero."""
     root = ElementTree.fromstring(text)
     for element in root.iter():
         for key, value in list(element.attrib.items()):

@@ -1,4 +1,4 @@
-"""Output folders that are there whole or not at all."""
+"""Output folders that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from labgym.errors import LabgymError
 
 @contextmanager
 def whole_folder(folder: Path, entries: Collection[str], what: str) -> Iterator[Path]:
-    """Give an empty folder to fill beside `folder`, and move it there when the block ends without an error.
+    """Yield an empty temporary folder, which is moved to `folder` if the block ends without an error.
 
     Args:
-        folder: where it goes; one of the same kind that is there already is replaced.
-        entries: names that a folder of this kind has. what: its name for the error.
+        folder: the destination; an existing folder of the same kind is replaced.
+        entries: names that a folder of this kind may contain.
+        what: name of the kind, for the error message.
 
     Raises:
-        LabgymError: the folder exists and holds something else.
+        LabgymError: the destination exists and is of another kind.
     """
     if folder.exists() and not (folder.is_dir() and {entry.name for entry in folder.iterdir()} <= set(entries)):
         raise LabgymError(f"{folder}: exists and is not a {what}; name another folder or remove it")

@@ -1,10 +1,11 @@
-"""A layout as one triangle mesh: every visible face with its material and its owner."""
+"""A layout as one triangle mesh: faces with their materials and owners."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from labgym.scenes.building import hanging_on, join, room_patches, room_solids
 MATERIAL_NAMES = tuple(MATERIALS)
 """Material of each material index."""
 ROOM = -1
-"""Owner index of the room's own faces."""
+"""Owner index of the faces of floor and walls."""
 _MATERIAL_INDEX = {name: index for index, name in enumerate(MATERIAL_NAMES)}
 _BOX_FACES = np.array(
     [
@@ -78,31 +79,23 @@ class AssetMesh:
     material: NDArray[np.int64]
 
 
-_cache: dict[str, AssetMesh] = {}
-
-
+@lru_cache(maxsize=2048)
 def asset_mesh(asset: Asset) -> AssetMesh:
-    """Return an asset's mesh; built once for each catalogue entry."""
-    known = _cache.get(asset.name)
-    if known is None or known.asset is not asset:
-        parts = build(asset)
-        meshes = [tessellate(part) for part in parts]
-        material = np.concatenate(
-            [
-                np.full(len(faces), _MATERIAL_INDEX[part.material])
-                for part, (_, faces) in zip(parts, meshes, strict=True)
-            ]
-        )
-        vertices, faces = join(meshes)
-        known = _cache[asset.name] = AssetMesh(asset, parts, vertices, faces, material)
-    return known
+    """Return an asset's mesh, computed once for each catalogue entry and size."""
+    parts = build(asset)
+    meshes = [tessellate(part) for part in parts]
+    material = np.concatenate(
+        [np.full(len(faces), _MATERIAL_INDEX[part.material]) for part, (_, faces) in zip(parts, meshes, strict=True)]
+    )
+    vertices, faces = join(meshes)
+    return AssetMesh(asset, parts, vertices, faces, material)
 
 
 def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
-    """Return everything visible of a layout: floor, inner faces of the walls, and all parts of all placements.
+    """Return the visible faces of a layout: floor, inner sides of the walls, and all parts of all placements.
 
     Args:
-        hidden: walls to leave out, with what hangs on them.
+        hidden: walls to leave out, together with the placements mounted on them.
     """
     patches = [patch for patch in room_patches(layout.room) if patch.wall not in hidden]
     meshes = [floor_mesh(layout.room), *[(patch.vertices, patch.faces) for patch in patches]]
@@ -121,7 +114,7 @@ def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
 
 
 def solid_mesh(layout: Layout) -> SceneMesh:
-    """Return what a robot bumps into: floor, whole walls, and the solids of all placements."""
+    """Return the solid faces of a layout: floor, walls, and the solids of all placements."""
     meshes = [floor_mesh(layout.room)]
     owners = [np.full(2, ROOM)]
     boxes = [(ROOM, box) for box in room_solids(layout.room).values()]
@@ -140,7 +133,7 @@ def solid_mesh(layout: Layout) -> SceneMesh:
 
 
 def _placed(vertices: NDArray[np.float64], placement: Placement) -> NDArray[np.float64]:
-    """Return vertices of an asset's frame in the room frame."""
+    """Return vertices of an asset's frame in the room frame, shape (n, 3)."""
     cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
     turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     return np.asarray(vertices @ turn + np.array(placement.position))

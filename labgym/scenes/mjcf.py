@@ -1,4 +1,4 @@
-"""A layout as a MuJoCo model specification: one body a placement, visible parts and solid boxes apart."""
+"""A layout as a MuJoCo model specification: one body for each placement, with visible and solid geoms."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LAMPS = (
     ("fill_left", (0.90, 0.25, -0.25), (0.27, 0.27, 0.26), 0.05),
     ("fill_back", (0.15, -0.90, -0.25), (0.27, 0.27, 0.28), 0.04),
 )
-"""Name, direction, colour and highlight of each light; the sun alone casts shadows, short ones as a ceiling would."""
+"""Name, direction, color and highlight of each light; only the sun, which is steep, casts shadows."""
 _GEOMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -43,20 +43,20 @@ _GEOMS = {
 def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
     """Compile a layout into an MJCF specification, without a robot: attach one with `spec.attach`.
 
-    Each placement is a static body of its id at the layout's pose. Its visible parts are geoms of group 2 that
-    collide with nothing; its solids (boxes of `Asset.solids`, convex bodies of an imported mesh) are geoms of group 3
-    named `<id>/solid/<k>`, hidden in default views. Walls and floor belong to the world body, as `<wall>/solid` and
-    `floor/solid`.
+    Each placement is a static body named by its id, at the layout's pose. Its visible parts are geoms of group 2 that
+    collide with nothing. Its solids (boxes of `Asset.solids`, or convex bodies of an imported mesh) are geoms of
+    group 3 named `<id>/solid/<k>`, hidden in default views. The solids of walls and floor belong to the world body and
+    are named `<wall>/solid` and `floor/solid`.
 
     Args:
-        visible: whether to include what is only looked at; without it the model is small and quick to compile.
+        visible: whether to include visible parts; without them the model is small and compiles fast.
 
     Raises:
         UnknownNameError: an asset or its shape does not exist.
-        OptionError: a placement has the id `world`, which MuJoCo keeps for itself.
+        OptionError: a placement has the id `world`, which MuJoCo reserves.
     """
     if "world" in layout.by_id:
-        raise OptionError(f"placement id 'world' of layout {layout.id!r} is MuJoCo's own; rename the placement")
+        raise OptionError(f"placement id 'world' of layout {layout.id!r} is reserved by MuJoCo; rename the placement")
     scene = SpecBuilder(layout.id, visible)
     set_looks(scene.spec, layout.room)
     scene.add_room(layout.room)
@@ -68,7 +68,7 @@ def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
 
 
 class SpecBuilder:
-    """A specification under construction, with the meshes and materials that it already holds."""
+    """A specification under construction; meshes and materials are added once."""
 
     def __init__(self, name: str, visible: bool = True) -> None:
         self.spec = mujoco.MjSpec()
@@ -101,7 +101,7 @@ class SpecBuilder:
             self.add_part(body, part)
         bodies = convex_bodies(asset)
         for k, (vertices, faces) in enumerate(bodies):
-            self._add_convex(body, f"{name}/solid/{k}", f"{asset.name}/convex/{k}", vertices, faces)
+            self._add_convex(body, f"{name}/solid/{k}", vertices, faces)
         for k, solid in enumerate(() if bodies else asset.solids()):
             self.add_solid(body, f"{name}/solid/{k}", solid)
 
@@ -128,7 +128,8 @@ class SpecBuilder:
             size=[box.width / 2.0, box.depth / 2.0, (box.z1 - box.z0) / 2.0],
         )
 
-    def _add_convex(self, body: mujoco.MjsBody, name: str, mesh: str, vertices: Array, faces: Faces) -> None:
+    def _add_convex(self, body: mujoco.MjsBody, name: str, vertices: Array, faces: Faces) -> None:
+        mesh = f"convex_{_content_hash(vertices, faces)}"
         if mesh not in self._names:
             self._mesh(mesh, vertices, faces)
         body.add_geom(self.solid, name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh)
@@ -168,11 +169,11 @@ class SpecBuilder:
         )
 
     def _swept(self, part: Part) -> str:
-        """Return the name of a revolve's, prism's or imported mesh, which parts of equal form share."""
-        content = repr((part.primitive, part.size, part.profile))
+        """Return the name of the mesh of a revolve, prism or imported part; equal parts share a mesh."""
+        content = hashlib.sha256(repr((part.primitive, part.size, part.profile)).encode()).hexdigest()[:12]
         if part.triangles is not None:
-            content = repr([hashlib.sha256(array.tobytes()).hexdigest() for array in part.triangles])
-        name = f"{part.primitive}_{hashlib.sha256(content.encode()).hexdigest()[:12]}"
+            content = _content_hash(*part.triangles)
+        name = f"{part.primitive}_{content}"
         if name not in self._names:
             self._mesh(name, *(part.triangles or local_mesh(part.primitive, part.size, part.profile)))
         return name
@@ -199,7 +200,7 @@ class SpecBuilder:
 
 
 def set_looks(spec: mujoco.MjSpec, room: Room) -> None:
-    """Set lights, sky and the quality of pictures."""
+    """Set lights, sky and rendering quality."""
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight = 2560, 1440
     visual.quality.shadowsize, visual.quality.offsamples = 4096, 8
@@ -238,11 +239,15 @@ def add_camera(spec: mujoco.MjSpec, name: str, view: View) -> None:
 
 
 def _set_inertia(body: mujoco.MjsBody, asset: Asset) -> None:
-    """Mass and inertia of an evenly filled bounding box, for those who let a placement move."""
+    """Set mass and inertia to those of a uniform bounding box, for scenes in which placements move."""
     w, d, h = asset.size.width, asset.size.depth, asset.size.height
     body.explicitinertial = True
     body.mass, body.ipos = asset.mass, [0.0, 0.0, h / 2.0]
     body.inertia = [asset.mass / 12.0 * (a * a + b * b) for a, b in ((d, h), (w, h), (w, d))]
+
+
+def _content_hash(vertices: Array, faces: Faces) -> str:
+    return hashlib.sha256(vertices.tobytes() + faces.tobytes()).hexdigest()[:12]
 
 
 def _yaw(angle: float) -> list[float]:

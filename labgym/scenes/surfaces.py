@@ -9,9 +9,9 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh
-from labgym.scenes.smooth import corner_normals
 
 Floats = NDArray[np.float32]
 METALS = ("stainless", "chrome", "aluminium", "galvanised", "brass")

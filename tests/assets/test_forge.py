@@ -331,9 +331,9 @@ def test_the_geometry_of_an_entry_is_the_files(tmp_path, own):
 
 def test_an_exported_asset_that_comes_back_is_known_by_its_attribute(tmp_path):
     pytest.importorskip("pxr")
-    from labgym.assets.usd import asset_text
+    from labgym.assets.usd import asset_layer
 
-    (tmp_path / "thing_7.usda").write_text(asset_text(PUBLISHED.get("ErlenmeyerFlask")))
+    asset_layer(PUBLISHED.get("ErlenmeyerFlask")).Export(str(tmp_path / "thing_7.usda"))
     made = annotate(tmp_path / "thing_7.usda")
     assert made.annotation.resembles == "ErlenmeyerFlask"
     assert "labgym:name" in made.annotation.fields["kind"].why
@@ -346,4 +346,4 @@ def test_usd_of_ones_own_assets_goes_nowhere_unnamed(tmp_path, own, monkeypatch)
     monkeypatch.setenv("LABGYM_CATALOG", str(own.folder))
     assert main(["assets", "build", "Acetone500ml"]) == 2
     assert main(["assets", "build", "Acetone500ml", "--out", str(tmp_path / "usd")]) == 0
-    assert (tmp_path / "usd" / "reagent" / "Acetone500ml.usda").is_file()
+    assert (tmp_path / "usd" / "reagent" / "Acetone500ml.usdc").is_file()

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 pytest.importorskip("pxr")
-from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
 from labgym.assets import Catalog
 from labgym.assets.meshes import normalise, read_mesh
@@ -17,7 +18,7 @@ from labgym.assets.meshes.stage import read_stage
 from labgym.assets.shapes import MATERIALS, build, tessellate
 from labgym.assets.usd import (
     ATTRIBUTES,
-    asset_text,
+    asset_layer,
     check_files,
     findings,
     stray_files,
@@ -33,9 +34,7 @@ TOLERANCE = 1e-4
 
 
 def opened(asset) -> Usd.Stage:
-    layer = Sdf.Layer.CreateAnonymous(".usda")
-    layer.ImportFromString(asset_text(asset))
-    return Usd.Stage.Open(layer)
+    return Usd.Stage.Open(asset_layer(asset))
 
 
 def test_the_committed_files_are_what_the_catalogue_gives_and_clean_under_all_validators():
@@ -46,8 +45,8 @@ def test_the_committed_files_are_what_the_catalogue_gives_and_clean_under_all_va
 
 @pytest.mark.parametrize("asset", ONE_OF_EACH_SHAPE, ids=lambda asset: asset.shape.name)
 def test_reading_an_exported_asset_gives_its_geometry_within_a_tenth_of_a_millimetre(asset, tmp_path):
-    path = tmp_path / f"{asset.name}.usda"
-    path.write_text(asset_text(asset))
+    path = tmp_path / f"{asset.name}.usdc"
+    asset_layer(asset).Export(str(path))
     mesh = normalise(from_raw(path, read_stage(path)), decompose=False)
     expected = [tessellate(part) for part in build(asset)]
     everything = np.concatenate([vertices for vertices, _ in expected])
@@ -156,19 +155,21 @@ def test_every_custom_attribute_is_in_the_documentation():
     assert missing == []
 
 
-@pytest.mark.parametrize("damage, said", [
+@pytest.mark.parametrize("damage, message", [
     ('upAxis = "Z"', "upAxis"),
     ('prepend apiSchemas = ["MaterialBindingAPI"]', "MaterialBindingAPI"),
     ('defaultPrim = "GlassRod"', "defaultPrim"),
 ])  # fmt: skip
-def test_the_validators_see_damage_and_the_check_names_the_file(tmp_path, damage, said):
+def test_the_validators_see_damage_and_the_check_names_the_file(tmp_path, damage, message):
     asset = CATALOG.get("GlassRod")
     (path,) = write_files([asset], tmp_path)
     assert list(check_files([asset], tmp_path)) == [(asset, ())]
-    path.write_text(path.read_text().replace(damage, ""))
+    damaged = Sdf.Layer.CreateAnonymous(".usda")
+    damaged.ImportFromString(Sdf.Layer.OpenAsAnonymous(str(path)).ExportToString().replace(damage, ""))
+    damaged.Export(str(path))
     ((_, problems),) = check_files([asset], tmp_path)
-    assert any("not what the catalogue gives" in problem for problem in problems)
-    assert any(said in problem for problem in problems[1:])
+    assert any("is outdated" in problem for problem in problems)
+    assert any(message in problem for problem in problems[1:])
     assert all(str(path) in problem for problem in problems)
 
 
@@ -182,14 +183,79 @@ def test_missing_broken_and_stray_files_are_named(tmp_path):
         ["is", "missing"],
         ["cannot", "be", "read", "as", "USD"],
     ]
-    (tmp_path / "instrument" / "Other.usda").write_text("#usda 1.0\n")
-    assert [stray.name for stray in stray_files([asset], tmp_path)] == ["Other.usda"]
+    (tmp_path / "instrument" / "Other.usdc").write_bytes(b"")
+    assert [stray.name for stray in stray_files([asset], tmp_path)] == ["Other.usdc"]
     assert usd_path(asset, tmp_path).parent.name == asset.kind
 
 
-def test_the_same_asset_gives_the_same_text():
-    for asset in list(ONE_OF_EACH_SHAPE)[:5]:
-        assert asset_text(asset) == asset_text(asset)
+def test_the_same_asset_gives_the_same_bytes(tmp_path):
+    assets = list(ONE_OF_EACH_SHAPE)[:5]
+    for first, second in zip(write_files(assets, tmp_path / "a"), write_files(assets, tmp_path / "b"), strict=True):
+        assert first.read_bytes() == second.read_bytes()
+
+
+class Surface(NamedTuple):
+    """A mesh prim: points (n, 3), faces (m, 3), normals (m, 1 or 3, 3) of faces or of their corners."""
+
+    points: np.ndarray
+    faces: np.ndarray
+    normals: np.ndarray
+
+
+def surfaces(asset) -> list[Surface]:
+    stage, read = opened(asset), []
+    for mesh in (UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)):
+        faces = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+        primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")
+        normals = np.array(primvar.ComputeFlattened(), dtype=float).reshape(len(faces), -1, 3)
+        assert normals.shape[1] == {"uniform": 1, "faceVarying": 3}[primvar.GetInterpolation()]
+        read.append(Surface(np.array(mesh.GetPointsAttr().Get(), dtype=float), faces, normals))
+    return read
+
+
+@pytest.mark.parametrize("asset", ONE_OF_EACH_SHAPE, ids=lambda asset: asset.shape.name)
+def test_meshes_have_unit_normals_on_the_outer_side_of_every_face_and_no_unused_point(asset):
+    for surface in surfaces(asset):
+        assert set(surface.faces.ravel()) == set(range(len(surface.points)))
+        np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=2), 1.0, atol=2e-4)
+        corners = surface.points[surface.faces]
+        area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        large = np.linalg.norm(area, axis=1) > 1e-7
+        # Smooth normals lean by less than a right angle from their faces.
+        assert (np.einsum("ij,ikj->ik", area, surface.normals)[large] > 0.0).all()
+
+
+def test_round_glass_is_smooth_and_boxes_are_faceted():
+    flask = max(surfaces(CATALOG.get("RoundBottomFlask")), key=lambda surface: len(surface.points))
+    # On the round of the bottom all faces that share a point have the same normal there.
+    low, high = flask.points[:, 2].min(), flask.points[:, 2].max()
+    for point in np.flatnonzero(flask.points[:, 2] < low + 0.2 * (high - low)):
+        shared = flask.normals[flask.faces == point]
+        assert np.ptp(shared, axis=0).max() < 1e-3
+    prisms = 0
+    for asset in ONE_OF_EACH_SHAPE:
+        swept = [part for part in build(asset) if part.primitive in ("revolve", "prism", "ellipsoid", "mesh")]
+        for part, surface in zip(swept, surfaces(asset), strict=True):
+            if part.primitive == "prism" and len(part.profile) <= 4:
+                prisms += 1
+                assert surface.normals.shape[1] == 1
+    assert prisms
+
+
+def test_an_asset_has_its_name_and_category_as_semantic_labels():
+    for asset in ONE_OF_EACH_SHAPE:
+        stage = opened(asset)
+        for taxonomy, label in (("class", asset.name), ("category", asset.category)):
+            labels = UsdSemantics.LabelsAPI(stage.GetDefaultPrim(), taxonomy)
+            assert list(labels.GetLabelsAttr().Get()) == [label]
+
+
+def test_one_file_of_each_shape_has_no_finding_of_nvidias_asset_validator():
+    validator = pytest.importorskip("omni.asset_validator")
+    engine = validator.ValidationEngine()
+    for asset in ONE_OF_EACH_SHAPE:
+        issues = engine.validate(str(usd_path(asset, usd_folder()))).issues()
+        assert [f"{issue.rule.__name__}: {issue.message}" for issue in issues] == []
 
 
 def test_references_to_an_asset_compose(tmp_path):

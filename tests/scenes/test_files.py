@@ -1,8 +1,9 @@
-"""Written scenes stand on their own: moved anywhere, read by others, the same bytes every time."""
+"""Written scenes are self-contained: they can be moved, other programs read them, and the bytes are reproducible."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
 import subprocess
@@ -15,9 +16,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from labgym.errors import LabgymError
+from labgym.assets.shapes import MATERIALS
+from labgym.errors import LabgymError, OptionError
 from labgym.layouts import Layout, Placement
-from labgym.scenes import scene_mesh, to_mjcf, write_glb, write_mjcf
+from labgym.scenes import scene_mesh, to_mjcf, write_glb, write_mjcf, write_usd
 from labgym.scenes.mjcf import COLLISION_GROUP
 
 KNOWN_TO_MUJOCO_3_3 = {
@@ -160,3 +162,49 @@ def test_glb_holds_the_faces_of_the_scene_with_y_up(laboratory: Layout, tmp_path
     corners = expected.vertices[expected.faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2.0
     assert read.area == pytest.approx(area, rel=1e-4)
+
+
+def linear(channel: float) -> float:
+    """sRGB to linear light by the formula of IEC 61966-2-1, written out anew."""
+    return channel / 12.92 if channel <= 0.04045 else ((channel + 0.055) / 1.055) ** 2.4
+
+
+def document(path: Path) -> dict:
+    """JSON chunk of a binary glTF file."""
+    content = path.read_bytes()
+    return json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
+
+
+def test_glb_colors_are_linear_and_those_of_the_usd_stage(laboratory: Layout, tmp_path: Path) -> None:
+    materials = document(write_glb(laboratory, tmp_path / "scene.glb"))["materials"]
+    accent = next(entry for entry in materials if entry["name"] == "wall_accent")
+    # Worked out by hand from sRGB 0.62, 0.75, 0.78.
+    assert accent["pbrMetallicRoughness"]["baseColorFactor"][:3] == pytest.approx([0.342, 0.522, 0.571], abs=1e-3)
+    for entry in materials:
+        look = MATERIALS[entry["name"]]
+        expected = [*(linear(channel) for channel in look.rgba[:3]), look.rgba[3]]
+        assert entry["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(expected, abs=1e-5)
+    pytest.importorskip("pxr")
+    from pxr import Usd, UsdShade
+
+    stage = Usd.Stage.Open(str(write_usd(laboratory, tmp_path / "usd")))
+    shader = UsdShade.Shader(stage.GetPrimAtPath("/Laboratory/Room/Looks/wall_accent/Surface"))
+    assert list(shader.GetInput("diffuseColor").Get()) == pytest.approx(
+        accent["pbrMetallicRoughness"]["baseColorFactor"][:3], abs=1e-4
+    )
+
+
+def test_glb_normals_are_unit_vectors_on_the_outer_side_of_their_faces(laboratory: Layout, tmp_path: Path) -> None:
+    scene = trimesh.load(write_glb(laboratory, tmp_path / "scene.glb"))
+    assert isinstance(scene, trimesh.Scene)
+    for mesh in scene.geometry.values():
+        assert "vertex_normals" in mesh._cache.cache
+        assert np.linalg.norm(mesh.vertex_normals, axis=1) == pytest.approx(1.0, abs=1e-3)
+        facing = np.einsum("ij,ikj->ik", mesh.face_normals, mesh.vertex_normals[mesh.faces])
+        assert (facing[mesh.area_faces > 1e-9] > 0.0).all()
+
+
+def test_a_glb_path_without_its_suffix_is_refused_and_nothing_is_written(laboratory: Layout, tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match=r"'scene' must end in \.glb"):
+        write_glb(laboratory, tmp_path / "scene")
+    assert list(tmp_path.iterdir()) == []

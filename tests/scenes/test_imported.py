@@ -83,10 +83,10 @@ def test_usd_of_an_imported_asset_has_convex_colliders(ring_layout, tmp_path):
     pytest.importorskip("pxr")
     from pxr import Usd, UsdPhysics
 
-    from labgym.assets.usd import asset_text, findings
+    from labgym.assets.usd import asset_layer, findings
 
     ring_layout()
-    (tmp_path / "bench.usda").write_text(asset_text(Catalog.load().get("AngleBench")))
+    asset_layer(Catalog.load().get("AngleBench")).Export(str(tmp_path / "bench.usda"))
     stage = Usd.Stage.Open(str(tmp_path / "bench.usda"))
     bodies = [UsdPhysics.MeshCollisionAPI(p) for p in stage.Traverse() if p.HasAPI(UsdPhysics.MeshCollisionAPI)]
     assert [body.GetApproximationAttr().Get() for body in bodies] == ["convexHull"] * 2

@@ -10,11 +10,11 @@ import pytest
 import trimesh
 
 from labgym.assets import Catalog
+from labgym.assets.meshes.normals import corner_normals
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, Room
 from labgym.scenes import MissingRendererError, asset_sheet, make_renderer, render, to_mjcf, views
 from labgym.scenes.filtering import smooth_light
-from labgym.scenes.smooth import corner_normals
 
 WIDTH, HEIGHT = 320, 180
 

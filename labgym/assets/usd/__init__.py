@@ -1,17 +1,18 @@
-"""The catalogue as OpenUSD: one file an asset, with materials, colliders, mass and hazards."""
+"""The catalogue as OpenUSD: one file for each asset, with materials, colliders, mass, labels and hazards."""
 
 from labgym.assets.usd.attributes import ATTRIBUTES, NAMESPACE, Attribute
 from labgym.assets.usd.bodies import write_collider, write_mesh
-from labgym.assets.usd.files import check_files, stray_files, usd_folder, usd_path, write_files
+from labgym.assets.usd.files import check_files, stray_files, usd_folder, usd_path, write_files, write_layer
+from labgym.assets.usd.labels import write_labels
 from labgym.assets.usd.looks import write_look
-from labgym.assets.usd.stages import asset_text
+from labgym.assets.usd.stages import asset_layer
 from labgym.assets.usd.validation import findings
 
 __all__ = [
     "ATTRIBUTES",
     "NAMESPACE",
     "Attribute",
-    "asset_text",
+    "asset_layer",
     "check_files",
     "findings",
     "stray_files",
@@ -19,6 +20,8 @@ __all__ = [
     "usd_path",
     "write_collider",
     "write_files",
+    "write_labels",
+    "write_layer",
     "write_look",
     "write_mesh",
 ]

@@ -1,4 +1,4 @@
-"""Parts and boxes as UsdGeom prims: exact solids where USD has them, meshes where it has not."""
+"""Parts and boxes as UsdGeom prims: exact solids if USD has them, otherwise triangle meshes."""
 
 from __future__ import annotations
 
@@ -7,29 +7,31 @@ from typing import Any
 import numpy as np
 
 from labgym.assets.meshes.model import Faces, Points
+from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import Part, tessellate
 from labgym.geometry import OrientedBox
 
-STEP = 1e-5
-"""Grid that coordinates are rounded to, metres."""
+DECIMALS = 5
+"""Decimals of coordinates in metres: a grid of 0.01 mm."""
+NORMAL_DECIMALS = 4
 _NUDGE = 1e-3
 EXACT = ("box", "cylinder", "sphere", "capsule")
 """Primitives of parts that USD has as solids."""
 
 
-def rounded(values: Any) -> Points:
-    """Return coordinates on a grid of 0.01 mm.
+def rounded(values: Any, decimals: int = DECIMALS) -> Points:
+    """Return values rounded to a number of decimals, the same on every machine.
 
-    What lies halfway goes up together with what rounding noise puts a little below, so that every machine writes the
-    same numbers.
+    Values halfway between two steps, or below that by no more than rounding noise, are rounded up.
     """
-    steps = np.floor(np.asarray(values, dtype=np.float64) / STEP + 0.5 + _NUDGE)
-    # To the nearest double of five decimals, and no negative zero.
-    return np.asarray(np.round(steps * STEP, 5) + 0.0)
+    step = 10.0**-decimals
+    steps = np.floor(np.asarray(values, dtype=np.float64) / step + 0.5 + _NUDGE)
+    # To the nearest double of so few decimals, and no negative zero.
+    return np.asarray(np.round(steps * step, decimals) + 0.0)
 
 
 def write_part(stage: Any, path: str, part: Part) -> Any:
-    """Define a part's prim in the asset's frame and return it: an exact solid where USD has it, else a mesh."""
+    """Define a part's prim in the asset's frame and return it: an exact solid if USD has it, otherwise a mesh."""
     if part.primitive not in EXACT:
         return write_mesh(stage, path, *tessellate(part))
     solid = _solid(stage, path, part)
@@ -38,22 +40,43 @@ def write_part(stage: Any, path: str, part: Part) -> Any:
 
 
 def write_mesh(stage: Any, path: str, vertices: Points, faces: Faces) -> Any:
-    """Define a mesh of triangles on the grid of `rounded` and return its prim."""
+    """Define a mesh of triangles with normals on the grid of `rounded`, and return its prim.
+
+    Vertices that no face uses are left out.
+    """
     from pxr import Gf, UsdGeom, Vt
 
     mesh = UsdGeom.Mesh.Define(stage, path)
-    points = rounded(vertices)
+    used, corners = np.unique(faces, return_inverse=True)
+    points, faces = rounded(vertices[used]), corners.reshape(-1, 3)
     mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
     mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, dtype=np.int32)))
     mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.ravel().astype(np.int32)))
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     mesh.CreateExtentAttr([Gf.Vec3f(*low), Gf.Vec3f(*high)])
+    _write_normals(mesh.GetPrim(), np.asarray(vertices[used], dtype=np.float64), faces)
     return mesh.GetPrim()
 
 
+def _write_normals(prim: Any, vertices: Points, faces: Faces) -> None:
+    """Author indexed normals: one for each face if all edges are sharp, otherwise one for each face corner."""
+    from pxr import Sdf, UsdGeom, Vt
+
+    normals = corner_normals(vertices, faces)
+    # Corners of faces without area have no direction of their own.
+    normals[~normals.any(axis=2)] = (0.0, 0.0, 1.0)
+    normals = rounded(normals, NORMAL_DECIMALS)
+    sharp = bool((normals == normals[:, :1]).all())
+    values, indices = np.unique(normals[:, 0] if sharp else normals.reshape(-1, 3), axis=0, return_inverse=True)
+    interpolation = UsdGeom.Tokens.uniform if sharp else UsdGeom.Tokens.faceVarying
+    primvar = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("normals", Sdf.ValueTypeNames.Normal3fArray, interpolation)
+    primvar.Set(Vt.Vec3fArray.FromNumpy(values.astype(np.float32)))
+    primvar.SetIndices(Vt.IntArray.FromNumpy(indices.ravel().astype(np.int32)))
+
+
 def write_collider(stage: Any, path: str, box: OrientedBox) -> Any:
-    """Define an invisible box that takes part in collisions, and return its prim."""
+    """Define an invisible collision box and return its prim."""
     from pxr import UsdPhysics
 
     cube = _unit_cube(stage, path)
@@ -64,7 +87,7 @@ def write_collider(stage: Any, path: str, box: OrientedBox) -> Any:
 
 
 def write_convex(stage: Any, path: str, vertices: Points, faces: Faces) -> Any:
-    """Define a convex mesh that takes part in collisions as its own hull, and return its prim."""
+    """Define a convex collision mesh and return its prim."""
     from pxr import UsdPhysics
 
     prim = write_mesh(stage, path, vertices, faces)
@@ -89,7 +112,7 @@ def _solid(stage: Any, path: str, part: Part) -> Any:
     # Unrounded: at some diameters tessellation changes the number of sides.
     solid.CreateRadiusAttr(radius)
     if part.primitive != "sphere":
-        solid.CreateHeightAttr(max(float(rounded(height)), STEP))
+        solid.CreateHeightAttr(max(float(rounded(height)), 10.0**-DECIMALS))
         solid.CreateAxisAttr(UsdGeom.Tokens.z)
     solid.CreateExtentAttr(UsdGeom.Boundable.ComputeExtentFromPlugins(solid, 0.0))
     return solid

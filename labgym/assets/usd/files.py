@@ -1,17 +1,21 @@
-"""The catalogue's USD files on disk: made, and checked to be what would be made."""
+"""The catalogue's USD files on disk: writing them, and checking that they are current."""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from labgym.artefacts import artefacts
 from labgym.assets.model import Asset
-from labgym.assets.usd.stages import asset_text
+from labgym.assets.usd.stages import asset_layer
 from labgym.assets.usd.validation import findings
-from labgym.documents import write_text
+from labgym.documents import write_bytes
 
 FOLDER = "usd"
+SUFFIX = ".usdc"
+"""Binary USD: the arrays of meshes are large."""
 
 
 def usd_folder() -> Path:
@@ -20,20 +24,28 @@ def usd_folder() -> Path:
 
 
 def usd_path(asset: Asset, folder: Path) -> Path:
-    """Return where an asset's file is under a folder."""
-    return folder / asset.kind / f"{asset.name}.usda"
+    """Return the path of an asset's file under a folder."""
+    return folder / asset.kind / f"{asset.name}{SUFFIX}"
+
+
+def write_layer(layer: Any, path: Path) -> Path:
+    """Write a `pxr.Sdf.Layer` atomically, as text or binary by the path's suffix, and return the path."""
+    with tempfile.TemporaryDirectory() as temporary:
+        file = Path(temporary) / path.name
+        layer.Export(str(file))
+        return write_bytes(path, file.read_bytes())
 
 
 def write_files(assets: Iterable[Asset], folder: Path) -> Iterator[Path]:
-    """Write each asset's file, and yield its path."""
+    """Write each asset's file and yield its path."""
     for asset in assets:
-        yield write_text(usd_path(asset, folder), asset_text(asset))
+        yield write_layer(asset_layer(asset), usd_path(asset, folder))
 
 
 def check_files(assets: Iterable[Asset], folder: Path) -> Iterator[tuple[Asset, tuple[str, ...]]]:
-    """Yield each asset with what is wrong with its file: missing, not current, or what OpenUSD's validators find.
+    """Yield each asset with the problems of its file: missing, unreadable, outdated, or findings of the validators.
 
-    A file is current where reading and writing it gives what the installed USD would write for the asset now.
+    A file is current if it has the content that the installed USD writes for the asset now.
     """
     for asset in assets:
         yield asset, tuple(_problems(asset, usd_path(asset, folder)))
@@ -46,18 +58,19 @@ def stray_files(assets: Iterable[Asset], folder: Path) -> tuple[Path, ...]:
 
 
 def _problems(asset: Asset, path: Path) -> Iterator[str]:
-    fresh = asset_text(asset)
-    from pxr import Sdf, Tf, Usd  # after the line above, which says what to install
+    fresh = asset_layer(asset)
+    from pxr import Sdf, Tf, Usd  # after the line above, whose error names the package to install
 
     if not path.is_file():
         yield f"{path} is missing"
         return
-    text, layer = path.read_text(encoding="utf-8"), Sdf.Layer.CreateAnonymous(".usda")
     try:
-        layer.ImportFromString(text)
+        layer = Sdf.Layer.OpenAsAnonymous(str(path))
     except Tf.ErrorException:
+        layer = None
+    if layer is None:
         yield f"{path} cannot be read as USD"
         return
-    if fresh not in (text, layer.ExportToString()):
-        yield f"{path} is not what the catalogue gives now"
+    if layer.ExportToString() != fresh.ExportToString():
+        yield f"{path} is outdated: run `labgym assets build`"
     yield from (f"{path}: {finding}" for finding in findings(Usd.Stage.Open(layer)))

@@ -1,4 +1,4 @@
-"""The shapes' materials as UsdPreviewSurface."""
+"""Materials as UsdPreviewSurface shaders."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from labgym.assets.shapes import MATERIALS
 
 
 def write_look(stage: Any, path: str, name: str) -> Any:
-    """Define the material of that name at a path and return it."""
+    """Define the material of a name in `MATERIALS` at a path and return it."""
     from pxr import Gf, Sdf, UsdShade
 
     look = MATERIALS[name]

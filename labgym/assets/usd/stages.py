@@ -1,4 +1,4 @@
-"""A catalogue asset as a USD layer: geometry, looks, physics and what the catalogue says of it."""
+"""A catalogue asset as a USD layer: geometry, materials, physics, semantic labels and catalogue attributes."""
 
 from __future__ import annotations
 
@@ -9,28 +9,31 @@ from labgym.assets.model import Asset
 from labgym.assets.shapes import build
 from labgym.assets.usd.attributes import write_attributes
 from labgym.assets.usd.bodies import write_collider, write_convex, write_part
+from labgym.assets.usd.labels import write_labels
 from labgym.assets.usd.looks import write_look
 from labgym.errors import MissingDependencyError
 
 
-def asset_text(asset: Asset) -> str:
-    """Return an asset as the text of a USD layer; the same on every machine.
+def asset_layer(asset: Asset) -> Any:
+    """Return an asset as an anonymous `pxr.Sdf.Layer` with the same content on every machine.
 
-    The default prim is a component of metres and z up with its origin at the centre of the asset's bottom face and
-    its front along +y. Under it are Geometry (what is seen, materials bound), Colliders (boxes of `Asset.solids`, or
-    the convex bodies of an imported mesh; purpose guide) and Looks. It is a rigid body of the asset's mass; facilities
-    are kinematic: they stay where they are put.
+    The default prim is a component in metres, z up, with its origin at the centre of the asset's bottom face and its
+    front along +y. Its children are Geometry (visible parts with bound materials), Colliders (the boxes of
+    `Asset.solids`, or the convex bodies of an imported mesh; purpose guide) and Looks. The prim is a rigid body of the
+    asset's mass; facilities are kinematic, so that they do not move. Its semantic labels are the asset's name
+    (taxonomy `class`) and category (taxonomy `category`).
 
     Raises:
         MissingDependencyError: usd-core is not installed.
     """
     try:
-        from pxr import Usd
+        from pxr import Sdf, Usd
     except ImportError:
         raise MissingDependencyError("usd-core", "writing USD", "usd") from None
-    stage = Usd.Stage.CreateInMemory()
-    _write(stage, asset)
-    return str(stage.GetRootLayer().ExportToString())
+    # A stage alone would not keep its layer alive.
+    layer = Sdf.Layer.CreateAnonymous(asset.name)
+    _write(Usd.Stage.Open(layer), asset)
+    return layer
 
 
 def _write(stage: Any, asset: Asset) -> None:
@@ -47,6 +50,7 @@ def _write(stage: Any, asset: Asset) -> None:
     if asset.kind == "facility":
         body.CreateKinematicEnabledAttr(True)
     UsdPhysics.MassAPI.Apply(root).CreateMassAttr(asset.mass)
+    write_labels(root, {"class": asset.name, "category": asset.category})
     write_attributes(root, asset)
     _write_geometry(stage, asset)
     UsdGeom.Scope.Define(stage, f"/{asset.name}/Colliders").CreatePurposeAttr(UsdGeom.Tokens.guide)

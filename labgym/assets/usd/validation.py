@@ -1,4 +1,4 @@
-"""OpenUSD's own validators, over a file or a text."""
+"""OpenUSD's own validators."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def findings(stage: Any) -> tuple[str, ...]:
-    """Return what all validators that usd-core brings say against a `pxr.Usd.Stage`, one line each."""
+    """Return the findings of all validators of usd-core about a `pxr.Usd.Stage`, one line each, sorted."""
     errors = _context().Validate(stage)
     return tuple(sorted(" ".join(f"{error.GetName()}: {error.GetMessage()}".split()) for error in errors))
 

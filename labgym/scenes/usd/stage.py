@@ -1,0 +1,101 @@
+"""A layout as a self-contained USD stage: references to the room and to the asset of each placement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from labgym.assets import Asset
+from labgym.assets.usd import asset_layer, write_labels, write_layer
+from labgym.layouts import Layout
+from labgym.layouts.model import WALL
+from labgym.scenes.folders import whole_folder
+from labgym.scenes.usd.cameras import write_cameras
+from labgym.scenes.usd.lights import write_lights
+from labgym.scenes.usd.names import identifiers, write_note
+from labgym.scenes.usd.room import room_layer
+from labgym.scenes.views import views
+
+STAGE_FILE = "scene.usda"
+ROOM_FILE = "room.usdc"
+ASSET_FOLDER = "assets"
+ROOT = "/Laboratory"
+GRAVITY = 9.81
+
+
+def write_usd(layout: Layout, folder: str | Path) -> Path:
+    """Write a layout as `folder/scene.usda`, `folder/room.usdc` and `folder/assets`; return the stage's path.
+
+    The stage is in metres, z up. `/Laboratory` has these children: `Room`, with visible and collision geometry of
+    floor and walls; `Placements`, with one prim for each placement that references its asset (wall-mounted ones are
+    kinematic); `Lights`; and `Cameras`, one for each view of `labgym.scenes.views`. Prims have semantic labels
+    (taxonomies `class`, `category` and `instance`). The folder can be moved; its references are relative.
+    The files are written to a temporary folder, which then replaces an earlier stage.
+
+    Raises:
+        LabgymError: the folder exists and is not a stage of labgym.
+        MissingDependencyError: usd-core is not installed.
+    """
+    folder = Path(folder)
+    files = _asset_files(layout)
+    with whole_folder(folder, (STAGE_FILE, ROOM_FILE, ASSET_FOLDER), "USD stage of labgym") as fresh:
+        for asset, file in files.items():
+            write_layer(asset_layer(asset), fresh / file)
+        write_layer(room_layer(layout.room), fresh / ROOM_FILE)
+        _write_stage(layout, files, fresh / STAGE_FILE)
+    return folder / STAGE_FILE
+
+
+def _write_stage(layout: Layout, files: Mapping[Asset, str], path: Path) -> None:
+    from pxr import Gf, Usd, UsdGeom, UsdPhysics
+
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
+    root = UsdGeom.Xform.Define(stage, ROOT).GetPrim()
+    stage.SetDefaultPrim(root)
+    Usd.ModelAPI(root).SetKind("assembly")
+    write_note(root, "layout", layout.id)
+    write_note(root, "layoutHash", layout.hash)
+    if layout.protocol_id:
+        write_note(root, "protocol", layout.protocol_id)
+    physics = UsdPhysics.Scene.Define(stage, f"{ROOT}/Physics")
+    physics.CreateGravityDirectionAttr(Gf.Vec3f(0.0, 0.0, -1.0))
+    physics.CreateGravityMagnitudeAttr(GRAVITY)
+    write_lights(stage, f"{ROOT}/Lights", layout.room)
+    write_cameras(stage, f"{ROOT}/Cameras", views(layout))
+    UsdGeom.Xform.Define(stage, f"{ROOT}/Room").GetPrim().GetReferences().AddReference(f"./{ROOM_FILE}")
+    _write_placements(stage, layout, files)
+    stage.GetRootLayer().Save()
+
+
+def _write_placements(stage: Any, layout: Layout, files: Mapping[Asset, str]) -> None:
+    from pxr import Gf, Usd, UsdGeom, UsdPhysics
+
+    path = f"{ROOT}/Placements"
+    Usd.ModelAPI(UsdGeom.Xform.Define(stage, path).GetPrim()).SetKind("group")
+    names = identifiers([placement.id for placement in layout.placements])
+    for name, placement in zip(names, layout.placements, strict=True):
+        pose = UsdGeom.Xform.Define(stage, f"{path}/{name}")
+        prim = pose.GetPrim()
+        prim.GetReferences().AddReference(f"./{files[layout.asset(placement.id)]}")
+        prim.SetInstanceable(True)
+        pose.AddTranslateOp().Set(Gf.Vec3d(*placement.position))
+        pose.AddRotateZOp(UsdGeom.XformOp.PrecisionDouble).Set(math.degrees(placement.yaw))
+        write_labels(prim, {"instance": placement.id})
+        write_note(prim, "id", placement.id)
+        write_note(prim, "support", placement.support)
+        if placement.support == WALL:
+            UsdPhysics.RigidBodyAPI(prim).CreateKinematicEnabledAttr(True)
+
+
+def _asset_files(layout: Layout) -> dict[Asset, str]:
+    """Return the file of each asset, relative to the stage; the sizes of a resized asset have files of their own."""
+    assets = dict.fromkeys(layout.asset(placement.id) for placement in layout.placements)
+    return {
+        asset: f"{ASSET_FOLDER}/{name}.usdc"
+        for asset, name in zip(assets, identifiers([asset.name for asset in assets]), strict=True)
+    }
