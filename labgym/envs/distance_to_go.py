@@ -1,4 +1,4 @@
-"""How far the robot still has to drive: a field over the floor, looked up at every step."""
+"""The remaining driving distance as a field over the floor."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from labgym.navigation import OccupancyGrid, distance_field
 class DistanceToGo:
     """Length of the shortest grid path to a goal from anywhere in the room, interpolated between cells.
 
-    On a grid with eight neighbours, so that it is up to 8% longer than the shortest any-angle path. Where no path
-    leads to the goal (too close to an obstacle, or cut off) it is that of the nearest cell that has one, and the
-    straight way there; where no cell has one, the straight distance to the goal.
+    The grid is 8-connected, so the length exceeds that of the shortest any-angle path by up to 8%. For a cell without a
+    path (too close to an obstacle, or cut off) it is the length from the nearest cell that has one plus the distance to
+    that cell. If no cell has a path, it is the straight distance to the goal.
 
     Args:
         grid: the occupancy grid dilated by the planning radius.
-        goal: x and y in metres; what follows is ignored.
+        goal: x and y in metres; further components are ignored.
     """
 
     def __init__(self, grid: OccupancyGrid, goal: tuple[float, ...]) -> None:
@@ -34,7 +34,7 @@ class DistanceToGo:
         self._field = field
 
     def at(self, x: float, y: float) -> float:
-        """Return metres to drive from a point of the room."""
+        """Return the remaining driving distance from a point of the room, metres."""
         if not self.reachable:
             return math.dist((x, y), self._goal)
         rows, columns = self._field.shape

@@ -1,4 +1,4 @@
-"""One drive under way: where the robot is, what it achieved, and what is counted."""
+"""An episode in progress: the state of the robot and the quantities that are measured."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ SUCCESS_DISTANCE = 0.5
 
 
 class Episode:
-    """A drive from its start pose on.
+    """An episode, from its start pose.
 
     Attributes:
-        task: the drive. robot: who drives. stage: its layout, made ready. simulation: the robot in it.
-        distance: from the robot's centre to the goal, metres.
-        progress: by how much the last step shortened the way to go, metres.
+        task: layout, protocol and goal pair. stage: the layout prepared for simulation. simulation: the robot in it.
+        distance: distance from the robot's center to the goal, metres.
+        progress: decrease of the distance to go in the last step, metres.
         collision: whether the robot touched something in the last step.
-        contacts: steps in which it did. steps: control steps taken. path_length: metres driven.
+        contacts: number of steps with a collision. steps: number of control steps. path_length: length driven, metres.
     """
 
     def __init__(self, task: Task, robot: RobotSpec = ROBOT) -> None:
@@ -34,7 +34,7 @@ class Episode:
         self.simulation = Simulation(self.stage.model, robot)
         self.simulation.place(task.pair.start)
         self._to_go = self.stage.to_go(task.pair.goal)
-        self._left = self._to_go.at(*task.pair.start[:2])
+        self._remaining = self._to_go.at(*task.pair.start[:2])
         self.distance = self._distance()
         self.progress = 0.0
         self.collision = False
@@ -43,22 +43,22 @@ class Episode:
         self.path_length = 0.0
 
     def drive(self, v: float, w: float) -> None:
-        """Ask for a twist in m/s and rad/s for one control step."""
+        """Apply a target twist in m/s and rad/s for one control step."""
         driven, self.collision = self.simulation.drive(v, w)
         self.path_length += driven
         self.contacts += self.collision
         self.steps += 1
         self.distance = self._distance()
-        left = self._to_go.at(*self.simulation.pose[:2])
-        self.progress, self._left = self._left - left, left
+        remaining = self._to_go.at(*self.simulation.pose[:2])
+        self.progress, self._remaining = self._remaining - remaining, remaining
 
     @property
     def success(self) -> bool:
-        """Whether the goal is reached."""
+        """Whether the robot is within `SUCCESS_DISTANCE` of the goal."""
         return self.distance <= SUCCESS_DISTANCE
 
     def info(self, terms: dict[str, float]) -> dict[str, Any]:
-        """Return the info of a step whose weighted reward terms are these; keys as `LabPointNavEnv` says."""
+        """Return the info of a step with these weighted reward terms; `LabPointNavEnv` documents the keys."""
         pose, pair = self.simulation.pose, self.task.pair
         return {
             "pose": np.array(pose),

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class RewardWeights:
-    """What each term is worth.
+    """Weight of each term of the reward.
 
     Attributes:
-        progress: per metre that the shortest way to the goal became shorter (negative where it became longer).
+        progress: per metre by which the shortest path to the goal became shorter.
         success: once, when the goal is reached.
         collision: per control step in which the robot touched something.
         time: per control step.
@@ -28,7 +28,7 @@ class RewardWeights:
             progress: decrease of the distance to go, metres.
             success: whether the goal was reached in this step.
             collision: whether the robot touched something in this step.
-            steps: control steps taken: 1, or 0 for the terms of a reset, which are all zero.
+            steps: number of control steps: 1, or 0 for a reset, whose terms are all zero.
         """
         return {
             "progress": self.progress * progress,

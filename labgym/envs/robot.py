@@ -1,8 +1,9 @@
 """The robot: a differential-drive base with a column, an arm and a sensor head, as an MjSpec to attach to a scene.
 
 The base moves in the plane on two slides and a hinge. Three velocity servos act in its own frame: forward, sideways and
-turn. The sideways servo always asks for zero: it is the grip of the wheels. Each servo's force is limited, which limits
-the acceleration and the push against an obstacle alike, so nothing outside the physics shapes the motion.
+turn. The target of the sideways servo is always zero: it models the grip of the wheels. The force of each servo is
+limited, which limits both the acceleration and the push against an obstacle; nothing outside the physics shapes the
+motion.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import mujoco
 from labgym.envs.robot_look import dress
 
 PREFIX = "robot/"
-"""What `attach_robot` puts before every name of the robot."""
+"""Prefix of every name of the robot in a scene."""
 
 
 @dataclass(frozen=True)
@@ -23,17 +24,17 @@ class RobotSpec:
     """Dimensions and limits of the robot, SI units.
 
     Attributes:
-        chassis_radius: radius of the round base that touches things, metres.
-        planning_radius: radius that planners keep clear, metres.
+        chassis_radius: radius of the colliding base, metres.
+        planning_radius: radius of the disc that planners keep clear, metres.
         height: top of the sensor head, metres.
-        mass: kilograms. yaw_inertia: about the vertical axis, kg m2.
-        v_min, v_max: forward velocity limits, m/s. w_max: limit of the turn rate either way, rad/s.
-        acceleration: limit of the forward acceleration either way, m/s2. turn_acceleration: likewise, rad/s2.
-        grip: sideways acceleration that the wheels hold before they slip, m/s2.
-        lag: time constant of the servos below their limits, seconds.
+        mass: kilograms. yaw_inertia: about the vertical axis, kg m².
+        v_min, v_max: limits of the forward velocity, m/s. w_max: limit of the turn rate in both directions, rad/s.
+        acceleration, turn_acceleration: limits of the accelerations in both directions, m/s² and rad/s².
+        grip: sideways acceleration at which the wheels slip, m/s².
+        lag: time constant of the servos within their force limits, seconds.
         control_dt: time between two actions, seconds. timestep: physics step, seconds.
         lidar_height: height of the lidar's plane, metres.
-        camera_height, camera_forward: the level camera's place in the robot frame (x ahead), metres.
+        camera_height, camera_forward: position of the level camera in the robot frame (x ahead), metres.
         camera_hfov: horizontal field of view, radians.
     """
 
@@ -58,14 +59,14 @@ class RobotSpec:
 
     @property
     def substeps(self) -> int:
-        """Physics steps in one control step."""
+        """Number of physics steps per control step."""
         return round(self.control_dt / self.timestep)
 
     def twist(self, forward: float, turn: float) -> tuple[float, float]:
-        """Return the (v, w) in m/s and rad/s that an action asks for.
+        """Return the target velocities (v, w) of an action, m/s and rad/s.
 
-        Both components lie in [-1, 1] (values beyond are clipped): [-1, 0] maps onto [v_min, 0], [0, 1] onto
-        [0, v_max], and turn onto [-w_max, w_max], counter-clockwise positive.
+        Both components are clipped to [-1, 1]. For forward, [-1, 0] maps to [v_min, 0] and [0, 1] to [0, v_max]; turn
+        maps to [-w_max, w_max], counter-clockwise positive.
         """
         forward = min(max(forward, -1.0), 1.0)
         turn = min(max(turn, -1.0), 1.0)
@@ -76,10 +77,10 @@ ROBOT = RobotSpec()
 
 
 def robot_spec(robot: RobotSpec = ROBOT) -> mujoco.MjSpec:
-    """Return the robot alone: one body `base` at the floor's height, heading along +x at yaw 0.
+    """Return the robot without a scene: one body `base` at floor height, heading along +x at yaw 0.
 
     Joints `x`, `y` (m) and `yaw` (rad) are its pose. Actuators `forward` (m/s), `turn` (rad/s) are its commands;
-    `grip` stays at 0. Geoms `chassis` and `column` (group 3) collide; the rest is to look at.
+    `grip` stays at 0. The geoms `chassis` and `column` (group 3) collide; the others are visual only.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "robot"
@@ -109,9 +110,9 @@ def robot_spec(robot: RobotSpec = ROBOT) -> mujoco.MjSpec:
 
 
 def attach_robot(scene: mujoco.MjSpec, robot: RobotSpec = ROBOT) -> None:
-    """Attach the robot to a scene at the room's origin, its names prefixed by `robot/`, and set the physics step.
+    """Attach the robot to a scene at the room's origin, with its names prefixed by `robot/`, and set the physics step.
 
-    The scene's floor must lie at z = 0; joints start at 0, so set qpos to the start pose.
+    The scene's floor must be at z = 0. The joints start at 0; set qpos to the start pose.
     """
     scene.attach(robot_spec(robot), prefix=PREFIX, frame=scene.worldbody.add_frame())
     scene.option.timestep = robot.timestep
@@ -120,7 +121,7 @@ def attach_robot(scene: mujoco.MjSpec, robot: RobotSpec = ROBOT) -> None:
 
 
 def _add_hull(base: mujoco.MjsBody, name: str, radius: float, bottom: float, top: float) -> None:
-    """Add an invisible colliding cylinder; its stiff, slippery contact overrules the other geom's."""
+    """Add an invisible colliding cylinder; its stiff, slippery contact takes priority over the other geom's."""
     base.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -140,7 +141,7 @@ def _add_servo(
 ) -> None:
     """Add a velocity servo along one of the six axes of the base's own frame.
 
-    A site without a reference site has the velocity along its gear as its actuator velocity, in its own frame.
+    For a site without a reference site, the actuator velocity is the velocity along its gear in the site's frame.
     """
     gain = inertia / lag
     servo = spec.add_actuator(name=name)

@@ -1,4 +1,4 @@
-"""What the robot looks like: white shells, graphite joints, one teal accent. None of it collides or weighs."""
+"""Visual geoms of the robot: white shells, graphite joints, one teal accent. They neither collide nor have mass."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FINISHES: dict[str, tuple[tuple[float, float, float, float], float, float, float
     "accent": ((0.05, 0.62, 0.62, 1.0), 0.3, 0.5, 0.35),
 }
 
-# The arm rests folded over the deck, inside the chassis radius: shoulder, elbow, wrist, flange, in the robot frame.
+# The arm is folded over the deck, inside the chassis radius: shoulder, elbow, wrist, flange, in the robot frame.
 ARM: tuple[Point, ...] = ((0.00, 0.0, 0.74), (-0.01, 0.0, 1.02), (0.15, 0.0, 0.86), (0.17, 0.0, 0.72))
 
 
@@ -32,7 +32,7 @@ class Dresser:
     def shell(
         self, name: str, finish: str, half: Sequence[float], centre: Sequence[float], edges: float = 0.15
     ) -> None:
-        """Add a box with rounded edges, or, with `edges` 1, a rounded cylinder: a superellipsoid of half extents."""
+        """Add a superellipsoid of the given half extents: a box with rounded edges, or a cylinder if `edges` is 1."""
         mesh = self.spec.add_mesh(name=name)
         mesh.make_supersphere(28, edges, 0.15)
         mesh.scale = list(half)
@@ -46,7 +46,7 @@ class Dresser:
     def rod(
         self, finish: str, radius: float, start: Sequence[float], end: Sequence[float], round_ends: bool = False
     ) -> None:
-        """Add a cylinder, or a capsule where its ends are round, from one point to another."""
+        """Add a cylinder between two points, or a capsule if its ends are round."""
         kind = mujoco.mjtGeom.mjGEOM_CAPSULE if round_ends else mujoco.mjtGeom.mjGEOM_CYLINDER
         self._add(kind, finish, size=[radius, 0.0, 0.0], fromto=[*start, *end])
 
@@ -59,7 +59,7 @@ class Dresser:
 
 
 def dress(spec: mujoco.MjSpec, base: mujoco.MjsBody, radius: float, height: float) -> None:
-    """Add materials and visual geoms to the base of a robot of that chassis radius and height, metres."""
+    """Add materials and visual geoms to the base of a robot; radius of the chassis and height in metres."""
     for name, (rgba, specular, shininess, emission) in FINISHES.items():
         spec.add_material(name=name, rgba=rgba, specular=specular, shininess=shininess, emission=emission)
     dresser = Dresser(spec, base)

@@ -15,20 +15,20 @@ Floats = NDArray[np.float32]
 
 LIDAR_RAYS = 180
 IMAGE_SHAPE = (72, 128)
-"""Rows and columns of the camera's picture."""
+"""Rows and columns of the camera image."""
 
 RANGE = 10.0
-"""What lidar and camera say where nothing is nearer, metres."""
+"""Largest reading of lidar and camera, metres."""
 
 
 class Bundle:
-    """Rays that leave the robot together: fixed in its frame, turned and moved with it.
+    """A set of rays that is fixed in the robot frame.
 
-    The turn is written out, product by product: a matrix product may round differently on another machine.
+    The rotation is written out product by product, because a matrix product may round differently on another machine.
 
     Args:
         directions: (n, 3) unit vectors in the robot frame.
-        forward, height: where the rays start, on the robot's middle plane, metres.
+        forward, height: start point of the rays in the robot's plane of symmetry, metres.
     """
 
     def __init__(self, directions: NDArray[np.float64], forward: float, height: float) -> None:
@@ -38,9 +38,9 @@ class Bundle:
         self._origins: Floats = np.empty_like(self.directions)
 
     def cast(self, rays: RayScene, pose: Pose, reach: float) -> tuple[Floats, NDArray[np.int32]]:
-        """Return distances (n,), `reach` where nothing is nearer, and the faces hit (n,) from a pose.
+        """Return distances (n,) from a pose, `reach` for a ray that hits nothing nearer, and the faces hit (n,).
 
-        `directions` are those of the room frame from then on.
+        Afterwards `directions` holds the directions in the room frame.
         """
         x, y, yaw = pose
         cosine, sine = math.cos(yaw), math.sin(yaw)
@@ -51,10 +51,10 @@ class Bundle:
 
 
 class Lidar:
-    """A planar range finder about the robot's axis.
+    """A planar range finder on the robot's axis.
 
-    Ray i leaves at the angle -pi + 2 pi i / 180 to the heading, counter-clockwise: ray 0 looks straight behind,
-    ray 45 to the right, ray 90 straight ahead, ray 135 to the left.
+    Ray i points -pi + 2 pi i / 180 from the heading, counter-clockwise: ray 0 points backwards, ray 45 to the right,
+    ray 90 straight ahead, ray 135 to the left.
     """
 
     def __init__(self, robot: RobotSpec = ROBOT) -> None:
@@ -63,13 +63,13 @@ class Lidar:
         self._bundle = Bundle(directions, 0.0, robot.lidar_height)
 
     def scan(self, rays: RayScene, pose: Pose) -> Floats:
-        """Return ranges from the robot's axis, (180,) metres, at most 10."""
+        """Return ranges from the robot's axis, (180,) metres, clipped to 10."""
         distances, _ = self._bundle.cast(rays, pose, RANGE)
         return np.minimum(distances, np.float32(RANGE))
 
 
 def pixel_slopes(robot: RobotSpec = ROBOT) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far left each column (128,) and how far up each row (72,) of the picture looks, per metre of depth."""
+    """Return the offset to the left of each column (128,) and upwards of each row (72,), per metre of depth."""
     rows, columns = IMAGE_SHAPE
     focal = columns / 2.0 / math.tan(robot.camera_hfov / 2.0)
     left = (columns / 2.0 - 0.5 - np.arange(columns, dtype=np.float64)) / focal
@@ -78,9 +78,9 @@ def pixel_slopes(robot: RobotSpec = ROBOT) -> tuple[NDArray[np.float64], NDArray
 
 
 class Camera:
-    """A level pinhole camera that looks along the heading; pixels are square, rows run downwards, columns to the right.
+    """A level pinhole camera along the heading, with square pixels; rows run downwards, columns to the right.
 
-    Depth is planar: the distance from the plane of the lens, not along the ray.
+    Depth is planar: the distance from the plane of the lens, not the length of the ray.
     """
 
     def __init__(self, robot: RobotSpec = ROBOT) -> None:
@@ -93,11 +93,11 @@ class Camera:
         self._bundle = Bundle(grid / lengths[:, None], robot.camera_forward, robot.camera_height)
 
     def depth(self, rays: RayScene, pose: Pose) -> Floats:
-        """Return planar depth, (72, 128) metres, at most 10."""
+        """Return planar depth, (72, 128) metres, clipped to 10."""
         return self._see(rays, pose)[0]
 
     def colour_and_depth(self, rays: RayScene, pose: Pose) -> tuple[NDArray[np.uint8], Floats]:
-        """Return the picture, (72, 128, 3), and planar depth, (72, 128) metres, at most 10."""
+        """Return the color image, (72, 128, 3), and planar depth, (72, 128) metres, clipped to 10."""
         depth, faces = self._see(rays, pose)
         return rays.color(faces, self._bundle.directions).reshape(*IMAGE_SHAPE, 3), depth
 

@@ -1,4 +1,4 @@
-"""The robot in motion: physics of one robot in one static scene, a control step at a time."""
+"""Physics of one robot in a static scene, advanced by control steps."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from labgym.geometry import wrap_angle
 Pose = tuple[float, float, float]
 
 CHECK_STEPS = 5
-"""Physics steps between two looks for contacts: a touch that lasts 25 ms is seen."""
+"""Physics steps between two checks for contacts (25 ms): shorter contacts may go unnoticed."""
 
 
 class Simulation:
-    """One robot in a compiled scene in which nothing else moves.
+    """One robot in a compiled scene; nothing else moves.
 
     Attributes:
-        model, data: MuJoCo's; whatever touches in them is the robot.
+        model, data: the MuJoCo model and data; every contact in them involves the robot.
         pose: (x, y, yaw) in the room frame; yaw in (-pi, pi].
         velocity: forward velocity, m/s, and turn rate, rad/s.
     """
@@ -27,7 +27,7 @@ class Simulation:
     def __init__(self, model: mujoco.MjModel, robot: RobotSpec = ROBOT) -> None:
         self.model = model
         self.data = mujoco.MjData(model)
-        # The robot's joints were added in this order, so that their coordinates lie side by side.
+        # The joints x, y and yaw were added in this order, so their coordinates are consecutive.
         self._at = slice(model.joint(PREFIX + "x").qposadr[0], model.joint(PREFIX + "yaw").qposadr[0] + 1)
         self._rate = slice(model.joint(PREFIX + "x").dofadr[0], model.joint(PREFIX + "yaw").dofadr[0] + 1)
         self._forward, self._turn = (model.actuator(PREFIX + name).id for name in ("forward", "turn"))
@@ -35,18 +35,18 @@ class Simulation:
         self.place((0.0, 0.0, 0.0))
 
     def place(self, pose: Pose) -> None:
-        """Put the robot at rest at (x, y, yaw), and the clock to 0."""
+        """Put the robot at rest at (x, y, yaw) and set the clock to 0."""
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[self._at] = pose
         mujoco.mj_forward(self.model, self.data)
         self._read()
 
     def drive(self, v: float, w: float) -> tuple[float, bool]:
-        """Ask for a twist in m/s and rad/s for one control step.
+        """Apply a target twist in m/s and rad/s for one control step.
 
         Returns:
-            the length driven, metres (each piece between two contact checks an arc), and whether the robot
-            touched anything.
+            the length driven in metres, as the sum of arcs between contact checks, and whether the robot touched
+            anything.
         """
         data, at = self.data, self._at
         data.ctrl[self._forward], data.ctrl[self._turn] = v, w
@@ -68,6 +68,6 @@ class Simulation:
 
 
 def _arc(chord: float, turned: float) -> float:
-    """Return the length of the circular arc over a chord along which the heading turned."""
+    """Return the length of the circular arc over a chord along which the heading turned by `turned` radians."""
     half = turned / 2.0
     return chord if abs(half) < 1e-6 else chord * half / math.sin(half)

@@ -1,4 +1,4 @@
-"""A layout made ready to drive in: physics, rays, and what the evaluator knows that the robot does not."""
+"""A layout prepared for simulation: physics, rays, and privileged quantities that the robot cannot observe."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ KEPT = 16
 
 
 class Stage:
-    """Everything about one layout that does not change while the robot drives; shared by the environments of a process.
+    """The parts of one layout that do not change while the robot drives; shared by the environments of a process.
 
     Attributes:
-        model: the scene's colliding geoms and the robot, nothing to look at.
+        model: the robot and the colliding geoms of the scene, without visual geoms.
     """
 
     def __init__(self, layout: Layout) -> None:
@@ -37,22 +37,22 @@ class Stage:
         self._lengths: dict[tuple[float, ...], float] = {}
 
     def clearance(self, x: float, y: float) -> float:
-        """Return the distance from the chassis to the nearest footprint or wall, metres; 0 where they overlap.
+        """Return the distance from the chassis to the nearest footprint or wall, metres; 0 if they overlap.
 
-        Footprints are those of everything that begins below the robot's height, bounding boxes as planners see them.
+        Footprints are the bounding boxes of all objects whose bottom is below `OBSTACLE_HEIGHT`.
         """
         room = self._layout.room
         nearest = float(self._obstacles.nearest(np.array([[x, y]]))[0])
         return max(0.0, min(nearest, x, y, room.width - x, room.depth - y) - ROBOT.chassis_radius)
 
     def to_go(self, goal: tuple[float, float, float]) -> DistanceToGo:
-        """Return the field of distances to a goal."""
+        """Return the field of driving distances to a goal."""
         if goal[:2] not in self._goals:
             self._goals[goal[:2]] = DistanceToGo(self._grid, goal)
         return self._goals[goal[:2]]
 
     def shortest_length(self, pair: GoalPair) -> float:
-        """Return the length of the shortest any-angle path of a goal pair, metres; inf where there is none."""
+        """Return the length of the shortest any-angle path of a goal pair, metres; inf if there is none."""
         ends = pair.start[:2] + pair.goal[:2]
         if ends not in self._lengths:
             path = self._paths.path(pair.start[:2], pair.goal[:2])
@@ -61,12 +61,12 @@ class Stage:
 
     @cached_property
     def solid(self) -> RayScene:
-        """What a robot bumps into, for the lidar: what it sees is what stops it."""
+        """The solid boxes that stop the robot; the lidar sees them."""
         return RayScene(self._layout, "solid")
 
     @cached_property
     def visible(self) -> RayScene:
-        """What is seen, for the camera."""
+        """The visual shapes; the camera sees them."""
         return RayScene(self._layout, "visual")
 
     @cached_property
@@ -79,7 +79,7 @@ class Stage:
 
 
 def physics_model(layout: Layout) -> mujoco.MjModel:
-    """Compile a layout with the robot in it, keeping only what collides, all of it fixed to the world."""
+    """Compile a layout with the robot; only colliding geoms are kept, and all but the robot are fixed to the world."""
     scene = to_mjcf(layout)
     attach_robot(scene)
     scene.compiler.discardvisual = True

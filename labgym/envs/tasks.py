@@ -1,4 +1,4 @@
-"""Which drive an episode is: a layout, a protocol and one of its goal pairs, chosen or drawn."""
+"""Tasks: the layout, protocol and goal pair of an episode, given by arguments or drawn at random."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from labgym import protocols
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
+from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.splits import load_published, published, train_layout
 from labgym.navigation import GoalPair, goal_pairs
 from labgym.protocols import Protocol
@@ -24,10 +25,10 @@ OPTIONS = ("layout", "protocol", "pair")
 
 @dataclass(frozen=True)
 class Task:
-    """One episode's drive.
+    """The task of one episode: drive from the start to the goal of a pair in a layout.
 
     Attributes:
-        protocol: whose drive it is, usually the one that the layout was made for.
+        protocol: the protocol that has this goal pair; by default the layout's first.
     """
 
     layout: Layout
@@ -36,26 +37,26 @@ class Task:
 
 
 class TaskSource:
-    """Chooses the drive of each episode.
+    """Chooses the task of each episode.
 
     Args:
-        split: where layouts are drawn from: "val" or "test" among the published ones, "train" newly generated ones.
-        layout: a fixed layout in place of drawn ones: a `Layout`, a path of one, or the id of a published one.
-        protocol: a fixed protocol, or its id, in place of any.
-        profile: thresholds that generated layouts meet.
-        episodes_per_layout: drives in a generated layout before the next is drawn.
+        split: "val" or "test" for the published layouts, "train" for newly generated ones.
+        layout: a fixed layout: a `Layout`, the path of one, or the id of a published one.
+        protocol: a fixed protocol: a `Protocol`, its id or the path of its file.
+        profile: thresholds that generated layouts satisfy.
+        episodes_per_layout: number of episodes in a generated layout before the next one is generated.
 
     Raises:
-        UnknownNameError: a split, protocol or layout does not exist.
-        OptionError: a layout is none of what it may be, or there is nothing to draw from.
-        DocumentError: a layout's file cannot be read as one.
+        UnknownNameError: a split, protocol, layout or profile does not exist.
+        OptionError: `layout` has another type, or `episodes_per_layout` is below 1.
+        DocumentError: a file is not a layout or a protocol.
     """
 
     def __init__(
         self,
         split: str,
         layout: Layout | str | Path | None,
-        protocol: Protocol | str | None,
+        protocol: Protocol | str | Path | None,
         profile: str,
         episodes_per_layout: int,
     ) -> None:
@@ -63,6 +64,7 @@ class TaskSource:
             raise UnknownNameError("split", split, SPLITS)
         if episodes_per_layout < 1:
             raise OptionError(f"episodes_per_layout is {episodes_per_layout}, expected at least 1")
+        resolve_profile(profile)
         self._split, self._profile = split, profile
         self._layout = None if layout is None else resolve_layout(layout)
         self._protocol = None if protocol is None else protocols.resolve(protocol)
@@ -71,15 +73,17 @@ class TaskSource:
         self._episodes_left = 0
 
     def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:
-        """Return the next drive.
+        """Return the next task.
 
         Args:
-            rng: what is not chosen is drawn from it.
-            options: any of "layout", "protocol" and "pair" (index), over what the source was made with.
-            fresh: forget what was drawn before, so that the drive depends on `rng` and `options` alone.
+            rng: random generator for everything that is not fixed.
+            options: any of "layout", "protocol" and "pair" (an index); they take precedence over the constructor's.
+            fresh: generate a new layout, so that the task depends on `rng` and `options` only.
 
         Raises:
-            UnknownNameError, OptionError, DocumentError: as for the constructor; also an unknown option or pair.
+            UnknownNameError: an option, layout, protocol or pair does not exist.
+            OptionError: the layout has no protocol or no goal pair.
+            DocumentError: a file is not a layout or a protocol.
         """
         for name in options:
             if name not in OPTIONS:
@@ -100,12 +104,12 @@ class TaskSource:
         if self._split in PUBLISHED:
             candidates = _with_drives(self._split, None if protocol is None else protocol.id)
             return load(self._split, candidates[int(rng.integers(len(candidates)))])
-        last = self._generated
-        if fresh or last is None or self._episodes_left == 0 or (protocol and protocol != last.protocol):
-            last = self._generated = train_layout(rng, protocol, self._profile)
+        layout = self._generated
+        if fresh or layout is None or self._episodes_left == 0 or (protocol and protocol != layout.protocol):
+            layout = self._generated = train_layout(rng, protocol, self._profile)
             self._episodes_left = self._episodes_per_layout
         self._episodes_left -= 1
-        return last
+        return layout
 
 
 def resolve_layout(layout: Layout | str | Path, protocol: Protocol | str | Path | None = None) -> Layout:
@@ -165,20 +169,20 @@ def _goal_pairs(layout: Layout, protocol: Protocol | None) -> tuple[GoalPair, ..
 
 @lru_cache(maxsize=256)
 def load(split: str, name: str) -> Layout:
-    """Return a published layout, read once in a process."""
+    """Return a published layout; each file is read once per process."""
     return load_published(split, name)
 
 
 @lru_cache(maxsize=64)
 def _with_drives(split: str, protocol: str | None) -> tuple[str, ...]:
-    """Return the ids of a split's layouts that have a goal pair, of one protocol or of any.
+    """Return the ids of a split's layouts that have a goal pair, for one protocol id or for all.
 
     Raises:
-        UnknownNameError: the split has no layout of that protocol with a drive.
+        UnknownNameError: the split has no layout with a goal pair for that protocol.
     """
     layouts = [layout for layout in (load(split, name) for name in published(split)) if goal_pairs(layout)]
     ids = tuple(layout.id for layout in layouts if protocol in (None, layout.protocol_id))
     if not ids:
         drivable = {str(layout.protocol_id) for layout in layouts}
-        raise UnknownNameError(f"protocol with a layout to drive in of split {split!r}", protocol or "any", drivable)
+        raise UnknownNameError(f"protocol with goal pairs in split {split!r}", protocol or "any", drivable)
     return ids

@@ -68,8 +68,8 @@ class ChaseView:
             rays: the layout's visible scene.
 
         Raises:
-            OptionError: the picture is larger than the scene's off-screen buffer.
-            MissingRendererError: there is no OpenGL.
+            OptionError: the image is larger than the scene's off-screen buffer.
+            MissingRendererError: OpenGL is not available.
         """
         if self._renderer is None or self._scene is None or self._layout is not layout:
             self.close()

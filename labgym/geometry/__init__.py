@@ -1,4 +1,4 @@
-"""Oriented footprints, distances and overlaps. Knows no laboratory."""
+"""Oriented boxes, distances, overlaps and planar frames, independent of laboratories."""
 
 from labgym.geometry.boxes import BoxArray, OrientedBox, distance, pairwise_distance, pairwise_penetration, penetration
 from labgym.geometry.frames import compose, relative, rotate, to_local, to_world, wrap_angle

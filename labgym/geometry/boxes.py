@@ -68,7 +68,7 @@ class OrientedBox:
 
 @dataclass(frozen=True)
 class BoxArray:
-    """n upright boxes as arrays, for pairwise questions.
+    """n upright boxes as arrays, for pairwise measures.
 
     Attributes:
         centre: (n, 2). half: (n, 2). yaw: (n,). z: (n, 2), bottom and top.
@@ -104,14 +104,14 @@ class BoxArray:
 
 
 def pairwise_penetration(a: BoxArray, b: BoxArray) -> Array:
-    """Return the least overlap over all separating axes, shape (n, m): positive where boxes interpenetrate."""
+    """Return the least overlap over all separating axes, shape (n, m): positive if the boxes interpenetrate."""
     along_z = np.minimum(a.z[:, None, 1], b.z[None, :, 1]) - np.maximum(a.z[:, None, 0], b.z[None, :, 0])
     least: Array = np.minimum(along_z, _planar_penetration(a, b))
     return least
 
 
 def pairwise_distance(a: BoxArray, b: BoxArray) -> Array:
-    """Return surface-to-surface 3D distances in metres, shape (n, m); 0 where boxes touch or overlap."""
+    """Return surface-to-surface 3D distances in metres, shape (n, m); 0 if the boxes touch or overlap."""
     planar = np.minimum(_corner_distance(a, b), _corner_distance(b, a).T)
     planar = np.where(_planar_penetration(a, b) > 0.0, 0.0, planar)
     gap = np.maximum(a.z[:, None, 0], b.z[None, :, 0]) - np.minimum(a.z[:, None, 1], b.z[None, :, 1])
@@ -120,7 +120,7 @@ def pairwise_distance(a: BoxArray, b: BoxArray) -> Array:
 
 
 def penetration(a: OrientedBox, b: OrientedBox) -> float:
-    """Return the least overlap of two boxes over all separating axes, metres; negative where they are apart."""
+    """Return the least overlap of two boxes over all separating axes, metres; negative if they are apart."""
     return float(pairwise_penetration(BoxArray.of([a]), BoxArray.of([b]))[0, 0])
 
 

@@ -1,4 +1,4 @@
-"""How deep and how much upright boxes overlap, and how far inside each other they lie, pair by pair."""
+"""Penetration depth, inset and shared volume of pairs of upright boxes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 def paired_penetration(a: BoxArray, b: BoxArray) -> Array:
     """Return the least overlap of box a[k] with box b[k] over all separating axes, shape (n,).
 
-    Positive where they interpenetrate. Same measure as `pairwise_penetration`, for chosen pairs only.
+    Positive if they interpenetrate. The measure of `pairwise_penetration`, for selected pairs only.
     """
     least = np.minimum(a.z[:, 1], b.z[:, 1]) - np.maximum(a.z[:, 0], b.z[:, 0])
     on_a = _extent_along(b.half, b.yaw - a.yaw) + a.half - np.abs(_turned_back(b.centre - a.centre, a.yaw))
@@ -22,9 +22,10 @@ def paired_penetration(a: BoxArray, b: BoxArray) -> Array:
 
 
 def paired_inset(inner: BoxArray, outer: BoxArray) -> Array:
-    """Return how far footprint inner[k] lies inside footprint outer[k], shape (n,).
+    """Return the inset of footprint inner[k] in footprint outer[k], shape (n,).
 
-    The least distance from inner's corners to outer's sides; negative by as much as inner sticks out. z is ignored.
+    It is the least distance from the corners of inner to the sides of outer, negative if inner extends beyond outer; z
+    is ignored.
     """
     local = np.abs(_turned_back(inner.centre - outer.centre, outer.yaw))
     return np.asarray((outer.half - local - _extent_along(inner.half, inner.yaw - outer.yaw)).min(axis=1))
@@ -45,20 +46,20 @@ def overlap_volume(a: OrientedBox, b: OrientedBox) -> float:
 
 def _clip(polygon: list[tuple[float, float]], axis: int, sign: float, limit: float) -> list[tuple[float, float]]:
     """Keep the part of a convex polygon where sign * coordinate <= limit."""
-    kept: list[tuple[float, float]] = []
+    clipped: list[tuple[float, float]] = []
     for start, end in zip(polygon, polygon[1:] + polygon[:1], strict=True):
         inside_start, inside_end = limit - sign * start[axis], limit - sign * end[axis]
         if inside_start >= 0.0:
-            kept.append(start)
+            clipped.append(start)
         if (inside_start >= 0.0) != (inside_end >= 0.0):
             part = inside_start / (inside_start - inside_end)
-            kept.append((start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])))
-    return kept
+            clipped.append((start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])))
+    return clipped
 
 
 def _area(polygon: list[tuple[float, float]]) -> float:
-    turned = zip(polygon, polygon[1:] + polygon[:1], strict=True)
-    return abs(sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in turned)) / 2.0
+    edges = zip(polygon, polygon[1:] + polygon[:1], strict=True)
+    return abs(sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in edges)) / 2.0
 
 
 def _turned_back(vectors: Array, yaw: Array) -> Array:
@@ -69,6 +70,6 @@ def _turned_back(vectors: Array, yaw: Array) -> Array:
 
 
 def _extent_along(half: Array, turn: Array) -> Array:
-    """Half extents (n, 2), along the axes of a frame, of rectangles turned in it by `turn` (n,)."""
+    """Return the half extents (n, 2), along the axes of a frame, of rectangles rotated in it by `turn` (n,)."""
     cosine, sine = np.abs(np.cos(turn)), np.abs(np.sin(turn))
     return np.column_stack([half[:, 0] * cosine + half[:, 1] * sine, half[:, 0] * sine + half[:, 1] * cosine])

@@ -1,4 +1,4 @@
-"""Occupancy, grid search, exact shortest paths, and the goal poses and drives that a protocol asks for."""
+"""Occupancy, grid search, exact shortest paths, and the goal poses and goal pairs of a protocol."""
 
 from labgym.navigation.feasibility import Transition, feasibility, transitions
 from labgym.navigation.goals import GoalPair, Pose, goal_pairs, goal_pose, goal_poses

@@ -13,10 +13,10 @@ Array = NDArray[np.float64]
 
 
 class Obstacles:
-    """The footprints that a disc must keep away from.
+    """The footprints from which a disc must keep its distance.
 
     Attributes:
-        boxes: n rectangles.
+        boxes: the n rectangles.
     """
 
     def __init__(self, boxes: Iterable[OrientedBox]) -> None:
@@ -31,15 +31,15 @@ class Obstacles:
         return _outside(self._local(points), self.boxes.half)
 
     def nearest(self, points: Array) -> Array:
-        """Return the distance from points (m, 2) to the nearest rectangle, (m,) metres; inf where there are none."""
+        """Return the distance from points (m, 2) to the nearest rectangle, (m,) metres; inf if there are none."""
         return np.asarray(self.point_distances(points).min(axis=1, initial=np.inf))
 
     def segment_distances(self, starts: Array, ends: Array) -> Array:
-        """Return the distance from segments to each rectangle, (m, n) metres; 0 where they meet.
+        """Return the distance from segments to each rectangle, (m, n) metres; 0 if they intersect.
 
         Args:
-            starts: (m, 2) where the segments begin.
-            ends: (m, 2) where they end.
+            starts: (m, 2) first points of the segments.
+            ends: (m, 2) last points of the segments.
         """
         if len(self) == 0 or len(starts) == 0:
             return np.full((len(starts), len(self)), np.inf)
@@ -66,7 +66,7 @@ def _outside(local: Array, half: Array) -> Array:
 
 
 def _crosses(start: Array, direction: Array, half: Array) -> NDArray[np.bool_]:
-    """Whether segments meet centred axis-aligned rectangles: clip the segment by the two slabs."""
+    """Whether segments intersect centered axis-aligned rectangles (slab method)."""
     steep = np.where(np.abs(direction) < 1e-300, 1e-300, direction)
     first, second = (-half - start) / steep, (half - start) / steep
     enter = np.minimum(first, second).max(axis=-1)

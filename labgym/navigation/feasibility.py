@@ -1,4 +1,4 @@
-"""Whether the drives that a protocol asks for can be made, and what is wrong with those that cannot."""
+"""Which goal pairs of a protocol are feasible, and why the others are not."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ End = Literal["start", "goal"]
 
 @dataclass(frozen=True)
 class Transition:
-    """The verdict on one drive.
+    """The verdict on one transition between locations.
 
     Attributes:
         start_location, goal_location: asset names.
-        start, goal: (x, y, yaw); None where the location is not placed.
-        failure: None where a path exists; else, the first of these that applies: missing (a location is not
-            placed), outside_room (an end lies outside the room's interior), endpoint_invalid (the robot does
-            not fit at an end), unreachable (both ends are good and no path joins them).
-        ends: the ends at fault; empty for unreachable.
+        start, goal: (x, y, yaw); None if the location is not placed.
+        failure: None if a path exists; otherwise the first of these that applies: missing (a location is not placed),
+            outside_room (an end is outside the room's interior), endpoint_invalid (the robot does not fit at an end),
+            unreachable (the robot fits at both ends, but no path connects them).
+        ends: the ends that cause the failure; empty for unreachable.
     """
 
     start_location: str
@@ -49,16 +49,16 @@ def feasibility(
     resolution: float = RESOLUTION,
     grid: OccupancyGrid | None = None,
 ) -> tuple[Transition, ...]:
-    """Judge drives on the occupancy grid dilated by a disc (8-connected, no corner cutting).
+    """Judge goal pairs on the occupancy grid dilated by a disc (8-connected, no corner cutting).
 
-    A path exists exactly where both ends lie in one connected region, so that no search is run.
+    A path exists if and only if both ends are in the same connected region, so no search is needed.
 
     Args:
         plan: the layout.
-        pairs: drives, as from `goal_pairs`.
-        radius: of the disc, metres.
-        resolution: of the grid, metres.
-        grid: the dilated grid, where it is at hand; radius and resolution then do nothing.
+        pairs: goal pairs, as from `goal_pairs`.
+        radius: radius of the disc, metres.
+        resolution: side of a cell, metres.
+        grid: the dilated grid if it exists already; radius and resolution are then ignored.
     """
     grid = grid if grid is not None else occupancy(plan, resolution).dilated(radius)
     return tuple(_judge(plan, grid, (p.start_location, p.goal_location), p.start, p.goal) for p in pairs)
@@ -70,10 +70,9 @@ def transitions(
     radius: float = PLANNING_RADIUS,
     resolution: float = RESOLUTION,
 ) -> tuple[Transition, ...]:
-    """Judge every drive of a protocol, those to locations that are not placed included.
+    """Judge every transition of a protocol, including those to locations that are not placed.
 
-    Unlike `goal_pairs` this takes any layout: a missing location is a failure, not an error. Drives of no
-    length are dropped.
+    Unlike `goal_pairs`, a missing location is a failure and not an error. Transitions of zero length are dropped.
 
     Raises:
         UnknownNameError: no protocol of the library has that id.

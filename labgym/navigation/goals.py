@@ -1,4 +1,4 @@
-"""Where the robot stands to work at a device, and the drives that a protocol asks for."""
+"""Goal poses in front of devices, and the goal pairs of a protocol."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from labgym.protocols import Protocol
 Pose = tuple[float, float, float]
 
 SAME_PLACE = 1e-3
-"""Two goal poses nearer than this are one place, metres."""
+"""Goal poses that are nearer than this count as the same, metres."""
 
 
 @dataclass(frozen=True)
 class GoalPair:
-    """One drive: from the goal pose of one step's location to that of the next.
+    """From the goal pose of one step's location to that of the next.
 
     Attributes:
         index: position in the tuple that `goal_pairs` returns.
@@ -38,13 +38,13 @@ class GoalPair:
 def goal_pose(target: OrientedBox, parent: OrientedBox | None = None) -> Pose:
     """Return the pose from which the robot works at a device (paper, appendix on navigation pose generation).
 
-    The robot's centre is 0.60 m in front of the middle of the device's front, and it looks at the device: with
-    front = (-sin yaw, cos yaw), position = c + (depth / 2 + 0.60) front and heading = -front. Where the device
-    stands on something with a larger footprint, the robot stands in front of that.
+    The robot's center is 0.60 m in front of the middle of the device's front, and the robot faces the device: with
+    front = (-sin yaw, cos yaw), position = c + (depth / 2 + 0.60) front and heading = -front. If the device stands on
+    an object with a larger footprint, the pose is in front of that object.
 
     Args:
         target: the device.
-        parent: what carries it, None where it stands on the floor.
+        parent: the object that carries it; None if it stands on the floor.
 
     Returns:
         (x, y, yaw): metres, and the heading in (-pi, pi].
@@ -58,10 +58,10 @@ def goal_pose(target: OrientedBox, parent: OrientedBox | None = None) -> Pose:
 
 
 def location_pose(plan: FloorPlan, location: str) -> Pose:
-    """Return the goal pose of the placement whose asset is the location.
+    """Return the goal pose of the first placement of an asset.
 
     Raises:
-        UnknownNameError: nothing of that asset is placed.
+        UnknownNameError: the asset is not placed.
     """
     placed = plan.find(location)
     if placed is None:
@@ -85,7 +85,7 @@ def goal_poses(plan: FloorPlan, protocol: Protocol | str | None = None) -> dict[
 
 
 def goal_pairs(plan: FloorPlan, protocol: Protocol | str | None = None) -> tuple[GoalPair, ...]:
-    """Return the drives between the locations of consecutive steps; those of no length are dropped.
+    """Return the goal pairs of consecutive steps; pairs of zero length are dropped.
 
     Args and errors as in `goal_poses`.
     """
@@ -100,7 +100,7 @@ def goal_pairs(plan: FloorPlan, protocol: Protocol | str | None = None) -> tuple
 
 
 def same_place(start: Pose, goal: Pose) -> bool:
-    """Whether a drive has no length to speak of: its ends are within 1 mm."""
+    """Whether two poses are within 1 mm of each other."""
     return math.dist(start[:2], goal[:2]) <= SAME_PLACE
 
 

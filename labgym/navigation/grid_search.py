@@ -1,4 +1,4 @@
-"""Shortest paths over a grid's free cells: eight neighbours, and no cutting of corners."""
+"""Shortest paths over the free cells of a grid: 8-connected, without corner cutting."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ DIAGONAL = math.sqrt(2.0)
 def astar(
     grid: OccupancyGrid, start: Point, goal: Point, costs: NDArray[np.float64] | None = None
 ) -> NDArray[np.float64] | None:
-    """Return a shortest path between the cells that hold two points, or None where there is none.
+    """Return a shortest path between the cells of two points, or None if there is none.
 
-    A* with the octile distance. A diagonal step is allowed only where both cells beside it are free. Ties are broken
-    by the cell's number: the same input gives the same path.
+    A* with the octile distance. A diagonal step requires that both adjacent cells are free. Ties are broken by the cell
+    number: the same input gives the same path.
 
     Args:
-        grid: dilated by the robot's radius.
+        grid: the grid dilated by the robot's radius.
         start: (x, y), metres.
         goal: (x, y), metres.
-        costs: (ny, nx), at least 1: what a metre through a cell costs; a step costs its length times the mean of its
-            two cells. None makes every metre cost 1.
+        costs: (ny, nx), cost per metre through each cell, at least 1; a step costs its length times the mean of its two
+            cells. None stands for 1 everywhere.
 
     Returns:
-        (n, 2) room coordinates of the cells' centres from start to goal, both included (n = 1 in the same cell).
+        (n, 2) room coordinates of the cell centers from start to goal, both included (n = 1 if it is the same cell).
 
     Raises:
-        OptionError: the costs have another shape than the grid, or one is below 1 or not a number.
+        OptionError: the shape of the costs differs from the grid's, or a cost is below 1 or NaN.
     """
     if costs is not None and (costs.shape != grid.shape or not bool((costs >= 1.0).all())):
         raise OptionError(f"costs of shape {costs.shape} must have the grid's shape {grid.shape} and be at least 1")
@@ -47,20 +47,20 @@ def astar(
     (r0, c0), (r1, c1) = grid.cell_of(*start), grid.cell_of(*goal)
     source, target = (r0 + 1) * width + c0 + 1, (r1 + 1) * width + c1 + 1
     prices = np.pad(np.ones(grid.shape) if costs is None else costs, 1, constant_values=1.0).ravel().tolist()
-    came = _search(blocked, prices, width, source, target)
+    predecessors = _search(blocked, prices, width, source, target)
     cells = [target]
     while cells[-1] != source:
-        cells.append(came[cells[-1]])
+        cells.append(predecessors[cells[-1]])
     rows, columns = np.divmod(np.array(cells[::-1]), width)
     xs, ys = grid.centres()
     return np.column_stack([xs[columns - 1], ys[rows - 1]])
 
 
 def distance_field(grid: OccupancyGrid, source: Point) -> NDArray[np.float64]:
-    """Return the length of the shortest grid path from every cell to a point's cell, same moves as `astar`.
+    """Return the length of the shortest grid path from every cell to the cell of a point, with the moves of `astar`.
 
     Returns:
-        (ny, nx) metres; inf where there is no path, everywhere when the source is not free.
+        (ny, nx) metres; inf for cells without a path, and everywhere if the source is not free.
     """
     field = np.full(grid.shape, np.inf)
     if grid.free(*source):
@@ -71,12 +71,12 @@ def distance_field(grid: OccupancyGrid, source: Point) -> NDArray[np.float64]:
 
 
 def _search(blocked: list[bool], prices: list[float], width: int, source: int, target: int) -> dict[int, int]:
-    """Run A* on flat cell numbers of a padded grid; return each reached cell's predecessor. The target is reachable."""
+    """Run A* on the flat cell numbers of a padded grid to a reachable target; return predecessors by cell."""
     rows, columns = divmod(target, width)
     straight = (1, -1, width, -width)
     diagonal = ((width + 1, width, 1), (width - 1, width, -1), (1 - width, -width, 1), (-1 - width, -width, -1))
     cost = {source: 0.0}
-    came: dict[int, int] = {}
+    predecessors: dict[int, int] = {}
     done: set[int] = set()
     heap = [(0.0, source)]
     push, pop = heapq.heappush, heapq.heappop
@@ -102,7 +102,7 @@ def _search(blocked: list[bool], prices: list[float], width: int, source: int, t
             there = here + (price + prices[near]) / 2.0
             if there < cost.get(near, infinity):
                 cost[near] = there
-                came[near] = cell
+                predecessors[near] = cell
                 push(heap, (there + estimate(near), near))
         for step, beside, along in diagonal:
             near = cell + step
@@ -111,13 +111,13 @@ def _search(blocked: list[bool], prices: list[float], width: int, source: int, t
             there = here + DIAGONAL * (price + prices[near]) / 2.0
             if there < cost.get(near, infinity):
                 cost[near] = there
-                came[near] = cell
+                predecessors[near] = cell
                 push(heap, (there + estimate(near), near))
-    return came
+    return predecessors
 
 
 def _graph(grid: OccupancyGrid) -> csr_matrix:
-    """Return the graph of allowed moves, each once, weighted in metres."""
+    """Return the graph of allowed moves, each listed once, weighted by length in metres."""
     free = ~grid.occupied
     ny, nx = grid.shape
     number = np.arange(ny * nx).reshape(ny, nx)

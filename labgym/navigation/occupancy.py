@@ -1,4 +1,4 @@
-"""The floor as a grid of cells that are occupied or free, and its dilation by a disc."""
+"""Occupancy grids of a floor plan and their dilation by a disc."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ RESOLUTION = 0.05
 
 MAX_CELLS = 4_000_000
 TOUCH = 1e-9
-"""Lengths under this count as touching, not as overlap, metres."""
+"""Overlaps smaller than this count as touching, metres."""
 
 
 @dataclass(frozen=True, eq=False)
 class OccupancyGrid:
-    """Square cells over the floor; whatever lies beyond the grid is occupied.
+    """A grid of square cells over the floor; everything outside the grid is occupied.
 
     Attributes:
         occupied: (ny, nx) bool; row is y, column is x.
@@ -43,37 +43,36 @@ class OccupancyGrid:
         return self.occupied.shape[0], self.occupied.shape[1]
 
     def cell_of(self, x: float, y: float) -> tuple[int, int]:
-        """Return (row, column) of the cell that holds a point; it may lie beyond the grid."""
+        """Return (row, column) of the cell that contains a point; it may be outside the grid."""
         column = math.floor((x - self.origin[0]) / self.resolution)
         return math.floor((y - self.origin[1]) / self.resolution), column
 
     def centre_of(self, row: int, column: int) -> tuple[float, float]:
-        """Return the room coordinates (x, y) of a cell's centre."""
+        """Return the room coordinates (x, y) of the center of a cell."""
         return self.origin[0] + (column + 0.5) * self.resolution, self.origin[1] + (row + 0.5) * self.resolution
 
     def centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the x of the columns (nx,) and the y of the rows (ny,), at the cells' centres."""
+        """Return the x of the columns (nx,) and the y of the rows (ny,), at the centers of the cells."""
         ny, nx = self.shape
         columns, rows = np.arange(nx, dtype=np.float64), np.arange(ny, dtype=np.float64)
         return self.origin[0] + (columns + 0.5) * self.resolution, self.origin[1] + (rows + 0.5) * self.resolution
 
     def holds(self, row: int, column: int) -> bool:
-        """Whether a cell is on the grid."""
+        """Whether a cell is inside the grid."""
         ny, nx = self.shape
         return 0 <= row < ny and 0 <= column < nx
 
     def free(self, x: float, y: float) -> bool:
-        """Whether the cell that holds a point is on the grid and free."""
+        """Whether the cell that contains a point is inside the grid and free."""
         row, column = self.cell_of(x, y)
         return self.holds(row, column) and not bool(self.occupied[row, column])
 
     def dilated(self, radius: float) -> OccupancyGrid:
-        """Return the grid in which a cell is free when a disc at its centre fits.
+        """Return the grid in which a cell is free if a disc at its center fits.
 
-        The disc is a true one and is held against the occupied cells as squares: a cell becomes occupied when
-        the open disc of that radius about its centre meets an occupied cell or leaves the grid. Obstacles
-        grow by less than a cell in `occupancy`, a position differs from its cell's centre by at most half a
-        cell's diagonal: the whole is conservative but for the latter.
+        A cell becomes occupied if the open disc around its center intersects an occupied cell, taken as a square, or
+        leaves the grid. `occupancy` enlarges obstacles by less than a cell, which is conservative; a position differs
+        from the center of its cell by up to half a diagonal, which is not.
 
         Raises:
             OptionError: the radius is negative or not finite.
@@ -92,16 +91,16 @@ class OccupancyGrid:
 
     @cached_property
     def components(self) -> NDArray[np.int32]:
-        """Labels of the connected free regions, (ny, nx): 0 where occupied, 1... elsewhere.
+        """Labels of the connected free regions, (ny, nx): 0 for occupied cells, 1 and above for free ones.
 
-        Regions are joined through sides. A diagonal step that cuts no corner needs both cells beside it free,
-        so these are the regions of the 8-connected search without corner cutting too.
+        Cells are connected through their sides. A diagonal step without corner cutting requires that both adjacent
+        cells are free, so these are also the regions of the 8-connected search.
         """
         _, labels = cv2.connectedComponents((~self.occupied).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
         return np.asarray(labels, dtype=np.int32)
 
     def connected(self, start: tuple[float, float], goal: tuple[float, float]) -> bool:
-        """Whether a path between two points exists: both cells are free and in one region."""
+        """Whether a path between two points exists: both cells are free and in the same region."""
         if not (self.free(*start) and self.free(*goal)):
             return False
         return bool(self.components[self.cell_of(*start)] == self.components[self.cell_of(*goal)])
@@ -110,13 +109,13 @@ class OccupancyGrid:
 def occupancy(plan: FloorPlan, resolution: float = RESOLUTION, below: float = OBSTACLE_HEIGHT) -> OccupancyGrid:
     """Rasterise a floor plan.
 
-    A cell is occupied when its interior meets the footprint of an obstacle or reaches outside the room; a
-    footprint that only touches it does not count.
+    A cell is occupied if its interior intersects the footprint of an obstacle or extends outside the room. A footprint
+    that only touches the cell does not count.
 
     Args:
         plan: the layout.
         resolution: side of a cell, metres.
-        below: what begins above this height is not in the way, metres.
+        below: objects whose bottom is above this height are ignored, metres.
 
     Raises:
         OptionError: the resolution is not positive, or gives more than four million cells.
@@ -136,7 +135,7 @@ def _cells(length: float, resolution: float) -> int:
 
 
 def _mark(occupied: NDArray[np.bool_], boxes: Iterable[OrientedBox], resolution: float) -> None:
-    """Set the cells that oriented rectangles overlap, by separating axes between a cell and a rectangle."""
+    """Set the cells that oriented rectangles overlap (separating-axis test between cell and rectangle)."""
     ny, nx = occupied.shape
     for box in boxes:
         x0, y0, x1, y1 = (edge / resolution for edge in box.bounds())

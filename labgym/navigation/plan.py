@@ -1,4 +1,4 @@
-"""What navigation needs to know of a laboratory: the room's size, what stands in the way, and where things are."""
+"""The part of a layout that navigation reads: the room's size, the obstacles and the placements."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from labgym import protocols
 from labgym.geometry import OrientedBox
 
 PLANNING_RADIUS = 0.30
-"""Radius of the disc that paths are planned for, metres: the chassis (0.27 m) and 3 cm to steer with."""
+"""Radius of the disc that paths are planned for, metres: the chassis (0.27 m) and 3 cm for tracking errors."""
 
 STAND_OFF = 2.0 * PLANNING_RADIUS
-"""Distance from a device's front to the robot's centre when it works there, metres."""
+"""Distance from the front of a device to the center of the robot that works there, metres."""
 
 OBSTACLE_HEIGHT = 1.40
-"""What begins below this height above the floor is in the robot's way, metres: its column and arm are that tall."""
+"""Objects whose bottom is below this height are obstacles, metres: the robot (1.32 m, `RobotSpec.height`) and 8 cm."""
 
 
 class Extent(Protocol):
@@ -33,7 +33,7 @@ class Extent(Protocol):
 
 
 class Placed(Protocol):
-    """Something that has been placed: its id and the asset that it is."""
+    """A placed object: its id and its asset."""
 
     @property
     def id(self) -> str:
@@ -60,7 +60,7 @@ class FloorPlan(Protocol):
         ...
 
     def obstacles(self, below: float) -> Iterable[OrientedBox]:
-        """Yield the boxes of what stands on the floor or hangs on a wall and begins below a height."""
+        """Yield the boxes of floor and wall objects whose bottom is below a height."""
         ...
 
     def find(self, asset: str) -> Placed | None:
@@ -68,7 +68,7 @@ class FloorPlan(Protocol):
         ...
 
     def root(self, placement_id: str) -> Placed:
-        """Return the floor or wall object that finally carries a placement."""
+        """Return the floor or wall object that carries a placement, directly or indirectly."""
         ...
 
     def box(self, placement_id: str) -> OrientedBox:

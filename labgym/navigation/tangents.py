@@ -1,8 +1,8 @@
-"""The curves that bound where a disc can go: tangents of circles about rectangle corners, and the free arcs on them.
+"""The boundary of a disc's free space: tangents of circles around rectangle corners, and the free arcs on them.
 
-A disc of radius r avoids a rectangle when its centre stays outside the rectangle grown by r, whose boundary is four
-straight edges and four quarter circles. A shortest path is made of straight pieces that touch those quarter circles
-and of arcs along them.
+A disc of radius r avoids a rectangle if its center stays outside the rectangle dilated by r, whose boundary consists of
+four straight edges and four quarter circles. A shortest path consists of straight segments that touch those quarter
+circles, and of arcs along them.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ Index = NDArray[np.intp]
 
 QUARTER = math.pi / 2.0
 TOLERANCE = 1e-7
-"""A path may come this much nearer than the radius, metres: what rounding can do to a path that touches."""
+"""A path may be nearer than the radius by this much, metres: the rounding error of a path that touches."""
 
 
 @dataclass(frozen=True)
 class Corners:
-    """Quarter circles of radius r about the corners of the rectangles.
+    """Quarter circles of radius r around the corners of the rectangles.
 
     Attributes:
         centre: (k, 2). begin: (k,) angle at which the quarter begins, counter-clockwise. radius: metres.
@@ -49,13 +49,13 @@ class Corners:
         return normal[:, 0] * np.cos(middle) + normal[:, 1] * np.sin(middle) >= math.sqrt(0.5) - 1e-9
 
     def turned(self, index: Index, normal: Array) -> Array:
-        """Return how far along its quarter each unit normal is, (m,) radians in [0, pi/2]."""
+        """Return the angle of each unit normal from the beginning of its quarter, (m,) radians in [0, pi/2]."""
         angle = np.arctan2(normal[:, 1], normal[:, 0]) - self.begin[index]
-        # The offset keeps a normal just before the quarter's begin from wrapping to its far side.
+        # The offset keeps a normal just before the beginning of the quarter from wrapping to its end.
         return np.clip((angle + 1.0) % (2.0 * math.pi) - 1.0, 0.0, QUARTER)
 
     def points(self, index: Index, normal: Array) -> Array:
-        """Return the points of the circles at unit normals, (m, 2)."""
+        """Return the points on the circles at unit normals, (m, 2)."""
         return self.centre[index] + self.radius * normal
 
 
@@ -71,12 +71,12 @@ class Contacts:
     normal: Array
 
     def at(self, chosen: NDArray[np.bool_]) -> Contacts:
-        """Return the chosen ones."""
+        """Return the selected contacts."""
         return Contacts(self.corner[chosen], self.normal[chosen])
 
 
 class FreeSpace:
-    """Where the centre of a disc can be: inside the room by r and at least r from every rectangle."""
+    """The positions of a disc's center: at least r from the walls and from every rectangle."""
 
     def __init__(self, room: Extent, obstacles: Obstacles, radius: float) -> None:
         self.obstacles, self.radius = obstacles, radius
@@ -88,11 +88,11 @@ class FreeSpace:
         return np.asarray(self.in_room(points) & (self.obstacles.nearest(points) >= self.radius - TOLERANCE))
 
     def joins(self, starts: Array, ends: Array) -> NDArray[np.bool_]:
-        """Whether segments (m, 2)-(m, 2) are free from end to end."""
+        """Whether segments (m, 2)-(m, 2) are free along their whole length."""
         good: NDArray[np.bool_] = self.in_room(starts) & self.in_room(ends)
-        kept = np.flatnonzero(good)
-        near = self.obstacles.segment_distances(starts[kept], ends[kept]).min(axis=1, initial=np.inf)
-        good[kept] = near >= self.radius - TOLERANCE
+        inside = np.flatnonzero(good)
+        near = self.obstacles.segment_distances(starts[inside], ends[inside]).min(axis=1, initial=np.inf)
+        good[inside] = near >= self.radius - TOLERANCE
         return good
 
     def in_room(self, points: Array) -> NDArray[np.bool_]:
@@ -101,10 +101,10 @@ class FreeSpace:
 
 
 def bitangents(corners: Corners) -> tuple[Contacts, Contacts]:
-    """Return the segments that touch two quarter circles, each by its two contacts.
+    """Return the segments that touch two quarter circles, each as its two contacts.
 
     For unit u from circle i to circle j at distance d: the outer tangents touch both at the normals +-left(u), the
-    inner ones, where d > 2r, touch i at n and j at -n with n.u = 2r/d.
+    inner ones, if d > 2r, touch i at n and j at -n with n.u = 2r/d.
     """
     i, j = np.triu_indices(len(corners.begin), 1)
     offset = corners.centre[j] - corners.centre[i]
@@ -116,20 +116,20 @@ def bitangents(corners: Corners) -> tuple[Contacts, Contacts]:
     along = np.minimum(2.0 * corners.radius / length, 1.0)[:, None]
     across = np.sqrt(1.0 - along**2)
     inner = (length > 2.0 * corners.radius + 1e-9).nonzero()[0]
-    found: list[tuple[Contacts, Contacts]] = []
+    pairs: list[tuple[Contacts, Contacts]] = []
     for side in (1.0, -1.0):
-        found.append((Contacts(i, side * left), Contacts(j, side * left)))
+        pairs.append((Contacts(i, side * left), Contacts(j, side * left)))
         normal = (along * u + side * across * left)[inner]
-        found.append((Contacts(i[inner], normal), Contacts(j[inner], -normal)))
-    kept = [corners.on_quarter(a.corner, a.normal) & corners.on_quarter(b.corner, b.normal) for a, b in found]
+        pairs.append((Contacts(i[inner], normal), Contacts(j[inner], -normal)))
+    valid = [corners.on_quarter(a.corner, a.normal) & corners.on_quarter(b.corner, b.normal) for a, b in pairs]
     return (
-        _stack([a.at(good) for (a, _), good in zip(found, kept, strict=True)]),
-        _stack([b.at(good) for (_, b), good in zip(found, kept, strict=True)]),
+        _stack([a.at(good) for (a, _), good in zip(pairs, valid, strict=True)]),
+        _stack([b.at(good) for (_, b), good in zip(pairs, valid, strict=True)]),
     )
 
 
 def tangents(corners: Corners, point: Array) -> Contacts:
-    """Return where the segments from a point (2,) touch the quarter circles: normals n with n.(point - c) = r."""
+    """Return the contacts of the tangents from a point (2,): normals n with n.(point - c) = r."""
     index = np.arange(len(corners.begin))
     offset = point - corners.centre
     length = np.hypot(offset[:, 0], offset[:, 1])
@@ -146,8 +146,8 @@ def tangents(corners: Corners, point: Array) -> Contacts:
 def free_arcs(corners: Corners, space: FreeSpace) -> tuple[Index, Array]:
     """Return the maximal free arcs of the quarter circles.
 
-    Each quarter is cut where it crosses another circle, the line of a grown edge, or a wall; a piece is free when its
-    middle is.
+    Each quarter is cut at its intersections with other circles, the lines of dilated edges, and walls; a piece is free
+    if its middle is free.
 
     Returns:
         corner (a,), ascending, and the arcs (a, 2): begin and end along the quarter, radians, ascending.
@@ -183,7 +183,7 @@ def _merged(edges: Array, wide: NDArray[np.bool_], free: NDArray[np.bool_]) -> t
 
 
 def _crossings(corners: Corners, space: FreeSpace) -> Array:
-    """Return the angles at which each circle crosses other circles, grown edges' lines and walls, (k, n) with NaN."""
+    """Return the angles at which each circle crosses circles, lines of dilated edges and walls, (k, n) with NaN."""
     radius, boxes = corners.radius, space.obstacles.boxes
     offset = corners.centre[None, :, :] - corners.centre[:, None, :]
     length = np.hypot(offset[..., 0], offset[..., 1])

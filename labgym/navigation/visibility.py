@@ -35,16 +35,16 @@ class ShortestPath:
 
 
 class ShortestPaths:
-    """Shortest paths in one floor plan; what the pairs share is computed once.
+    """Shortest paths in one floor plan; the visibility graph is computed once.
 
-    The visibility graph of the free space grown by a true disc: its nodes are the points where straight pieces touch
-    the rounded corners, its edges those pieces and the arcs between them. Nothing is sampled, so that lengths are
-    exact to rounding (1e-7 m of clearance): the greatest lower bound of what a disc of that radius can drive.
+    Nodes are the points at which straight segments touch the rounded corners of the dilated obstacles; edges are those
+    segments and the arcs between them. Nothing is sampled, so the lengths are exact up to rounding (1e-7 m of
+    clearance): they are the infimum of the lengths that a disc of that radius can drive.
 
     Args:
         plan: the layout.
-        radius: of the disc, metres.
-        below: what begins above this height is not in the way, metres.
+        radius: radius of the disc, metres.
+        below: objects whose bottom is above this height are ignored, metres.
 
     Raises:
         OptionError: the radius is not positive.
@@ -62,23 +62,23 @@ class ShortestPaths:
         self._first, self._second = first.at(free), second.at(free)
 
     def path(self, start: Sequence[float], goal: Sequence[float]) -> ShortestPath | None:
-        """Return a shortest path between two points, or None where the disc cannot get from one to the other.
+        """Return a shortest path between two points, or None if the disc cannot get from one to the other.
 
-        Points are room coordinates in metres; what follows x and y (a yaw) is ignored.
+        Points are room coordinates in metres; components after x and y, such as a yaw, are ignored.
         """
         ends = np.array([start[:2], goal[:2]], dtype=np.float64)
         if not self.space.holds(ends).all():
             return None
         if self.space.joins(ends[:1], ends[1:])[0]:
             return ShortestPath(float(math.dist(*ends)), ends)
-        graph = _Graph(ends, (self._first, self._second, self._seen(ends[0]), self._seen(ends[1])))
+        graph = _Graph(ends, (self._first, self._second, self._visible_from(ends[0]), self._visible_from(ends[1])))
         nodes = graph.contacts
         arcs = self._along_arcs(nodes)
         trail, length = graph.search(self._points(nodes), arcs)
         return None if trail is None else ShortestPath(length, self._drawn(trail, nodes, ends))
 
-    def _seen(self, point: Array) -> Contacts:
-        """Contacts of the free tangents from a point."""
+    def _visible_from(self, point: Array) -> Contacts:
+        """Return the contacts of the free tangents from a point."""
         contacts = tangents(self._corners, point)
         return contacts.at(self.space.joins(np.broadcast_to(point, (len(contacts.corner), 2)), self._points(contacts)))
 
@@ -117,7 +117,7 @@ class ShortestPaths:
 
 
 class _Graph:
-    """Contacts numbered, and the straight edges among them, the start and the goal."""
+    """Numbered contacts, and the straight edges between them, the start and the goal."""
 
     def __init__(self, ends: Array, parts: tuple[Contacts, Contacts, Contacts, Contacts]) -> None:
         first, _, near_start, near_goal = parts
@@ -132,11 +132,11 @@ class _Graph:
         self.targets = number[m:]
 
     def search(self, points: Array, arcs: tuple[Index, Index, Array]) -> tuple[Index | None, float]:
-        """Return the nodes of a shortest path from start to goal and its length; None and inf where there is none."""
+        """Return the nodes of a shortest path from start to goal and its length; None and inf if there is none."""
         places = np.concatenate([points, self.ends])
         straight = np.linalg.norm(places[self.sources] - places[self.targets], axis=1)
         here, there, along = arcs
-        # SciPy drops explicit zeros: contacts that coincide are joined by a length too small to count.
+        # SciPy drops explicit zeros, so contacts that coincide are connected by a negligible length.
         weights = np.maximum(np.concatenate([straight, along]), 1e-14)
         rows, columns = np.concatenate([self.sources, here]), np.concatenate([self.targets, there])
         graph = csr_matrix((weights, (rows, columns)), shape=(len(places), len(places)))
@@ -152,8 +152,8 @@ class _Graph:
 def shortest_path(
     plan: FloorPlan, start: Sequence[float], goal: Sequence[float], radius: float = PLANNING_RADIUS
 ) -> ShortestPath | None:
-    """Return the shortest path for a disc between two points, or None where there is none.
+    """Return the shortest path for a disc between two points, or None if there is none.
 
-    For several paths in one layout make one `ShortestPaths`.
+    For several paths in one layout use one `ShortestPaths`.
     """
     return ShortestPaths(plan, radius).path(start, goal)

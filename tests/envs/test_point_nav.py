@@ -21,7 +21,7 @@ from labgym.envs import LabPointNavEnv, RewardWeights
 from labgym.envs.robot import ROBOT
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.layouts import Layout
-from labgym.navigation import goal_pairs, shortest_path
+from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS, goal_pairs, shortest_path
 
 MODES = ("lidar", "depth", "rgbd")
 KEYS = {
@@ -342,3 +342,25 @@ def test_closing_twice_is_fine(layout: Layout) -> None:
     env.reset(seed=0)
     env.close()
     env.close()
+
+
+@pytest.mark.parametrize("action", [np.zeros((2, 1)), "ab", None, [1j, 0], [10**400, 0], [0.0, math.nan]])
+def test_an_action_that_is_not_two_numbers_is_refused_in_one_line(layout: Layout, action: object) -> None:
+    env = LabPointNavEnv(layout=layout)
+    env.reset(seed=0)
+    with pytest.raises(OptionError, match="must be two finite numbers") as caught:
+        env.step(action)
+    assert "\n" not in str(caught.value)
+
+
+def test_arguments_out_of_range_are_refused_when_the_environment_is_made() -> None:
+    with pytest.raises(UnknownNameError, match="profile 'x' not found"):
+        LabPointNavEnv(profile="x")
+    for size in ({"width": 0}, {"height": -5}):
+        with pytest.raises(OptionError, match="at least 1 pixel"):
+            LabPointNavEnv(**size)
+
+
+def test_objects_above_the_robot_s_head_are_the_only_ones_that_are_no_obstacles() -> None:
+    assert ROBOT.height <= OBSTACLE_HEIGHT <= ROBOT.height + 0.1
+    assert ROBOT.planning_radius == PLANNING_RADIUS
