@@ -122,8 +122,8 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
     ## Errors
 
     An unknown split, layout, protocol, observation, render mode, quality, profile, option or pair raises
-    `UnknownNameError`, which lists the valid names. An action that is not two finite numbers, and a width or height below 1, raise
-    `OptionError`. A broken file raises `DocumentError`.
+    `UnknownNameError`, which lists the valid names. An action that is not two finite numbers, and a width or height
+    below 1, raise `OptionError`. A broken file raises `DocumentError`.
 
     ## Versions
 
