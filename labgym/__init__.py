@@ -1,4 +1,4 @@
-"""labgym: from a chemistry protocol to a laboratory that a robot can work in, and a benchmark to trust."""
+"""labgym: chemistry laboratories generated from protocols, and a benchmark of robot navigation in them."""
 
 from gymnasium import register
 

@@ -1,4 +1,4 @@
-"""Where the artefact folders (assets, layouts, policies, eval) are, in a checkout and in a wheel."""
+"""Paths of the artefact folders (assets, layouts, policies, eval), in a checkout and in a wheel."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ FOLDERS = ("assets", "layouts", "policies", "eval")
 
 
 def artefacts(folder: str) -> Path:
-    """Return the artefact folder of that name.
+    """Return the path of an artefact folder.
 
-    A wheel carries the folders inside the package; a checkout has them beside it.
+    A wheel contains the folders inside the package, a checkout next to it.
 
     Raises:
-        UnknownNameError: there is no such folder.
+        UnknownNameError: the folder does not exist.
     """
     package = Path(__file__).resolve().parent
     for root in (package / "_artefacts", package.parent):

@@ -1,4 +1,4 @@
-"""What this machine has for labgym, what is missing, and how to get it."""
+"""Diagnoses of this machine: what is installed, what is missing, and how to install it."""
 
 from __future__ import annotations
 
@@ -48,12 +48,14 @@ _BACKENDS = (
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One thing looked at.
+class Diagnosis:
+    """The state of one package, folder or device.
 
     Attributes:
-        state: ok; missing (core does not work without it); optional (absent, and only an extra needs it).
-        remedy: how to get it, empty where nothing is to be done.
+        subject: what was examined.
+        state: "ok"; "missing" if labgym does not work without it; "optional" if only an extra needs it.
+        detail: version or description.
+        remedy: how to install it; empty if nothing needs to be done.
     """
 
     subject: str
@@ -62,50 +64,50 @@ class Finding:
     remedy: str = ""
 
 
-def examine() -> tuple[Finding, ...]:
-    """Look at interpreter, hardware, packages, artefacts, renderers and display.
+def examine() -> tuple[Diagnosis, ...]:
+    """Return the diagnoses of interpreter, hardware, packages, artefacts, renderers, display and language model.
 
-    Whatever may crash or hang, such as an OpenGL driver, is tried in a process of its own with a time limit.
+    What may crash or hang, such as an OpenGL driver, is tried in a separate process with a time limit.
     """
     return (*_machine(), *_packages(), *_artefacts(), _episode(), *_renderers(), _display(), _language_model())
 
 
-def healthy(findings: Sequence[Finding]) -> bool:
-    """Tell whether the core works."""
-    return all(finding.state != "missing" for finding in findings)
+def healthy(diagnoses: Sequence[Diagnosis]) -> bool:
+    """Return whether nothing is missing that labgym needs."""
+    return all(diagnosis.state != "missing" for diagnosis in diagnoses)
 
 
-def report(findings: Sequence[Finding]) -> str:
-    """Return the findings as a plain text table, remedies under it, and a verdict."""
-    subject = max(len(finding.subject) for finding in findings)
-    lines = [f"{f.subject:<{subject}}  {f.state:<8}  {f.detail}".rstrip() for f in findings]
-    remedies = [f"  {f.subject}: {f.remedy}" for f in findings if f.remedy]
-    verdict = "the core works" if healthy(findings) else "the core does not work: mend what is marked missing"
-    return "\n".join([*lines, *(["", "How to get what is not there:", *remedies] if remedies else []), "", verdict])
+def report(diagnoses: Sequence[Diagnosis]) -> str:
+    """Return the diagnoses as a text table, followed by remedies and a verdict."""
+    subject = max(len(diagnosis.subject) for diagnosis in diagnoses)
+    lines = [f"{f.subject:<{subject}}  {f.state:<8}  {f.detail}".rstrip() for f in diagnoses]
+    remedies = [f"  {f.subject}: {f.remedy}" for f in diagnoses if f.remedy]
+    verdict = "labgym works" if healthy(diagnoses) else "labgym does not work: install what is marked missing"
+    return "\n".join([*lines, *(["", "Install the missing packages:", *remedies] if remedies else []), "", verdict])
 
 
-def _machine() -> Iterator[Finding]:
-    yield Finding(
+def _machine() -> Iterator[Diagnosis]:
+    yield Diagnosis(
         "labgym", "ok", f"{__version__}, {'checkout' if artefacts('eval').parent.name != '_artefacts' else 'wheel'}"
     )
-    yield Finding("python", "ok", f"{platform.python_version()} at {sys.executable}")
-    yield Finding(
+    yield Diagnosis("python", "ok", f"{platform.python_version()} at {sys.executable}")
+    yield Diagnosis(
         "system", "ok", f"{platform.system()} {platform.machine()}, {platform.libc_ver()[0]} {platform.libc_ver()[1]}"
     )
-    yield Finding(
+    yield Diagnosis(
         "cores", "ok", f"{len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count()}"
     )
     total, free = (
         os.sysconf(name) * os.sysconf("SC_PAGE_SIZE") / 2**30 for name in ("SC_PHYS_PAGES", "SC_AVPHYS_PAGES")
     )
-    yield Finding("memory", "ok", f"{total:.1f} GiB, {free:.1f} GiB unused")
+    yield Diagnosis("memory", "ok", f"{total:.1f} GiB, {free:.1f} GiB unused")
 
 
-def _packages() -> Iterator[Finding]:
+def _packages() -> Iterator[Diagnosis]:
     try:
         requirements = [Requirement(text) for text in metadata.requires(DISTRIBUTION) or ()]
     except metadata.PackageNotFoundError:
-        yield Finding(DISTRIBUTION, "missing", "not installed", "pip install . in a checkout")
+        yield Diagnosis(DISTRIBUTION, "missing", "not installed", "pip install . in a checkout")
         return
     for requirement in requirements:
         if requirement.marker is None:
@@ -116,10 +118,10 @@ def _packages() -> Iterator[Finding]:
             if requirement.marker is not None and requirement.marker.evaluate({"extra": extra}):
                 yield _package(requirement, extra)
     gpu = _probe(_TORCH) if shutil.which("nvidia-smi") else (False, "")
-    yield Finding("gpu", "ok", gpu[1] or "none that torch can use; none is needed")
+    yield Diagnosis("gpu", "ok", gpu[1] or "none usable by torch; labgym does not need one")
 
 
-def _package(requirement: Requirement, extra: str | None) -> Finding:
+def _package(requirement: Requirement, extra: str | None) -> Diagnosis:
     state: Literal["missing", "optional"] = "optional" if extra else "missing"
     remedy = (
         f"pip install '{DISTRIBUTION}[{extra}]'"
@@ -130,62 +132,64 @@ def _package(requirement: Requirement, extra: str | None) -> Finding:
     try:
         version = metadata.version(requirement.name)
     except metadata.PackageNotFoundError:
-        return Finding(requirement.name, state, f"not installed{purpose}", remedy)
+        return Diagnosis(requirement.name, state, f"not installed{purpose}", remedy)
     if not requirement.specifier.contains(version, prereleases=True):
-        return Finding(requirement.name, state, f"{version}, wants {requirement.specifier}{purpose}", remedy)
-    return Finding(requirement.name, "ok", version + purpose)
+        return Diagnosis(requirement.name, state, f"{version}, required {requirement.specifier}{purpose}", remedy)
+    return Diagnosis(requirement.name, "ok", version + purpose)
 
 
-def _artefacts() -> Iterator[Finding]:
-    again = f"install {DISTRIBUTION} again"
+def _artefacts() -> Iterator[Diagnosis]:
+    reinstall = f"reinstall {DISTRIBUTION}"
     for folder in FOLDERS:
         try:
             files = sum(1 for path in artefacts(folder).rglob("*") if path.is_file())
-            yield Finding(f"artefacts {folder}", "ok" if files else "missing", f"{files} files", "" if files else again)
+            yield Diagnosis(
+                f"artefacts {folder}", "ok" if files else "missing", f"{files} files", "" if files else reinstall
+            )
         except LabgymError as error:
-            yield Finding(f"artefacts {folder}", "missing", str(error), again)
+            yield Diagnosis(f"artefacts {folder}", "missing", str(error), reinstall)
 
 
-def _episode() -> Finding:
-    works, said = _probe(_EPISODE)
-    remedy = "" if works else "mend the packages above, then ask again"
-    return Finding("environment", "ok" if works else "missing", said, remedy)
+def _episode() -> Diagnosis:
+    works, line = _probe(_EPISODE)
+    remedy = "" if works else "install the missing packages above, then run labgym doctor again"
+    return Diagnosis("environment", "ok" if works else "missing", line, remedy)
 
 
-def _renderers() -> Iterator[Finding]:
+def _renderers() -> Iterator[Diagnosis]:
     probes = [(name, remedy, *_probe(_RENDER, MUJOCO_GL=name)) for name, remedy in _BACKENDS]
     enough = any(works for _, _, works, _ in probes)
-    for name, remedy, works, said in probes:
-        fallback = "one renderer is enough" if enough else "rendered views are ray-traced and need none"
-        detail = said if works else f"not here; {fallback}"
-        yield Finding(f"renderer {name}", "ok" if works else "optional", detail, "" if enough else remedy)
+    for name, remedy, works, line in probes:
+        fallback = "one renderer is enough" if enough else "without one, views are ray-traced"
+        detail = line if works else f"not available; {fallback}"
+        yield Diagnosis(f"renderer {name}", "ok" if works else "optional", detail, "" if enough else remedy)
 
 
-def _display() -> Finding:
+def _display() -> Diagnosis:
     name = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
-    return Finding("display", "ok" if name else "optional", name or "none; only an interactive viewer needs one")
+    return Diagnosis("display", "ok" if name else "optional", name or "none; labgym does not need one")
 
 
-def _language_model() -> Finding:
+def _language_model() -> Diagnosis:
     subject = "language model"
     try:
         from labgym.llm.config import LanguageModelConfig
     except ImportError as error:
-        return Finding(subject, "optional", str(error), "mend the packages above")
+        return Diagnosis(subject, "optional", str(error), "install the missing packages above")
     if not LanguageModelConfig.configured():
-        return Finding(subject, "optional", "none configured; rules describe assets and write protocols")
+        return Diagnosis(subject, "optional", "not configured; rules are used instead")
     try:
         config = LanguageModelConfig.from_environment()
     except LabgymError as error:
-        return Finding(subject, "optional", "configured wrongly", str(error))
-    return Finding(subject, "ok", f"{config.model} at {config.base_url}{', replayed' if config.replay else ''}")
+        return Diagnosis(subject, "optional", "invalid configuration", str(error))
+    return Diagnosis(subject, "ok", f"{config.model} at {config.base_url}{', replayed' if config.replay else ''}")
 
 
 def _probe(code: str, **environment: str) -> tuple[bool, str]:
-    """Run code in a process of its own; return whether it ended well and the last line that it said."""
+    """Run code in a separate process; return whether it succeeded and the last line of its output."""
     variables = {**os.environ, **environment}
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-c", code],
             env=variables,
             capture_output=True,
@@ -195,5 +199,5 @@ def _probe(code: str, **environment: str) -> tuple[bool, str]:
         )
     except subprocess.TimeoutExpired:
         return False, f"no answer within {PROBE_SECONDS:.0f} s"
-    lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
-    return done.returncode == 0, (lines[-1] if lines else "").strip()[:160]
+    lines = (process.stdout if process.returncode == 0 else process.stderr).strip().splitlines()
+    return process.returncode == 0, (lines[-1] if lines else "").strip()[:160]

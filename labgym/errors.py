@@ -8,15 +8,15 @@ from typing import Any
 
 
 class LabgymError(Exception):
-    """Base of every error that labgym raises on purpose. Always one line."""
+    """Base of all errors that labgym raises deliberately; the message is one line."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Subclasses take other arguments than their message; without this none of them returns from a worker process.
+        # Subclasses take other arguments than their message; without this they could not return from a worker process.
         return _revived, (type(self), self.args, dict(self.__dict__))
 
 
 MAX_LISTED = 30
-"""Names that an error lists in full; of longer lists it gives the nearest."""
+"""Longest list of names that an error prints in full; of longer lists it prints the nearest names."""
 NEAREST = 5
 
 
@@ -24,10 +24,10 @@ class UnknownNameError(LabgymError, KeyError):
     """A name that does not exist, with those that do: all of a short list, the nearest five of a long one.
 
     Args:
-        kind: what the name should be a name of. given: the unknown name.
+        kind: kind of the named object. given: the unknown name.
         available: the names that exist.
-        near: the nearest names, each as it is to be shown, where a search knows better than spelling.
-        remedy: what else may help, added at the end.
+        near: the nearest names as printed, if a search finds them better than their spelling.
+        remedy: further advice, added at the end.
     """
 
     def __init__(
@@ -58,15 +58,15 @@ class UnknownNameError(LabgymError, KeyError):
 
 
 class OptionError(LabgymError, ValueError):
-    """An argument outside what a function accepts."""
+    """An argument that is out of range or of the wrong type."""
 
 
 class DocumentError(LabgymError, ValueError):
-    """A file that cannot be read as the document it should be.
+    """A file that cannot be read as the expected document.
 
     Attributes:
-        file: the file as it was named.
-        field: dotted path of the offending field, or "" where the whole file is at fault.
+        file: the path as passed by the caller.
+        field: dotted path of the invalid field, or "" if the whole file is invalid.
     """
 
     def __init__(self, file: object, field: str, problem: str) -> None:
@@ -77,7 +77,7 @@ class DocumentError(LabgymError, ValueError):
 
 
 class MissingDependencyError(LabgymError, ImportError):
-    """An optional package is needed and not installed."""
+    """A required optional package is not installed."""
 
     def __init__(self, package: str, needed_for: str, extra: str) -> None:
         super().__init__(
@@ -86,11 +86,11 @@ class MissingDependencyError(LabgymError, ImportError):
 
 
 class InfeasibleError(LabgymError):
-    """A layout request that no arrangement can satisfy.
+    """A layout request that cannot be satisfied.
 
     Attributes:
-        conflicts: the constraints that clash, each one sentence.
-        smallest_preset: name of the smallest room preset that fits, or None.
+        conflicts: the conflicting constraints, one sentence each.
+        smallest_preset: name of the smallest room preset that fits, None if none does.
     """
 
     def __init__(self, what: str, conflicts: Sequence[str], smallest_preset: str | None) -> None:

@@ -7,51 +7,51 @@ from importlib import metadata
 import pytest
 
 from labgym import doctor
-from labgym.doctor import Finding, examine, healthy, report
+from labgym.doctor import Diagnosis, examine, healthy, report
 
 
 @pytest.fixture(scope="module")
-def findings() -> tuple[Finding, ...]:
+def diagnoses() -> tuple[Diagnosis, ...]:
     return examine()
 
 
-def test_here_the_core_works(findings):
-    assert healthy(findings), report(findings)
-    assert report(findings).endswith("the core works")
+def test_labgym_works_here(diagnoses):
+    assert healthy(diagnoses), report(diagnoses)
+    assert report(diagnoses).endswith("labgym works")
 
 
-def test_every_core_dependency_is_named_with_its_version(findings):
-    said = {finding.subject: finding.detail for finding in findings}
+def test_every_core_dependency_is_named_with_its_version(diagnoses):
+    details = {diagnosis.subject: diagnosis.detail for diagnosis in diagnoses}
     for text in metadata.requires("labgym-nav") or ():
         if "extra ==" not in text:
             name = doctor.Requirement(text).name
-            assert said[name] == metadata.version(name)
+            assert details[name] == metadata.version(name)
 
 
 def test_a_missing_or_old_core_package_is_bad_and_says_how_to_get_it():
     for requirement in ("no-such-package>=1", "numpy>=999"):
-        finding = doctor._package(doctor.Requirement(requirement), extra=None)
-        assert finding.state == "missing"
-        assert f"pip install '{requirement}'" in finding.remedy
-        assert not healthy([finding])
-        assert "how to get" in report([finding]).lower()
+        diagnosis = doctor._package(doctor.Requirement(requirement), extra=None)
+        assert diagnosis.state == "missing"
+        assert f"pip install '{requirement}'" in diagnosis.remedy
+        assert not healthy([diagnosis])
+        assert "Install the missing packages:" in report([diagnosis])
 
 
 def test_a_missing_extra_is_no_failure():
-    finding = doctor._package(doctor.Requirement("no-such-package>=1"), extra="usd")
-    assert finding.state == "optional"
-    assert healthy([finding])
-    assert "labgym-nav[usd]" in finding.remedy
+    diagnosis = doctor._package(doctor.Requirement("no-such-package>=1"), extra="usd")
+    assert diagnosis.state == "optional"
+    assert healthy([diagnosis])
+    assert "labgym-nav[usd]" in diagnosis.remedy
 
 
 def test_a_probe_that_crashes_or_hangs_is_a_finding_not_a_failure(monkeypatch):
-    works, said = doctor._probe("import os, sys; sys.stderr.write('GL is gone'); os._exit(3)")
-    assert (works, said) == (False, "GL is gone")
+    works, line = doctor._probe("import os, sys; sys.stderr.write('GL is gone'); os._exit(3)")
+    assert (works, line) == (False, "GL is gone")
     assert doctor._probe("import ctypes; ctypes.string_at(0)")[0] is False
     monkeypatch.setattr(doctor, "PROBE_SECONDS", 0.5)
-    works, said = doctor._probe("import time; time.sleep(60)")
+    works, line = doctor._probe("import time; time.sleep(60)")
     assert not works
-    assert "no answer" in said
+    assert "no answer" in line
 
 
 def test_the_command_exits_with_the_verdict():
@@ -68,7 +68,7 @@ def test_the_language_model_is_named_without_its_key(monkeypatch):
     monkeypatch.setenv("LABGYM_LLM_BASE_URL", "http://127.0.0.1:1/v1")
     monkeypatch.setenv("LABGYM_LLM_MODEL", "local")
     monkeypatch.setenv("LABGYM_LLM_API_KEY", "sk-secret")
-    assert doctor._language_model() == Finding("language model", "ok", "local at http://127.0.0.1:1/v1")
+    assert doctor._language_model() == Diagnosis("language model", "ok", "local at http://127.0.0.1:1/v1")
     monkeypatch.setenv("LABGYM_LLM_TIMEOUT", "soon")
     wrong = doctor._language_model()
     assert "LABGYM_LLM_TIMEOUT" in wrong.remedy

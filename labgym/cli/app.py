@@ -88,11 +88,11 @@ def score(
         as_json: Print the whole report as JSON.
         check: Exit 1 if the layout has a violation or lacks a required asset.
     """
-    from labgym import eval as touchstone
+    import labgym.eval
     from labgym.cli.describe import layout_score
     from labgym.envs.tasks import resolve_layout
 
-    report = touchstone.score(resolve_layout(layout), protocols.resolve(protocol) if protocol else None, profile)
+    report = labgym.eval.score(resolve_layout(layout), protocols.resolve(protocol) if protocol else None, profile)
     print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
     return FAILED if check and (report.violations or report.missing) else DONE
 
@@ -320,20 +320,20 @@ def bench(rounds: int = 15) -> int:
     """
     from tqdm import tqdm
 
-    from labgym import bench as benchmark
+    import labgym.bench
 
-    print(benchmark.bench_table(list(tqdm(benchmark.bench(rounds), "bench"))).text())
+    print(labgym.bench.bench_table(list(tqdm(labgym.bench.bench(rounds), "bench"))).text())
     return DONE
 
 
 @app.command
 def doctor() -> int:
     """Check this machine: packages, artefacts, renderers; list what is missing and how to install it."""
-    from labgym import doctor as diagnosis
+    import labgym.doctor
 
-    results = diagnosis.examine()
-    print(diagnosis.report(results))
-    return DONE if diagnosis.healthy(results) else FAILED
+    diagnoses = labgym.doctor.examine()
+    print(labgym.doctor.report(diagnoses))
+    return DONE if labgym.doctor.healthy(diagnoses) else FAILED
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,4 +1,4 @@
-"""A client of language models, optional: questions of a given shape to any OpenAI-compatible endpoint."""
+"""An optional client of language models: structured questions to any OpenAI-compatible endpoint."""
 
 from labgym.llm.client import LanguageModel, Reply, Usage
 from labgym.llm.config import LanguageModelConfig

@@ -1,4 +1,4 @@
-"""The client: asks a language model for an answer of a given shape, and counts what that takes."""
+"""The client: asks a language model for a structured answer, and counts requests, tokens and cost."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from labgym.llm.completion import Answer, Completion, validated
 from labgym.llm.config import LanguageModelConfig
 from labgym.llm.dialect import Dialect
 from labgym.llm.errors import LanguageModelError
-from labgym.llm.messages import Message, Request
+from labgym.llm.messages import Message, Question
 from labgym.llm.replay import RecordedReply, ReplayCache
 
 if TYPE_CHECKING:
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Usage:
-    """What questions took.
+    """Usage of a client.
 
     Attributes:
-        asked: replies that the server gave. replayed: replies taken from the folder of recorded ones.
-        tokens_in, tokens_out: read and written by the model, as the server counted them; replays take none.
-        cost: US dollars; None where the configuration has no prices.
+        asked: replies from the server. replayed: replies from the folder of recorded replies.
+        tokens_in, tokens_out: tokens read and written by the model, as counted by the server; replays count none.
+        cost: US dollars; None if the configuration has no prices.
     """
 
     asked: int = 0
@@ -40,7 +40,7 @@ class Usage:
     cost: float | None = None
 
     def since(self, before: Usage) -> Usage:
-        """Return what was taken since an earlier count."""
+        """Return the usage since an earlier count."""
         cost = None if self.cost is None else self.cost - (before.cost or 0.0)
         return Usage(
             self.asked - before.asked,
@@ -53,19 +53,21 @@ class Usage:
     def __str__(self) -> str:
         price = "" if self.cost is None else f", {self.cost:.4f} USD"
         return (
-            f"{self.asked} replies asked, {self.replayed} replayed, "
+            f"{self.asked} replies requested, {self.replayed} replayed, "
             f"{self.tokens_in} tokens read, {self.tokens_out} written{price}"
         )
 
 
 @dataclass(frozen=True)
 class Reply(Generic[Answer]):
-    """An answer and where it comes from.
+    """An answer and its origin.
 
     Attributes:
-        answer: validated.
-        text: what the model said, to be put into a further question.
-        key: SHA-256 of the request. replayed: whether it was on disk.
+        answer: the validated answer.
+        text: the reply's text, for use in a further question.
+        key: SHA-256 of the request.
+        model, prompt: the model, and the prompt's name and version.
+        replayed: whether the reply was recorded on disk.
     """
 
     answer: Answer
@@ -79,12 +81,12 @@ class Reply(Generic[Answer]):
 class LanguageModel:
     """A client of one OpenAI-compatible endpoint.
 
-    The server is asked for JSON by a schema; where it cannot do that, for JSON with the schema in the text. Either way
-    the reply is validated here. No tool is ever offered, so a reply is data and nothing else.
+    The client requests JSON with a schema; if the server does not support that, JSON with the schema in the text. The
+    reply is validated in either case. No tools are offered, so a reply is only data.
 
     Args:
-        config: which model, and within what bounds.
-        sleep: waits the given seconds between two tries.
+        config: the model and its limits.
+        sleep: function that waits a number of seconds between two attempts.
     """
 
     def __init__(self, config: LanguageModelConfig, sleep: Callable[[float], None] = time.sleep) -> None:
@@ -96,15 +98,17 @@ class LanguageModel:
         free = None if config.price_in is None and config.price_out is None else 0.0
         self._usage = Usage(cost=free)
         if config.replay and self._cache is None:
-            raise LanguageModelError("not_configured", "replay has no folder to read from: set LABGYM_LLM_CACHE")
+            raise LanguageModelError(
+                "not_configured", "replay needs a folder of recorded replies: set LABGYM_LLM_CACHE"
+            )
 
     @classmethod
     def from_environment(cls) -> Self:
-        """Return a client of what the environment configures.
+        """Return a client with the configuration in the environment variables.
 
         Raises:
-            LanguageModelError: nothing is configured.
-            DocumentError: a variable is out of order.
+            LanguageModelError: no model is configured.
+            DocumentError: a variable has an invalid value.
         """
         return cls(LanguageModelConfig.from_environment())
 
@@ -117,30 +121,30 @@ class LanguageModel:
         self.close()
 
     def close(self) -> None:
-        """Close the connections; the client opens new ones when asked again."""
+        """Close the connections; the next question opens new ones."""
         if self._endpoint is not None:
             self._endpoint.close()
             self._endpoint = None
 
     @property
     def usage(self) -> Usage:
-        """What all questions so far took."""
+        """Usage by all questions so far."""
         return self._usage
 
     def ask(self, prompt: str, messages: tuple[Message, ...], answer: type[Answer]) -> Reply[Answer]:
         """Return the model's answer.
 
         Args:
-            prompt: name and version of the prompt, such as annotate-asset/1; a part of what a recording is found by.
+            prompt: name and version of the prompt, such as annotate-asset/1; part of the key of a recorded reply.
             messages: the conversation so far.
-            answer: the model that the reply has to satisfy.
+            answer: the pydantic model of the answer.
 
         Raises:
-            LanguageModelError: no reply, or none that satisfies `answer`.
-            DocumentError: a damaged recording.
+            LanguageModelError: no reply, or a reply that does not satisfy `answer`.
+            DocumentError: a recorded reply is damaged.
             MissingDependencyError: the package openai is not installed.
         """
-        request = Request(prompt, messages, answer)
+        request = Question(prompt, messages, answer)
         key = request.key(self.config)
         recorded = self._cache.get(key) if self._cache is not None else None
         replayed = recorded is not None
@@ -151,7 +155,7 @@ class LanguageModel:
         where = f"; it is recorded in {self._cache.path(key)}" if self._cache is not None else ""
         return Reply(validated(recorded.text, answer, where), recorded.text, key, recorded.model, prompt, replayed)
 
-    def _asked(self, request: Request, key: str) -> RecordedReply:
+    def _asked(self, request: Question, key: str) -> RecordedReply:
         if self.config.replay:
             assert self._cache is not None
             raise LanguageModelError(
@@ -176,7 +180,7 @@ class LanguageModel:
             self._cache.put(recorded)
         return recorded
 
-    def _completion(self, request: Request) -> Completion:
+    def _completion(self, request: Question) -> Completion:
         endpoint = self._connected()
         while True:
             try:
@@ -190,8 +194,8 @@ class LanguageModel:
         except (DocumentError, ValidationError) as error:
             problem = str(error if isinstance(error, DocumentError) else document_error(self.config.base_url, error))
             remedy = "check that LABGYM_LLM_BASE_URL is an OpenAI-compatible API"
-            told = endpoint.redacted(f"language model: no chat completion: {problem}; {remedy}")
-            raise LanguageModelError("malformed", told) from None
+            message = endpoint.redacted(f"language model: no chat completion: {problem}; {remedy}")
+            raise LanguageModelError("malformed", message) from None
 
     def _connected(self) -> Endpoint:
         if self._endpoint is None:

@@ -1,4 +1,4 @@
-"""Which language model is asked, and within what bounds."""
+"""Configuration of the language model and its limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from labgym.llm.errors import LanguageModelError
 
 PREFIX = "LABGYM_LLM_"
 NO_KEY = "none"
-"""Sent where no key is given: servers of one's own want none, and the client wants a text."""
+"""Sent if there is no key: local servers need none, but the client requires a string."""
 
 
 class LanguageModelConfig(Record):
@@ -22,14 +22,15 @@ class LanguageModelConfig(Record):
 
     Attributes:
         base_url: the API's root, such as http://127.0.0.1:8000/v1.
-        api_key: sent to that address alone; in no file, log or message.
-        timeout: seconds for one try, from the request to the last byte of the reply.
-        retries: further tries after a lost connection, a time-out, a rate limit or a server's failure.
-        max_tokens: length of a reply at most.
-        temperature: 0 for the likeliest answer. seed: sent along; servers that know it repeat themselves.
-        price_in, price_out: US dollars for a million tokens read and written; None where not known.
-        cache: folder of recorded replies, or None to record nothing.
-        replay: answer from the folder alone and never open a connection.
+        model: name of the model.
+        api_key: sent only to that address; never written to a file, log or message.
+        timeout: seconds per attempt, from the request to the last byte of the reply.
+        retries: further attempts after a lost connection, a timeout, a rate limit or a server error.
+        max_tokens: maximum length of a reply.
+        temperature: 0 for the most likely answer. seed: random seed, used by servers that support it.
+        price_in, price_out: US dollars per million tokens read and written; None if unknown.
+        cache: folder of recorded replies; None records nothing.
+        replay: whether to answer only from the folder, without opening a connection.
     """
 
     base_url: Annotated[str, Field(pattern=r"^https?://[^\s/@?#]+(/[^\s@?#]*)?$")]
@@ -51,29 +52,29 @@ class LanguageModelConfig(Record):
 
         Raises:
             LanguageModelError: base URL or model is missing (reason not_configured).
-            DocumentError: a variable that cannot be what it should be; named without its value.
+            DocumentError: a variable has an invalid value, which is not printed.
         """
-        given = {name: environment.get(PREFIX + name.upper(), "").strip() for name in cls.model_fields}
-        missing = [PREFIX + name.upper() for name in ("base_url", "model") if not given[name]]
+        values = {name: environment.get(PREFIX + name.upper(), "").strip() for name in cls.model_fields}
+        missing = [PREFIX + name.upper() for name in ("base_url", "model") if not values[name]]
         if missing:
             raise LanguageModelError(
                 "not_configured",
                 f"no language model is configured: set {' and '.join(missing)}"
-                f" (and {PREFIX}API_KEY where the server wants a key)",
+                f" (and {PREFIX}API_KEY if the server requires a key)",
             )
         try:
-            return cls.model_validate({name: value for name, value in given.items() if value})
+            return cls.model_validate({name: value for name, value in values.items() if value})
         except ValidationError as error:
             raise document_error("environment", _without_values(error)) from None
 
     @classmethod
     def configured(cls, environment: Mapping[str, str] = os.environ) -> bool:
-        """Tell whether the environment names an endpoint and a model."""
+        """Return whether the environment names an endpoint and a model."""
         return all(environment.get(PREFIX + name, "").strip() for name in ("BASE_URL", "MODEL"))
 
 
 def _without_values(error: ValidationError) -> ValidationError:
-    """Return the report with the values taken out: one of them might be the key put into the wrong variable."""
+    """Return the report without values, since one of them might be the key, put into the wrong variable."""
     lines = [
         {"type": line["type"], "loc": (PREFIX + str(line["loc"][0]).upper(),), "ctx": line.get("ctx", {}), "input": {}}
         for line in error.errors(include_url=False, include_input=False)

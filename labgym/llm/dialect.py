@@ -1,4 +1,4 @@
-"""How a request is put to the server at hand, learnt from what it rejects."""
+"""The dialect of the API that a server understands, learned from its rejections."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from dataclasses import dataclass
 from typing import Any
 
 from labgym.llm.config import LanguageModelConfig
-from labgym.llm.messages import Request, is_strict
+from labgym.llm.messages import Question, is_strict
 
 
 @dataclass
 class Dialect:
-    """What a server understands of the API.
+    """The parts of the API that a server supports.
 
     Attributes:
-        format: how it is told the shape of the reply: json_schema, json_object or, at worst, text.
-        limit: its name for the longest reply.
-        plain: whether it takes neither temperature nor seed.
+        format: how the form of the reply is requested: json_schema, json_object or text.
+        limit: name of the option for the maximum length of a reply.
+        plain: whether to send neither temperature nor seed.
     """
 
     format: str = "json_schema"
     limit: str = "max_tokens"
     plain: bool = False
 
-    def body(self, request: Request, config: LanguageModelConfig) -> dict[str, Any]:
+    def body(self, request: Question, config: LanguageModelConfig) -> dict[str, Any]:
         """Return the request as JSON data."""
         messages = [message.wire() for message in request.messages]
         body: dict[str, Any] = {"model": config.model, "messages": messages, self.limit: config.max_tokens}
@@ -39,7 +39,7 @@ class Dialect:
         return {**body, "response_format": {"type": "json_object"}} if self.format == "json_object" else body
 
     def adapt(self, complaint: str) -> bool:
-        """Give up what a server's complaint is about; tell whether there was something to give up."""
+        """Drop the feature that an error message of the server names; return whether anything was dropped."""
         if "max_completion_tokens" in complaint and self.limit == "max_tokens":
             self.limit = "max_completion_tokens"
         elif ("temperature" in complaint or "seed" in complaint) and not self.plain:

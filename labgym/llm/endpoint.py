@@ -1,4 +1,4 @@
-"""One HTTP exchange with an OpenAI-compatible server, within bounds of time, size and number of tries."""
+"""HTTP exchanges with an OpenAI-compatible server, with limits on time, size and number of attempts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from labgym.llm.errors import LanguageModelError, Reason
 MAX_REPLY_BYTES = 8 * 1024 * 1024
 FIRST_WAIT = 1.0
 MAX_WAIT = 60.0
-"""Seconds waited between two tries at most; a server that asks for longer is not waited for."""
+"""Longest wait between two attempts, seconds; if a server asks for a longer one, the request fails."""
 QUOTED = 200
 RETRIED = ("unreachable", "timeout", "rate_limited", "server")
 
@@ -24,8 +24,8 @@ class Endpoint:
     """The chat endpoint of a configuration.
 
     Args:
-        config: address, key, bounds.
-        sleep: waits the given seconds between two tries.
+        config: address, key and limits.
+        sleep: function that waits a number of seconds between two attempts.
     """
 
     def __init__(self, config: LanguageModelConfig, sleep: Callable[[float], None] = time.sleep) -> None:
@@ -33,8 +33,8 @@ class Endpoint:
         self._sleep = sleep
         secret = config.api_key.get_secret_value()
         self._secret = secret if secret != NO_KEY else None
-        # Redirects stay unfollowed: the key goes to the configured address and nowhere else. Replies come uncompressed,
-        # so that the bound on their size is one on memory too.
+        # Redirects are not followed, so the key is sent only to the configured address. Replies are uncompressed, so
+        # the limit on their size also limits memory.
         self._http = openai.DefaultHttpxClient(
             timeout=config.timeout,
             follow_redirects=False,
@@ -47,7 +47,7 @@ class Endpoint:
             timeout=config.timeout,
             max_retries=0,
             http_client=self._http,
-            # What other variables of the environment say of OpenAI's accounts is no business of another server.
+            # Other environment variables name OpenAI accounts, which must not be sent to another server.
             default_headers={"OpenAI-Organization": openai.omit, "OpenAI-Project": openai.omit},  # type: ignore[dict-item]
         )
 
@@ -59,21 +59,21 @@ class Endpoint:
         """Send a chat request and return the reply's bytes.
 
         Raises:
-            LanguageModelError: after the tries that the configuration allows.
+            LanguageModelError: all attempts that the configuration allows have failed.
         """
-        tried = 0
+        attempts = 0
         while True:
-            tried += 1
+            attempts += 1
             try:
                 return self._once(body)
             except _FailedTryError as failure:
-                wait = min(FIRST_WAIT * 2.0 ** (tried - 1), MAX_WAIT) if failure.wait is None else failure.wait
-                if failure.reason not in RETRIED or tried > self.config.retries or wait > MAX_WAIT:
-                    raise failure.told(tried) from None
+                wait = min(FIRST_WAIT * 2.0 ** (attempts - 1), MAX_WAIT) if failure.wait is None else failure.wait
+                if failure.reason not in RETRIED or attempts > self.config.retries or wait > MAX_WAIT:
+                    raise failure.error(attempts) from None
                 self._sleep(wait)
 
     def redacted(self, text: str) -> str:
-        """Return a text without the key in it."""
+        """Return a text with the key removed."""
         return text.replace(self._secret, "***") if self._secret else text
 
     def _once(self, body: dict[str, Any]) -> bytes:
@@ -88,52 +88,50 @@ class Endpoint:
             if isinstance(cause, _FailedTryError):
                 raise cause from None
             what = self.redacted(str(cause or error))[:QUOTED]
-            remedy = "check LABGYM_LLM_BASE_URL and that the server runs"
+            remedy = "check LABGYM_LLM_BASE_URL and that the server is running"
             raise _FailedTryError(
                 "unreachable", f"{self.config.base_url} cannot be reached ({what}); {remedy}"
             ) from None
 
     def _refused(self, error: openai.APIStatusError) -> _FailedTryError:
-        status, said = error.status_code, f"(status {error.status_code}: {self._quoted(error)})"
+        status, detail = error.status_code, f"(status {error.status_code}: {self._quoted(error)})"
         server = self.config.base_url
         if status in (401, 403):
-            return _FailedTryError(
-                "unauthorized", f"{server} does not accept the key {said}; set LABGYM_LLM_API_KEY to one"
-            )
+            return _FailedTryError("unauthorized", f"{server} does not accept the key {detail}; set LABGYM_LLM_API_KEY")
         if status == 429:
             wait = _retry_after(error.response.headers)
             remedy = "wait, or raise LABGYM_LLM_RETRIES"
-            asked = f"; it asks to wait {wait:g} s" if wait is not None else ""
+            request = f"; it asks to wait {wait:g} s" if wait is not None else ""
             return _FailedTryError(
-                "rate_limited", f"{server} limits the rate of requests {said}{asked}; {remedy}", wait
+                "rate_limited", f"{server} limits the rate of requests {detail}{request}; {remedy}", wait
             )
         if status in (408, 409) or status >= 500:
             wait = _retry_after(error.response.headers)
-            return _FailedTryError("server", f"{server} failed {said}; try again later", wait)
+            return _FailedTryError("server", f"{server} failed {detail}; try again later", wait)
         if 300 <= status < 400:
             return _FailedTryError(
-                "rejected", f"{server} redirects elsewhere; set LABGYM_LLM_BASE_URL to where it leads"
+                "rejected", f"{server} redirects to another address; set LABGYM_LLM_BASE_URL to that address"
             )
         remedy = "check LABGYM_LLM_MODEL and LABGYM_LLM_BASE_URL"
-        return _FailedTryError("rejected", f"{server} rejects the request {said}; {remedy}")
+        return _FailedTryError("rejected", f"{server} rejects the request {detail}; {remedy}")
 
     def _quoted(self, error: openai.APIStatusError) -> str:
         body = error.body
-        said = body.get("message") if isinstance(body, dict) else body
-        text = " ".join(str(said if said is not None else error.message).split())
+        message = body.get("message") if isinstance(body, dict) else body
+        text = " ".join(str(message if message is not None else error.message).split())
         return self.redacted(text)[:QUOTED]
 
     def _bound(self, response: httpx2.Response) -> None:
         if response.headers.get("content-encoding", "identity") != "identity":
             raise _FailedTryError(
-                "malformed", f"{self.config.base_url} compresses its reply, which it was asked not to"
+                "malformed", f"{self.config.base_url} compresses its reply although the request excludes compression"
             )
         assert isinstance(response.stream, httpx2.SyncByteStream)
         response.stream = _Bounded(response.stream, self.config)
 
 
 class _Bounded(httpx2.SyncByteStream):
-    """A reply's bytes as long as they come in time and are not too many."""
+    """The bytes of a reply, with limits on time and size."""
 
     def __init__(self, stream: httpx2.SyncByteStream, config: LanguageModelConfig) -> None:
         self._stream, self._config = stream, config
@@ -155,16 +153,16 @@ class _Bounded(httpx2.SyncByteStream):
 
 
 class _FailedTryError(Exception):
-    """A try that failed: why, and how long the server wants to be left alone."""
+    """A failed attempt: the reason, and how long the server asks to wait, seconds."""
 
     def __init__(self, reason: Reason, message: str, wait: float | None = None) -> None:
         super().__init__(message)
         self.reason: Reason = reason
         self.wait = wait
 
-    def told(self, tries: int) -> LanguageModelError:
-        again = f" (tried {tries} times)" if tries > 1 else ""
-        return LanguageModelError(self.reason, f"language model: {self}{again}")
+    def error(self, attempts: int) -> LanguageModelError:
+        count = f" (tried {attempts} times)" if attempts > 1 else ""
+        return LanguageModelError(self.reason, f"language model: {self}{count}")
 
 
 def _late(config: LanguageModelConfig) -> _FailedTryError:
@@ -173,7 +171,7 @@ def _late(config: LanguageModelConfig) -> _FailedTryError:
 
 
 def _retry_after(headers: httpx2.Headers) -> float | None:
-    """Return the seconds that a server asks to wait, or None where it names none; a date counts as none."""
+    """Return the seconds that a server asks to wait, or None if it gives none or a date."""
     try:
         seconds = float(headers.get("retry-after", ""))
     except ValueError:

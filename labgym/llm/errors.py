@@ -1,4 +1,4 @@
-"""What can go wrong between a question to a language model and an answer that can be used."""
+"""Errors of the language model client."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ Reason = Literal[
 
 
 class LanguageModelError(LabgymError):
-    """A question that got no usable answer. The message says what to do and never holds the key.
+    """A question without a usable answer. The message names the remedy and never contains the key.
 
     Attributes:
-        reason: what kind of failure it is, for callers that can go on without an answer.
-        reply: what the model said, where it said something that cannot be used, else "".
+        reason: kind of failure, for callers that can continue without an answer.
+        reply: text of an unusable reply, else "".
     """
 
     def __init__(self, reason: Reason, message: str, reply: str = "") -> None:

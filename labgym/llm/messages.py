@@ -1,4 +1,4 @@
-"""What is sent to a model: messages with pictures, the shape of the answer, and the identity of the whole request."""
+"""Requests to a model: messages with pictures, the schema of the answer, and the identity of the request."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ class Message:
     """One turn of a conversation.
 
     Attributes:
-        images: pictures as PNG bytes, after the text.
+        role: sender of the message. text: its text.
+        images: pictures as PNG bytes, sent after the text.
 
     Raises:
-        OptionError: a picture that is no PNG or too large, too many of them, or too long a text.
+        OptionError: a picture is not a PNG or too large, there are too many pictures, or the text is too long.
     """
 
     role: Literal["system", "user", "assistant"]
@@ -36,15 +37,15 @@ class Message:
 
     def __post_init__(self) -> None:
         if len(self.text) > MAX_TEXT:
-            raise OptionError(f"a message of {len(self.text)} characters; at most {MAX_TEXT}")
+            raise OptionError(f"the message has {len(self.text)} characters; at most {MAX_TEXT} are allowed")
         if len(self.images) > MAX_IMAGES:
-            raise OptionError(f"a message with {len(self.images)} pictures; at most {MAX_IMAGES}")
+            raise OptionError(f"the message has {len(self.images)} pictures; at most {MAX_IMAGES} are allowed")
         for image in self.images:
             if not image.startswith(PNG) or len(image) > MAX_IMAGE_BYTES:
                 raise OptionError(f"a picture must be a PNG of at most {MAX_IMAGE_BYTES} bytes, got {len(image)} bytes")
 
     def wire(self) -> dict[str, Any]:
-        """Return the message as the API wants it, pictures as data URLs."""
+        """Return the message in the API's format, pictures as data URLs."""
         if not self.images:
             return {"role": self.role, "content": self.text}
         urls = ["data:image/png;base64," + base64.b64encode(image).decode("ascii") for image in self.images]
@@ -52,18 +53,19 @@ class Message:
         return {"role": self.role, "content": [{"type": "text", "text": self.text}, *pictures]}
 
     def identity(self) -> dict[str, Any]:
-        """Return what tells the message from others, pictures by their SHA-256."""
+        """Return the identity of the message, with pictures as their SHA-256."""
         pictures = [hashlib.sha256(image).hexdigest() for image in self.images]
         return {"role": self.role, "text": self.text, "images": pictures}
 
 
 @dataclass(frozen=True)
-class Request:
-    """A question as a whole.
+class Question:
+    """A question with the form of its answer.
 
     Attributes:
-        prompt: name and version of the prompt that it was made from, such as annotate-asset/1.
-        answer: the model that a reply has to satisfy.
+        prompt: name and version of its prompt, such as annotate-asset/1.
+        messages: the conversation.
+        answer: the pydantic model of the answer.
     """
 
     prompt: str
@@ -72,12 +74,12 @@ class Request:
 
     @property
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of the answer, closed: every property is required and no other is allowed."""
+        """Closed JSON Schema of the answer: all properties are required and no others are allowed."""
         schema: dict[str, Any] = closed(self.answer.model_json_schema(mode="validation"))
         return schema
 
     def key(self, config: LanguageModelConfig) -> str:
-        """Return the SHA-256 of all that can change the reply; neither the address nor the key is part of it."""
+        """Return the SHA-256 of everything that can change the reply, without address and key."""
         return canonical_hash(
             {
                 "model": config.model,
@@ -92,27 +94,27 @@ class Request:
 
 
 def closed(schema: Any) -> Any:
-    """Return a JSON Schema whose objects require all their properties, as servers that constrain replies want it.
+    """Return a JSON Schema whose objects require all their properties, as servers with constrained decoding expect.
 
-    Objects with free keys stay as they are. Titles and defaults go: they say nothing that a model needs.
+    Objects with free keys are unchanged. Titles and defaults are removed, since a model does not need them.
     """
     if isinstance(schema, list):
         return [closed(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
-    kept = {
+    result = {
         name: {key: closed(value) for key, value in part.items()} if name in ("properties", "$defs") else closed(part)
         for name, part in schema.items()
         if name not in ("default", "title")
     }
-    if "properties" in kept:
-        kept["required"] = list(kept["properties"])
-        kept["additionalProperties"] = False
-    return kept
+    if "properties" in result:
+        result["required"] = list(result["properties"])
+        result["additionalProperties"] = False
+    return result
 
 
 def is_strict(schema: Any) -> bool:
-    """Tell whether every object of a closed schema lists its properties, which strict servers insist on."""
+    """Return whether every object of a closed schema lists its properties, as strict servers require."""
     if isinstance(schema, list):
         return all(is_strict(item) for item in schema)
     if not isinstance(schema, dict):

@@ -1,4 +1,4 @@
-"""Prompts: files with a version, and the only way in which text of others gets into them."""
+"""Prompts: versioned files, and the insertion of untrusted text into them."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ _FILE = re.compile(
 
 @dataclass(frozen=True)
 class Prompt:
-    """A prompt as its file has it.
+    """A prompt, as read from its file.
 
     Attributes:
-        role: the system message, without slots: nothing that anybody else wrote can get into it.
+        name, version: identity of the prompt.
+        role: the system message; it has no slots, so untrusted text cannot get into it.
         question: the user message with slots such as {{text}}.
     """
 
@@ -40,21 +41,21 @@ class Prompt:
 
     @property
     def slots(self) -> frozenset[str]:
-        """Names of what has to be filled in."""
+        """Names of the slots."""
         return frozenset(SLOT.findall(self.question))
 
     def fill(self, images: Sequence[bytes] = (), **data: object) -> tuple[Message, ...]:
         """Return the messages with the data filled in.
 
-        A datum becomes a block of JSON in which no `<` is left, so that nothing in it can end the block, and all slots
-        are filled in one pass, so that nothing in it can open another slot.
+        Each value becomes a block of JSON without any `<`, so that it cannot end the block; all slots are filled in one
+        pass, so that a value cannot open another slot.
 
         Args:
             images: PNG pictures for the question.
             data: a JSON value for each slot.
 
         Raises:
-            OptionError: a slot without a datum, a datum without a slot, or one that is too long.
+            OptionError: a slot has no value, a value has no slot, or a value is too long.
         """
         if set(data) != self.slots:
             raise OptionError(f"prompt {self.name} takes {sorted(self.slots)}, got {sorted(data)}")
@@ -64,10 +65,10 @@ class Prompt:
 
 
 def data_block(name: str, value: object) -> str:
-    """Return a value as a delimited block of JSON that it cannot get out of.
+    """Return a value as a delimited block of JSON; the value cannot end the block.
 
     Raises:
-        OptionError: the value is longer than a prompt may hold.
+        OptionError: the value is too long for a prompt.
     """
     text = json.dumps(value, ensure_ascii=False, allow_nan=False, sort_keys=True).replace("<", "\\u003c")
     text = "".join(char if char.isprintable() else json.dumps(char)[1:-1] for char in text)
@@ -80,7 +81,7 @@ def load_prompt(file: Path) -> Prompt:
     """Read a prompt from its file; the file's stem is the prompt's name.
 
     Raises:
-        DocumentError: the file is missing or does not have the form of a prompt.
+        DocumentError: the file is missing or is not a prompt.
     """
     if not file.is_file():
         raise DocumentError(file, "", "no such file")

@@ -1,4 +1,4 @@
-"""Replies on disk, so that a run can be repeated without the server."""
+"""Recorded replies on disk, so that a run can be repeated without the server."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from labgym.errors import DocumentError
 
 
 class RecordedReply(Document):
-    """What a model said to one request.
+    """The reply of a model to one request.
 
     Attributes:
-        request: SHA-256 of the request (see `Request.key`).
+        request: SHA-256 of the request (see `Question.key`).
         prompt: name and version of the prompt.
-        tokens_in, tokens_out: as the server counted them when it was asked.
+        model: name of the model. text: text of the reply.
+        tokens_in, tokens_out: tokens read and written, as counted by the server.
     """
 
     SCHEMA: ClassVar[str] = "labgym.llm-reply/1"
@@ -31,13 +32,13 @@ class RecordedReply(Document):
 
 
 class ReplayCache:
-    """A folder of recorded replies; a file is named after the request's hash and by nothing else."""
+    """A folder of recorded replies; each file is named after the request's hash."""
 
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
 
     def path(self, key: str) -> Path:
-        """Return where the reply to a request is or would be."""
+        """Return the path of the reply to a request, whether or not it exists."""
         return self.folder / key[:2] / f"{key}.json"
 
     def get(self, key: str) -> RecordedReply | None:
@@ -55,5 +56,5 @@ class ReplayCache:
         return reply
 
     def put(self, reply: RecordedReply) -> None:
-        """Write a reply atomically; a later one to the same request takes its place."""
+        """Write a reply atomically; it replaces an earlier reply to the same request."""
         reply.save(self.path(reply.request))

@@ -14,7 +14,7 @@ from labgym.documents import Document, Record, canonical_hash, files_digest
 from labgym.errors import DocumentError
 
 
-class Unit(Record):
+class FinishedUnit(Record):
     """A finished unit of work.
 
     Attributes:
@@ -31,7 +31,7 @@ class LedgerFile(Document):
 
     SCHEMA: ClassVar[str] = "labgym.ledger/1"
 
-    units: dict[str, Unit]
+    units: dict[str, FinishedUnit]
 
 
 class Ledger:
@@ -69,7 +69,7 @@ class Ledger:
             path for place in files for path in ([place] if place.is_file() else place.rglob("*")) if path.is_file()
         )
         digests = {path.relative_to(self.folder).as_posix(): _digest(path) or "" for path in outputs}
-        self._units[unit] = Unit(inputs=canonical_hash(inputs), files=digests)
+        self._units[unit] = FinishedUnit(inputs=canonical_hash(inputs), files=digests)
         LedgerFile(units=dict(sorted(self._units.items()))).save(self._path)
 
 

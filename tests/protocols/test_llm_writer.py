@@ -157,7 +157,7 @@ def test_a_description_goes_the_whole_way_with_a_language_model(loopback, model_
     made = synthesize(text, LanguageWriter(model_at(price_in=1.0, price_out=1.0)), keyword_only=True)
     assert made.protocol.steps == GIVEN.steps
     assert made.notes == (
-        "written by test-model in 2 attempts; 2 replies asked, 0 replayed, 200 tokens read, 40 written, 0.0002 USD",
+        "written by test-model in 2 attempts; 2 replies requested, 0 replayed, 200 tokens read, 40 written, 0.0002 USD",
     )
     question = loopback.requests[0]["messages"][1]["content"]
     assert "RoundBottomFlask" in question

@@ -22,7 +22,7 @@ class Gated(Record):
     glass: Share | None = None
 
 
-class Physical(Record):
+class PhysicalScore(Record):
     """S_phys, at most 35 points: shares of objects without a fault, multiplied by points.
 
     Attributes:
@@ -134,7 +134,7 @@ class LayoutReport(Document):
     instances: dict[str, Count]
     v: Count
     fitness: Share
-    physical: Physical
+    physical: PhysicalScore
     s_phys: float
     s_chem: float | None
     real: float | None = None

@@ -13,7 +13,7 @@ from labgym.eval.scoring.layout_report import (
     LayoutReport,
     LayoutSummary,
     MetricMean,
-    Physical,
+    PhysicalScore,
     ReportedViolation,
 )
 from labgym.layouts.model import FLOOR, WALL, Layout
@@ -143,7 +143,7 @@ def _chemical_points(scores: tuple[float | None, ...]) -> float | None:
     return CHEMISTRY_POINTS * sum(applicable) / len(applicable) if applicable else None
 
 
-def _physical(assessment: Assessment) -> Physical:
+def _physical(assessment: Assessment) -> PhysicalScore:
     """Return S_phys: for each of four faults, the share of the relevant objects without it, 1 if there are none."""
     placements = assessment.arrangement.placements
     desktop = {placement.id for placement in placements if placement.support not in (FLOOR, WALL)}
@@ -151,7 +151,7 @@ def _physical(assessment: Assessment) -> Physical:
     colliding = frozenset[str]().union(*(collision.ids for collision in assessment.collisions))
     misplaced = {fault.id for fault in assessment.bounds if fault.cause != "height"}
     floating = {fault.id for fault in assessment.bounds if fault.cause == "height"}
-    return Physical(
+    return PhysicalScore(
         tabletop_bounds=10.0 * _clean(desktop, misplaced),
         desktop_collisions=10.0 * _clean(desktop, colliding),
         heights=5.0 * _clean(desktop | standing, floating),
