@@ -1,9 +1,11 @@
-# make run    environment, install, then the whole pipeline: 30 protocols to tables, pictures and runs/default/report.html
-# make test   environment, install, then the whole test suite
-# make lint   formatting, lint, types (strict) and the import contract
-# make docs   write again what is generated under docs/ and in the README
-# make clean  remove the environment, caches and runs
-# Arguments pass through: make run ARGS="--seed 1", make test ARGS="-k layouts". Another interpreter: make PYTHON=python3.12
+# make run      create .venv, install, and run the whole pipeline; writes runs/default/report.html
+# make test     create .venv, install, and run the test suite
+# make install  create .venv and install labgym with all extras
+# make lint     check formatting, lint, types and the import contract
+# make docs     regenerate the JSON Schemas and the environment page in docs/
+# make clean    remove .venv, caches and runs
+# Pass arguments with ARGS: make run ARGS="--seed 1", make test ARGS="-k layouts"
+# Choose the interpreter with PYTHON: make run PYTHON=python3.12
 
 PYTHON ?= python3
 VENV := .venv
@@ -34,11 +36,11 @@ docs: install
 
 install: $(STAMP)
 
-# The stamp is written last, so an install that was cut off is taken up again.
+# The stamp is written last, so an interrupted installation is resumed.
 $(STAMP): pyproject.toml constraints.txt
-	@command -v $(PYTHON) >/dev/null || { echo "labgym: error: $(PYTHON) not found; install Python 3.11 or newer, or name one: make PYTHON=/path/to/python3" >&2; exit 2; }
-	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("labgym: error: Python 3.11 or newer is needed, $(PYTHON) is %d.%d; name another: make PYTHON=python3.11" % sys.version_info[:2])'
-	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "labgym: error: $(PYTHON) cannot make environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 2; }
+	@command -v $(PYTHON) >/dev/null || { echo "labgym: error: $(PYTHON) not found; install Python 3.11 or newer, or choose another interpreter: make PYTHON=/path/to/python3" >&2; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("labgym: error: Python 3.11 or newer is required, $(PYTHON) is %d.%d; choose another interpreter: make PYTHON=python3.11" % sys.version_info[:2])'
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "labgym: error: $(PYTHON) cannot create virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 2; }
 	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt --editable '.[all,dev]'
 	@touch $@

@@ -1,7 +1,7 @@
-"""Write what is generated: JSON Schemas, the environment's page and the tables in the README.
+"""Write generated documentation: JSON Schemas, the environment's page and the tables in the README.
 
-`python docs/generate.py` writes schemas and pages; with `--check` it writes nothing and exits 1 where a file is not
-what would be written; with `--run runs/default` it also puts that run's tables and pictures into the README.
+`python docs/generate.py` writes schemas and pages. With `--check` it writes nothing and exits 1 if a file is out of
+date. With `--run runs/default` it also writes that run's tables and pictures into the README.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from labgym.protocols.synthesis.transformations import Transformations
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
 SHOWN = "test-alk_01"
-"""The published layout whose pictures the README shows."""
+"""The published layout shown in the README's pictures."""
 
 BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
 DOCUMENTS: tuple[type[Document], ...] = (
@@ -68,7 +68,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
 
 
 def schema(document: type[Document]) -> str:
-    """Return a document's JSON Schema, its `schema` field included."""
+    """Return the JSON Schema of a document, including its `schema` field."""
     body = tagged(document.model_json_schema(mode="validation"), document)
     return (
         json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **body}, indent=1, ensure_ascii=False)
@@ -77,12 +77,12 @@ def schema(document: type[Document]) -> str:
 
 
 def environment_page(environment: type) -> str:
-    """Return an environment's page: its docstring under a heading."""
+    """Return the page of an environment: its docstring under a heading."""
     return f"# LabPointNav-v0\n\n{inspect.cleandoc(environment.__doc__ or '')}\n"
 
 
 def pages() -> dict[Path, str]:
-    """Return every generated file under docs/ with its content."""
+    """Return the contents of all generated files in docs/ by path."""
     schemas = {DOCS / "schemas" / f"{d.SCHEMA.partition('.')[2].replace('/', '-')}.json": schema(d) for d in DOCUMENTS}
     return {**schemas, DOCS / "environment.md": environment_page(LabPointNavEnv)}
 
@@ -91,7 +91,7 @@ def with_tables(readme: str, tables: str) -> str:
     """Return the README with the block between its markers replaced.
 
     Raises:
-        LabgymError: the markers are not there.
+        LabgymError: the markers are missing.
     """
     before, begin, rest = readme.partition(BEGIN)
     _, end, after = rest.partition(END)
@@ -101,7 +101,7 @@ def with_tables(readme: str, tables: str) -> str:
 
 
 def main() -> int:
-    """Write or check."""
+    """Write or check the generated files and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--run", type=Path)
