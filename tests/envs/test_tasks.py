@@ -1,4 +1,4 @@
-"""Which drive an episode is."""
+"""Tasks: the layout, protocol and goal pair of an episode."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from labgym.envs import tasks
-from labgym.envs.tasks import TaskSource, load, resolve_layout
+from labgym.envs.tasks import TaskSource, goal_pair, load, resolve_layout
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
 from labgym.layouts import Layout, splits
 from labgym.layouts.splits import published
@@ -26,7 +26,7 @@ def rng(seed: int = 0) -> np.random.Generator:
 
 @pytest.fixture
 def generated(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> list[tuple]:
-    """What the generator was asked for; it answers at once with the layout made by hand."""
+    """The calls of the generator, which returns the layout made by hand at once."""
     calls: list[tuple] = []
 
     def generate(protocol: Protocol, seed: int, room: str, profile: str) -> Layout:
@@ -115,15 +115,31 @@ def test_training_layouts_are_really_generated_and_drivable() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "error", "said"),
+    ("arguments", "error", "message"),
     [
         ({"split": "exam"}, UnknownNameError, "train"),
         ({"protocol": "alchemy"}, UnknownNameError, "alk_03"),
-        ({"layout": "test-nowhere"}, UnknownNameError, "test-alk_03"),
+        ({"layout": "test-alk_3"}, UnknownNameError, "nearest: .*test-alk_03"),
         ({"layout": 7}, OptionError, "published id"),
         ({"episodes_per_layout": 0}, OptionError, "at least 1"),
     ],
 )
-def test_what_does_not_exist_is_refused_with_what_does(arguments: dict, error: type, said: str) -> None:
-    with pytest.raises(error, match=said):
+def test_unknown_names_are_refused_with_those_that_exist(arguments: dict, error: type, message: str) -> None:
+    with pytest.raises(error, match=message):
         source(**arguments)
+
+
+def test_a_layout_whose_protocol_stays_at_one_place_says_so(layout: Layout) -> None:
+    still = get("alk_03").model_copy(update={"id": "still", "steps": get("alk_03").steps[:1]})
+    with pytest.raises(OptionError, match="has no goal pairs: protocol 'still' stays at one place"):
+        source(layout=layout.for_protocol(still)).draw(rng(), {}, fresh=True)
+    with pytest.raises(OptionError, match="has no goal pairs"):
+        goal_pair(layout.for_protocol(still), 0)
+
+
+def test_an_unknown_pair_lists_the_pairs(layout: Layout) -> None:
+    for index in (-1, 99, True, "0"):
+        with pytest.raises(
+            UnknownNameError, match=f"goal pair of layout 'by-hand' '{index}' not found.* available: 0, 1"
+        ):
+            source(layout=layout).draw(rng(), {"pair": index}, fresh=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from laboratories import put
 
 from labgym.assets import Catalog
 from labgym.eval import score
@@ -16,19 +17,6 @@ from labgym.layouts.rules.zones import door_area, doorway, front_zone
 
 DOORS = (Door(wall="front", offset=1.2), Door(wall="left", offset=1.2))
 ROOM = Room(width=8.0, depth=8.0, doors=DOORS)
-
-
-def put(
-    name: str,
-    asset: str,
-    x: float,
-    y: float,
-    z: float = 0.0,
-    yaw: float = 0.0,
-    on: str = "floor",
-    slot: int | None = None,
-) -> Placement:
-    return Placement(id=name, asset=asset, position=(x, y, z), yaw=yaw, support=on, slot=slot)
 
 
 CLEAN = (

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laboratories import put
 from shapely.geometry import LineString, Polygon
 
 from labgym.assets import Catalog
@@ -23,19 +24,6 @@ from labgym.protocols import Protocol, ReagentUse, Step
 
 DEFAULT = thresholds.profile("default")
 HALL = Room(width=40.0, depth=40.0)
-
-
-def put(
-    name: str,
-    asset: str,
-    x: float,
-    y: float,
-    z: float = 0.0,
-    yaw: float = 0.0,
-    on: str = "floor",
-    slot: int | None = None,
-) -> Placement:
-    return Placement(id=name, asset=asset, position=(x, y, z), yaw=yaw, support=on, slot=slot)
 
 
 def unrolled(*placements: Placement) -> Arrangement:

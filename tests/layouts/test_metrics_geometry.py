@@ -7,6 +7,7 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from laboratories import put
 from shapely.geometry import Polygon
 from shapely.geometry import box as rectangle
 
@@ -17,19 +18,6 @@ from labgym.layouts.rules.bounds import bounds_faults
 from labgym.layouts.rules.collisions import Collision, collisions
 
 ROOM = Room(width=8.0, depth=6.0, height=3.0, doors=(Door(wall="front", offset=1.2),))
-
-
-def put(
-    name: str,
-    asset: str,
-    x: float,
-    y: float,
-    z: float = 0.0,
-    yaw: float = 0.0,
-    on: str = "floor",
-    slot: int | None = None,
-) -> Placement:
-    return Placement(id=name, asset=asset, position=(x, y, z), yaw=yaw, support=on, slot=slot)
 
 
 def faults(*placements: Placement) -> dict[tuple[str, str], float]:

@@ -7,14 +7,13 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laboratories import island_laboratory
 
 from labgym.eval import evaluate
 from labgym.layouts import Layout
-from labgym.layouts.model import Door, Placement, Room
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.dwa import arc_clearance, dynamic_window, heading_error, lidar_points, stopping_speed
 from labgym.policies.via_point import ViaPoints, straight_clearance
-from labgym.protocols import get
 
 RADIUS = 0.3
 
@@ -184,23 +183,7 @@ def test_in_a_dead_end_the_farthest_open_point_is_headed_for():
 
 @pytest.fixture(scope="module")
 def layout() -> Layout:
-    """An 8 m x 6 m room with the four places of a protocol along its walls and an island between them."""
-
-    def standing(asset: str, x: float, y: float, yaw: float = 0.0) -> Placement:
-        return Placement(id=f"{asset}_1", asset=asset, position=(x, y, 0.0), yaw=yaw)
-
-    return Layout(
-        id="by-hand",
-        protocols=(get("alk_03"),),
-        floor=Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.2),)).floor,
-        placements=(
-            standing("PreparationBench", 0.38, 2.5, -math.pi / 2),
-            standing("FumeHood", 2.0, 6.0 - 0.43, math.pi),
-            standing("SinkBench", 5.5, 6.0 - 0.38, math.pi),
-            standing("ValidationPlatform", 8.0 - 0.41, 2.5, math.pi / 2),
-            standing("IslandBench1800", 4.0, 2.5),
-        ),
-    )
+    return island_laboratory()
 
 
 def test_a_course_around_an_island_is_driven_to_the_goal_the_same_way_each_time(layout):

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 import shapely
+from laboratories import small_laboratory
 
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE
@@ -21,7 +22,7 @@ from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.drive import Drive, drive_layout
 from labgym.eval.driving.suites import Suite
 from labgym.geometry import rotate
-from labgym.layouts import Layout, Placement, Room
+from labgym.layouts import Layout
 from labgym.navigation import goal_pairs, occupancy
 from labgym.policies import EpisodeStart, PathTracker, Policy, make_policy
 from labgym.policies.grid_planner import GridPlanner
@@ -30,7 +31,6 @@ from labgym.policies.http.forms import encode_form
 from labgym.policies.http.served import Frame, resampled_view, rolled_out
 from labgym.policies.http.server import MAX_BATCH, MAX_BODY, NavigationServer
 from labgym.policies.http.wire import encode_colour, encode_depth, intrinsic_matrix
-from labgym.protocols import get
 
 K = intrinsic_matrix(640, 360, ROBOT.camera_hfov).tolist()
 
@@ -401,24 +401,6 @@ def test_a_wider_camera_is_cut_to_our_field_of_view():
     assert seen[0, -1] * 1000.0 == pytest.approx(320.0 + half * 127 / 128, abs=1.0)
 
 
-def laboratory() -> Layout:
-    """A small room with the four places of a protocol and a bench in the middle."""
-
-    def at(asset: str, x: float, y: float, yaw: float) -> Placement:
-        return Placement(id=asset, asset=asset, position=(x, y, 0.0), yaw=yaw)
-
-    placements = (
-        at("PreparationBench", 0.40, 2.5, -math.pi / 2),
-        at("FumeHood", 2.5, 6.05, math.pi),
-        at("ValidationPlatform", 6.05, 4.0, math.pi / 2),
-        at("SinkBench", 4.6, 0.45, 0.0),
-        at("IslandBench", 3.2, 3.3, 0.0),
-    )
-    return Layout(
-        id="served", protocols=(get("alk_03"),), floor=Room(width=6.5, depth=6.5).floor, placements=placements
-    )
-
-
 def apart(one: Drive, other: Drive) -> float:
     """The greatest distance from a place on one route to the other, metres."""
     lines = [shapely.LineString([pose[:2] for pose in drive.route]) for drive in (one, other)]
@@ -426,7 +408,7 @@ def apart(one: Drive, other: Drive) -> float:
 
 
 def test_a_planner_drives_the_same_routes_over_http_as_directly():
-    layout, suite = laboratory(), Suite(name="short", max_steps=200)
+    layout, suite = small_laboratory("served"), Suite(name="short", max_steps=200)
     direct = drive_layout(OnTheMap(layout), layout, suite, "direct", 0)
     with served(lambda: OnTheMap(layout)) as server:
         remote = drive_layout(HttpPolicy(server.url), layout, suite, "remote", 0)
@@ -441,7 +423,7 @@ def test_a_planner_drives_the_same_routes_over_http_as_directly():
 
 
 def test_a_planner_that_maps_while_it_drives_arrives_over_http_as_directly():
-    layout, suite = laboratory(), Suite(name="short", max_steps=300)
+    layout, suite = small_laboratory("served"), Suite(name="short", max_steps=300)
     with served(lambda: make_policy("online_map")) as server:
         remote = drive_layout(HttpPolicy(server.url), layout, suite, "remote", 0)
     assert all(drive.row.success for drive in remote)
@@ -449,7 +431,7 @@ def test_a_planner_that_maps_while_it_drives_arrives_over_http_as_directly():
 
 
 def test_a_policy_that_only_acts_drives_nearly_the_same_routes_over_http():
-    layout = laboratory()
+    layout = small_laboratory("served")
     suite = Suite(name="short", max_steps=40)
     direct = drive_layout(make_policy("straight"), layout, suite, "direct", 0)
     with served(lambda: make_policy("straight")) as server:

@@ -4,16 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from laboratories import island_laboratory
 
 from labgym.envs.robot import ROBOT
 from labgym.eval import evaluate
 from labgym.layouts import Layout
-from labgym.layouts.model import Door, Placement, Room
 from labgym.navigation import OccupancyGrid
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.blockage import Blockage
 from labgym.policies.online_map import frontier
-from labgym.protocols import get
 
 NOTHING = np.full((72, 128, 1), 10.0, dtype=np.float32)
 
@@ -39,23 +38,7 @@ def turned(policy, depth: np.ndarray, steps: int = 60) -> list[np.ndarray]:
 
 @pytest.fixture(scope="module")
 def layout() -> Layout:
-    """An 8 m x 6 m room with the four places of a protocol along its walls and an island between them."""
-
-    def standing(asset: str, x: float, y: float, yaw: float = 0.0) -> Placement:
-        return Placement(id=f"{asset}_1", asset=asset, position=(x, y, 0.0), yaw=yaw)
-
-    return Layout(
-        id="by-hand",
-        protocols=(get("alk_03"),),
-        floor=Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.2),)).floor,
-        placements=(
-            standing("PreparationBench", 0.38, 2.5, -math.pi / 2),
-            standing("FumeHood", 2.0, 6.0 - 0.43, math.pi),
-            standing("SinkBench", 5.5, 6.0 - 0.38, math.pi),
-            standing("ValidationPlatform", 8.0 - 0.41, 2.5, math.pi / 2),
-            standing("IslandBench1800", 4.0, 2.5),
-        ),
-    )
+    return island_laboratory()
 
 
 @pytest.fixture(scope="module")

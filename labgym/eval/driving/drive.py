@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.robot import ROBOT
-from labgym.errors import LabgymError, OptionError
+from labgym.envs.tasks import goal_pair
+from labgym.errors import LabgymError
 from labgym.eval.driving.episode_row import EpisodeRow, Pose
 from labgym.eval.driving.navigation_metrics import soft_spl, spl
 from labgym.eval.driving.suites import Suite, suite_of
@@ -100,15 +101,13 @@ def drive_pair(
         options: arguments for `make_policy`.
 
     Raises:
-        OptionError: the layout has no goal pair of that index.
+        OptionError: the layout has no goal pair.
+        UnknownNameError: no goal pair has that index.
     """
-    pairs = goal_pairs(layout)
-    if not 0 <= pair < len(pairs):
-        valid = f"0 to {len(pairs) - 1}" if pairs else "none: its protocol never moves between two locations"
-        raise OptionError(f"goal pair {pair} does not exist in layout {layout.id!r}; its goal pairs are {valid}")
+    task = goal_pair(layout, pair)
     driver = make_policy(policy, **(options or {}))
     try:
-        (drive,) = drive_pairs(driver, layout, pairs[pair : pair + 1], suite_of([layout]), policy, seed)
+        (drive,) = drive_pairs(driver, layout, (task,), suite_of([layout]), policy, seed)
     finally:
         driver.close()
     return drive

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from laboratories import small_laboratory
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import drive_layout, drive_pair
@@ -14,10 +15,9 @@ from labgym.eval.driving.run_folder import read_routes
 from labgym.eval.driving.runner import NavigationReport, evaluate
 from labgym.eval.driving.suites import Suite
 from labgym.geometry import rotate
-from labgym.layouts import Layout, Placement, Room
+from labgym.layouts import Layout
 from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, Policy, make_policy
-from labgym.protocols import get
 
 POLICIES = '''
 import numpy as np
@@ -51,25 +51,9 @@ class Leaky(Policy):
 '''
 
 
-def laboratory(name: str, shift: float = 0.0) -> Layout:
-    """A small room with the four places of a protocol and a bench in the middle."""
-
-    def at(asset: str, x: float, y: float, yaw: float) -> Placement:
-        return Placement(id=asset, asset=asset, position=(x, y, 0.0), yaw=yaw)
-
-    placements = (
-        at("PreparationBench", 0.40, 2.5 + shift, -math.pi / 2),
-        at("FumeHood", 2.5 + shift, 6.05, math.pi),
-        at("ValidationPlatform", 6.05, 4.0 - shift, math.pi / 2),
-        at("SinkBench", 4.6, 0.45, 0.0),
-        at("IslandBench", 3.2, 3.3, 0.0),
-    )
-    return Layout(id=name, protocols=(get("alk_03"),), floor=Room(width=6.5, depth=6.5).floor, placements=placements)
-
-
 @pytest.fixture(scope="module")
 def layouts() -> tuple[Layout, ...]:
-    return laboratory("first"), laboratory("second", 0.2), laboratory("third", -0.15)
+    return small_laboratory("first"), small_laboratory("second", 0.2), small_laboratory("third", -0.15)
 
 
 @pytest.fixture
@@ -279,7 +263,7 @@ def test_a_layout_that_changed_or_lost_a_row_is_driven_again(layouts, tmp_path):
     path = tmp_path / "episodes.jsonl"
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines[:4]) + lines[4][:50])
-    moved = laboratory("third", 0.05)
+    moved = small_laboratory("third", 0.05)
     report = evaluate(Quitter(6), (*layouts[:2], moved), out=tmp_path, progress=False)
     assert [row.layout_hash for row in report.rows[6:]] == [moved.hash] * 3
     assert report.summary.complete
@@ -332,7 +316,7 @@ def test_a_goal_pair_that_does_not_exist_names_those_that_do(layouts, monkeypatc
     with pytest.raises(OptionError, match=r"goal pair 7 .* 0 to 2"):
         drive_pair("astar", layouts[0], 7)
     monkeypatch.setattr("labgym.eval.driving.drive.goal_pairs", lambda layout: ())
-    with pytest.raises(OptionError, match="its goal pairs are none"):
+    with pytest.raises(OptionError, match="has no goal pairs"):
         drive_pair("astar", layouts[0], 0)
 
 

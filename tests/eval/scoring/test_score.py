@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+from laboratories import put
 
 from labgym.assets import Catalog
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
@@ -27,19 +28,6 @@ PROTOCOL = Protocol(
     ),
 )
 METRICS = ("ob", "cn", "cn_sw", "asset", "step_nav", "prot_nav", "flam", "store", "incomp", "glass")
-
-
-def put(
-    name: str,
-    asset: str,
-    x: float,
-    y: float,
-    z: float = 0.0,
-    yaw: float = 0.0,
-    on: str = "floor",
-    slot: int | None = None,
-) -> Placement:
-    return Placement(id=name, asset=asset, position=(x, y, z), yaw=yaw, support=on, slot=slot)
 
 
 def shelf(cabinet: str) -> float:
