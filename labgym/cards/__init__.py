@@ -1,1 +1,1 @@
-"""Model cards and ablations: how each trained policy is published."""
+"""Model cards and ablation studies of the trained policies."""

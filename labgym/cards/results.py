@@ -1,4 +1,4 @@
-"""What the cards of trained policies have in common: an evaluation's numbers, its drives, its failures, ablations."""
+"""What all model cards show of an evaluation: metrics, drives, failures, and the table of an ablation study."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
+from labgym.eval.driving.bootstrap import Estimate
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.results import Evaluation
@@ -27,6 +28,7 @@ class CardResults:
     """A complete evaluation of a policy, as its card shows it.
 
     Attributes:
+        evaluation: its summary, rows and routes.
         layouts: of the suite, by id.
     """
 
@@ -35,7 +37,7 @@ class CardResults:
 
     @classmethod
     def read(cls, folder: Path, policy: str) -> CardResults:
-        """Read what `labgym eval` wrote.
+        """Read the folder of an evaluation.
 
         Raises:
             DocumentError: a file is missing or broken.
@@ -44,18 +46,19 @@ class CardResults:
         evaluation = Evaluation.read(folder)
         summary = evaluation.summary
         if summary.policy != policy or not summary.complete:
+            state = "complete" if summary.complete else "incomplete"
             raise OptionError(
-                f"{folder} holds {summary.policy!r}, complete: {summary.complete}; expected all of {policy!r}"
+                f"{folder} holds a {state} evaluation of {summary.policy!r}; expected a complete one of {policy!r}"
             )
         return cls(evaluation, {layout.id: layout for layout in summary.suite.load_layouts()})
 
     @property
     def failures(self) -> list[EpisodeRow]:
-        """The episodes that did not succeed, in the suite's order."""
+        """The failed episodes, in the suite's order."""
         return [row for row in self.evaluation.rows if not row.success]
 
     def draw(self, out: Path) -> None:
-        """Draw ten drives, and the first ten that failed, into a folder; remove the latter's picture if none did."""
+        """Draw ten drives, and the first ten failed ones, into a folder; remove the latter's picture if none failed."""
         rows, failures = self.evaluation.rows, self.failures
         save_picture(drives_figure(self.evaluation, self.layouts, sampled(rows)), out / DRIVES)
         if failures:
@@ -64,22 +67,22 @@ class CardResults:
             (out / FAILURES).unlink(missing_ok=True)
 
     def markdown(self) -> str:
-        """Return the card's sections of results and of what went wrong; they show the pictures of `draw`."""
+        """Return the card's sections on results and failures; they show the pictures of `draw`."""
         summary = self.evaluation.summary
         return f"""## Results
 
 {navigation_table({summary.policy: summary.metrics}, f"suite {summary.suite.label}").markdown()}
 
-Made by `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, seed {summary.seed}, \
+Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, seed {summary.seed}, \
 {summary.episodes} episodes.
 
 ![Ten drives over their maps]({DRIVES})
 
-## What went wrong
+## Failures
 
-{self._what_went_wrong()}"""
+{self._failures_section()}"""
 
-    def _what_went_wrong(self) -> str:
+    def _failures_section(self) -> str:
         failures = self.failures
         if not failures:
             return "Every episode succeeded."
@@ -95,30 +98,54 @@ Made by `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, se
 
 
 def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:
-    """Return a table in Markdown of evaluations, a row each.
+    """Return a Markdown table of evaluations, one per row, and which of them cannot be told from the first.
 
     Args:
-        folder: with a folder for each of them, of what `labgym eval` writes.
-        titles: of the rows by the folder's name, in order.
+        folder: with one evaluation's folder per variant.
+        titles: of the rows by the folder's name, in order; the first is the unchanged policy.
 
     Raises:
-        OptionError: they are not complete, or of different suites.
+        OptionError: an evaluation is not complete, or they are of different suites.
         DocumentError: one is missing or cannot be read.
     """
     summaries = {name: NavigationSummary.load(folder / name / "summary.json") for name in titles}
     suites = {summary.suite.label for summary in summaries.values()}
     if len(suites) != 1 or not all(summary.complete for summary in summaries.values()):
         raise OptionError(
-            f"{folder} holds evaluations of {sorted(suites)}, or parts; expected whole ones, of one suite"
+            f"{folder} holds evaluations of the suites {sorted(suites)}, or incomplete ones; expected complete ones "
+            "of one suite"
         )
     rows = tuple(
         (titles[name], *(interval(summary.metrics[key], 3) for key, _ in ABLATION_COLUMNS))
         for name, summary in summaries.items()
     )
     episodes = ", ".join(sorted({str(summary.episodes) for summary in summaries.values()}))
-    return Table(
+    table = Table(
         title="",
         columns=("Variant", *(heading for _, heading in ABLATION_COLUMNS)),
         rows=rows,
         notes=(f"Suite {suites.pop()}, {episodes} episodes each; in brackets: 95% bootstrap intervals over layouts.",),
     ).markdown()
+    return f"{table}\n\n{_effects(summaries, titles)}"
+
+
+def _effects(summaries: Mapping[str, NavigationSummary], titles: Mapping[str, str]) -> str:
+    """Return a sentence on the variants whose intervals all overlap those of the first."""
+    first, *others = summaries
+    same = [
+        titles[name]
+        for name in others
+        if all(_overlap(summaries[first].metrics[key], summaries[name].metrics[key]) for key, _ in ABLATION_COLUMNS)
+    ]
+    if not same:
+        return f'Every variant differs from "{titles[first]}" by more than the intervals in at least one column.'
+    if len(same) == len(others):
+        return f'No variant differs from "{titles[first]}" by more than the intervals: the study shows no effect.'
+    return f'Not distinguishable from "{titles[first]}" within the intervals: {"; ".join(same)}.'
+
+
+def _overlap(one: Estimate, other: Estimate) -> bool:
+    """Return whether two intervals overlap; true if one is unknown."""
+    if one.low is None or one.high is None or other.low is None or other.high is None:
+        return True
+    return one.low <= other.high and other.low <= one.high

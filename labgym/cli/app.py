@@ -156,8 +156,8 @@ def eval_(
     """Evaluate a policy: drive every goal pair of every layout once.
 
     Args:
-        policy: A name such as astar (? lists all names), module:Class, an .onnx, .pt or .zip file, or the http:// URL
-            of a policy server.
+        policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt or .zip file, or the
+            http:// URL of a policy server.
         suite: Name of a suite (test, val, navdp_compat), or its .json file.
         layouts: Layouts to drive in instead of a suite: .json files or ids of published layouts.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
@@ -175,7 +175,7 @@ def eval_(
 
     _allow_local_modules()
     if policy == "?":
-        print(*registry.policy_names(), sep="\n")
+        print(registry.policy_table())
         return DONE
     if protocol is not None and not layouts:
         raise OptionError("--protocol is for --layouts; the layouts of a suite have protocols of their own")
@@ -185,7 +185,7 @@ def eval_(
     summary = evaluate(
         policy, where, workers=workers, out=folder, seed=seed, options=arguments, overwrite=overwrite
     ).summary
-    print(f"\n{navigation_table({policy: summary.metrics}, f'suite {summary.suite.label}').text()}\n")
+    print(f"\n{navigation_table({summary.policy: summary.metrics}, f'suite {summary.suite.label}').text()}\n")
     written(folder)
     return complaints([f"the policy failed in {summary.errors} episodes"] if summary.errors else [])
 
@@ -283,6 +283,15 @@ def reproduce(split: Literal["val", "test"] = "test", out: OptionalPath = None) 
         written(out / split)
     print(outcome.notice)
     return complaints(outcome.problems) or findings(())
+
+
+@app.command
+def policies() -> int:
+    """List the policies that have a name: what each sees, what it needs installed, what it does."""
+    from labgym.policies.registry import policy_table
+
+    print(policy_table())
+    return DONE
 
 
 app.command(data)

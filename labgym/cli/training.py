@@ -1,17 +1,23 @@
-"""The commands that make training sets, train policies and publish them."""
+"""The commands that make training data, train policies, evaluate their parts and publish them."""
 
 from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
+from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
+from labgym.cli.arguments import OptionalPath
 from labgym.cli.outcome import written
 from labgym.errors import MissingDependencyError, OptionError
 
 Sensor = Literal["lidar", "depth"]
+
+DataFolder = Annotated[Path, arg(help="Folder of the dataset, written by labgym data.")]
+Threads = Annotated[int, arg(help="Number of torch threads; the last bits of the weights depend on it.")]
+Every = Annotated[int, arg(help="Drive in every EVERY-th layout of the validation split.")]
 
 train_app = SubcommandApp()
 card_app = SubcommandApp()
@@ -21,72 +27,72 @@ ablate_app = SubcommandApp()
 def data(out: Path = Path("runs/data"), samples: int = 50_000, seed: int = 0, workers: int = 1) -> int:
     """Make a training set from newly generated layouts: frames, goals, expert paths and privileged maps.
 
-    A folder that holds some of it already gets the rest.
+    An interrupted command resumes.
 
     Args:
         out: Folder for manifest.json and the parquet files.
-        samples: How many samples.
-        seed: The same seed gives the same bytes with any number of workers.
-        workers: Processes to use.
+        samples: Number of samples.
+        seed: Random seed; the files depend on it, not on the number of workers.
+        workers: Number of processes.
     """
     from labgym.policies.data import DataOptions, make_dataset
 
-    if samples < 1 or seed < 0:
-        raise OptionError(f"samples {samples} must be at least 1 and seed {seed} at least 0")
+    _check_at_least(1, samples=samples)
+    _check_at_least(0, seed=seed)
     make_dataset(out, DataOptions(samples=samples, seed=seed), workers)
     return written(out)
 
 
 @train_app.command
 def iplanner(
-    data: Path = Path("runs/data"),
+    data: DataFolder = Path("runs/data"),
     out: Path = Path("runs/iplanner"),
     epochs: int = 20,
     patience: int = 1,
     seed: int = 0,
-    threads: int = 1,
+    threads: Threads = 1,
 ) -> int:
-    """Train the iPlanner-style network on a dataset, without labels.
+    """Train the iPlanner-style network on a dataset: its loss is the cost of its path on the true map.
 
     Args:
-        data: The dataset's folder, made by labgym data.
         out: Folder for weights, configuration, losses by epoch and checkpoint.
         epochs: Passes over the dataset.
-        patience: Passes without a lower held-out loss before the rate falls.
-        seed: Of the initial weights and the order of samples.
-        threads: Of torch; the weights' last bits depend on it.
+        patience: Epochs without a lower held-out loss after which the learning rate falls.
+        seed: Random seed of the initial weights and the order of samples.
     """
-    if min(epochs, threads) < 1 or min(seed, patience) < 0:
-        given = f"epochs {epochs}, threads {threads}, patience {patience}, seed {seed}"
-        raise OptionError(f"{given}: the first two must be at least 1 and the others at least 0")
-    need("torch", "labgym train", "train")
-    from labgym.policies.iplanner.config import PlannerConfig, TrainOptions
+    _check_at_least(1, epochs=epochs, threads=threads)
+    _check_at_least(0, patience=patience, seed=seed)
+    _check_installed("torch", "labgym train")
+    from labgym.policies.iplanner.config import IPlannerConfig, IPlannerTrainOptions
     from labgym.policies.iplanner.train import train
 
-    train(data, out, PlannerConfig(training=TrainOptions(epochs=epochs, patience=patience, seed=seed, threads=threads)))
+    training = IPlannerTrainOptions(epochs=epochs, patience=patience, seed=seed, threads=threads)
+    train(data, out, IPlannerConfig(training=training))
     return written(out)
 
 
 @train_app.command
 def navdp(
-    data: Path = Path("runs/data"), out: Path = Path("runs/navdp"), epochs: int = 12, seed: int = 0, threads: int = 1
+    data: DataFolder = Path("runs/data"),
+    out: Path = Path("runs/navdp"),
+    epochs: int = 12,
+    seed: int = 0,
+    threads: Threads = 1,
 ) -> int:
-    """Train the NavDP-style network on a dataset: diffusion of the expert's paths, and a critic by the true map.
+    """Train the NavDP-style network on a dataset: diffusion of the expert's paths, and a critic from the true map.
 
     Args:
-        data: The dataset's folder, made by labgym data.
         out: Folder for weights, configuration, losses by epoch and checkpoint.
         epochs: Passes over the dataset.
-        seed: Of the initial weights, the order of samples and the noise.
-        threads: Of torch; the weights' last bits depend on it.
+        seed: Random seed of the initial weights, the order of samples and the noise.
     """
-    if epochs < 1 or seed < 0 or threads < 1:
-        raise OptionError(f"epochs {epochs} and threads {threads} must be at least 1 and seed {seed} at least 0")
-    need("torch", "labgym train", "train")
-    from labgym.policies.navdp.config import NavDPConfig, TrainOptions
+    _check_at_least(1, epochs=epochs, threads=threads)
+    _check_at_least(0, seed=seed)
+    _check_installed("torch", "labgym train")
+    from labgym.policies.navdp.config import NavDPConfig, NavDPTrainOptions
     from labgym.policies.navdp.train import train
 
-    train(data, out, NavDPConfig(training=TrainOptions(epochs=epochs, seed=seed, threads=threads)))
+    train(data, out, NavDPConfig(training=NavDPTrainOptions(epochs=epochs, seed=seed, threads=threads)))
     return written(out)
 
 
@@ -97,30 +103,28 @@ def train_ppo(
     layouts: int = 120,
     warm_start: bool = True,
     seed: int = 0,
-    out: Path | None = None,
-    threads: int = 1,
+    out: OptionalPath = None,
+    threads: Threads = 1,
 ) -> int:
-    """Train by proximal policy optimisation, by default after a warm start that copies a driver with the map.
+    """Train by proximal policy optimization, by default after a warm start that imitates an expert with the map.
 
     Args:
         observation: The sensor.
-        steps: Control steps of PPO; a run that is done goes on with more.
-        layouts: How many layouts to generate and train in.
-        warm_start: Copy a driver with the map first.
-        seed: Of everything random.
-        out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION, without a warm start
+        steps: Control steps of PPO; with more steps, a finished run continues.
+        layouts: Number of layouts to generate and train in.
+        warm_start: Imitate an expert with the map first.
+        seed: Random seed of everything.
+        out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION, without warm start
             runs/ppo/OBSERVATION-cold.
-        threads: Of torch; the weights' last bits depend on it.
     """
-    if min(steps, layouts, threads) < 1 or seed < 0:
-        given = f"steps {steps}, layouts {layouts}, threads {threads}, seed {seed}"
-        raise OptionError(f"{given}: the first three must be at least 1 and the seed at least 0")
-    need("stable_baselines3", "labgym train", "train")
+    _check_at_least(1, steps=steps, layouts=layouts, threads=threads)
+    _check_at_least(0, seed=seed)
+    _check_installed("stable_baselines3", "labgym train")
     import torch
 
     from labgym.eval import evaluate, load_suite
     from labgym.policies import Policy
-    from labgym.policies.ppo.options import TrainingOptions
+    from labgym.policies.ppo.options import PPOOptions
     from labgym.policies.ppo.training import train
 
     torch.set_num_threads(threads)
@@ -129,7 +133,7 @@ def train_ppo(
     def judge(policy: Policy) -> float:
         return evaluate(policy, validation, progress=False)["success"] or 0.0
 
-    options = TrainingOptions(observation=observation, steps=steps, layouts=layouts, seed=seed)
+    options = PPOOptions(observation=observation, steps=steps, layouts=layouts, seed=seed)
     if not warm_start:
         options = options.model_copy(update={"cloning_rounds": 0})
     folder = out or Path("runs/ppo") / (observation if warm_start else f"{observation}-cold")
@@ -138,76 +142,57 @@ def train_ppo(
 
 @ablate_app.command(name="iplanner")
 def ablate_iplanner(
-    data: Path = Path("runs/data"),
+    data: DataFolder = Path("runs/data"),
     out: Path = Path("runs/iplanner-ablation"),
     samples: int = 4000,
     epochs: int = 6,
-    every: int = 2,
-    threads: int = 1,
+    every: Every = 2,
+    threads: Threads = 1,
 ) -> int:
-    """Leave out one main part of the iPlanner-style policy after the other; train and drive the rest.
+    """Change one part of the iPlanner-style policy at a time; train and drive each variant.
 
     Args:
-        data: The dataset's folder, made by labgym data.
         out: Folder for the training runs and the evaluations.
-        samples: How many of the dataset's samples to train on.
+        samples: Number of the dataset's samples to train on.
         epochs: Passes over them.
-        every: Drive in every so many-th layout of the validation split.
-        threads: Of torch.
     """
-    if min(samples, epochs, every, threads) < 1:
-        raise OptionError(f"samples {samples}, epochs {epochs}, every {every} and threads {threads} must be at least 1")
-    need("torch", "labgym ablate", "train")
-    from labgym.cards.iplanner_ablation import ablate_iplanner as ablate
-    from labgym.policies.iplanner.config import TrainOptions
+    _check_at_least(1, samples=samples, epochs=epochs, every=every, threads=threads)
+    _check_installed("torch", "labgym ablate")
+    from labgym.cards import ablation
+    from labgym.policies.iplanner.config import IPlannerTrainOptions
 
-    return written(ablate(data, out, TrainOptions(samples=samples, epochs=epochs, threads=threads), every))
+    training = IPlannerTrainOptions(samples=samples, epochs=epochs, threads=threads)
+    return written(ablation.ablate_iplanner(data, out, training, every))
 
 
 @ablate_app.command(name="navdp")
-def ablate_navdp(
-    run: Path = Path("runs/navdp"),
-    data: Path = Path("runs/data"),
-    out: Path = Path("runs/navdp-ablation"),
-    samples: int = 4000,
-    epochs: int = 6,
-    every: int = 3,
-    threads: int = 1,
-) -> int:
-    """Leave out one main part of the NavDP-style policy after the other; train and drive the rest.
+def ablate_navdp(run: Path = Path("runs/navdp"), out: Path = Path("runs/navdp-ablation"), every: Every = 3) -> int:
+    """Change one part of how the NavDP-style policy drives at a time; all variants drive with the same weights.
 
     Args:
-        run: Folder of the weights that are driven with where training is the same.
-        data: The dataset's folder, made by labgym data.
-        out: Folder for the training runs and the evaluations.
-        samples: How many of the dataset's samples to train on.
-        epochs: Passes over them.
-        every: Drive in every so many-th layout of the validation split.
-        threads: Of torch.
+        run: Folder of the weights.
+        out: Folder for the evaluations.
     """
-    if min(samples, epochs, every, threads) < 1:
-        raise OptionError(f"samples {samples}, epochs {epochs}, every {every} and threads {threads} must be at least 1")
-    need("torch", "labgym ablate", "train")
-    from labgym.cards.navdp_ablation import ablate_navdp as ablate
-    from labgym.policies.navdp.config import TrainOptions
+    _check_at_least(1, every=every)
+    _check_installed("torch", "labgym ablate")
+    from labgym.cards import ablation
 
-    return written(ablate(run, data, out, TrainOptions(samples=samples, epochs=epochs, threads=threads), every))
+    return written(ablation.ablate_navdp(run, out, every))
 
 
 @card_app.command(name="iplanner")
 def card_iplanner(
     results: Path,
     run: Path = Path("runs/iplanner"),
-    data: Path = Path("runs/data"),
-    ablation: Path | None = None,
+    data: DataFolder = Path("runs/data"),
+    ablation: OptionalPath = None,
     out: Path = Path("policies/iplanner"),
 ) -> int:
-    """Publish the weights of a training run with a card.
+    """Publish the weights of a training run with a model card.
 
     Args:
         results: Folder of labgym eval with these weights.
         run: Folder of labgym train iplanner.
-        data: Folder of the dataset that it was trained on.
         ablation: Folder of labgym ablate iplanner.
         out: Folder for weights, configuration, losses, figures and CARD.md.
     """
@@ -220,16 +205,15 @@ def card_iplanner(
 def card_navdp(
     results: Path,
     run: Path = Path("runs/navdp"),
-    data: Path = Path("runs/data"),
-    ablation: Path | None = None,
+    data: DataFolder = Path("runs/data"),
+    ablation: OptionalPath = None,
     out: Path = Path("policies/navdp"),
 ) -> int:
-    """Publish the weights of a training run with a card.
+    """Publish the weights of a training run with a model card.
 
     Args:
         results: Folder of labgym eval with these weights.
         run: Folder of labgym train navdp.
-        data: Folder of the dataset that it was trained on.
         ablation: Folder of labgym ablate navdp.
         out: Folder for weights, configuration, losses, figures and CARD.md.
     """
@@ -242,18 +226,18 @@ def card_navdp(
 def card_ppo(
     results: Path,
     observation: Sensor = "lidar",
-    run: Path | None = None,
-    out: Path | None = None,
-    without_warm_start: Path | None = None,
+    run: OptionalPath = None,
+    out: OptionalPath = None,
+    without_warm_start: OptionalPath = None,
 ) -> int:
-    """Publish the best weights of a training run with a card.
+    """Publish the best weights of a training run with a model card.
 
     Args:
-        results: Folder that labgym eval wrote with these weights.
+        results: Folder of labgym eval with these weights.
         observation: The sensor.
         run: Folder of the training run; by default runs/ppo/OBSERVATION.
         out: Folder to publish in; by default policies/ppo-OBSERVATION.
-        without_warm_start: Folder of a run without the warm start, to be set beside it.
+        without_warm_start: Folder of a run without warm start, for comparison.
     """
     from labgym.cards.ppo import write_ppo_card
 
@@ -261,7 +245,14 @@ def card_ppo(
     return written(write_ppo_card(folder, results, target, without_warm_start))
 
 
-def need(package: str, needed_for: str, extra: str) -> None:
-    """Raise MissingDependencyError where a package is not installed."""
+def _check_at_least(least: int, **values: int) -> None:
+    """Raise OptionError if a value is too small."""
+    for name, value in values.items():
+        if value < least:
+            raise OptionError(f"{name} is {value}, expected at least {least}")
+
+
+def _check_installed(package: str, command: str) -> None:
+    """Raise MissingDependencyError if a package of the extra `train` is not installed."""
     if find_spec(package) is None:
-        raise MissingDependencyError(package, needed_for, extra)
+        raise MissingDependencyError(package, command, "train")

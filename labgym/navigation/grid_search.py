@@ -65,7 +65,7 @@ def distance_field(grid: OccupancyGrid, source: Point) -> NDArray[np.float64]:
     field = np.full(grid.shape, np.inf)
     if grid.free(*source):
         row, column = grid.cell_of(*source)
-        graph = _graph(grid)
+        graph = grid_graph(grid)
         field = dijkstra(graph, directed=False, indices=row * grid.shape[1] + column).reshape(grid.shape)
     return field
 
@@ -116,20 +116,31 @@ def _search(blocked: list[bool], prices: list[float], width: int, source: int, t
     return predecessors
 
 
-def _graph(grid: OccupancyGrid) -> csr_matrix:
-    """Return the graph of allowed moves, each listed once, weighted by length in metres."""
+def grid_graph(grid: OccupancyGrid, costs: NDArray[np.float64] | None = None) -> csr_matrix:
+    """Return the sparse graph of the moves that `astar` allows, each once, weighted by length times mean cost.
+
+    Args:
+        grid: dilated by the robot's radius.
+        costs: (ny, nx), cost per meter through each cell; None is 1 everywhere.
+
+    Returns:
+        (ny * nx, ny * nx); cells are numbered row by row.
+    """
     free = ~grid.occupied
     ny, nx = grid.shape
     number = np.arange(ny * nx).reshape(ny, nx)
+    prices = np.ones(grid.shape) if costs is None else costs
     right, up = free[:, :-1] & free[:, 1:], free[:-1] & free[1:]
     block = free[:-1, :-1] & free[:-1, 1:] & free[1:, :-1] & free[1:, 1:]
-    moves = (
-        (number[:, :-1][right], number[:, 1:][right], 1.0),
-        (number[:-1][up], number[1:][up], 1.0),
-        (number[:-1, :-1][block], number[1:, 1:][block], DIAGONAL),
-        (number[:-1, 1:][block], number[1:, :-1][block], DIAGONAL),
-    )
-    sources = np.concatenate([a for a, _, _ in moves])
-    targets = np.concatenate([b for _, b, _ in moves])
-    weights = np.concatenate([np.full(len(a), length * grid.resolution) for a, _, length in moves])
-    return coo_matrix((weights, (sources, targets)), shape=(ny * nx, ny * nx)).tocsr()
+    sources, targets, weights = [], [], []
+    for a, b, allowed, length in (
+        (np.s_[:, :-1], np.s_[:, 1:], right, 1.0),
+        (np.s_[:-1], np.s_[1:], up, 1.0),
+        (np.s_[:-1, :-1], np.s_[1:, 1:], block, DIAGONAL),
+        (np.s_[:-1, 1:], np.s_[1:, :-1], block, DIAGONAL),
+    ):
+        sources.append(number[a][allowed])
+        targets.append(number[b][allowed])
+        weights.append(length * grid.resolution * ((prices[a] + prices[b])[allowed] / 2.0))
+    indices = np.concatenate(sources), np.concatenate(targets)
+    return coo_matrix((np.concatenate(weights), indices), shape=(ny * nx, ny * nx)).tocsr()

@@ -1,4 +1,4 @@
-"""The Policy interface, the controller that follows paths, and every policy by name."""
+"""The Policy interface, the path tracker, and all policies by name."""
 
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy
 from labgym.policies.registry import make_policy, policy_names

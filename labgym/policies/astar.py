@@ -1,4 +1,4 @@
-"""A* on the true map: what a policy could reach that knew everything. The upper bound of the tables."""
+"""A* on the true map: the upper bound of the tables."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
-from labgym.geometry import rotate, wrap_angle
+from labgym.geometry import compose
 from labgym.navigation import Pose, occupancy
 from labgym.policies.grid_planner import GridPlanner
 from labgym.policies.policy import EpisodeStart, Observation, Policy
@@ -18,7 +18,7 @@ from labgym.policies.tracking import PathTracker, turn_towards
 class AStarPolicy(Policy):
     """Plans once on the layout's occupancy grid and follows the path. Privileged.
 
-    Where there is no path it turns on the spot.
+    If there is no path, it turns in place.
     """
 
     name: ClassVar[str] = "astar"
@@ -33,7 +33,7 @@ class AStarPolicy(Policy):
         """Plan from the true start to the true goal.
 
         Raises:
-            LabgymError: the episode comes without the map.
+            LabgymError: the episode has no map.
         """
         truth = episode.truth
         if truth is None:
@@ -51,9 +51,3 @@ class AStarPolicy(Policy):
         return self._tracker.action(
             compose(self._start, observation["odometry"]), speed=float(observation["velocity"][0])
         )
-
-
-def compose(frame: Pose, pose: NDArray[Any]) -> Pose:
-    """Return in the outer frame a pose (3,) that is given in a frame whose own pose is known."""
-    x, y = rotate(float(pose[0]), float(pose[1]), frame[2])
-    return frame[0] + x, frame[1] + y, wrap_angle(frame[2] + float(pose[2]))

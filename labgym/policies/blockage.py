@@ -1,4 +1,4 @@
-"""Notices that the robot is stopped by what its sensors do not show, and backs off."""
+"""Notice that an unseen obstacle stops the robot, and back off."""
 
 from __future__ import annotations
 
@@ -10,45 +10,45 @@ from numpy.typing import NDArray
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.policies.tracking import velocities_to_action
 
-ASKED = 0.10
-"""Forward velocity from which on the robot is expected to move, m/s."""
+COMMANDED = 0.10
+"""Commanded forward velocity above which the robot is expected to move, m/s."""
 
 SHARE = 0.25
-"""It is held up where it drives at less than this share of what it was asked for."""
+"""The robot is held up if it drives at less than this share of the commanded velocity."""
 
 
 class Blockage:
-    """Compares what was asked for with what was driven.
+    """Compares the commanded with the actual forward velocity.
 
     Args:
-        robot: its limits.
-        patience: control steps in a row in which the robot is held up before it counts as blocked; longer than
-            its acceleration takes.
+        robot: limits of the robot.
+        patience: consecutive control steps of being held up after which the robot counts as blocked; more than its
+            acceleration takes.
         retreat: control steps of backing off.
     """
 
     def __init__(self, robot: RobotSpec = ROBOT, patience: int = 4, retreat: int = 6) -> None:
         self._robot, self._patience, self._retreat = robot, patience, retreat
-        self._asked = 0.0
-        self._held = 0
+        self._commanded = 0.0
+        self._held_up = 0
         self._left = 0
 
     @property
     def backing(self) -> bool:
-        """Whether it is backing off."""
+        """Whether the robot is backing off."""
         return self._left > 0
 
     def note(self, v: float) -> None:
-        """Note the forward velocity that is asked for now, m/s."""
-        self._asked = v
+        """Record the forward velocity that is commanded now, m/s."""
+        self._commanded = v
 
     def blocked(self, speed: float) -> bool:
-        """Whether the robot turns out to be blocked now, given its forward velocity in m/s; then it backs off."""
-        held_up = not self.backing and self._asked >= ASKED and speed < SHARE * self._asked
-        self._held = self._held + 1 if held_up else 0
-        if self._held < self._patience:
+        """Return whether the robot is blocked at an actual forward velocity, m/s; it then starts to back off."""
+        held_up = not self.backing and self._commanded >= COMMANDED and speed < SHARE * self._commanded
+        self._held_up = self._held_up + 1 if held_up else 0
+        if self._held_up < self._patience:
             return False
-        self._held, self._asked, self._left = 0, 0.0, self._retreat
+        self._held_up, self._commanded, self._left = 0, 0.0, self._retreat
         return True
 
     def back_off(self) -> NDArray[np.floating[Any]]:

@@ -1,4 +1,4 @@
-"""What the depth camera has shown of the floor so far: cells that are occupied, free, or not seen yet."""
+"""A map of the floor from depth images: cells that are occupied, free or unseen."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE, RANGE, pixel_slopes
 from labgym.errors import OptionError
+from labgym.geometry import to_world
 from labgym.navigation import OBSTACLE_HEIGHT, RESOLUTION, OccupancyGrid, Pose
 
 Array = NDArray[np.float64]
@@ -19,10 +20,10 @@ Mask = NDArray[np.bool_]
 Point = tuple[float, float]
 
 FLOOR_HEIGHT = 0.05
-"""Returns from below this height are the floor, metres."""
+"""Returns below this height are the floor, meters."""
 
 DEEPER = 0.01
-"""How far behind the surface that it shows a return is entered, metres: surfaces often lie on the edge of a cell."""
+"""Distance behind its surface at which a return is entered, meters: surfaces often lie on the edge of a cell."""
 
 SUBPIXEL_BITS = 8
 
@@ -32,8 +33,8 @@ class KnownFloor:
     """A part of the map at one moment.
 
     Attributes:
-        grid: cells in which something was seen are occupied; it includes some unseen floor on every side.
-        unknown: (ny, nx), cells that were never seen; specks narrower than three cells are left out.
+        grid: cells with a return are occupied; it includes some unseen floor on every side.
+        unknown: (ny, nx), unseen cells; specks narrower than three cells are left out.
     """
 
     grid: OccupancyGrid
@@ -41,18 +42,18 @@ class KnownFloor:
 
 
 class DepthMap:
-    """A map of the floor that grows with each depth picture, in the frame in which the poses are given.
+    """A map of the floor that grows with each depth image, in the frame of the poses.
 
-    The inverse sensor model is that of an exact camera in a place where nothing moves: what was seen stays. A
-    return between 5 cm and 1.40 m above the floor, where it would be in the robot's way, occupies the cell that
-    it lies in, and no later picture frees that cell: near the robot the picture's cone passes over low things and under
-    high ones, so that seeing past a place does not clear it. In each column of the picture the floor from the lens
-    to the nearest such return is free. Columns are vertical planes because the camera is level.
+    The inverse sensor model assumes an exact camera and a static world. A return between 5 cm and 1.40 m above the
+    floor, the height of the robot, occupies its cell, and no later image frees that cell: near the robot the camera
+    looks over low objects and under high ones, so that seeing past a place does not clear it. In each column of the
+    image, the floor from the lens to the nearest such return is free. Columns are vertical planes because the camera
+    is level.
 
     Args:
-        reach: the map covers [-reach, reach] along x and y, metres; what lies beyond is not entered.
-        robot: gives the camera's place and field of view.
-        resolution: side of a cell, metres.
+        reach: the map covers [-reach, reach] along x and y, meters; returns beyond are ignored.
+        robot: gives the pose and field of view of the camera.
+        resolution: side of a cell, meters.
 
     Raises:
         OptionError: the reach or the resolution is not positive.
@@ -60,7 +61,7 @@ class DepthMap:
 
     def __init__(self, reach: float, robot: RobotSpec = ROBOT, resolution: float = RESOLUTION) -> None:
         if not (0.0 < resolution < reach < math.inf):
-            raise OptionError(f"reach {reach} m and resolution {resolution} m of a map must be positive, reach larger")
+            raise OptionError(f"map: reach is {reach} m and resolution {resolution} m; expected 0 < resolution < reach")
         side = 2 * math.ceil(reach / resolution)
         self.resolution = resolution
         self._robot = robot
@@ -70,21 +71,21 @@ class DepthMap:
         self._left, self._up = pixel_slopes(robot)
 
     def add(self, depth: ArrayLike, pose: Pose) -> Array:
-        """Enter a depth picture that was taken from a pose.
+        """Add a depth image taken from a pose.
 
         Args:
-            depth: planar depth, 72 x 128 metres in any shape, rows from the top.
+            depth: planar depth, 72 x 128 meters in any shape, rows from the top.
             pose: (x, y, yaw) of the robot's axis.
 
         Returns:
-            Centres of the cells that became occupied, (n, 2) metres.
+            Centers of the newly occupied cells, (n, 2) meters.
 
         Raises:
-            OptionError: the picture has another number of pixels.
+            OptionError: the image has another number of pixels.
         """
         picture = np.asarray(depth, dtype=np.float64)
         if picture.size != math.prod(IMAGE_SHAPE):
-            raise OptionError(f"depth picture of shape {picture.shape} must have {IMAGE_SHAPE} pixels")
+            raise OptionError(f"depth image has shape {picture.shape}; expected {IMAGE_SHAPE} pixels")
         picture = picture.reshape(IMAGE_SHAPE)
         height = self._robot.camera_height + picture * self._up[:, None]
         solid = (picture < RANGE) & (height >= FLOOR_HEIGHT) & (height < OBSTACLE_HEIGHT)
@@ -95,7 +96,7 @@ class DepthMap:
         return self.occupy(self._outward(ahead, ahead * self._left[columns], pose))
 
     def occupy(self, points: Array) -> Array:
-        """Occupy the cells that hold points (m, 2) of the map's frame, metres; return as `add` does."""
+        """Occupy the cells of points (m, 2), meters; return the centers of the newly occupied ones, (n, 2) meters."""
         cells = np.floor((points - self._origin) / self.resolution).astype(np.intp)
         side = len(self._occupied)
         columns, rows = cells[((cells >= 0) & (cells < side)).all(axis=1)].T
@@ -107,18 +108,18 @@ class DepthMap:
         return self._origin + (np.column_stack([columns, rows]) + 0.5) * self.resolution
 
     def known(self, around: ArrayLike, margin: float) -> KnownFloor:
-        """Return the part of the map that holds everything seen and some points.
+        """Return the part of the map that contains all seen cells and some points.
 
         Args:
-            around: (m, 2) points, metres.
-            margin: how much farther it extends on every side, metres; cells there that were not seen are unknown.
+            around: (m, 2) points, meters.
+            margin: added on every side, meters.
         """
         cells = np.floor((np.asarray(around, dtype=np.float64).reshape(-1, 2) - self._origin) / self.resolution)
         spare, side = math.ceil(margin / self.resolution), len(self._seen)
         spans = []
         for axis in range(2):
-            seen = np.flatnonzero(self._seen.any(axis=axis))
-            ends = np.concatenate([seen, cells[:, axis]])
+            inside = np.flatnonzero(self._seen.any(axis=axis))
+            ends = np.concatenate([inside, cells[:, axis]])
             low, high = int(ends.min(initial=side)) - spare, int(ends.max(initial=0)) + spare + 1
             spans.append((min(max(low, 0), side - 1), min(max(high, 1), side)))
         (x0, x1), (y0, y1) = spans
@@ -129,7 +130,7 @@ class DepthMap:
         return KnownFloor(grid, unknown.astype(bool))
 
     def _see(self, nearest: Array, pose: Pose) -> None:
-        """Mark as seen the floor from the lens to the nearest return of each column, and under the robot."""
+        """Mark the floor under the robot and from the lens to the nearest return of each column as seen."""
         depths = np.concatenate([[0.0], nearest])
         outline = self._outward(depths, depths * np.concatenate([[0.0], self._left]), pose)
         cv2.fillPoly(self._seen, [self._fixed_point(outline)], (1,), shift=SUBPIXEL_BITS)
@@ -138,13 +139,10 @@ class DepthMap:
         cv2.circle(self._seen, centre, radius, (1,), cv2.FILLED, shift=SUBPIXEL_BITS)
 
     def _outward(self, ahead: Array, left: Array, pose: Pose) -> Array:
-        """Express points given from the lens, each (n,) metres ahead and to the left, in the map's frame, (n, 2)."""
-        x, y, yaw = pose
-        forward = ahead + self._robot.camera_forward
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        return np.column_stack([x + cosine * forward - sine * left, y + sine * forward + cosine * left])
+        """Return the points `ahead` and `left` of the lens, each (n,) meters, in the map's frame, (n, 2)."""
+        return to_world(np.column_stack([ahead + self._robot.camera_forward, left]), pose)
 
     def _fixed_point(self, points: Array) -> NDArray[np.int32]:
-        """Return points (n, 2) as OpenCV's drawing takes them: cells from the first one's centre, in fixed point."""
+        """Return points (n, 2) in OpenCV's drawing coordinates: cells from the first one's center, in fixed point."""
         cells = (points - self._origin) / self.resolution - 0.5
         return np.asarray(np.rint(cells * 2**SUBPIXEL_BITS), dtype=np.int32)

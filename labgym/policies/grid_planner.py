@@ -1,4 +1,4 @@
-"""Plans on an occupancy grid: A* that likes clearance, then a taut any-angle path."""
+"""Planning on an occupancy grid: A* with a preference for clearance, then a taut any-angle path."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, astar
 
 STRIDE = 3
-"""A taut path is drawn between every third cell of the grid's path."""
+"""The taut path connects every third cell of the grid path."""
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
@@ -20,13 +20,13 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class PlannerOptions:
-    """What a plan aims at.
+    """Options of `GridPlanner`.
 
     Attributes:
-        radius: clearance that every cell of the path has, metres.
-        comfort: clearance beyond which more is not sought, metres.
-        aversion: how many times its length a path through cells at `radius` costs more than one at `comfort`.
-        snap: how far an end in an occupied cell may be moved to a free one, metres.
+        radius: clearance of every cell of the path, meters.
+        comfort: clearance beyond which more has no benefit, meters.
+        aversion: extra cost per meter at `radius` compared with `comfort`, as a multiple of length.
+        snap: distance by which an end in an occupied cell may be moved to a free one, meters.
     """
 
     radius: float = PLANNING_RADIUS
@@ -36,13 +36,13 @@ class PlannerOptions:
 
 
 class GridPlanner:
-    """Plans on one occupancy grid, known or built so far; what searches share is computed once.
+    """Plans on one occupancy grid; fields that all searches need are computed once.
 
     Args:
-        grid: the obstacles as they are, not dilated.
-        options: what a plan aims at.
-        surcharge: (ny, nx), at least 0: by how many times its length a path through each cell costs more; None for
-            nowhere. A map under construction charges so for what it has not seen.
+        grid: the obstacles, not dilated.
+        options: of the planner.
+        surcharge: (ny, nx), at least 0: extra cost per meter, as a multiple of length; None for none. A map under
+            construction charges for unseen floor in this way.
 
     Attributes:
         free: the grid dilated by the radius.
@@ -54,15 +54,15 @@ class GridPlanner:
         self.options = options or PlannerOptions()
         self._grid = grid
         self.free = grid.dilated(self.options.radius)
-        wanted = max(self.options.comfort - self.options.radius, 1e-6)
-        lack = np.clip((self.options.comfort - clearance_field(grid)) / wanted, 0.0, 1.0)
+        span = max(self.options.comfort - self.options.radius, 1e-6)
+        lack = np.clip((self.options.comfort - clearance_field(grid)) / span, 0.0, 1.0)
         self._costs = 1.0 + self.options.aversion * lack**2 + (0.0 if surcharge is None else surcharge)
         self._prices = np.where(self.free.occupied, math.inf, self._costs)
 
     def plan(self, start: Point, goal: Point) -> Array | None:
-        """Return a path (n, 2) in the grid's frame, metres, from start to goal; None where there is none.
+        """Return a path (n, 2) in the grid's frame, meters, from start to goal; None if there is none.
 
-        An end where the robot does not fit is joined by a straight piece to the nearest free cell, if that is near.
+        An end where the robot does not fit is joined by a straight piece to the nearest free cell within `snap`.
         """
         here, there = self.snapped(start), self.snapped(goal)
         if here is None or there is None:
@@ -76,7 +76,7 @@ class GridPlanner:
         return np.array([*before, *path, *after])
 
     def snapped(self, point: Point) -> Point | None:
-        """Return the point where the robot fits there, else the nearest free cell's centre; None where none is near."""
+        """Return the point if the robot fits there, else the center of the nearest free cell within `snap`, or None."""
         if self.free.free(*point):
             return point
         xs, ys = self.free.centres()
@@ -86,7 +86,7 @@ class GridPlanner:
         return self.free.centre_of(int(row), int(column)) if away[row, column] <= self.options.snap else None
 
     def _taut(self, path: Array) -> Array:
-        """Return the cheapest chain of straight pieces between points of a path, ends kept: dynamic programming."""
+        """Return the cheapest chain of straight pieces between points of a path, by dynamic programming."""
         points = np.concatenate([path[:-1:STRIDE], path[-1:]])
         best = np.full(len(points), math.inf)
         best[0] = 0.0
@@ -98,13 +98,13 @@ class GridPlanner:
             before[k + 1 :][better] = k
         if not math.isfinite(best[-1]):
             return path
-        kept = [len(points) - 1]
-        while kept[-1] > 0:
-            kept.append(int(before[kept[-1]]))
-        return np.asarray(points[kept[::-1]])
+        chain = [len(points) - 1]
+        while chain[-1] > 0:
+            chain.append(int(before[chain[-1]]))
+        return np.asarray(points[chain[::-1]])
 
     def _straight_costs(self, start: Array, ends: Array) -> Array:
-        """Return what straight pieces from a point to others (m, 2) cost, (m,); inf through occupied cells."""
+        """Return the costs (m,) of straight pieces from a point to others (m, 2); inf through occupied cells."""
         lengths = np.linalg.norm(ends - start, axis=1)
         count = max(2, math.ceil(float(lengths.max()) / (self._grid.resolution / 2.0)))
         samples = start + np.linspace(0.0, 1.0, count)[None, :, None] * (ends - start)[:, None, :]
@@ -115,10 +115,10 @@ class GridPlanner:
 
 
 def clearance_field(grid: OccupancyGrid) -> Array:
-    """Return the distance from each cell's centre to the nearest occupied cell's side, (ny, nx) metres.
+    """Return the distance from each cell's center to the side of the nearest occupied cell, (ny, nx) meters.
 
-    By the exact Euclidean distance transform, less half a cell: exact straight across, and up to a fifth of a cell too
-    long askew.
+    The exact Euclidean distance transform less half a cell: exact along the axes, up to a fifth of a cell too long
+    along diagonals.
     """
     walled = np.pad(~grid.occupied, 1).astype(np.uint8)
     cells = cv2.distanceTransform(walled, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]

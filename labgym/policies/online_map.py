@@ -1,14 +1,15 @@
-"""The grid planner without the map: it draws its own from the depth camera while it drives."""
+"""Plan on a map that is built from depth images while driving."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import RANGE
@@ -17,6 +18,7 @@ from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, Pose, distance_fie
 from labgym.policies.blockage import Blockage
 from labgym.policies.depth_map import DepthMap, KnownFloor
 from labgym.policies.grid_planner import GridPlanner, PlannerOptions
+from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, velocities_to_action
 
@@ -25,48 +27,58 @@ Point = tuple[float, float]
 
 
 SETTLED = 0.5
-"""Turn rate under which it sets off after the look around, rad/s: faster, it would swing off its path."""
+"""Turn rate below which the robot sets off after looking around, rad/s: faster, it would leave its path."""
+
+Positive = Annotated[float, Field(gt=0.0)]
+Weight = Annotated[float, Field(ge=0.0)]
 
 
-@dataclass(frozen=True)
-class OnlineMapOptions:
-    """How the map is used.
+class OnlineMapOptions(PolicyOptions):
+    """Options of `OnlineMapPolicy`.
 
     Attributes:
-        unknown: by how many times its length a path over unseen floor costs more than over free floor.
-        radii: clearances to plan with, metres: the next one where the one before finds no way to the goal.
-        comfort: clearance beyond which more is not sought, metres; wider than on the true map, since the camera sees
-            things smaller than the boxes that stop the robot.
-        replan: control steps after which a path over unseen floor is planned anew though nothing blocks it.
-        margin: unseen floor around what was seen on which a path may be planned, metres.
-        bump: half the width of the obstacle that is entered where the robot is stopped by what it does not see, radians
+        unknown: extra cost per meter of unseen floor, as a multiple of length.
+        radii: clearances to plan with, meters, in order: the next one is used if the previous one finds no path.
+        comfort: clearance beyond which more has no benefit, meters; larger than on the true map, because the camera
+            sees objects smaller than the boxes that stop the robot.
+        replan: control steps after which a path over unseen floor is replanned even if nothing blocks it.
+        margin: width of unseen floor around the seen floor on which a path may be planned, meters.
+        bump: half the angular width of the obstacle that is added where an unseen obstacle stops the robot, radians
             about its axis.
     """
 
-    unknown: float = 0.5
-    radii: tuple[float, ...] = (PLANNING_RADIUS, ROBOT.chassis_radius + 0.01)
-    comfort: float = 0.6
-    replan: int = 10
-    margin: float = 1.0
-    bump: float = 0.5
+    unknown: Weight = 0.5
+    radii: Annotated[tuple[Positive, ...], Field(min_length=1)] = (PLANNING_RADIUS, ROBOT.chassis_radius + 0.01)
+    comfort: Positive = 0.6
+    replan: Annotated[int, Field(ge=1)] = 10
+    margin: Weight = 1.0
+    bump: Weight = 0.5
 
 
 class OnlineMapPolicy(Policy):
-    """Maps what the camera shows, plans over it, and takes unseen floor for passable at a price. Not privileged.
+    """Maps the floor with the depth camera and plans on the map; unseen floor is passable at a cost. Not privileged.
 
-    It turns on the spot at the start, towards the goal first, until the cheapest way to the goal leads over floor that
-    it has seen, or it has looked all around. While it drives it plans anew at once when something comes into view that
-    is in the way, and once a second as long as its path leads over unseen floor. Where the map leaves no way to the
-    goal it heads for a frontier: the reachable unseen cell for which the way there and the straight line on to the goal
-    are shortest. Where it is stopped by what it does not see (too low, too high, or seen smaller than it is) it enters
-    an obstacle and backs off.
+    The robot turns in place at the start, towards the goal first, until the cheapest path to the goal lies on seen
+    floor or it has looked all around. While it drives, it replans at once if a new obstacle blocks the path, and once
+    a second while the path crosses unseen floor. If the map leaves no path to the goal, it heads for a frontier: the
+    reachable unseen cell with the shortest path to it plus straight line from it to the goal. If an unseen obstacle
+    stops it (too low, too high, or larger than it looks), it adds an obstacle to the map and backs off.
+
+    Args:
+        options: an `OnlineMapOptions` or a mapping of those that differ from the defaults.
+
+    Raises:
+        UnknownNameError: an option does not exist.
+        OptionError: an option is outside its limits.
     """
 
     name: ClassVar[str] = "online_map"
     observation: ClassVar[Sensors] = "depth"
 
-    def __init__(self, options: OnlineMapOptions | None = None) -> None:
-        self._options = options or OnlineMapOptions()
+    options_type: ClassVar[type[PolicyOptions]] = OnlineMapOptions
+
+    def __init__(self, options: OnlineMapOptions | Mapping[str, Any] | None = None) -> None:
+        self._options = OnlineMapOptions.of(options)
         self._robot: RobotSpec = ROBOT
         self._goal: Point = (0.0, 0.0)
         self._map = DepthMap(RANGE)
@@ -85,7 +97,7 @@ class OnlineMapPolicy(Policy):
         self._age = self._options.replan
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
-        """Enter the picture, plan where that is due, and follow the path."""
+        """Add the depth image to the map, replan if due, and follow the path."""
         x, y, yaw = (float(value) for value in observation["odometry"])
         pose: Pose = (x, y, yaw)
         fresh = self._map.add(observation["depth"], pose)
@@ -110,18 +122,18 @@ class OnlineMapPolicy(Policy):
         return action
 
     def planned_path(self) -> Array | None:
-        """Return the path that is followed; None while it looks around and where there is none."""
+        """Return the path that is followed; None while the robot looks around and if there is no path."""
         return self._route.path if self._look is None and len(self._route.path) else None
 
     def _has_looked(self, look: _LookAround, pose: Pose) -> bool:
-        """Whether the look around is over: the way to the goal is seen, or there is no more to see."""
+        """Return whether looking around is over: the path to the goal is seen, or everything around is."""
         whole = look.whole(pose[2])
         if whole or (look.at_goal and self._age >= self._options.replan // 2):
             self._plan(pose)
         return whole or self._route.seen
 
     def _plan(self, pose: Pose) -> None:
-        """Plan from a pose over what is known."""
+        """Plan from a pose on the map so far."""
         here = (pose[0], pose[1])
         floor = self._map.known([here, self._goal], self._options.margin)
         surcharge = np.where(floor.unknown, self._options.unknown, 0.0)
@@ -138,18 +150,18 @@ class OnlineMapPolicy(Policy):
         self._route = _Route.none() if path is None else _Route(path, radius, floor)
 
     def _bumped(self, pose: Pose) -> Array:
-        """Return the points just ahead of the chassis, where it must have been stopped, (n, 2)."""
+        """Return points (n, 2) just ahead of the chassis, where the unseen obstacle must be."""
         angles = pose[2] + np.linspace(-self._options.bump, self._options.bump, 9)
         reach = self._robot.chassis_radius + self._map.resolution / 2.0
         return np.array(pose[:2]) + reach * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 class _Route:
-    """A path under way.
+    """A path that is being followed.
 
     Attributes:
-        path: (n, 2) metres; n = 0 for a route that leads nowhere.
-        seen: whether it leads over seen floor alone, all the way.
+        path: (n, 2) meters; n = 0 for an empty route.
+        seen: whether all of it lies on seen floor.
     """
 
     def __init__(self, path: Array, radius: float, floor: KnownFloor | None) -> None:
@@ -159,11 +171,11 @@ class _Route:
 
     @classmethod
     def none(cls) -> _Route:
-        """Return a route that leads nowhere."""
+        """Return an empty route."""
         return cls(np.empty((0, 2)), 0.0, None)
 
     def meets(self, points: Array) -> bool:
-        """Whether one of some points (n, 2) is nearer to it than its clearance."""
+        """Return whether one of the points (n, 2) is nearer to the path than its clearance."""
         if len(points) == 0 or len(self.path) < 2:
             return False
         start, step = self.path[:-1], np.diff(self.path, axis=0)
@@ -173,7 +185,7 @@ class _Route:
         return bool(away.min() < self._radius)
 
     def follow(self, pose: Pose, speed: float, robot: RobotSpec) -> NDArray[np.floating[Any]]:
-        """Return the action that follows it; where there is nowhere to go, turn on the spot."""
+        """Return the action that follows the path; for an empty route, a turn in place."""
         if len(self.path) == 0:
             return velocities_to_action(0.0, robot.w_max, robot)
         if self._tracker is None:
@@ -182,18 +194,18 @@ class _Route:
 
 
 class _LookAround:
-    """A turn on the spot, first towards the goal and on in that sense, until everything around was in view.
+    """A turn in place, towards the goal and on in that direction, until everything around was in view.
 
     Attributes:
-        over: whether it is.
+        over: whether the turn has ended.
     """
 
     def __init__(self, bearing: float, robot: RobotSpec) -> None:
         self._robot = robot
-        self._sense = math.copysign(1.0, bearing)
+        self._side = math.copysign(1.0, bearing)
         self._to_goal = abs(bearing) - robot.camera_hfov / 2.0
-        # A turn of a circle less the field of view would just close far away; the lens is ahead of the axis, so that
-        # it would leave a slit nearby.
+        # A circle less the field of view would close the view only far away: the lens is ahead of the axis, which
+        # leaves a slit nearby.
         self._circle = 2.0 * math.pi - robot.camera_hfov / 2.0
         self._turned, self._yaw = 0.0, 0.0
         self.over = False
@@ -204,29 +216,29 @@ class _LookAround:
         return self._turned >= self._to_goal
 
     def whole(self, yaw: float) -> bool:
-        """Whether all directions have been in view, now that the heading is this, radians."""
-        self._turned += self._sense * wrap_angle(yaw - self._yaw)
+        """Record the heading, radians, and return whether all directions have been in view."""
+        self._turned += self._side * wrap_angle(yaw - self._yaw)
         self._yaw = yaw
         return self._turned >= self._circle
 
     def turn(self) -> NDArray[np.floating[Any]]:
-        """Return the action that turns on."""
-        return velocities_to_action(0.0, self._sense * self._robot.w_max, self._robot)
+        """Return the action that continues the turn."""
+        return velocities_to_action(0.0, self._side * self._robot.w_max, self._robot)
 
 
 def frontier(free: OccupancyGrid, unknown: NDArray[np.bool_], here: Point, goal: Point) -> Point | None:
-    """Return the unseen cell through which the goal seems nearest, of those that can be reached.
+    """Return the reachable unseen cell through which the way to the goal seems shortest.
 
     Args:
         free: the dilated grid.
-        unknown: (ny, nx), its cells that were not seen.
-        here: where the robot is.
-        goal: where it wants to.
+        unknown: (ny, nx), its unseen cells.
+        here: the robot's place, meters.
+        goal: the goal, meters.
 
     Returns:
-        The centre of the reachable unseen cell with the least sum of the grid path to it and the straight distance from
-        it to the goal. Where no unseen cell can be reached, of the reachable cell nearest to the goal. None where the
-        robot itself does not fit.
+        Center of the reachable unseen cell with the smallest sum of the grid path to it and the straight distance from
+        it to the goal. If no unseen cell is reachable, center of the reachable cell nearest to the goal. None if the
+        robot does not fit at its own place.
     """
     length = distance_field(free, here)
     xs, ys = free.centres()
@@ -239,7 +251,7 @@ def frontier(free: OccupancyGrid, unknown: NDArray[np.bool_], here: Point, goal:
 
 
 def _crosses(path: Array, floor: KnownFloor) -> bool:
-    """Whether a path (n, 2) leads over unseen cells."""
+    """Return whether a path (n, 2) crosses unseen cells."""
     pieces = []
     for start, end in pairwise(path):
         count = max(2, math.ceil(math.dist(start, end) / (floor.grid.resolution / 2.0)))

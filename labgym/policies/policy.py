@@ -1,4 +1,4 @@
-"""What a policy is: it is told where an episode begins and, at each control step, says how to drive."""
+"""The Policy interface: `reset` at the start of an episode, `act` at each control step."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.layouts import Layout
 from labgym.navigation import GoalPair, Pose
+from labgym.policies.options import PolicyOptions
 
 Observation = Mapping[str, NDArray[Any]]
 Sensors = Literal["lidar", "depth", "rgbd"]
@@ -21,12 +22,12 @@ Sensors = Literal["lidar", "depth", "rgbd"]
 
 @dataclass(frozen=True)
 class GroundTruth:
-    """What only a privileged policy is given.
+    """The map and the true poses, which only privileged policies receive.
 
     Attributes:
         layout: the room and everything in it.
         pair: the drive; its poses are in the room frame.
-        start: the robot's pose in the room frame (x, y, yaw) when the episode begins.
+        start: the robot's pose (x, y, yaw) in the room frame at the start of the episode.
     """
 
     layout: Layout
@@ -36,11 +37,11 @@ class GroundTruth:
 
 @dataclass(frozen=True, eq=False)
 class EpisodeStart:
-    """What a policy is told when an episode begins.
+    """What a policy receives at the start of an episode.
 
     Attributes:
-        goal: (x, y) of the goal in the start frame, metres: origin at the robot, x ahead, y to the left.
-        rng: the only source of randomness that a policy may use; the same for the same episode and seed.
+        goal: (x, y) of the goal in the start frame, meters: origin at the robot, x ahead, y to the left.
+        rng: the only source of randomness that a policy may use; equal for equal episode and seed.
         robot: dimensions and limits of the robot.
         truth: the map; None unless the policy is privileged.
     """
@@ -54,21 +55,24 @@ class EpisodeStart:
 class Policy(ABC):
     """Drives the robot of `LabPointNav-v0`.
 
-    The observation is the environment's (`goal`, `velocity` and the sensors that the policy asks for) and, beside it,
-    `odometry`: float64 (3,), the robot's pose (x, y, yaw) in the start frame of the episode, without noise, as wheel
-    encoders and a gyroscope would give. Nothing else is known to a policy that is not privileged.
+    The observation is the environment's (`goal`, `velocity` and the policy's sensors) and, in addition, `odometry`:
+    float64 (3,), the robot's pose (x, y, yaw) in the start frame of the episode, without noise, as from wheel encoders
+    and a gyroscope. A policy that is not privileged receives nothing else. The evaluator runs policies in its own
+    process and does not isolate them: it relies on their authors not to read its memory.
 
     Attributes:
-        name: what reports call it; the class's name unless it says otherwise.
-        observation: the sensors it needs: "lidar", "depth" or "rgbd".
-        privileged: whether it is given the map; reports say so.
-        exclusive: whether only one at a time may drive, because all would share what it remembers: a server.
+        name: shown in reports; the class's name by default.
+        observation: the sensors: "lidar", "depth" or "rgbd".
+        privileged: whether the policy receives the map; reports show it.
+        exclusive: whether only one instance may drive at a time, because all would share one state: a server's.
+        options_type: type of the constructor's argument `options`; None for a policy without options.
     """
 
     name: ClassVar[str]
     observation: ClassVar[Sensors] = "lidar"
     privileged: ClassVar[bool] = False
     exclusive: ClassVar[bool] = False
+    options_type: ClassVar[type[PolicyOptions] | None] = None
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -77,23 +81,23 @@ class Policy(ABC):
 
     @abstractmethod
     def reset(self, episode: EpisodeStart) -> None:
-        """Begin an episode and forget the one before."""
+        """Begin an episode and forget the previous one."""
 
     @abstractmethod
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Return the action for the next control step, shape (2,), in [-1, 1]: forward and turn."""
 
     def planned_path(self) -> NDArray[np.float64] | None:
-        """Return the path that the last action follows, (n, 2) metres in the start frame.
+        """Return the path that the last action follows, (n, 2) meters in the start frame.
 
-        None where the policy has none, or only acts. `labgym serve` answers with it.
+        None if the policy has no path. `labgym serve` answers with it.
         """
         return None
 
     def files(self) -> tuple[Path, ...]:
-        """Return the files that its actions depend on beside the code, such as weights; results name their hash."""
+        """Return the files that the actions depend on, such as weights; results record their hash."""
         return ()
 
     def close(self) -> None:
-        """Free what the policy holds: connections, processes. Called once, after the last episode."""
+        """Release connections and processes. Called once, after the last episode."""
         return

@@ -1,4 +1,4 @@
-"""Actions drawn at random: what chance alone achieves."""
+"""Random actions: the level of chance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class RandomPolicy(Policy):
         self._rng = np.random.default_rng(0)
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Take the episode's generator."""
+        """Take over the episode's generator."""
         self._rng = episode.rng
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:  # noqa: ARG002

@@ -1,12 +1,15 @@
-"""Policies by name: those of this package, those that others register, a class by its place, a file, a server."""
+"""Policies by name: built-in ones, those that packages register, a class by its place, a file, a server."""
 
 from __future__ import annotations
 
 import importlib
+import inspect
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
 from pathlib import PurePath
 from typing import Any
 
@@ -14,18 +17,74 @@ from labgym.errors import LabgymError, MissingDependencyError, OptionError, Unkn
 from labgym.policies.policy import Policy
 
 GROUP = "labgym.policies"
-"""Entry-point group in which a package names its policies: `name = "module:Class"`."""
+"""Entry-point group under which packages register policies: `name = "module:Class"`."""
+
+
+@dataclass(frozen=True)
+class PolicyEntry:
+    """A policy that has a name.
+
+    Attributes:
+        name: for `make_policy`.
+        place: "module:Class".
+        sees: sensor that it drives on: "lidar", "depth" or "rgbd", "map" for a privileged policy,
+            "goal" for the goal alone, "none" for nothing.
+        extra: extra of the distribution that installs what it needs; "" if the base installation is enough.
+        summary: one line.
+    """
+
+    name: str
+    place: str
+    sees: str
+    extra: str
+    summary: str
+
 
 BUILT_IN = {
-    "astar": "labgym.policies.astar:AStarPolicy",
-    "dwa": "labgym.policies.dwa:DwaPolicy",
-    "iplanner": "labgym.policies.iplanner.policy:IPlannerPolicy",
-    "navdp": "labgym.policies.navdp.policy:NavDPPolicy",
-    "online_map": "labgym.policies.online_map:OnlineMapPolicy",
-    "ppo": "labgym.policies.ppo.policy:PPOPolicy",
-    "ppo-depth": "labgym.policies.ppo.policy:PPODepthPolicy",
-    "random": "labgym.policies.random_actions:RandomPolicy",
-    "straight": "labgym.policies.straight:StraightPolicy",
+    entry.name: entry
+    for entry in (
+        PolicyEntry("astar", "labgym.policies.astar:AStarPolicy", "map", "", "A* on the true map; the upper bound"),
+        PolicyEntry("dwa", "labgym.policies.dwa:DwaPolicy", "lidar", "", "dynamic window towards a via point; no map"),
+        PolicyEntry(
+            "iplanner",
+            "labgym.policies.iplanner.policy:IPlannerPolicy",
+            "depth",
+            "train",
+            "iPlanner-style: a network plans a path from one depth image",
+        ),
+        PolicyEntry(
+            "navdp",
+            "labgym.policies.navdp.policy:NavDPPolicy",
+            "rgbd",
+            "train",
+            "NavDP-style: trajectories by diffusion, chosen by a critic",
+        ),
+        PolicyEntry(
+            "online_map",
+            "labgym.policies.online_map:OnlineMapPolicy",
+            "depth",
+            "",
+            "builds a map while driving and plans on it",
+        ),
+        PolicyEntry("ppo", "labgym.policies.ppo.policy:PPOPolicy", "lidar", "train", "reinforcement learning on lidar"),
+        PolicyEntry(
+            "ppo-depth",
+            "labgym.policies.ppo.policy:PPODepthPolicy",
+            "depth",
+            "train",
+            "reinforcement learning on depth images",
+        ),
+        PolicyEntry(
+            "random", "labgym.policies.random_actions:RandomPolicy", "none", "", "random actions; the level of chance"
+        ),
+        PolicyEntry(
+            "straight",
+            "labgym.policies.straight:StraightPolicy",
+            "goal",
+            "",
+            "drives directly at the goal and ignores obstacles",
+        ),
+    )
 }
 
 FILES = {
@@ -34,74 +93,143 @@ FILES = {
     ".torchscript": "labgym.policies.adapters.torchscript:TorchScriptPolicy",
     ".zip": "labgym.policies.adapters.sb3:StableBaselines3Policy",
 }
-"""What loads a file that a policy is in, by its ending."""
+"""Class that loads a policy's file, by its suffix."""
 
-EXTRAS = {"diffusers": "train", "safetensors": "train", "stable_baselines3": "train", "torch": "train"}
-"""Packages that built-in policies need beyond the base, and the extra that brings each."""
+PACKAGES = {"train": ("diffusers", "safetensors", "stable_baselines3", "torch")}
+"""Packages that built-in policies import, by the extra that installs them."""
 
 SERVERS = ("http://", "https://")
 
 
+def policies() -> tuple[PolicyEntry, ...]:
+    """Return all policies that have a name, sorted; classes, files and servers can be used in addition.
+
+    Policies that other packages register are imported for what they see and for their docstring's first line.
+    """
+    registered = [_entry_of(name, entry.value) for name, entry in _registered().items() if name not in BUILT_IN]
+    return tuple(sorted((*BUILT_IN.values(), *registered), key=lambda entry: entry.name))
+
+
 def policy_names() -> tuple[str, ...]:
-    """Return the names that `make_policy` knows, sorted; classes, files and servers work beside them."""
+    """Return the names that `make_policy` knows, sorted; classes, files and servers can be used in addition."""
     return tuple(sorted({*BUILT_IN, *_registered()}))
 
 
-def make_policy(name: str, **options: Any) -> Policy:
+def policy_table() -> str:
+    """Return a text with one line per policy: name, what it sees, what it needs installed, what it does."""
+    rows = [("policy", "sees", "needs", "")]
+    rows += [(each.name, each.sees, _needs(each), each.summary) for each in policies()]
+    widths = [max(len(row[column]) for row in rows) for column in range(3)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, (*widths, 0), strict=True)) for row in rows]
+    also = "Also: module:Class, a file (.onnx, .pt, .zip of stable-baselines3), or the http:// URL of a server."
+    return "\n".join([*(line.rstrip() for line in lines), "", also])
+
+
+def is_class_place(name: str) -> bool:
+    """Return whether a policy's name is "module:Class" rather than a registered name, a file or a server."""
+    is_file = PurePath(name).suffix.lower() in FILES
+    return ":" in name and "/" not in name and not is_file and name not in policy_names()
+
+
+def make_policy(name: str, **arguments: Any) -> Policy:
     """Return a new policy.
 
     Args:
-        name: a built-in ("astar", "straight", ...), a name that an installed package registers under the
-            entry-point group `labgym.policies`; "module:Class", which must be importable; the path of a file (.onnx,
-            .pt or .torchscript, .zip of stable-baselines3); or the URL of a server of the NavDP benchmark's protocol.
-        options: arguments of the policy's class.
+        name: a built-in ("astar", "straight", ...); a name that an installed package registers under the entry-point
+            group `labgym.policies`; "module:Class" on the Python path; the path of a file (.onnx, .pt or .torchscript,
+            .zip of stable-baselines3); or the URL of a server that speaks the NavDP benchmark's protocol.
+        arguments: of the policy's class. If the class has options (`Policy.options_type`), each may also be given by
+            its own name: `make_policy("dwa", radius=0.28)` is `make_policy("dwa", options={"radius": 0.28})`.
 
     Raises:
-        UnknownNameError: nothing has that name; lists what has.
-        OptionError: the class does not take the options.
-        MissingDependencyError: a built-in needs a package that is not installed.
-        LabgymError: the class cannot be imported, or is no `Policy`.
+        UnknownNameError: no policy has this name, or the policy has no such option; lists those that exist.
+        OptionError: an argument is outside its limits.
+        MissingDependencyError: a required package is not installed.
+        LabgymError: the class cannot be imported, its constructor fails, or it is not a `Policy`.
     """
     factory = _factory(name)
+    arguments = _checked(name, factory, arguments)
     try:
-        policy = factory(**options)
-    except TypeError as error:
-        raise OptionError(f"policy {name!r} does not take the options {options}: {error}") from error
+        policy = factory(**arguments)
+    except LabgymError:
+        raise
+    except Exception as error:
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+        raise LabgymError(f"policy {name!r}: its constructor failed with {reason}; arguments: {arguments}") from error
     if not isinstance(policy, Policy):
         raise LabgymError(f"policy {name!r} is a {type(policy).__name__}; derive it from labgym.policies.Policy")
     return policy
 
 
 def parse_options(texts: Iterable[str]) -> dict[str, Any]:
-    """Return options for `make_policy` from texts NAME=VALUE; a value that is JSON is read as such, else as text.
+    """Return arguments for `make_policy` from texts NAME=VALUE; a value that is valid JSON is read as JSON.
 
     Raises:
         OptionError: a text has no name.
     """
-    found: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals or not name.isidentifier():
             raise OptionError(f"option {text[:80]!r} is not NAME=VALUE, such as replan=2")
         try:
-            found[name] = json.loads(value)
+            arguments[name] = json.loads(value)
         except (ValueError, RecursionError):
-            found[name] = value
-    return found
+            arguments[name] = value
+    return arguments
+
+
+def _checked(name: str, factory: Callable[..., object], arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments with the policy's options gathered in `options`.
+
+    Raises:
+        UnknownNameError: an argument does not exist.
+        OptionError: an option is given twice, or a required argument is missing.
+    """
+    kind = factory.func if isinstance(factory, partial) else factory
+    try:
+        signature = inspect.signature(factory)
+    except (TypeError, ValueError):
+        return dict(arguments)
+    parameters = signature.parameters.values()
+    if any(parameter.kind is inspect.Parameter.VAR_KEYWORD for parameter in parameters):
+        return dict(arguments)
+    names = [each.name for each in parameters if each.kind is not inspect.Parameter.POSITIONAL_ONLY]
+    options_type = getattr(kind, "options_type", None)
+    fields = set(options_type.model_fields) - set(names) if options_type else set()
+    unknown = sorted(arguments.keys() - set(names) - fields)
+    if unknown:
+        available = {*names, *fields} - ({"options"} if options_type else set())
+        raise UnknownNameError(f"policy {name!r}: option", unknown[0], available)
+    direct = {option: value for option, value in arguments.items() if option in fields}
+    whole = {option: value for option, value in arguments.items() if option not in fields}
+    if direct:
+        options = whole.get("options") or {}
+        if not isinstance(options, Mapping):
+            raise OptionError(f"policy {name!r}: options are a {type(options).__name__}; expected a mapping")
+        twice = sorted(options.keys() & direct.keys())
+        if twice:
+            raise OptionError(f"policy {name!r}: option {twice[0]!r} is given twice, by itself and in options")
+        whole["options"] = {**options, **direct}
+    try:
+        signature.bind(**whole)
+    except TypeError as error:
+        raise OptionError(f"policy {name!r}: {error}; its arguments: {', '.join(names) or 'none'}") from None
+    return whole
 
 
 def _factory(name: str) -> Callable[..., object]:
     if name in BUILT_IN:
-        return _imported(BUILT_IN[name], name)
+        return _imported(BUILT_IN[name].place, name)
     registered = _registered()
     if name in registered:
         return _imported(registered[name].value, name)
     if name.startswith(SERVERS):
         return partial(_imported("labgym.policies.http.client:HttpPolicy", name), name)
-    ending = PurePath(name).suffix.lower()
-    if ending in FILES:
-        return partial(_imported(FILES[ending], name), name)
-    if ":" in name and "/" not in name:
+    suffix = PurePath(name).suffix.lower()
+    if suffix in FILES:
+        return partial(_imported(FILES[suffix], name), name)
+    if is_class_place(name):
         return _imported(name, name)
     raise UnknownNameError('policy (or "module:Class", file or URL)', name, policy_names())
 
@@ -110,18 +238,39 @@ def _registered() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=GROUP)}
 
 
+def _entry_of(name: str, place: str) -> PolicyEntry:
+    """Return the entry of a registered policy; one that cannot be imported says so."""
+    try:
+        kind = _imported(place, name)
+    except LabgymError as error:
+        return PolicyEntry(name, place, "", "", f"cannot be imported ({error})"[:120])
+    summary = (inspect.getdoc(kind) or place).splitlines()[0]
+    sees = "map" if getattr(kind, "privileged", False) else getattr(kind, "observation", "")
+    return PolicyEntry(name, place, sees, "", summary)
+
+
+def _needs(entry: PolicyEntry) -> str:
+    """Return what has to be installed for a policy, and whether it is missing."""
+    if not entry.extra:
+        return "-"
+    missing = [package for package in PACKAGES[entry.extra] if find_spec(package) is None]
+    return f"[{entry.extra}]" + (" (missing)" if missing else "")
+
+
 def _imported(place: str, name: str) -> Callable[..., object]:
     module_name, _, attribute = place.partition(":")
     try:
-        found: Any = importlib.import_module(module_name)
+        target: Any = importlib.import_module(module_name)
         for part in attribute.split("."):
-            found = getattr(found, part)
+            target = getattr(target, part)
     except Exception as error:
-        if isinstance(error, ImportError) and error.name in EXTRAS:
-            raise MissingDependencyError(error.name, f"policy {name!r}", EXTRAS[error.name]) from None
+        if isinstance(error, ImportError):
+            for extra, packages in PACKAGES.items():
+                if error.name in packages:
+                    raise MissingDependencyError(str(error.name), f"policy {name!r}", extra) from None
         raise LabgymError(
             f"policy {name!r}: cannot import {place!r} ({error}); its module must be on the Python path"
         ) from error
-    if not callable(found):
-        raise LabgymError(f"policy {name!r}: {place!r} is a {type(found).__name__}, expected a class or a function")
-    return found  # type: ignore[no-any-return]
+    if not callable(target):
+        raise LabgymError(f"policy {name!r}: {place!r} is a {type(target).__name__}, expected a class or a function")
+    return target  # type: ignore[no-any-return]

@@ -1,39 +1,53 @@
-"""Straight at the goal, blind to what is in between: the lower bound of what knowing the goal is worth."""
+"""Drive directly at the goal, without looking at obstacles: what knowing the goal alone achieves."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.tracking import turn_towards, velocities_to_action
+
+
+class StraightOptions(PolicyOptions):
+    """Options of `StraightPolicy`.
+
+    Attributes:
+        turn_in_place: bearing of the goal beyond which the robot turns without driving, radians.
+    """
+
+    turn_in_place: Annotated[float, Field(ge=0.0)] = 0.5
 
 
 class StraightPolicy(Policy):
     """Turns towards the goal and drives at it.
 
     Args:
-        turn_in_place: bearing beyond which it turns without driving, radians.
+        options: a `StraightOptions` or a mapping of those that differ from the defaults.
     """
 
     name: ClassVar[str] = "straight"
+    options_type: ClassVar[type[PolicyOptions]] = StraightOptions
 
-    def __init__(self, turn_in_place: float = 0.5) -> None:
-        self._turn_in_place = turn_in_place
+    def __init__(self, options: StraightOptions | Mapping[str, Any] | None = None) -> None:
+        self._options = StraightOptions.of(options)
         self._robot: RobotSpec = ROBOT
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Note the robot's limits."""
+        """Take over the robot's limits."""
         self._robot = episode.robot
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Steer by the bearing of the goal."""
         _, cosine, sine = (float(value) for value in observation["goal"])
         bearing = math.atan2(sine, cosine)
-        if abs(bearing) > self._turn_in_place:
+        if abs(bearing) > self._options.turn_in_place:
             return turn_towards(bearing, self._robot)
         return velocities_to_action(self._robot.v_max * cosine, 2.0 * bearing, self._robot)

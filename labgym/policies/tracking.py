@@ -1,4 +1,4 @@
-"""The one controller that follows a path: pure pursuit whose speed respects the turns ahead and the robot's limits."""
+"""The path tracker: pure pursuit whose speed respects the turns ahead and the robot's limits."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TrackingOptions:
-    """How a path is followed.
+    """Options of `PathTracker`.
 
     Attributes:
-        lookahead: distance along the path to the point that is steered for, at rest, metres.
-        lookahead_time: what is added to it, seconds times the speed.
+        lookahead: distance along the path to the point that is steered for, at rest, meters.
+        lookahead_time: time that is multiplied by the speed and added to it, seconds.
         turn_in_place: heading error beyond which the robot stops to turn, radians.
-        drive_on: heading error within which it goes on, radians.
-        lateral_acceleration: what turns at speed may cost, m/s2.
-        braking: deceleration that the speed ahead of turns and of the end is planned with, m/s2.
+        drive_on: heading error below which it drives on, radians.
+        lateral_acceleration: limit on the lateral acceleration in turns, m/s2.
+        braking: deceleration before turns and the end of the path, m/s2.
         slowest: speed in the sharpest turn and at the end of the path, m/s.
-        window: how far ahead of the last place on the path the next one is looked for, metres.
+        window: distance along the path within which the next nearest point is searched, meters.
     """
 
     lookahead: float = 0.20
@@ -42,19 +42,19 @@ class TrackingOptions:
 
 
 SPACING = 0.02
-"""Distance between the samples that a path is followed by, metres."""
+"""Distance between the samples of a path, meters."""
 BEND = 0.20
-"""Length over which the path's turning is measured, metres."""
+"""Length over which the path's curvature is measured, meters."""
 
 
 class PathTracker:
     """Follows one path with the robot's velocities.
 
     Args:
-        path: (n, 2) points in any fixed frame, metres; the robot may be off it at the start.
+        path: (n, 2) points in any fixed frame, meters; the robot may be off the path at the start.
         robot: limits of the robot.
-        options: how it is followed.
-        turning: whether the robot first turns to face the path; False for a path that takes over from one under way.
+        options: of the tracker.
+        turning: whether the robot first turns to face the path; False for a path that replaces one being followed.
 
     Raises:
         OptionError: the path is empty, not finite or not of shape (n, 2).
@@ -69,7 +69,7 @@ class PathTracker:
     ) -> None:
         points = np.asarray(path, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 2 or len(points) == 0 or not np.isfinite(points).all():
-            raise OptionError(f"path of shape {points.shape} must be finite points of shape (n, 2), n at least 1")
+            raise OptionError(f"path has shape {points.shape}; expected finite points of shape (n, 2), n at least 1")
         self._robot, self._options = robot, options or TrackingOptions()
         self._points = _resampled(points)
         self._speeds = _speed_limits(self._points, robot, self._options)
@@ -78,7 +78,7 @@ class PathTracker:
 
     @property
     def path(self) -> Array:
-        """The path that is followed, (n, 2), at even steps of about 2 cm."""
+        """The path, (n, 2), at even steps of about 2 cm."""
         return self._points
 
     def action(self, pose: Pose, speed: float = 0.0) -> Array:
@@ -86,7 +86,7 @@ class PathTracker:
 
         Args:
             pose: (x, y, yaw) in the path's frame.
-            speed: forward velocity, m/s; the faster, the farther ahead the robot looks.
+            speed: forward velocity, m/s; a faster robot looks farther ahead.
         """
         self._advance(pose)
         options = self._options
@@ -102,7 +102,7 @@ class PathTracker:
         return velocities_to_action(v, v * curvature, self._robot)
 
     def _advance(self, pose: Pose) -> None:
-        """Move the place on the path to the nearest sample from the last place on, within the window."""
+        """Move the place on the path to the nearest sample within the window after the previous place."""
         end = self._place + max(2, round(self._options.window / SPACING))
         nearby = self._points[self._place : end] - np.asarray(pose[:2])
         self._place += int(np.argmin((nearby**2).sum(axis=1)))
@@ -114,7 +114,7 @@ class PathTracker:
 
 
 def velocities_to_action(v: float, w: float, robot: RobotSpec = ROBOT) -> Array:
-    """Return the action (2,) that asks for v m/s and w rad/s; the inverse of `RobotSpec.twist`, limits kept."""
+    """Return the action (2,) for v m/s and w rad/s, clipped to the limits; the inverse of `RobotSpec.twist`."""
     forward = v / robot.v_max if v >= 0.0 else v / -robot.v_min
     return np.array([min(max(forward, -1.0), 1.0), min(max(w / robot.w_max, -1.0), 1.0)])
 
@@ -125,13 +125,13 @@ def turn_towards(bearing: float, robot: RobotSpec = ROBOT) -> Array:
 
 
 def _turn_rate(bearing: float, robot: RobotSpec) -> float:
-    """Return the fastest turn rate that still comes to rest at the bearing, a tenth of a second late."""
+    """Return the fastest turn rate from which the robot still stops at the bearing, one control step late."""
     rest = math.sqrt(robot.turn_acceleration * abs(bearing))
     return math.copysign(min(robot.w_max, rest, abs(bearing) / robot.control_dt), bearing)
 
 
 def _resampled(points: Array) -> Array:
-    """Return the polyline at even steps of about 2 cm, ends kept."""
+    """Return the polyline at even steps of about 2 cm, with the same ends."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(lengths)])
     if along[-1] < 1e-9:
@@ -141,7 +141,7 @@ def _resampled(points: Array) -> Array:
 
 
 def _speed_limits(points: Array, robot: RobotSpec, options: TrackingOptions) -> Array:
-    """Return the speed allowed at each sample, (n,) m/s: by curvature, then by what braking can still reach."""
+    """Return the speed limit at each sample, (n,) m/s: from curvature, then from braking distance."""
     if len(points) < 3:
         return np.full(len(points), options.slowest)
     step = np.diff(points, axis=0)

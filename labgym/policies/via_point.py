@@ -1,4 +1,4 @@
-"""A point to head for, read from a single range scan: one from which the rest of the way seems open."""
+"""Via points from a single range scan: points from which the rest of the way seems open."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import rotate
+from labgym.geometry import rotate, to_local
 from labgym.navigation import Pose
 
 Array = NDArray[np.float64]
@@ -18,14 +18,14 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class ViaPointOptions:
-    """Which points are considered.
+    """Options of `ViaPoints`.
 
     Attributes:
-        directions: bearings of the candidates.
-        step, reach: their distances are multiples of `step` up to `reach`, metres.
-        gain: by how much a new way must be shorter for the one chosen before to be left, metres.
-        arrived: a via point is passed within this distance, metres.
-        goal_radius: what stands nearer to the goal than this does not block the way to it, metres.
+        directions: number of bearings of the candidates.
+        step, reach: distances of the candidates are multiples of `step` up to `reach`, meters.
+        gain: length by which another way must be shorter to replace the current one, meters.
+        arrived: distance within which a via point counts as reached, meters.
+        goal_radius: obstacles nearer to the goal than this do not block the way to it, meters.
     """
 
     directions: int = 60
@@ -37,16 +37,16 @@ class ViaPointOptions:
 
 
 class ViaPoints:
-    """Chooses what to steer for, scan by scan: the goal where the straight way to it is open, else a via point.
+    """Chooses the target of each scan: the goal if the straight way to it is open, else a via point.
 
-    A via point can be reached straight, and nothing in the scan blocks the straight line from it to the goal; what the
-    scan does not see is taken for open. Of these it takes the one with the shortest way in all, and stays with
-    it until the robot is there, a scan shows it blocked, or another is shorter by a margin. Where there is none it
-    takes the farthest point that can be reached straight, and stays with it likewise.
+    A via point can be reached on a straight line, and nothing in the scan blocks the straight line from it to the goal;
+    space that the scan does not see counts as open. The one with the shortest total way is chosen and kept until the
+    robot reaches it, a scan shows it blocked, or another is shorter by a margin. If there is none, the farthest point
+    that can be reached on a straight line is chosen and kept in the same way.
 
     Args:
-        goal: (x, y) in the fixed frame of the poses, metres.
-        options: which points are considered.
+        goal: (x, y) in the fixed frame of the poses, meters.
+        options: of the candidates.
     """
 
     def __init__(self, goal: Point, options: ViaPointOptions | None = None) -> None:
@@ -59,9 +59,9 @@ class ViaPoints:
         """Return the point to steer for, in the fixed frame.
 
         Args:
-            points: (m, 2) returns of the present scan in the robot frame, metres.
+            points: (m, 2) hits of the present scan in the robot frame, meters.
             pose: (x, y, yaw) in the fixed frame.
-            radius: of the disc that must fit along the way, metres.
+            radius: of the disc that must fit along the way, meters.
         """
         goal = _local(self._goal, pose)
         scan = _Scan(points, goal, radius, self._options.goal_radius)
@@ -71,20 +71,21 @@ class ViaPoints:
         candidates = self._candidates(scan)
         length = np.linalg.norm(candidates, axis=1)
         cost = np.where(scan.leads_on(candidates), length + np.linalg.norm(goal - candidates, axis=1), math.inf)
-        kept = self._kept(scan, pose)
-        if self._chosen is not None and kept is not None and kept <= cost.min(initial=math.inf) + self._options.gain:
+        present = self._present_length(scan, pose)
+        best = cost.min(initial=math.inf)
+        if self._chosen is not None and present is not None and present <= best + self._options.gain:
             return self._chosen
         if len(candidates) == 0:
             self._chosen = None
             return self._goal
         self._leads_on = bool(np.isfinite(cost).any())
-        best = candidates[int(np.argmin(cost) if self._leads_on else np.argmax(length))]
-        x, y = rotate(float(best[0]), float(best[1]), pose[2])
+        via = candidates[int(np.argmin(cost) if self._leads_on else np.argmax(length))]
+        x, y = rotate(float(via[0]), float(via[1]), pose[2])
         self._chosen = pose[0] + x, pose[1] + y
         return self._chosen
 
-    def _kept(self, scan: _Scan, pose: Pose) -> float | None:
-        """Return the length of the way over the via point chosen before; None where it is to be left."""
+    def _present_length(self, scan: _Scan, pose: Pose) -> float | None:
+        """Return the length of the way over the present via point; None if it has to be replaced."""
         if self._chosen is None:
             return None
         via = _local(self._chosen, pose)[None]
@@ -96,7 +97,7 @@ class ViaPoints:
         return length + float(np.linalg.norm(scan.goal - via)) if scan.leads_on(via)[0] else None
 
     def _candidates(self, scan: _Scan) -> Array:
-        """Return the points that can be reached straight, (n, 2) in the robot frame."""
+        """Return the points that can be reached on a straight line, (n, 2) in the robot frame."""
         options = self._options
         angles = np.linspace(-math.pi, math.pi, options.directions, endpoint=False)
         heading = np.column_stack([np.cos(angles), np.sin(angles)])
@@ -111,8 +112,10 @@ class _Scan:
     """The present scan, in the robot frame.
 
     Attributes:
-        points: (m, 2) returns. goal: (2,). radius: of the disc.
-        goal_radius: what is nearer to the goal does not block the way to it.
+        points: (m, 2) hits.
+        goal: (2,).
+        radius: of the disc.
+        goal_radius: obstacles nearer to the goal than this do not block the way to it.
     """
 
     points: Array
@@ -121,27 +124,28 @@ class _Scan:
     goal_radius: float
 
     def reaches(self, ends: Array) -> Mask:
-        """Whether the robot can go straight to points (n, 2)."""
+        """Return whether the robot can drive straight to points (n, 2)."""
         return _open(np.zeros_like(ends), ends, self.points, self.radius)
 
     def leads_on(self, starts: Array) -> Mask:
-        """Whether the straight way from points (n, 2) to the goal is open."""
-        in_the_way = self.points[np.linalg.norm(self.points - self.goal, axis=1) > self.goal_radius]
-        return _open(starts, np.broadcast_to(self.goal, starts.shape), in_the_way, self.radius)
+        """Return whether the straight way from points (n, 2) to the goal is open."""
+        obstacles = self.points[np.linalg.norm(self.points - self.goal, axis=1) > self.goal_radius]
+        return _open(starts, np.broadcast_to(self.goal, starts.shape), obstacles, self.radius)
 
 
 def straight_clearance(starts: Array, headings: Array, points: Array, radius: float) -> Array:
-    """Return how far a disc goes straight before it touches a point.
+    """Return the distance that a disc travels straight before it touches a point.
 
-    A point that it touches from the start counts, at 0, where the motion leads towards it.
+    A point that the disc touches at the start counts, with distance 0, if the motion leads towards it.
 
     Args:
-        starts: (n, 2) of the disc's centre. headings: (n, 2) unit vectors.
+        starts: (n, 2) of the disc's center.
+        headings: (n, 2) unit vectors.
         points: (m, 2).
         radius: of the disc.
 
     Returns:
-        (n,) metres; inf where it meets none.
+        (n,) meters; inf if it meets no point.
     """
     x, y = (points[:, axis] - starts[:, axis, None] for axis in range(2))
     along = headings[:, :1] * x + headings[:, 1:] * y
@@ -152,7 +156,7 @@ def straight_clearance(starts: Array, headings: Array, points: Array, radius: fl
 
 
 def _open(starts: Array, ends: Array, points: Array, radius: float) -> Mask:
-    """Whether a disc can go straight from starts (n, 2) to ends (n, 2) past points (m, 2)."""
+    """Return whether a disc can travel straight from starts (n, 2) to ends (n, 2) past points (m, 2)."""
     step = ends - starts
     length = np.linalg.norm(step, axis=1)
     headings = step / np.maximum(length, 1e-9)[:, None]
@@ -161,4 +165,4 @@ def _open(starts: Array, ends: Array, points: Array, radius: float) -> Mask:
 
 def _local(point: Point, pose: Pose) -> Array:
     """Return a point of the fixed frame in the robot frame, (2,)."""
-    return np.array(rotate(point[0] - pose[0], point[1] - pose[1], -pose[2]))
+    return np.asarray(to_local([point], pose)[0])

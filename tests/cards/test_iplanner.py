@@ -5,16 +5,18 @@ from pathlib import Path
 import pytest
 
 from labgym.artefacts import artefacts
-from labgym.cards import iplanner_ablation
-from labgym.cards.iplanner import write_iplanner_card
-from labgym.cards.iplanner_ablation import VARIANTS, ablate_iplanner
+from labgym.cards import ablation
+from labgym.cards import iplanner as iplanner_card
+from labgym.cards.ablation import IPLANNER, AblationStudy, ablate_iplanner
+from labgym.cards.iplanner import differences_section, training_section, write_iplanner_card
+from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.results import Evaluation
 from labgym.policies.data import DataOptions, make_dataset
-from labgym.policies.iplanner.config import TrainOptions
-from labgym.policies.iplanner.network import load_planner
+from labgym.policies.iplanner.config import IPlannerConfig, IPlannerTrainOptions
+from labgym.policies.iplanner.network import load_iplanner
 
 SHORT = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=3)
 
@@ -32,7 +34,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_published_weights_are_small_and_load(run: Path) -> None:
-    network = load_planner(run)
+    network = load_iplanner(run)
     assert 100_000 < sum(value.numel() for value in network.parameters()) < 2_000_000
     assert (run / "weights.safetensors").stat().st_size < 8_000_000
 
@@ -53,13 +55,13 @@ def test_the_card_s_numbers_are_the_evaluation_s(run: Path, data: Path, tmp_path
 def test_an_ablation_has_a_row_for_each_variant_driven_with_its_own_weights_or_the_whole_s(
     data: Path, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    chosen = [variant for variant in VARIANTS if variant.name in {"whole", "obstacle", "glance"}]
-    monkeypatch.setattr(iplanner_ablation, "VARIANTS", chosen)
-    monkeypatch.setattr(iplanner_ablation, "TITLES", {variant.name: variant.title for variant in chosen})
-    monkeypatch.setattr(iplanner_ablation, "every_so_many", lambda every: SHORT)
-    results = ablate_iplanner(data, tmp_path / "ablation", TrainOptions(epochs=1, samples=2), 2, progress=False)
+    chosen = tuple(variant for variant in IPLANNER.variants if variant.name in {"whole", "obstacle", "glance"})
+    monkeypatch.setattr(ablation, "IPLANNER", AblationStudy("iplanner", chosen))
+    monkeypatch.setattr(iplanner_card, "IPLANNER", AblationStudy("iplanner", chosen))
+    monkeypatch.setattr(ablation, "thinned_suite", lambda every: SHORT)
+    results = ablate_iplanner(data, tmp_path / "ablation", IPlannerTrainOptions(epochs=1, samples=2), 2, progress=False)
     weights = {name: Evaluation.read(results / name).summary.options["weights"] for name in ("whole", "obstacle")}
-    assert load_planner(weights["obstacle"]).state_dict().keys() == load_planner(weights["whole"]).state_dict().keys()
+    assert load_iplanner(weights["obstacle"]).state_dict().keys() == load_iplanner(weights["whole"]).state_dict().keys()
     assert weights["obstacle"] != weights["whole"] == Evaluation.read(results / "glance").summary.options["weights"]
     evaluate("iplanner", SHORT, out=tmp_path / "eval", progress=False)
     card = write_iplanner_card(run, data, tmp_path / "eval", tmp_path / "card", tmp_path / "ablation").read_text()
@@ -73,3 +75,10 @@ def test_a_card_needs_an_evaluation_of_this_policy(run: Path, data: Path, tmp_pa
     assert Evaluation.read(tmp_path / "eval").summary.policy == "straight"
     with pytest.raises(OptionError, match="straight"):
         write_iplanner_card(run, data, tmp_path / "eval", tmp_path / "card")
+
+
+def test_the_published_card_is_what_the_template_writes_for_the_published_folder(run: Path) -> None:
+    card = (run / "CARD.md").read_text(encoding="utf-8")
+    published = PlannerRun.read(run, IPlannerConfig, run / "data.json")
+    for section in (iplanner_card.INTRODUCTION, training_section(published), differences_section(published.config)):
+        assert section in card

@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from labgym.cards.ppo import write_ppo_card
+from labgym.artefacts import artefacts
+from labgym.cards.ppo import INPUTS, training_section, write_ppo_card
 from labgym.errors import DocumentError, OptionError
 from labgym.eval import Suite, evaluate
 from labgym.eval.driving.episode_row import EpisodeRow
@@ -15,7 +16,8 @@ from labgym.layouts.splits import published
 
 pytest.importorskip("stable_baselines3")
 
-from labgym.policies.ppo.options import TrainingOptions
+from labgym.policies.ppo.options import PPOOptions
+from labgym.policies.ppo.progress import Progress
 from labgym.policies.ppo.training import train
 
 SUITE = Suite(name="short", split="val", layouts=published("val")[:1], max_steps=5)
@@ -35,7 +37,7 @@ def row(**changes):
 def trained(tmp_path_factory):
     """A run that learned next to nothing, and an evaluation of it that is too short to arrive."""
     folder = tmp_path_factory.mktemp("trained")
-    options = TrainingOptions(
+    options = PPOOptions(
         steps=64, layouts=1, environments=2, cloning_rounds=1, cloning_steps=64, rollout=32, leg=1, epochs=1, batch=32
     )
     layouts = (load_published("val", published("val")[0]),)
@@ -59,8 +61,8 @@ def test_the_card_has_the_numbers_of_the_evaluation_and_says_how_it_was_trained(
     assert card.count(f"| {SUITE.layouts[0]} |") == episodes * (1 - success)
 
 
-def test_a_run_without_the_warm_start_is_set_beside_it(trained, tmp_path):
-    options = TrainingOptions.load(trained / "run" / "options.json")
+def test_a_run_without_warm_start_is_shown_for_comparison(trained, tmp_path):
+    options = PPOOptions.load(trained / "run" / "options.json")
     cold = options.model_copy(update={"cloning_rounds": 0})
     layouts = (load_published("val", published("val")[0]),)
     train(cold, tmp_path / "cold", lambda policy: 0.125, layouts)
@@ -79,7 +81,7 @@ def test_a_card_is_made_of_a_complete_evaluation_of_the_policy_only(trained, tmp
 
 
 @pytest.mark.parametrize(
-    ("route", "changes", "said"),
+    ("route", "changes", "text"),
     [
         ([(0.01 * min(k, 100), 0.0, 0.0) for k in range(601)], {}, "stopped 1.0 m"),
         ([(0.01 * k, 0.0, 0.0) for k in range(601)], {}, "time limit reached"),
@@ -88,13 +90,24 @@ def test_a_card_is_made_of_a_complete_evaluation_of_the_policy_only(trained, tmp
         ([(0.0, 0.0, 0.0)], {"error": "ValueError: no"}, "raised: ValueError: no"),
     ],
 )
-def test_failures_are_told_apart_by_how_the_robot_moved(route, changes, said):
-    assert said in what_went_wrong(row(**changes), tuple(route))
+def test_failures_are_classified_by_how_the_robot_moved(route, changes, text):
+    assert text in what_went_wrong(row(**changes), tuple(route))
 
 
 def test_sampled_episodes_are_spread_over_the_suite():
     rows = [row(pair=k) for k in range(129)]
-    pairs = [found.pair for found in sampled(rows)]
+    pairs = [each.pair for each in sampled(rows)]
     assert (len(pairs), pairs[0], pairs[-1]) == (10, 0, 128)
     assert max(np.diff(pairs)) <= 15
     assert len(sampled(rows[:3])) == 3
+
+
+@pytest.mark.parametrize("name", ["ppo-lidar", "ppo-depth"])
+def test_the_published_card_is_what_the_template_writes_for_the_published_folder(name):
+    folder = artefacts("policies") / name
+    options, progress = PPOOptions.load(folder / "config.json"), Progress.load(folder / "training.json")
+    path = folder / "training-without-warm-start.json"
+    cold = Progress.load(path) if path.exists() else None
+    card = (folder / "CARD.md").read_text(encoding="utf-8")
+    assert training_section(options, progress, cold) in card
+    assert INPUTS[options.observation] in card

@@ -149,7 +149,7 @@ def test_what_lies_beyond_the_map_is_left_out():
 
 @pytest.mark.parametrize("size", [(72, 127), (1,), (72, 128, 3)])
 def test_a_picture_of_another_size_is_refused(size):
-    with pytest.raises(OptionError, match="depth picture"):
+    with pytest.raises(OptionError, match="depth image"):
         DepthMap(5.0).add(np.ones(size), (0.0, 0.0, 0.0))
 
 

@@ -10,21 +10,29 @@ import torch
 from scipy.interpolate import CubicHermiteSpline
 from scipy.ndimage import map_coordinates
 
+from labgym.artefacts import artefacts
 from labgym.documents import read_json, write_json
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import DocumentError, OptionError
-from labgym.policies import EpisodeStart
+from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.data import Dataset
 from labgym.policies.data.maps import Maps, cost_map
 from labgym.policies.iplanner import train as training
-from labgym.policies.iplanner.calibration import Calibration, calibration
-from labgym.policies.iplanner.config import LossOptions, NetworkOptions, PlannerConfig, TrainOptions
-from labgym.policies.iplanner.loss import CostMaps, fear_label, in_room, planning_loss
-from labgym.policies.iplanner.network import PlannerNetwork, load_planner, save_planner
-from labgym.policies.iplanner.policy import IPlannerPolicy, PlannerRules, moved
+from labgym.policies.iplanner.config import (
+    IPlannerConfig,
+    IPlannerLossOptions,
+    IPlannerNetworkOptions,
+    IPlannerTrainOptions,
+)
+from labgym.policies.iplanner.loss import cost_maps, planning_loss
+from labgym.policies.iplanner.network import IPlannerNetwork, load_iplanner, save_iplanner
+from labgym.policies.iplanner.policy import IPlannerOptions, IPlannerPolicy
+from labgym.policies.iplanner.samples import reaches, targets
 from labgym.policies.iplanner.spline import path_through, path_weights
+from labgym.policies.learned import training_loop
+from labgym.policies.learned.frames import to_world
 
-SMALL = NetworkOptions(channels=(4, 8), goal_width=4)
+SMALL = IPlannerNetworkOptions(channels=(4, 8), goal_width=4)
 STILL = (0.0, 0.0)
 
 
@@ -58,8 +66,8 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> Dataset:
     return data
 
 
-def config(epochs: int = 3) -> PlannerConfig:
-    return PlannerConfig(network=SMALL, training=TrainOptions(epochs=epochs, batch=8, held_out=0.5, rate=3e-3))
+def config(epochs: int = 3) -> IPlannerConfig:
+    return IPlannerConfig(network=SMALL, training=IPlannerTrainOptions(epochs=epochs, batch=8, held_out=0.5, rate=3e-3))
 
 
 def test_the_path_begins_at_the_robot_and_goes_through_its_key_points() -> None:
@@ -74,8 +82,8 @@ def test_the_path_is_scipys_cubic_hermite_spline() -> None:
     knots[0] = 0.0
     slopes = np.gradient(knots, axis=0)
     expected = CubicHermiteSpline(np.arange(6), knots, slopes)(np.linspace(0, 5, 51))
-    found = path_through(torch.from_numpy(knots[None, 1:]).float(), path_weights(6, 51))
-    np.testing.assert_allclose(found[0].numpy(), expected, atol=1e-5)
+    path = path_through(torch.from_numpy(knots[None, 1:]).float(), path_weights(6, 51))
+    np.testing.assert_allclose(path[0].numpy(), expected, atol=1e-5)
 
 
 def test_even_key_points_on_a_line_give_an_even_line() -> None:
@@ -91,13 +99,13 @@ def test_costs_are_read_at_the_right_place_of_the_right_map() -> None:
     points = torch.tensor([[[0.3, 0.5], [2.0, 1.0]], [[0.6, 0.4], [0.9, 1.7]]])
     # The maps' values are the distance from their origin, and a cubic kernel leaves a ramp as it is.
     expected = torch.tensor([[1.3, 3.0], [0.4, 1.7]])
-    torch.testing.assert_close(CostMaps([along_x, along_y]).at(points, torch.tensor([0, 1])), expected)
+    torch.testing.assert_close(cost_maps([along_x, along_y]).at(points, torch.tensor([0, 1])), expected)
 
 
 def test_costs_between_cells_are_near_those_of_a_spline_through_them() -> None:
     maps = room_with_a_block()
     points = np.random.default_rng(3).uniform(0.5, 4.5, (50, 2))
-    found = CostMaps([maps]).at(torch.from_numpy(points[None]).float(), torch.tensor([0]))[0]
+    found = cost_maps([maps]).at(torch.from_numpy(points[None]).float(), torch.tensor([0]))[0]
     cells = (points[:, ::-1] / 0.05 - 0.5).T
     np.testing.assert_allclose(found.numpy(), map_coordinates(maps.cost, cells, order=3), atol=0.03)
 
@@ -107,41 +115,28 @@ def test_loss_terms_are_what_a_hand_makes_of_them() -> None:
     path = torch.tensor([[[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]]])
     costs = torch.tensor([[0.1, 0.2, 0.7]])
     target, reach = torch.tensor([[4.0, 0.0]]), torch.tensor([4.0])
-    losses = planning_loss(path, torch.tensor([0.0]), costs, target, reach, LossOptions())
+    losses = planning_loss(path, costs, target, reach, IPlannerLossOptions())
     assert float(losses.obstacle) == pytest.approx(1.0)
     assert float(losses.motion) == pytest.approx(1.0)
     assert float(losses.goal) == pytest.approx(math.log(2.0))
-    assert float(losses.fear) == pytest.approx(math.log(2.0))
-    assert float(losses.total) == pytest.approx(0.5 * 1.0 + 2.0 * 1.0 + 5.0 * math.log(2.0) + math.log(2.0))
-
-
-@pytest.mark.parametrize("costs, afraid", [([0.0, 1.1, 0.0, 0.0], 1.0), ([0, 1.0, 0.4, 0], 0.0), ([0, 0, 0, 1.9], 0.0)])
-def test_fear_is_of_the_first_two_metres(costs: list[float], afraid: float) -> None:
-    steps = torch.tensor([[1.0, 1.0, 1.0]])
-    assert fear_label(steps, torch.tensor([costs]), LossOptions()).tolist() == [afraid]
-
-
-def test_points_are_turned_and_moved_into_the_room() -> None:
-    pose = torch.tensor([[1.0, 2.0, math.pi / 2]])
-    torch.testing.assert_close(in_room(torch.tensor([[[3.0, 0.5]]]), pose), torch.tensor([[[0.5, 5.0]]]))
-    np.testing.assert_allclose(moved(np.array([[3.0, 0.5]]), np.array([1.0, 2.0, math.pi / 2])), [[0.5, 5.0]])
+    assert float(losses.total) == pytest.approx(0.5 * 1.0 + 2.0 * 1.0 + 5.0 * math.log(2.0))
 
 
 def test_the_gradient_takes_a_path_out_of_an_obstacle() -> None:
-    maps, options = CostMaps([room_with_a_block()]), LossOptions()
+    maps, options = cost_maps([room_with_a_block()]), IPlannerLossOptions()
     pose, target = torch.tensor([[1.0, 2.4, 0.0]]), torch.tensor([[3.0, 0.0]])
     points = (torch.linspace(0.2, 1.0, 5)[None, :, None] * target[:, None]).requires_grad_()
     optimiser = torch.optim.Adam([points], lr=0.02)
     weights = path_weights(6, 51)
 
     def costs() -> torch.Tensor:
-        return maps.at(in_room(path_through(points, weights), pose), torch.tensor([0]))
+        return maps.at(to_world(path_through(points, weights), pose), torch.tensor([0]))
 
     assert costs().max().item() > 1.0
     for _ in range(200):
         optimiser.zero_grad()
         path = path_through(points, weights)
-        planning_loss(path, torch.zeros(1), costs(), target, torch.tensor([3.0]), options).total.backward()
+        planning_loss(path, costs(), target, torch.tensor([3.0]), options).total.backward()
         optimiser.step()
     assert costs().max().item() < 0.5
     assert (path_through(points, weights)[0, -1] - target[0]).norm().item() < 0.1
@@ -152,14 +147,14 @@ def test_targets_lie_a_horizon_along_the_expert_path_or_at_the_goal() -> None:
     data = replace(
         toy_dataset(4), path=np.stack([bent] * 4), length=np.full(4, 2.0, np.float32), goal=np.stack([bent[-1]] * 4)
     )
-    np.testing.assert_allclose(training.targets(data, 1.5), [[1.0, 0.5]] * 4)
-    np.testing.assert_allclose(training.targets(data, 9.0), [[1.0, 1.0]] * 4)
-    np.testing.assert_allclose(training.targets(data, None), [[1.0, 1.0]] * 4)
+    np.testing.assert_allclose(targets(data, 1.5), [[1.0, 0.5]] * 4)
+    np.testing.assert_allclose(targets(data, 9.0), [[1.0, 1.0]] * 4)
+    np.testing.assert_allclose(targets(data, None), [[1.0, 1.0]] * 4)
     for horizon, along, straight in [(1.5, 1.5, math.hypot(1.0, 0.5)), (9.0, 2.0, math.sqrt(2.0))]:
-        target = training.targets(data, horizon)
-        np.testing.assert_allclose(training.reaches(data, target, LossOptions(horizon=horizon)), [along] * 4)
-        published = LossOptions(horizon=horizon, along=False)
-        np.testing.assert_allclose(training.reaches(data, target, published), [straight] * 4)
+        target = targets(data, horizon)
+        np.testing.assert_allclose(reaches(data, target, IPlannerLossOptions(horizon=horizon)), [along] * 4)
+        published = IPlannerLossOptions(horizon=horizon, along=False)
+        np.testing.assert_allclose(reaches(data, target, published), [straight] * 4)
 
 
 def test_thirty_steps_of_training_lower_the_loss(toy: Dataset, tmp_path: Path) -> None:
@@ -173,17 +168,17 @@ def test_a_resumed_run_ends_with_the_weights_of_an_uninterrupted_one(
     toy: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = training.train("data", tmp_path / "whole", config(), progress=False)
-    keep = training._keep
+    save = training_loop.save_checkpoint
 
-    def stop_after_two(path: Path, network: object, optimiser: object, schedule: object, history: list[object]) -> None:
-        keep(path, network, optimiser, schedule, history)
+    def stop_after_two(path: Path, parts: object, history: list[object]) -> None:
+        save(path, parts, history)
         if len(history) == 2:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(training, "_keep", stop_after_two)
+    monkeypatch.setattr(training_loop, "save_checkpoint", stop_after_two)
     with pytest.raises(KeyboardInterrupt):
         training.train("data", tmp_path / "parts", config(), progress=False)
-    monkeypatch.setattr(training, "_keep", keep)
+    monkeypatch.setattr(training_loop, "save_checkpoint", save)
     resumed = training.train("data", tmp_path / "parts", config(), progress=False)
     for name, value in whole.state_dict().items():
         assert torch.equal(value, resumed.state_dict()[name]), name
@@ -199,17 +194,17 @@ def test_a_folder_keeps_to_one_configuration(toy: Dataset, tmp_path: Path) -> No
 
 def saved(folder: Path) -> Path:
     torch.manual_seed(0)
-    save_planner(folder, PlannerNetwork(SMALL), PlannerConfig(network=SMALL))
+    save_iplanner(folder, IPlannerNetwork(SMALL), IPlannerConfig(network=SMALL))
     return folder
 
 
 def test_weights_come_back_from_their_files(tmp_path: Path) -> None:
     folder = saved(tmp_path)
     torch.manual_seed(0)
-    before, after = PlannerNetwork(SMALL).eval(), load_planner(folder)
+    before, after = IPlannerNetwork(SMALL).eval(), load_iplanner(folder)
     depth, goal = torch.rand(2, *IMAGE_SHAPE) * 9.0, torch.tensor([[1.0, 2.0], [3.0, -1.0]])
     with torch.no_grad():
-        assert torch.equal(before(depth, goal).path, after(depth, goal).path)
+        assert torch.equal(before(depth, goal), after(depth, goal))
 
 
 def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
@@ -218,25 +213,23 @@ def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
     document["network"]["goal_width"] = 5
     write_json(folder / "config.json", document)
     with pytest.raises(DocumentError, match=r"weights\.safetensors"):
-        load_planner(folder)
+        load_iplanner(folder)
 
 
 def test_depth_out_of_range_counts_as_nothing_seen() -> None:
-    network = PlannerNetwork(SMALL).eval()
+    network = IPlannerNetwork(SMALL).eval()
     far, none = torch.full((1, *IMAGE_SHAPE), 10.0), torch.zeros(1, *IMAGE_SHAPE)
     with torch.no_grad():
-        assert torch.equal(
-            network(far, torch.tensor([[1.0, 0.0]])).path, network(none, torch.tensor([[1.0, 0.0]])).path
-        )
+        assert torch.equal(network(far, torch.tensor([[1.0, 0.0]])), network(none, torch.tensor([[1.0, 0.0]])))
 
 
 class Scripted(IPlannerPolicy):
-    """Plans straight ahead, as fearful as it is told; the rest is the policy's own."""
+    """Plans straight on, in a direction that the test sets; the rest is the policy's own."""
 
-    fear, slope = 0.0, 0.0
+    slope = 0.0
 
-    def plan(self, depth: np.ndarray, goal: tuple[float, float]) -> tuple[np.ndarray, float]:
-        return np.linspace(0.0, 3.0, 51)[:, None] * (1.0, self.slope), self.fear
+    def plan(self, depth: np.ndarray, goal: tuple[float, float]) -> np.ndarray:
+        return np.linspace(0.0, 3.0, 51)[:, None] * (1.0, self.slope)
 
 
 def seen(
@@ -252,9 +245,9 @@ def seen(
 
 @pytest.fixture
 def policy(tmp_path: Path) -> Scripted:
-    made = Scripted(saved(tmp_path), PlannerRules(look=1))
-    made.reset(EpisodeStart(goal=(4.0, 0.0), rng=np.random.default_rng(0)))
-    return made
+    scripted = Scripted(saved(tmp_path), IPlannerOptions(look=1))
+    scripted.reset(EpisodeStart(goal=(4.0, 0.0), rng=np.random.default_rng(0)))
+    return scripted
 
 
 @pytest.mark.parametrize("bearing", [3.0, -2.0, 0.9])
@@ -267,16 +260,6 @@ def test_an_episode_begins_by_turning_to_the_goal(policy: Scripted, bearing: flo
     assert policy.act(seen(bearing))[0] > 0.0
 
 
-def test_it_stops_and_turns_after_more_than_three_fearful_frames_before_an_obstacle(policy: Scripted) -> None:
-    policy.fear = 0.9
-    forwards = [policy.act(seen(0.0, nearest=0.6))[0] for _ in range(5)]
-    assert all(forward > 0.0 for forward in forwards[:3])
-    assert forwards[3:] == [0.0, 0.0]
-    policy.fear = 0.1
-    assert policy.act(seen(0.0, nearest=0.6, pose=(0.0, 0.0, 0.3)))[0] == 0.0
-    assert policy.act(seen(0.0, nearest=4.0, pose=(0.0, 0.0, 0.7)))[0] > 0.0
-
-
 def test_it_keeps_a_path_until_it_has_followed_it_for_a_while(policy: Scripted) -> None:
     policy.slope = 2.0
     assert policy.act(seen(0.0))[1] > 0.0
@@ -285,15 +268,12 @@ def test_it_keeps_a_path_until_it_has_followed_it_for_a_while(policy: Scripted) 
     assert policy.act(seen(0.0, pose=(0.4, 0.6, 0.3)))[1] < 0.0
 
 
-def test_fear_in_the_open_does_not_stop_it(policy: Scripted) -> None:
-    policy.fear = 0.9
-    assert all(policy.act(seen(0.0, nearest=4.0))[0] > 0.0 for _ in range(8))
-
-
-def test_it_turns_where_it_is_stuck(policy: Scripted) -> None:
-    forwards = [policy.act(seen(0.0))[0] for _ in range(policy._rules.stuck_steps)]
+def test_it_turns_where_it_is_stuck_and_plans_again_after_the_turn(policy: Scripted) -> None:
+    forwards = [policy.act(seen(0.0))[0] for _ in range(policy._options.stuck_steps)]
     assert forwards[-2] > 0.0
     assert forwards[-1] == 0.0
+    assert policy.act(seen(0.0, pose=(0.0, 0.0, 0.3)))[0] == 0.0
+    assert policy.act(seen(0.0, pose=(0.0, 0.0, 0.7)))[0] > 0.0
 
 
 def test_paths_are_followed_in_the_frame_of_the_episode(policy: Scripted) -> None:
@@ -327,37 +307,24 @@ def test_it_looks_at_a_goal_that_was_out_of_sight_for_a_metre_and_takes_a_way_th
     assert policy.act(seen(0.0, pose=(x, y, 1.4)))[0] > 0.0
 
 
-@pytest.mark.parametrize("slope, fear", [(2.0, 0.1), (0.0, 0.9)])
-def test_after_a_look_at_the_goal_it_goes_on_as_before_where_the_way_is_feared_or_leads_back(
-    policy: Scripted, slope: float, fear: float
-) -> None:
+def test_after_a_look_at_the_goal_it_continues_as_before_if_the_way_leads_back(policy: Scripted) -> None:
     x, y, _ = driven_until_it_glances(policy)
-    policy.slope, policy.fear = slope, fear
+    policy.slope = 2.0
     forward, turn = policy.act(seen(0.0, pose=(x, y, 1.4)))
     assert forward == 0.0
     assert turn < 0.0
 
 
-def test_fear_is_calibrated_where_paths_collide_as_often_as_is_feared() -> None:
-    rng = np.random.default_rng(5)
-    fear = rng.uniform(0.0, 1.0, 20_000)
-    honest = Calibration(fear, rng.uniform(0.0, 1.0, 20_000) < fear)
-    assert honest.error() < 0.02
-    # Of those above a half three in four collide, and these are three in four of all that do.
-    assert honest.precision(0.5) == pytest.approx(0.75, abs=0.02)
-    assert honest.recall(0.5) == pytest.approx(0.75, abs=0.02)
-    assert Calibration(fear, np.zeros(20_000, dtype=bool)).error() == pytest.approx(0.5, abs=0.02)
-    assert Calibration(np.zeros(3), np.zeros(3, dtype=bool)).precision(0.5) is None
+def test_weights_of_version_0_1_are_refused_with_the_remedy(tmp_path: Path) -> None:
+    folder = saved(tmp_path)
+    document = read_json(folder / "config.json")
+    document["schema"] = "labgym.iplanner/1"
+    document["loss"] |= {"fear": 1.0, "fear_length": 2.0, "fear_cost": 1.0}
+    write_json(folder / "config.json", document)
+    with pytest.raises(DocumentError, match="train the network again"):
+        load_iplanner(folder)
 
 
-def test_fear_is_tested_on_samples_that_were_held_out(toy: Dataset) -> None:
-    found = calibration(PlannerNetwork(SMALL), toy, config())
-    assert len(found.fear) == len(toy) // 2
-    assert ((found.fear > 0.0) & (found.fear < 1.0)).all()
-
-
-def test_the_cost_that_is_feared_is_where_the_planning_disc_touches() -> None:
-    maps = room_with_a_block()
-    # Blocked cells are those nearer than 0.35 m to something: 5 cm inside, the disc of 0.30 m touches it.
-    inside = CostMaps([maps]).at(torch.tensor([[[2.05, 2.5], [1.95, 2.5]]]), torch.tensor([0]))[0]
-    assert inside[0] > LossOptions().fear_cost - 0.1 > inside[1]
+def test_results_of_the_published_policy_record_the_hash_of_its_weights() -> None:
+    folder = artefacts("policies") / "iplanner"
+    assert set(make_policy("iplanner").files()) == {folder / "config.json", folder / "weights.safetensors"}

@@ -12,6 +12,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from labgym.artefacts import artefacts
 from labgym.cli import main
+from labgym.documents import read_json, write_json
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.driving.suites import Suite
@@ -19,18 +20,25 @@ from labgym.layouts import load_published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.data import DataOptions, make_dataset
 from labgym.policies.data.maps import privileged_maps
-from labgym.policies.navdp.config import DiffusionOptions, LossOptions, NavDPConfig, NetworkOptions, TrainOptions
-from labgym.policies.navdp.diffusion import make_schedule, noised, sampled
+from labgym.policies.learned.frames import rotated, to_world
+from labgym.policies.navdp.config import (
+    DiffusionOptions,
+    NavDPConfig,
+    NavDPLossOptions,
+    NavDPNetworkOptions,
+    NavDPTrainOptions,
+)
+from labgym.policies.navdp.diffusion import make_schedule, noised, sample_steps
 from labgym.policies.navdp.frames import frame
 from labgym.policies.navdp.network import NavDPNetwork, load_navdp, save_navdp
-from labgym.policies.navdp.policy import Drawn, NavDPPolicy
-from labgym.policies.navdp.samples import Samples, memory_of
+from labgym.policies.navdp.policy import DrawnTrajectories, NavDPPolicy
+from labgym.policies.navdp.samples import NavDPSamples, memory_of
 from labgym.policies.navdp.train import train
-from labgym.policies.navdp.trajectory import LEFT_FOR_RIGHT, points_of, resampled, steps_of, turned
-from labgym.policies.navdp.value import DistanceMaps, in_room, path_value
+from labgym.policies.navdp.trajectory import MIRROR_STEP, first_part, points_of, steps_of
+from labgym.policies.navdp.value import distance_maps, path_value
 
-SMALL = NetworkOptions(memory=2, channels=(8, 8, 16), queries=4, width=16, heads=2, layers=2)
-CONFIG = NavDPConfig(network=SMALL, training=TrainOptions(epochs=2, batch=8, warmup=2, held_out=0.3))
+SMALL = NavDPNetworkOptions(memory=2, channels=(8, 8, 16), queries=4, width=16, heads=2, layers=2)
+CONFIG = NavDPConfig(network=SMALL, training=NavDPTrainOptions(epochs=2, batch=8, warmup=2, held_out=0.3))
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +89,7 @@ def test_a_heading_behind_is_turned_to_as_fast_as_the_bound_allows() -> None:
 def test_a_label_ends_at_the_horizon_or_at_the_goal() -> None:
     straight = torch.linspace(0.0, 1.0, 64)[:, None] * torch.tensor([6.0, 0.0])
     short = torch.linspace(0.0, 1.0, 64)[:, None] * torch.tensor([0.0, 2.0])
-    found = resampled(torch.stack([straight, short]), torch.tensor([6.0, 2.0]), 3.6, 24)
+    found = first_part(torch.stack([straight, short]), torch.tensor([6.0, 2.0]), 3.6, 24)
     torch.testing.assert_close(found[:, -1], torch.tensor([[3.6, 0.0], [0.0, 2.0]]), atol=1e-5, rtol=0.0)
     torch.testing.assert_close(found[0, 1], torch.tensor([0.15, 0.0]), atol=1e-5, rtol=0.0)
 
@@ -90,12 +98,12 @@ def test_mirrored_steps_are_the_steps_of_the_mirrored_path() -> None:
     path = torch.randn(4, 25, 2, generator=torch.Generator().manual_seed(3)).mul(0.1).cumsum(1)
     path = path - path[:, :1]
     mirrored = steps_of(path * torch.tensor([1.0, -1.0]), 4.0)
-    torch.testing.assert_close(mirrored, steps_of(path, 4.0) * LEFT_FOR_RIGHT, atol=1e-5, rtol=0.0)
+    torch.testing.assert_close(mirrored, steps_of(path, 4.0) * MIRROR_STEP, atol=1e-5, rtol=0.0)
 
 
 def test_a_turned_path_keeps_its_shape() -> None:
     path = torch.tensor([[[1.0, 0.0], [2.0, 0.0]]])
-    found = turned(path, torch.tensor([math.pi / 2.0]))
+    found = rotated(path, torch.tensor([math.pi / 2.0]))
     torch.testing.assert_close(found, torch.tensor([[[0.0, 1.0], [0.0, 2.0]]]), atol=1e-6, rtol=0.0)
 
 
@@ -111,9 +119,9 @@ def test_values_are_the_published_formula_on_the_true_map() -> None:
     rng = np.random.default_rng(0)
     pose = np.column_stack([rng.uniform(1.0, 7.0, (6, 2)), rng.uniform(-3.0, 3.0, 6)])
     path = rng.uniform(-1.0, 1.0, (6, 25, 2)).cumsum(axis=1) * 0.1
-    options = LossOptions()
-    there = in_room(torch.tensor(path, dtype=torch.float32), torch.tensor(pose, dtype=torch.float32))
-    found = path_value(DistanceMaps([maps]).at(there, torch.zeros(6, dtype=torch.long)), options)
+    options = NavDPLossOptions()
+    there = to_world(torch.tensor(path, dtype=torch.float32), torch.tensor(pose, dtype=torch.float32))
+    found = path_value(distance_maps([maps]).at(there, torch.zeros(6, dtype=torch.long)), options)
     for k in range(6):
         c, s = math.cos(pose[k, 2]), math.sin(pose[k, 2])
         points = path[k] @ np.array([[c, s], [-s, c]]) + pose[k, :2]
@@ -164,7 +172,9 @@ def test_the_schedule_is_the_published_one_and_noise_is_undone_by_it() -> None:
 
 def test_samples_depend_on_the_generator_alone_and_are_bounded(network: NavDPNetwork) -> None:
     schedule, tokens, goal = make_schedule(CONFIG.diffusion), seen(network, 1), torch.tensor([2.0, 0.0])
-    drawn = [sampled(network, schedule, tokens, goal, 4, torch.Generator().manual_seed(seed)) for seed in (1, 1, 2)]
+    drawn = [
+        sample_steps(network, schedule, tokens, goal, 4, torch.Generator().manual_seed(seed)) for seed in (1, 1, 2)
+    ]
     assert torch.equal(drawn[0], drawn[1])
     assert not torch.equal(drawn[0], drawn[2])
     assert drawn[0].shape == (4, 24, 3)
@@ -189,11 +199,11 @@ def test_memory_is_the_frames_before_of_the_same_drive() -> None:
 
 
 def test_samples_see_their_own_frame_last(data: Path) -> None:
-    samples, dataset = Samples.read(data, CONFIG)
+    samples, dataset = NavDPSamples.read(data, CONFIG)
     assert len(samples.frames) == len(dataset) == 24
-    shown = samples.seen(torch.arange(24), torch.zeros(24, dtype=torch.bool))
+    shown = samples.remembered(torch.arange(24), torch.zeros(24, dtype=torch.bool))
     assert torch.equal(shown[:, -1], samples.frames)
-    flipped = samples.seen(torch.arange(24), torch.ones(24, dtype=torch.bool))
+    flipped = samples.remembered(torch.arange(24), torch.ones(24, dtype=torch.bool))
     assert torch.equal(flipped.flip(3), shown)
 
 
@@ -257,8 +267,8 @@ def test_the_command_trains(data: Path, tmp_path: Path, monkeypatch: pytest.Monk
 # The policy
 
 
-def policy_in(run: Path, **rules: object) -> NavDPPolicy:
-    policy = NavDPPolicy(run, {"samples": 3, **rules})
+def policy_in(run: Path, **options: object) -> NavDPPolicy:
+    policy = NavDPPolicy(run, {"samples": 3, **options})
     policy.reset(EpisodeStart(goal=(3.0, 0.0), rng=np.random.default_rng(0)))
     return policy
 
@@ -286,7 +296,7 @@ def test_it_turns_to_the_goal_before_it_draws(run: Path) -> None:
 
 def test_it_follows_what_the_critic_values_most_and_not_what_stays(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     policy = policy_in(run)
-    drawn = Drawn(paths((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)), np.array([1.0, -0.5, -0.2]))
+    drawn = DrawnTrajectories(paths((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)), np.array([1.0, -0.5, -0.2]))
     monkeypatch.setattr(policy, "draw", lambda goal: drawn)
     policy.act(looking())
     np.testing.assert_allclose(policy.planned_path()[-1], [2.0, 1.0], atol=1e-9)
@@ -298,7 +308,7 @@ def test_it_follows_what_the_critic_values_most_and_not_what_stays(run: Path, mo
 
 def test_it_turns_in_place_where_no_trajectory_is_safe_enough(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     policy = policy_in(run, stop=-1.0)
-    monkeypatch.setattr(policy, "draw", lambda goal: Drawn(paths((2.0, 0.0)), np.array([-3.0])))
+    monkeypatch.setattr(policy, "draw", lambda goal: DrawnTrajectories(paths((2.0, 0.0)), np.array([-3.0])))
     forward, turn = policy.act(looking())
     assert forward == 0.0
     assert abs(turn) > 0.0
@@ -308,7 +318,9 @@ def test_it_turns_in_place_where_no_trajectory_is_safe_enough(run: Path, monkeyp
 def test_it_draws_again_after_the_distance_that_it_commits_to(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     policy = policy_in(run, commit=0.4)
     calls = []
-    monkeypatch.setattr(policy, "draw", lambda goal: calls.append(goal) or Drawn(paths((3.0, 0.0)), np.array([0.0])))
+    monkeypatch.setattr(
+        policy, "draw", lambda goal: calls.append(goal) or DrawnTrajectories(paths((3.0, 0.0)), np.array([0.0]))
+    )
     for step in range(10):
         policy.act(looking(x=0.1 * step, speed=1.0))
     assert len(calls) == 3
@@ -322,6 +334,26 @@ def test_equal_seeds_draw_equal_trajectories(run: Path) -> None:
     assert not np.array_equal(drawn[0].trajectories, drawn[2].trajectories)
     ends = np.linalg.norm(drawn[0].trajectories[:, -1], axis=1)
     assert ((ends == 0.0) | (ends >= 0.5)).all()
+
+
+def test_trajectories_are_drawn_for_goals_of_any_float_type(run: Path) -> None:
+    rgb, depth = np.full((72, 128, 3), 90, np.uint8), np.full((72, 128), 3.0, np.float32)
+    policy = policy_in(run)
+    goals = [(3.0, 0.5), tuple(np.array([3.0, 0.5])), np.array([3.0, 0.5], np.float32)]
+    drawn = [policy.drawn_from(rgb, depth, goal, seed=1).trajectories for goal in goals]
+    np.testing.assert_array_equal(drawn[0], drawn[1])
+    np.testing.assert_array_equal(drawn[0], drawn[2])
+
+
+@pytest.mark.parametrize("changes, named", [({"heads": 5}, "heads 5"), ({"channels": (8, 12, 16)}, "channels 12")])
+def test_a_network_that_cannot_be_built_is_refused_with_the_reason(
+    run: Path, tmp_path: Path, changes: dict[str, object], named: str
+) -> None:
+    document = read_json(run / "config.json")
+    document["network"] |= changes
+    write_json(tmp_path / "config.json", document)
+    with pytest.raises(DocumentError, match=named):
+        load_navdp(tmp_path)
 
 
 def test_broken_weights_are_refused(run: Path, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import inspect
+import json
 import re
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published, published
 from labgym.policies.adapters.inputs import SHAPES
 from labgym.policies.http.client import HttpPolicy
-from labgym.policies.registry import parse_options
+from labgym.policies.registry import parse_options, policy_table
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "policies.md").read_text(encoding="utf-8")
 
@@ -63,8 +64,30 @@ def test_an_evaluation_takes_options_and_names_its_folder_after_the_policy(tmp_p
     url = "http://127.0.0.1:1"
     arguments = ["--layouts", layout, "--options", "retries=0", "backoff=0.0"]
     assert main(["eval", "--policy", url, *arguments]) == 1
-    assert "episodes failed in the policy" in capsys.readouterr().err
+    assert "the policy failed in 6 episodes" in capsys.readouterr().err
     folder = tmp_path / "runs" / "http_127.0.0.1_1-layouts"
     rows = (folder / "episodes.jsonl").read_text().splitlines()
     assert rows
     assert all("no connection" in row for row in rows)
+
+
+def test_a_class_is_reported_by_the_name_that_it_gives_itself(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a_named_policy.py").write_text(
+        "import numpy as np\nfrom labgym.policies import Policy\n"
+        "class GoToGoal(Policy):\n    name = 'go-to-goal'\n    def reset(self, episode): pass\n"
+        "    def act(self, observation): return np.zeros(2)\n"
+    )
+    layout = published("test")[0]
+    assert main(["eval", "--policy", "a_named_policy:GoToGoal", "--layouts", layout, "--out", "out"]) == 0
+    assert "go-to-goal" in capsys.readouterr().out
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["policy"] == "go-to-goal"
+    assert all(json.loads(row)["policy"] == "go-to-goal" for row in (tmp_path / "out" / "episodes.jsonl").open())
+
+
+def test_the_command_lists_the_policies_and_what_they_need(capsys):
+    assert main(["policies"]) == 0
+    text = capsys.readouterr().out
+    assert main(["eval", "--policy", "?"]) == 0
+    assert capsys.readouterr().out == text
+    assert text == policy_table() + "\n"

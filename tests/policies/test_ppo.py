@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import math
+import os
+import pickle
 import subprocess
 import sys
 
@@ -17,7 +19,7 @@ from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.ppo.drives import ANYWHERE, TrainingDrives
 from labgym.policies.ppo.expert import Atlas, Expert
-from labgym.policies.ppo.inputs import KNOWN, SIZES, SPEED, TRAIL, DriveMemory
+from labgym.policies.ppo.inputs import SIZES, SPEED, STATE, TRAIL, DriveMemory
 from labgym.policies.ppo.practice import REWARD_SCALE, PracticeEnv
 from labgym.policies.ppo.surroundings import Surroundings
 from labgym.scenes import RayScene
@@ -25,16 +27,16 @@ from labgym.scenes import RayScene
 torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
-from safetensors.torch import load_file, save_file  # noqa: E402
+from safetensors.torch import load_file  # noqa: E402
 
+from labgym.policies.learned.weights import WEIGHTS, load_weights, save_weights  # noqa: E402
 from labgym.policies.ppo.network import Actor  # noqa: E402
-from labgym.policies.ppo.options import TrainingOptions  # noqa: E402
+from labgym.policies.ppo.options import PPOOptions  # noqa: E402
 from labgym.policies.ppo.policy import DRIVERS  # noqa: E402
 from labgym.policies.ppo.progress import Progress  # noqa: E402
 from labgym.policies.ppo.training import train  # noqa: E402
-from labgym.policies.ppo.weights import WEIGHTS, load_actor, save_actor  # noqa: E402
 
-TINY = TrainingOptions(
+TINY = PPOOptions(
     steps=192, layouts=1, environments=2, horizon=40, cloning_rounds=1, cloning_steps=64, cloning_epochs=1,
     rollout=32, leg=1, epochs=1, batch=32, evaluate_every=1,
 )  # fmt: skip
@@ -71,7 +73,7 @@ def test_the_trail_tells_where_the_robot_was_in_its_present_frame():
         expected = rotate(*(poses[-1 - steps, :2] - poses[-1, :2]), -poses[-1, 2])
         assert vector[5 + 2 * k : 7 + 2 * k] == pytest.approx(expected, abs=1e-5)
     memory.reset()
-    assert not memory.vector(seen(), poses[0])[5:KNOWN].any()
+    assert not memory.vector(seen(), poses[0])[5:STATE].any()
 
 
 def test_the_vector_does_not_depend_on_the_frame_that_poses_are_given_in():
@@ -188,7 +190,7 @@ def test_a_run_without_the_warm_start_begins_with_ppo(layout, tmp_path):
     cold = TINY.model_copy(update={"cloning_rounds": 0, "observation": "depth", "steps": 64})
     best = train(cold, tmp_path, layouts=(layout,))
     assert [record["kind"] for record in Progress.load(tmp_path / "progress.json").records] == ["leg", "validation"]
-    assert load_actor(best, "depth").encoder.picture is not None
+    assert load_weights(Actor("depth"), best).encoder.picture is not None
 
 
 def test_training_that_was_stopped_goes_on_to_the_same_weights(layout, tmp_path):
@@ -234,7 +236,7 @@ def test_the_best_on_validation_is_kept(layout, tmp_path):
 def test_saved_weights_drive_as_the_network_did(sensor, tmp_path):
     torch.manual_seed(0)
     actor = Actor(sensor).eval()
-    save_actor(actor, tmp_path)
+    save_weights(actor, tmp_path)
     policies = DRIVERS[sensor](actor=actor), DRIVERS[sensor](weights=str(tmp_path))
     actions = []
     for policy in policies:
@@ -246,18 +248,37 @@ def test_saved_weights_drive_as_the_network_did(sensor, tmp_path):
     assert policies[1].files() == (tmp_path / WEIGHTS,)
 
 
-def test_what_is_no_weights_of_the_network_is_refused(tmp_path):
-    with pytest.raises(DocumentError, match="no such file"):
-        load_actor(tmp_path, "lidar")
-    (tmp_path / WEIGHTS).write_bytes(b"\x80\x04\x95pickle")
-    with pytest.raises(DocumentError, match="no weights"):
-        load_actor(tmp_path, "lidar")
-    save_file({"action.bias": torch.zeros(2)}, tmp_path / WEIGHTS)
-    with pytest.raises(DocumentError, match="no weights"):
-        load_actor(tmp_path, "lidar")
-    save_file({**Actor("lidar").state_dict(), "action.bias": torch.full((2,), math.nan)}, tmp_path / WEIGHTS)
-    with pytest.raises(DocumentError, match="finite"):
-        load_actor(tmp_path, "lidar")
+def test_resuming_never_unpickles_code(layout, tmp_path):
+    """A checkpoint of stable-baselines3 with a pickle in it, as labgym 0.1 loaded it, is neither run nor read."""
+    train(TINY.model_copy(update={"steps": 64}), tmp_path, lambda policy: 0.5, layouts=(layout,))
+    marker = tmp_path / "executed"
+    (checkpoint,) = (tmp_path / "checkpoint").iterdir()
+    checkpoint.write_bytes(pickle.dumps(Payload(marker)))
+    with pytest.raises(DocumentError, match="checkpoint"):
+        train(TINY, tmp_path, lambda policy: 0.5, layouts=(layout,))
+    torch.save({"parts": {}, "record": Payload(marker)}, checkpoint)
+    with pytest.raises(DocumentError, match="checkpoint"):
+        train(TINY, tmp_path, lambda policy: 0.5, layouts=(layout,))
+    assert not marker.exists()
+
+
+class Payload:
+    """Creates a folder when it is unpickled."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.folder),)
+
+
+@pytest.mark.parametrize("content", [b"", b"torn"])
+def test_a_damaged_or_missing_checkpoint_is_named(layout, tmp_path, content):
+    train(TINY.model_copy(update={"steps": 64}), tmp_path, lambda policy: 0.5, layouts=(layout,))
+    (checkpoint,) = (tmp_path / "checkpoint").iterdir()
+    checkpoint.write_bytes(content) if content else checkpoint.unlink()
+    with pytest.raises(DocumentError, match=checkpoint.name):
+        train(TINY, tmp_path, lambda policy: 0.5, layouts=(layout,))
 
 
 def test_the_policy_loads_without_the_learning_library():

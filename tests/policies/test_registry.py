@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import subprocess
 import sys
 import types
 from importlib.metadata import EntryPoint
@@ -8,7 +9,11 @@ import numpy as np
 import pytest
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.eval.driving.drive import drive_layout
+from labgym.eval.driving.suites import Suite
+from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, Policy, make_policy, policy_names, registry
+from labgym.policies.registry import BUILT_IN
 
 
 class Forward(Policy):
@@ -22,13 +27,20 @@ class Forward(Policy):
         return np.array([self.speed, 0.0])
 
 
+class Broken(Forward):
+    """Fails in its constructor, in a way that has nothing to do with its arguments."""
+
+    def __init__(self) -> None:
+        super().__init__(speed=1.0 + None)
+
+
 @pytest.fixture
 def module(monkeypatch):
     """A module on the Python path with a policy in it."""
-    made = types.ModuleType("a_users_module")
-    made.Forward, made.NotAPolicy, made.number = Forward, dict, 3
-    monkeypatch.setitem(sys.modules, "a_users_module", made)
-    return made
+    module = types.ModuleType("a_users_module")
+    module.Forward, module.Broken, module.NotAPolicy, module.number = Forward, Broken, dict, 3
+    monkeypatch.setitem(sys.modules, "a_users_module", module)
+    return module
 
 
 @pytest.mark.parametrize("name", ["astar", "dwa", "online_map", "random", "straight"])
@@ -84,6 +96,96 @@ def test_what_is_no_policy_is_refused(module, place):
         make_policy(place)
 
 
-def test_an_option_that_the_class_does_not_take_is_named(module):
-    with pytest.raises(OptionError, match="colour"):
+def test_an_option_that_the_class_does_not_take_is_named_with_those_that_it_takes(module):
+    with pytest.raises(UnknownNameError, match="option 'colour' not found; available: speed"):
         make_policy("a_users_module:Forward", colour="red")
+
+
+def test_an_error_inside_a_constructor_is_not_blamed_on_the_options(module):
+    with pytest.raises(LabgymError, match="its constructor failed with TypeError: unsupported operand") as caught:
+        make_policy("a_users_module:Broken")
+    assert "option" not in str(caught.value)
+    assert isinstance(caught.value.__cause__, TypeError)
+
+
+def test_a_missing_argument_is_named():
+    with pytest.raises(OptionError, match="missing a required argument"):
+        make_policy("labgym.policies.http.client:HttpPolicy")
+
+
+TUNABLE = {
+    "dwa": ("radius", 0.28),
+    "iplanner": ("commit", 0.4),
+    "navdp": ("samples", 3),
+    "online_map": ("replan", 5),
+    "straight": ("turn_in_place", 0.4),
+}
+
+
+@pytest.mark.parametrize("name", TUNABLE)
+def test_options_are_mappings_or_given_by_themselves(name):
+    option, value = TUNABLE[name]
+    for policy in (make_policy(name, options={option: value}), make_policy(name, **{option: value})):
+        assert getattr(policy._options, option) == value
+    defaults = make_policy(name)._options
+    assert getattr(defaults, option) != value
+    assert make_policy(name, options=defaults.model_copy(update={option: value}))._options != defaults
+
+
+@pytest.mark.parametrize("name", TUNABLE)
+def test_an_unknown_option_lists_those_that_exist(name):
+    option, value = TUNABLE[name]
+    for arguments in ({"options": {option + "x": value}}, {option + "x": value}):
+        with pytest.raises(UnknownNameError, match=f"'{option}x' not found; nearest: .*{option}.*available: "):
+            make_policy(name, **arguments)
+
+
+@pytest.mark.parametrize("name", TUNABLE)
+@pytest.mark.parametrize("value", ["wide", -1, float("nan")])
+def test_a_value_outside_its_limits_is_refused_by_name(name, value):
+    option, _ = TUNABLE[name]
+    with pytest.raises(OptionError, match=option):
+        make_policy(name, options={option: value})
+
+
+def test_an_option_cannot_be_given_twice():
+    with pytest.raises(OptionError, match="'radius' is given twice"):
+        make_policy("dwa", radius=0.2, options={"radius": 0.3})
+
+
+def test_policies_with_mapped_options_drive():
+    layout = load_published("test", published("test")[0])
+    suite = Suite(name="brief", max_steps=10)
+    for name in ("dwa", "online_map"):
+        option, value = TUNABLE[name]
+        for drive in drive_layout(make_policy(name, options={option: value}), layout, suite, name, 0):
+            assert drive.row.error is None
+
+
+@pytest.mark.parametrize("entry", BUILT_IN.values(), ids=BUILT_IN)
+def test_the_list_of_policies_agrees_with_the_classes(entry):
+    policy = make_policy(entry.name)
+    assert policy.name == entry.name
+    assert policy.privileged is (entry.sees == "map")
+    assert entry.sees in ("map", "goal", "none", policy.observation)
+
+
+@pytest.mark.parametrize("entry", BUILT_IN.values(), ids=BUILT_IN)
+def test_a_policy_needs_the_packages_of_its_extra_and_no_others(entry):
+    blocked = [name for extra, names in registry.PACKAGES.items() for name in names if extra != entry.extra]
+    code = f"import sys; sys.modules.update(dict.fromkeys({blocked})); from labgym.policies import make_policy; "
+    run = subprocess.run(
+        [sys.executable, "-c", f"{code}make_policy({entry.name!r})"], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+
+
+def test_the_table_of_policies_has_a_line_for_each(module, monkeypatch):
+    entries = [EntryPoint("ahead", "a_users_module:Forward", registry.GROUP), EntryPoint("gone", "no_such:P", "g")]
+    monkeypatch.setattr(registry, "entry_points", lambda group: entries)
+    lines = {line.split()[0]: line for line in registry.policy_table().splitlines() if line}
+    for name in ("astar", "dwa", "iplanner", "navdp", "online_map", "ppo", "ppo-depth", "random", "straight"):
+        assert BUILT_IN[name].summary in lines[name]
+    assert "lidar" in lines["ahead"]
+    assert "cannot be imported" in lines["gone"]
+    assert "[train]" in lines["navdp"]

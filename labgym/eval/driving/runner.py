@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from labgym.layouts import Layout
 from labgym.navigation import goal_pairs
 from labgym.policies import Policy
 from labgym.policies.policy import Sensors
+from labgym.policies.registry import is_class_place
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,8 @@ def evaluate(
     suite, layouts = _resolved(suite)
     source = _source(policy, dict(options or {}))
     driver = source.make()
+    if isinstance(policy, str) and is_class_place(policy):
+        source = replace(source, label=driver.name, place=policy)
     if driver.exclusive and workers > 1:
         raise OptionError(f"policy {source.label!r} drives one robot at a time; use workers=1, not {workers}")
     arguments = {"workers": workers, "progress": progress}

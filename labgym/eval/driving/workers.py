@@ -32,15 +32,17 @@ class PolicySource:
         label: name of the policy in the rows.
         options: arguments of the policy's class.
         instance: the policy, if it was passed as an object.
+        place: name for `make_policy`; "" if it is the label.
     """
 
     label: str
     options: dict[str, Any] = field(default_factory=dict)
     instance: Policy | None = None
+    place: str = ""
 
     def make(self) -> Policy:
         """Return the instance, or else a new policy."""
-        return self.instance if self.instance is not None else make_policy(self.label, **self.options)
+        return self.instance if self.instance is not None else make_policy(self.place or self.label, **self.options)
 
 
 @dataclass(frozen=True)

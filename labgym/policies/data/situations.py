@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
-from labgym.geometry import rotate, wrap_angle
+from labgym.geometry import rotate, to_local, wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPath, ShortestPaths, goal_poses
 
@@ -146,7 +146,7 @@ class Situations:
         return Situation(
             pose=(float(place[0]), float(place[1]), yaw),
             goal=rotate(float(goal[0] - place[0]), float(goal[1] - place[1]), -yaw),
-            path=_in_frame(resampled(way.points, PATH_POINTS), place, yaw),
+            path=to_local(resampled(way.points, PATH_POINTS), (place[0], place[1], yaw)),
             length=way.length,
             clearance=self._clearance(way.points),
             kind=kind,
@@ -214,9 +214,3 @@ def _heading(rng: np.random.Generator, ahead: Array, length: float) -> float:
     else:
         yaw = rng.uniform(-math.pi, math.pi)
     return wrap_angle(float(yaw))
-
-
-def _in_frame(points: Array, place: Array, yaw: float) -> Array:
-    x, y = (points - place).T
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x])

@@ -13,8 +13,9 @@ from labgym.envs.point_nav import GOAL_RANGE
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, RANGE
 from labgym.errors import LabgymError
+from labgym.geometry import relative
 from labgym.navigation import Pose
-from labgym.policies.http.frames import relative, to_camera_frame
+from labgym.policies.http.frames import to_camera_frame
 from labgym.policies.http.wire import FULL_SCALE, intrinsic_matrix
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 

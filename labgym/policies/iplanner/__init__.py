@@ -1,1 +1,1 @@
-"""An iPlanner-style policy: a path from one depth image and a goal, learned without labels from cost maps."""
+"""An iPlanner-style policy: a path from one depth image and a goal, by a network trained through a cost map."""

@@ -1,24 +1,26 @@
-"""What an iPlanner-style network is made of and how it was trained: `config.json` beside its weights."""
+"""Configuration of an iPlanner-style network and its training: `config.json` next to its weights."""
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field
 
 from labgym.documents import Document, Record
+from labgym.errors import DocumentError
+from labgym.policies.learned.train_options import TrainOptions
 
 Positive = Annotated[float, Field(gt=0.0)]
 Weight = Annotated[float, Field(ge=0.0)]
 
 
-class NetworkOptions(Record):
-    """The network's size.
+class IPlannerNetworkOptions(Record):
+    """Size of the network.
 
     Attributes:
         channels: of the encoder's stages; each halves the image and has one residual block.
         goal_width: channels that the goal is spread over.
-        key_points: points that it chooses on the path.
+        key_points: points that the network predicts.
         path_points: points of the cubic path through the robot and the key points.
     """
 
@@ -28,66 +30,62 @@ class NetworkOptions(Record):
     path_points: Annotated[int, Field(ge=3)] = 51
 
 
-class LossOptions(Record):
-    """Weights and thresholds of the loss: the published terms and weights; the last three options differ.
+class IPlannerLossOptions(Record):
+    """Weights of the loss: the published terms and weights, without fear; `along` and `horizon` are ours.
 
-    L = obstacle O + motion M + goal G + fear BCE: O the sum of the cost map along the path, M the sum of what its steps
-    differ in length from even ones, G = log(1 + how far its end is from where it is to end). The published height term
-    is zero on a flat floor and left out.
+    L = obstacle O + motion M + goal G. O is the sum of the cost map along the path; M the sum over the path's steps of
+    the absolute difference from an even step; G = log(1 + distance from the path's end to its target). The published
+    height term is zero on a flat floor and is left out, as is the published fear term.
 
     Attributes:
-        obstacle, motion, goal, fear: weights.
-        fear_length: fear is true where the highest cost over the path's first so many metres exceeds `fear_cost`.
-        fear_cost: 1.0 is what our cost map holds 0.30 m from an obstacle: the robot's planning disc touches. The
-            published 0.5, of another map, lies 0.39 m away here, where paths through laboratories often have to go.
-        along: even steps are as long as the way to the path's end needs; with False as the straight line there needs,
-            as published, which is a pull to cut corners.
-        horizon: the path is to end at the place this far along the expert path, metres, or at the goal where that is
-            nearer. With None it is to end at the goal itself, as published: behind furniture the goal then pulls
-            the path against it.
+        obstacle, motion, goal: weights.
+        along: even steps divide the length of the expert path to the target. False divides the straight distance, as
+            published, which makes paths cut corners.
+        horizon: the target is the point this far along the expert path, meters, or the goal if that is nearer. None
+            takes the goal itself, as published, which pulls a path against furniture that hides the goal.
     """
 
     obstacle: Weight = 0.5
     motion: Weight = 2.0
     goal: Weight = 5.0
-    fear: Weight = 1.0
-    fear_length: Positive = 2.0
-    fear_cost: Positive = 1.0
     along: bool = True
     horizon: Positive | None = 3.5
 
 
-class TrainOptions(Record):
-    """How a network is trained.
+class IPlannerTrainOptions(TrainOptions):
+    """Training options.
 
     Attributes:
-        epochs: passes over the training samples.
-        batch: samples in a step.
-        rate, decay: of AdamW.
-        plateau: the rate is multiplied by this when the held-out loss has not fallen for `patience` epochs.
-        held_out: share of the layouts, the last ones, that steers the rate and is not trained on.
-        samples: how many samples of the dataset to use; None takes all.
-        threads: of torch; sums, and so the weights' last bits, depend on it.
-        seed: of the initial weights, the order of samples and the mirroring.
+        plateau: factor on the learning rate when the held-out loss has not fallen for `patience` epochs.
+        patience: epochs.
     """
 
     epochs: Annotated[int, Field(ge=1)] = 20
     batch: Annotated[int, Field(ge=1)] = 32
     rate: Positive = 1e-3
-    decay: Weight = 1e-3
+    held_out: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
     plateau: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
     patience: Annotated[int, Field(ge=0)] = 1
-    held_out: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
-    samples: Annotated[int, Field(ge=1)] | None = None
-    threads: Annotated[int, Field(ge=1)] = 1
-    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
 
 
-class PlannerConfig(Document):
-    """`config.json` of a trained planner."""
+class IPlannerConfig(Document):
+    """`config.json` of a trained planner. Version 2 has no fear output."""
 
-    SCHEMA: ClassVar[str] = "labgym.iplanner/1"
+    SCHEMA: ClassVar[str] = "labgym.iplanner/2"
 
-    network: NetworkOptions = NetworkOptions()
-    loss: LossOptions = LossOptions()
-    training: TrainOptions = TrainOptions()
+    network: IPlannerNetworkOptions = IPlannerNetworkOptions()
+    loss: IPlannerLossOptions = IPlannerLossOptions()
+    training: IPlannerTrainOptions = IPlannerTrainOptions()
+
+    @classmethod
+    def parse(cls, data: Any, source: object = "document") -> Self:
+        """Validate plain data read from `source`.
+
+        Raises:
+            DocumentError: another schema or an invalid field; names the source and the field.
+        """
+        if isinstance(data, dict) and data.get("schema") == "labgym.iplanner/1":
+            raise DocumentError(
+                source, "schema", "written by labgym 0.1, whose network had a fear output; train the network again"
+            )
+        return super().parse(data, source)

@@ -1,4 +1,4 @@
-"""The cubic path through the robot and the key points: a constant matrix, since the path is linear in its points."""
+"""The cubic path through the robot and the key points; it is linear in them, so a constant matrix computes it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from torch import Tensor
 
 
 def path_weights(knots: int, points: int) -> Tensor:
-    """Return the matrix (points, knots) that takes knots to points at even parameters of a cubic Hermite spline.
+    """Return the matrix (points, knots) from knots to points at even parameters of a cubic Hermite spline.
 
-    The tangent at a knot is half the difference of its neighbours (Catmull-Rom), at an end the first difference. The
-    spline passes through each knot; where points - 1 is a multiple of knots - 1, every (points - 1) / (knots - 1)-th
+    The tangent at a knot is half the difference of its neighbors (Catmull-Rom), at an end the first difference. The
+    spline passes through each knot; if points - 1 is a multiple of knots - 1, every (points - 1) / (knots - 1)-th
     point is a knot.
     """
     slopes = torch.zeros(knots, knots, dtype=torch.float64)
@@ -33,7 +33,9 @@ def path_weights(knots: int, points: int) -> Tensor:
 def path_through(key_points: Tensor, weights: Tensor) -> Tensor:
     """Return paths (b, points, 2) from the origin through key points (b, k, 2).
 
-    `weights` are `path_weights(k + 1, points)`.
+    Args:
+        key_points: (b, k, 2).
+        weights: `path_weights(k + 1, points)`.
     """
     knots = torch.cat([torch.zeros_like(key_points[:, :1]), key_points], dim=1)
     return torch.einsum("pk,bkd->bpd", weights, knots)

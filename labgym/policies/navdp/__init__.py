@@ -1,1 +1,1 @@
-"""NavDP-style: trajectories by diffusion, the best of them chosen by a critic."""
+"""A NavDP-style policy: trajectories are drawn by diffusion and a critic chooses among them."""

@@ -1,26 +1,31 @@
-"""What a NavDP-style network is made of and how it was trained: `config.json` beside its weights."""
+"""Configuration of a NavDP-style network and its training: `config.json` next to its weights."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from labgym.documents import Document, Record
+from labgym.policies.learned.train_options import TrainOptions
 
 Positive = Annotated[float, Field(gt=0.0)]
 Weight = Annotated[float, Field(ge=0.0)]
 Count = Annotated[int, Field(ge=1)]
 
+GROUPS = 8
+"""Groups of the encoder's group normalization."""
 
-class NetworkOptions(Record):
-    """The network's size.
+
+class NavDPNetworkOptions(Record):
+    """Size of the network.
 
     Attributes:
-        memory: frames that it sees, the last one the present. channels: of the encoder's stages, each of which halves a
-            frame. queries: learned tokens that the frames' tokens are condensed to.
-        width, heads, layers: of the decoder.
+        memory: number of frames that it sees, the last one the present.
+        channels: of the encoder's stages, each of which halves a frame; each a multiple of 8, for group normalization.
+        queries: learned tokens that the frames' tokens are condensed to.
+        width, heads, layers: of the decoder; `heads` divides `width`.
         points: steps of a trajectory.
     """
 
@@ -32,32 +37,41 @@ class NetworkOptions(Record):
     layers: Count = 3
     points: Annotated[int, Field(ge=2)] = 24
 
+    @model_validator(mode="after")
+    def _check_divisible(self) -> Self:
+        if self.width % self.heads:
+            raise ValueError(f"width {self.width} is not a multiple of heads {self.heads}; choose heads that divide it")
+        uneven = [channels for channels in self.channels if channels % GROUPS]
+        if uneven:
+            raise ValueError(f"channels {uneven[0]} is not a multiple of {GROUPS}, the groups of the normalization")
+        return self
+
 
 class DiffusionOptions(Record):
-    """The noise schedule, as published: squared cosine, the noise is predicted, samples are clipped to [-1, 1].
+    """The noise schedule, as published: squared cosine, noise prediction, samples clipped to [-1, 1].
 
     Attributes:
         steps: of noising and of denoising.
-        scale: the trajectory is the running sum of what is denoised, divided by this.
+        scale: a trajectory is the running sum of the denoised steps, divided by this.
     """
 
     steps: Annotated[int, Field(ge=2, le=1000)] = 10
     scale: Positive = 4.0
 
 
-class LossOptions(Record):
+class NavDPLossOptions(Record):
     """Weights and labels of the loss.
 
-    L = noise (half with the goal, half without) MSE + critic (on the label path + on the same path turned) MSE. Each
-    sample is used for one of each pair, drawn anew every time.
+    L = noise MSE (half of the batch with the goal, half without) + critic MSE (half on the label path, half on the same
+    path rotated). The halves are drawn anew each time.
 
     Attributes:
         noise, critic: weights.
-        horizon: a label path ends this far along the expert's, metres, or at the goal where that is nearer.
-        margin: a point nearer to an obstacle than this is unsafe, metres: the planning radius.
-        unsafe: value of a path all of whose points are unsafe. opening: value of each metre by which a path's end is
-            farther from obstacles than its start.
-        rotation: label paths are turned by up to this angle to either side, radians, for paths of less value.
+        horizon: a label path ends this far along the expert's, meters, or at the goal if that is nearer.
+        margin: a point nearer to an obstacle than this is unsafe, meters: the planning radius.
+        unsafe: value of a path all of whose points are unsafe.
+        opening: value per meter by which a path's end is farther from obstacles than its start.
+        rotation: label paths are rotated by up to this angle to either side, radians, to give paths of lower value.
     """
 
     noise: Weight = 0.8
@@ -69,30 +83,20 @@ class LossOptions(Record):
     rotation: Weight = math.radians(60.0)
 
 
-class TrainOptions(Record):
-    """How a network is trained.
+class NavDPTrainOptions(TrainOptions):
+    """Training options. The rate rises over `warmup` steps, then falls along a cosine until the last step.
 
     Attributes:
-        epochs: passes over the training samples.
-        batch: samples in a step.
-        rate, decay: of AdamW; the rate rises over `warmup` steps and falls along a cosine to the last one.
-        average: share of the old in the running average of the weights, which is what is published.
-        held_out: share of the layouts, the last ones, that is not trained on.
-        samples: how many samples of the dataset to use; None takes all.
-        threads: of torch; sums, and so the weights' last bits, depend on it.
-        seed: of the initial weights, the order of samples, the mirroring and the noise.
+        warmup: gradient steps.
+        average: share of the previous value in the running average of the weights; the average is what is published.
     """
 
     epochs: Count = 12
     batch: Count = 64
     rate: Positive = 6e-4
-    decay: Weight = 1e-3
+    held_out: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.04
     warmup: Annotated[int, Field(ge=0)] = 200
     average: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.998
-    held_out: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.04
-    samples: Count | None = None
-    threads: Count = 1
-    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
 
 
 class NavDPConfig(Document):
@@ -100,7 +104,7 @@ class NavDPConfig(Document):
 
     SCHEMA: ClassVar[str] = "labgym.navdp/1"
 
-    network: NetworkOptions = NetworkOptions()
+    network: NavDPNetworkOptions = NavDPNetworkOptions()
     diffusion: DiffusionOptions = DiffusionOptions()
-    loss: LossOptions = LossOptions()
-    training: TrainOptions = TrainOptions()
+    loss: NavDPLossOptions = NavDPLossOptions()
+    training: NavDPTrainOptions = NavDPTrainOptions()

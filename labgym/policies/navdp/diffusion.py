@@ -1,4 +1,4 @@
-"""The diffusion over trajectories: noise added for training, and denoised for planning."""
+"""Diffusion over trajectories: adding noise for training, denoising for planning."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from labgym.policies.navdp.network import NavDPNetwork
 
 
 def make_schedule(options: DiffusionOptions) -> Any:
-    """Return diffusers' DDPM scheduler: squared-cosine schedule, noise predicted, samples clipped.
+    """Return diffusers' DDPM scheduler with a squared-cosine schedule, noise prediction and clipped samples.
 
     Raises:
         MissingDependencyError: diffusers is not installed.
@@ -34,26 +34,31 @@ def make_schedule(options: DiffusionOptions) -> Any:
 
 
 def noised(schedule: Any, steps: Tensor, noise: Tensor, time: Tensor) -> Tensor:
-    """Return steps (b, points, 3) with noise of the same shape mixed in, as much as at diffusion times (b,)."""
+    """Return steps (b, points, 3) mixed with noise of the same shape, at diffusion times (b,)."""
     mixed: Tensor = schedule.add_noise(steps, noise, time)
     return mixed
 
 
 @torch.inference_mode()
-def sampled(
-    network: NavDPNetwork, schedule: Any, seen: Tensor, goal: Tensor, count: int, generator: torch.Generator
+def sample_steps(
+    network: NavDPNetwork, schedule: Any, tokens: Tensor, goal: Tensor, count: int, generator: torch.Generator
 ) -> Tensor:
     """Return trajectories drawn for one goal, as steps (count, points, 3) in [-1, 1].
 
     Args:
-        seen: (1, queries, width) of `NavDPNetwork.encode`. goal: (2,) in the robot frame, metres.
+        network: the denoiser.
+        schedule: of `make_schedule`.
+        tokens: (1, queries, width) of `NavDPNetwork.encode`.
+        goal: (2,) float32 in the robot frame, meters.
+        count: number of trajectories.
+        generator: of the noise.
     """
     options = network.config
-    every = seen.expand(count, -1, -1)
-    goals, known = goal.expand(count, -1), torch.ones(count, dtype=torch.bool)
+    tokens = tokens.expand(count, -1, -1)
+    goals, with_goal = goal.expand(count, -1), torch.ones(count, dtype=torch.bool)
     steps = torch.randn(count, options.network.points, 3, generator=generator)
     schedule.set_timesteps(options.diffusion.steps)
     for time in schedule.timesteps:
-        noise = network.noise(every, steps, time.expand(count), goals, known)
+        noise = network.noise(tokens, steps, time.expand(count), goals, with_goal)
         steps = schedule.step(noise, time, steps, generator=generator).prev_sample
     return steps

@@ -1,4 +1,4 @@
-"""A camera frame as the network sees it: small, colour and depth in bytes."""
+"""Camera frames as the network sees them: small, color and depth in bytes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SHAPE = IMAGE_SHAPE[0] // 2, IMAGE_SHAPE[1] // 2
 """Rows and columns of a frame."""
 
 NEAREST, FARTHEST = 0.1, 5.0
-"""Depths that are seen, metres; nearer and farther ones become 0, as published."""
+"""Range of valid depths, meters; nearer and farther ones become 0, as published."""
 
 Bytes = NDArray[np.uint8]
 
@@ -21,11 +21,11 @@ def frame(rgb: Bytes, depth: NDArray[np.floating]) -> Bytes:
     """Return a frame (36, 64, 4): red, green, blue, and depth in steps of 2 cm, 0 for none.
 
     Args:
-        rgb: (72, 128, 3). depth: (72, 128), planar, metres.
+        rgb: (72, 128, 3). depth: (72, 128), planar, meters.
     """
     size = SHAPE[1], SHAPE[0]
-    colour = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)
+    color = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)
     distance = cv2.resize(np.asarray(depth, dtype=np.float32), size, interpolation=cv2.INTER_AREA)
-    seen = (distance >= NEAREST) & (distance <= FARTHEST)
-    coded = np.where(seen, np.rint(distance / FARTHEST * 255.0), 0.0).astype(np.uint8)
-    return np.dstack([colour, coded])
+    valid = (distance >= NEAREST) & (distance <= FARTHEST)
+    coded = np.where(valid, np.rint(distance / FARTHEST * 255.0), 0.0).astype(np.uint8)
+    return np.dstack([color, coded])

@@ -1,4 +1,4 @@
-"""The network: frames and a goal in; out, the noise in a trajectory, or what a trajectory is worth."""
+"""The network: from frames and a goal, the noise in a trajectory or the value of a trajectory."""
 
 from __future__ import annotations
 
@@ -6,27 +6,25 @@ from itertools import pairwise
 from pathlib import Path
 
 import torch
-from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
-from labgym.errors import DocumentError
-from labgym.policies.navdp.config import NavDPConfig
+from labgym.policies.learned.encoder import ImageStage, polar_goal
+from labgym.policies.learned.weights import CONFIG, load_weights, save_weights
+from labgym.policies.navdp.config import GROUPS, NavDPConfig
 from labgym.policies.navdp.frames import SHAPE
 
 GOAL_REACH = 10.0
-"""Goal coordinates are clipped to this, metres."""
+"""Goal coordinates are clipped to this, meters."""
 
 GOAL_SLOTS = 3
-"""Tokens that the goal is given in; with the time's they come before those of the frames."""
-
-CONFIG, WEIGHTS = "config.json", "weights.safetensors"
+"""Tokens of the goal; with the token of the time they precede those of the frames."""
 
 
 class NavDPNetwork(nn.Module):
     """A convolutional encoder of the frames and one decoder with two heads.
 
-    The decoder reads a trajectory's steps and attends to [time, goal, goal, goal, frames]. As denoiser it is causal;
-    as critic it sees the whole trajectory, but neither time nor goal.
+    The decoder reads a trajectory's steps and attends to [time, goal, goal, goal, frames]. As a denoiser it is causal.
+    As a critic it sees the whole trajectory, but neither time nor goal.
     """
 
     causal: Tensor
@@ -35,7 +33,9 @@ class NavDPNetwork(nn.Module):
         super().__init__()
         options, self.config = config.network, config
         width = options.width
-        self.stages = nn.Sequential(*(_Stage(a, b) for a, b in pairwise((4, *options.channels))))
+        self.stages = nn.Sequential(
+            *(ImageStage(a, b, nn.GroupNorm(GROUPS, b)) for a, b in pairwise((4, *options.channels)))
+        )
         rows, columns = (-(-side // 2 ** len(options.channels)) for side in SHAPE)
         self.image = nn.Linear(options.channels[-1], width)
         self.image_place = nn.Parameter(0.02 * torch.randn(options.memory, rows * columns, width))
@@ -53,7 +53,7 @@ class NavDPNetwork(nn.Module):
         self.register_buffer("causal", causal, persistent=False)
 
     def encode(self, frames: Tensor) -> Tensor:
-        """Return what is seen as tokens (b, queries, width).
+        """Return the frames as tokens (b, queries, width).
 
         Args:
             frames: (b, memory, 36, 64, 4) uint8, the oldest first.
@@ -62,75 +62,54 @@ class NavDPNetwork(nn.Module):
         images = frames.flatten(0, 1).permute(0, 3, 1, 2).float() / 255.0 - 0.5
         features = self.image(self.stages(images).flatten(2).transpose(1, 2)).unflatten(0, (batch, memory))
         tokens = (features + self.image_place).flatten(1, 2)
-        found: Tensor = self.condense(self.queries.expand(batch, -1, -1), tokens)
-        return found
+        condensed: Tensor = self.condense(self.queries.expand(batch, -1, -1), tokens)
+        return condensed
 
-    def noise(self, seen: Tensor, noisy: Tensor, time: Tensor, goal: Tensor, goal_known: Tensor) -> Tensor:
+    def noise(self, tokens: Tensor, noisy: Tensor, time: Tensor, goal: Tensor, with_goal: Tensor) -> Tensor:
         """Return the noise in steps, (b, points, 3).
 
         Args:
-            seen: (b, queries, width) of `encode`. noisy: (b, points, 3). time: (b,) index of the diffusion step.
-            goal: (b, 2) in the robot frame, metres. goal_known: (b,) whether the network may see it.
+            tokens: (b, queries, width) of `encode`.
+            noisy: (b, points, 3) steps with noise.
+            time: (b,) index of the diffusion step.
+            goal: (b, 2) in the robot frame, meters.
+            with_goal: (b,) whether the network sees the goal.
         """
-        hidden = torch.zeros(len(noisy), 1 + GOAL_SLOTS + seen.shape[1], dtype=torch.bool)
-        hidden[:, 1 : 1 + GOAL_SLOTS] = ~goal_known[:, None]
-        goals = self.goal(_polar(goal))[:, None] + self.goal_slot
-        memory = torch.cat([self.time(time)[:, None], goals, seen], dim=1)
+        hidden = torch.zeros(len(noisy), 1 + GOAL_SLOTS + tokens.shape[1], dtype=torch.bool)
+        hidden[:, 1 : 1 + GOAL_SLOTS] = ~with_goal[:, None]
+        goals = self.goal(polar_goal(goal.clamp(-GOAL_REACH, GOAL_REACH), GOAL_REACH))[:, None] + self.goal_slot
+        memory = torch.cat([self.time(time)[:, None], goals, tokens], dim=1)
         read = self.decoder(self.step(noisy) + self.step_place, memory, self.causal, memory_key_padding_mask=hidden)
-        found: Tensor = self.noise_head(read)
-        return found
+        noise: Tensor = self.noise_head(read)
+        return noise
 
-    def value(self, seen: Tensor, steps: Tensor) -> Tensor:
-        """Return what steps (b, points, 3) are worth in what is seen (b, queries, width): (b,)."""
-        read = self.decoder(self.step(steps) + self.step_place, seen)
-        found: Tensor = self.value_head(read.mean(dim=1))[:, 0]
-        return found
+    def value(self, tokens: Tensor, steps: Tensor) -> Tensor:
+        """Return the critic's values (b,) of trajectories.
 
-
-class _Stage(nn.Module):
-    """Halve the image, then one residual block."""
-
-    def __init__(self, here: int, there: int) -> None:
-        super().__init__()
-        self.down = nn.Conv2d(here, there, 3, stride=2, padding=1)
-        self.norm = nn.GroupNorm(8, there)
-        self.first = nn.Conv2d(there, there, 3, padding=1)
-        self.second = nn.Conv2d(there, there, 3, padding=1)
-
-    def forward(self, features: Tensor) -> Tensor:
-        down = torch.relu(self.norm(self.down(features)))
-        return torch.relu(down + self.second(torch.relu(self.first(down))))
+        Args:
+            tokens: (b, queries, width) of `encode`.
+            steps: (b, points, 3).
+        """
+        read = self.decoder(self.step(steps) + self.step_place, tokens)
+        values: Tensor = self.value_head(read.mean(dim=1))[:, 0]
+        return values
 
 
 def save_navdp(folder: str | Path, network: NavDPNetwork, config: NavDPConfig) -> None:
     """Write `config.json` and `weights.safetensors`."""
-    folder = Path(folder)
-    config.save(folder / CONFIG)
-    save_file({name: value.contiguous() for name, value in network.state_dict().items()}, folder / WEIGHTS)
+    config.save(Path(folder) / CONFIG)
+    save_weights(network, folder)
 
 
 def load_navdp(folder: str | Path) -> NavDPNetwork:
-    """Return a trained network, ready to plan.
+    """Return a trained network in evaluation mode.
 
     Raises:
-        DocumentError: a file is missing or broken, or the weights are of another network than the configuration's.
+        DocumentError: a file is missing or broken, or the weights belong to another network than the configuration.
     """
-    folder = Path(folder)
-    network = NavDPNetwork(NavDPConfig.load(folder / CONFIG))
-    try:
-        network.load_state_dict(load_file(folder / WEIGHTS))
-    except Exception as error:  # noqa: BLE001 - safetensors and torch each raise types of their own
-        raise DocumentError(folder / WEIGHTS, "", " ".join(str(error).split())[:300]) from None
-    return network.eval()
+    return load_weights(NavDPNetwork(NavDPConfig.load(Path(folder) / CONFIG)), folder)
 
 
 def _decoder(width: int, heads: int, layers: int) -> nn.TransformerDecoder:
     layer = nn.TransformerDecoderLayer(width, heads, 4 * width, dropout=0.0, batch_first=True, norm_first=True)
     return nn.TransformerDecoder(layer, layers)
-
-
-def _polar(goal: Tensor) -> Tensor:
-    """Return distance in tens of metres, cosine and sine of the bearing, (b, 3)."""
-    clipped = goal.clamp(-GOAL_REACH, GOAL_REACH)
-    distance = clipped.norm(dim=1, keepdim=True)
-    return torch.cat([distance / GOAL_REACH, clipped / distance.clamp(min=1e-6)], dim=1)

@@ -1,4 +1,4 @@
-"""A dataset as the network learns from it, in memory."""
+"""A dataset as the NavDP-style network is trained on it, in memory."""
 
 from __future__ import annotations
 
@@ -13,20 +13,24 @@ from torch import Tensor
 from labgym.policies.data.read import Dataset, load_dataset, pictures
 from labgym.policies.navdp.config import NavDPConfig
 from labgym.policies.navdp.frames import frame
-from labgym.policies.navdp.trajectory import resampled, steps_of
+from labgym.policies.navdp.trajectory import first_part, steps_of
 
 Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """n samples.
+class NavDPSamples:
+    """A dataset of n samples as tensors.
 
     Attributes:
-        frames: (n, 36, 64, 4) uint8. memory: (n, memory) which frames a sample sees, the oldest first, its own last;
-            a drive that is younger than that repeats its first.
-        goal: (n, 2) in the robot frame, metres. pose: (n, 3) in the room frame. place: (n,) index of the maps.
-        path: (n, points + 1, 2) of the expert, robot frame, metres. steps: (n, points, 3) the same as steps.
+        frames: (n, 36, 64, 4) uint8.
+        memory: (n, memory) index of the frames that a sample sees, the oldest first, its own last; a drive that is
+            younger than that repeats its first frame.
+        goal: (n, 2) in the robot frame, meters.
+        pose: (n, 3) in the room frame.
+        place: (n,) index of each sample's maps.
+        path: (n, points + 1, 2) of the expert, robot frame, meters.
+        steps: (n, points, 3), the path as steps.
     """
 
     frames: Tensor
@@ -38,23 +42,24 @@ class Samples:
     steps: Tensor
 
     @classmethod
-    def read(cls, folder: str | Path, config: NavDPConfig) -> tuple[Samples, Dataset]:
-        """Read a dataset that `labgym data` made; also return what else is in it.
+    def read(cls, folder: str | Path, config: NavDPConfig) -> tuple[NavDPSamples, Dataset]:
+        """Read a dataset; return its samples and the dataset itself.
 
         Raises:
-            OptionError: it has no finished shard.
+            DocumentError: there is no manifest, or it is broken.
+            OptionError: no shard of it is finished.
             MissingDependencyError: pyarrow is not installed.
         """
         dataset = load_dataset(folder, config.training.samples)
-        path = resampled(
+        path = first_part(
             torch.from_numpy(dataset.path),
             torch.from_numpy(dataset.length),
             config.loss.horizon,
             config.network.points,
         )
-        seen = zip(pictures(folder, len(dataset)), dataset.depth, strict=True)
+        images = zip(pictures(folder, len(dataset)), dataset.depth, strict=True)
         samples = cls(
-            frames=torch.from_numpy(np.stack([frame(rgb, depth / 1000.0) for rgb, depth in seen])),
+            frames=torch.from_numpy(np.stack([frame(rgb, depth / 1000.0) for rgb, depth in images])),
             memory=torch.from_numpy(memory_of(dataset.drive, config.network.memory)),
             goal=torch.from_numpy(dataset.goal),
             pose=torch.from_numpy(dataset.pose),
@@ -64,19 +69,20 @@ class Samples:
         )
         return samples, dataset
 
-    def seen(self, chosen: Tensor, mirrored: Tensor) -> Tensor:
-        """Return the frames (b, memory, 36, 64, 4) that samples (b,) see, some of them left for right (b,)."""
+    def remembered(self, chosen: Tensor, mirrored: Tensor) -> Tensor:
+        """Return the frames (b, memory, 36, 64, 4) that samples (b,) see; mirrored ones (b,) left for right."""
         frames = self.frames[self.memory[chosen]]
         return torch.where(mirrored[:, None, None, None, None], frames.flip(3), frames)
 
 
 def memory_of(drives: Indices, count: int) -> Indices:
-    """Return which samples each sample remembers, (n, count), the oldest first, itself last.
+    """Return the samples whose frames each sample remembers, (n, count), the oldest first, itself last.
 
     Args:
-        drives: (n,) number of each sample's drive; the samples of a drive lie together, in the order of time.
+        drives: (n,) number of each sample's drive; the samples of a drive are adjacent and in temporal order.
+        count: number of frames.
     """
-    own = np.arange(len(drives))
-    first = np.maximum.accumulate(np.where(np.diff(drives, prepend=-1) != 0, own, 0))
-    found: Indices = np.maximum(own[:, None] - np.arange(count - 1, -1, -1), first[:, None])
-    return found
+    row = np.arange(len(drives))
+    first = np.maximum.accumulate(np.where(np.diff(drives, prepend=-1) != 0, row, 0))
+    indices: Indices = np.maximum(row[:, None] - np.arange(count - 1, -1, -1), first[:, None])
+    return indices

@@ -1,31 +1,36 @@
-"""Training, from the dataset to the weights, in the order in which it happens."""
+"""Training of the NavDP-style network, from the dataset to the weights."""
 
 from __future__ import annotations
 
 import copy
-import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor
-from tqdm import tqdm
 
-from labgym.documents import write_text
-from labgym.errors import OptionError
-from labgym.policies.navdp.config import NavDPConfig, TrainOptions
+from labgym.policies.learned.checkpoint import Stateful
+from labgym.policies.learned.frames import rotated, to_world
+from labgym.policies.learned.map_stack import MapStack
+from labgym.policies.learned.training_loop import (
+    MIRROR,
+    Trainer,
+    claim_folder,
+    run_epochs,
+    seeded,
+    split_by_layout,
+)
+from labgym.policies.navdp.config import NavDPConfig, NavDPTrainOptions
 from labgym.policies.navdp.diffusion import make_schedule, noised
-from labgym.policies.navdp.network import CONFIG, NavDPNetwork, save_navdp
-from labgym.policies.navdp.samples import Samples
-from labgym.policies.navdp.trajectory import LEFT_FOR_RIGHT, steps_of, turned
-from labgym.policies.navdp.value import DistanceMaps, in_room, path_value
-
-CHECKPOINT, HISTORY = "checkpoint.pt", "history.jsonl"
-MIRROR = torch.tensor([1.0, -1.0])
+from labgym.policies.navdp.network import NavDPNetwork, save_navdp
+from labgym.policies.navdp.samples import NavDPSamples
+from labgym.policies.navdp.trajectory import MIRROR_STEP, steps_of
+from labgym.policies.navdp.value import distance_maps, path_value
 
 
-class Losses(NamedTuple):
+class NavDPLosses(NamedTuple):
     """The loss and its terms before weighting, each a mean over the batch."""
 
     total: Tensor
@@ -36,125 +41,120 @@ class Losses(NamedTuple):
 
 
 def train(data: str | Path, out: str | Path, config: NavDPConfig, progress: bool = True) -> NavDPNetwork:
-    """Train a network on a dataset; a run that was stopped goes on after its last whole epoch.
+    """Train a network on a dataset, or resume an interrupted run, and return the averaged network.
 
     Args:
-        data: folder that `labgym data` made.
+        data: folder that `labgym data` wrote.
         out: folder for `config.json`, `weights.safetensors`, `history.jsonl` and the checkpoint.
+        config: network, diffusion, loss and training.
+        progress: whether to show progress bars.
 
     Raises:
         OptionError: the dataset has no samples, or `out` holds a run of another configuration.
-        DocumentError: the dataset cannot be read.
+        DocumentError: the dataset or the checkpoint cannot be read.
         MissingDependencyError: diffusers or pyarrow is not installed.
     """
     out, options = Path(out), config.training
-    if (out / CONFIG).exists() and NavDPConfig.load(out / CONFIG) != config:
-        raise OptionError(f"{out} holds a run of another configuration; choose another folder or remove it")
     schedule = make_schedule(config.diffusion)
-    config.save(out / CONFIG)
+    claim_folder(out, config)
     torch.set_num_threads(options.threads)
-
-    samples, dataset = Samples.read(data, config)
-    maps = DistanceMaps(dataset.maps)
-    first_held_out = round((1.0 - options.held_out) * len(dataset.maps))
-    trained = torch.nonzero(samples.place < first_held_out)[:, 0]
-    held_out = torch.nonzero(samples.place >= first_held_out)[:, 0]
-
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(options.seed)
-        network = NavDPNetwork(config)
-    average = copy.deepcopy(network).eval()
-    optimiser = torch.optim.AdamW(network.parameters(), lr=options.rate, weight_decay=options.decay)
-    steps = -(-len(trained) // options.batch)
-    rates = torch.optim.lr_scheduler.LambdaLR(optimiser, lambda step: _rate(step, steps * options.epochs, options))
-    state = {"network": network, "average": average, "optimiser": optimiser, "rates": rates}
-    history = _resume(out / CHECKPOINT, state)
-
-    for epoch in range(len(history), options.epochs):
-        network.train()
-        generator = torch.Generator().manual_seed(options.seed * 1_000_003 + epoch)
-        order = trained[torch.randperm(len(trained), generator=generator)]
-        sums: list[Losses] = []
-        for chosen in tqdm(torch.split(order, options.batch), f"epoch {epoch + 1}", steps, disable=not progress):
-            losses = judge(network, schedule, samples, maps, chosen, generator)
-            optimiser.zero_grad()
-            losses.total.backward()  # type: ignore[no-untyped-call]
-            torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
-            optimiser.step()
-            rates.step()
-            _follow(average, network, options.average)
-            sums.append(Losses(*(term.detach() for term in losses)))
-        row: dict[str, Any] = {"epoch": epoch + 1, "rate": optimiser.param_groups[0]["lr"], "train": _means(sums)}
-        if len(held_out):
-            row["held_out"] = _means(_assess(average, schedule, samples, maps, held_out, config))
-        history.append(row)
-        _keep(out / CHECKPOINT, state, history)
-        write_text(out / HISTORY, "".join(json.dumps(each) + "\n" for each in history))
-        save_navdp(out, average, config)
-    return average
+    samples, dataset = NavDPSamples.read(data, config)
+    trained, held_out = split_by_layout(samples.place, len(dataset.maps), options.held_out)
+    trainer = NavDPTrainer(
+        seeded(lambda: NavDPNetwork(config), options.seed), schedule, samples, distance_maps(dataset.maps), len(trained)
+    )
+    run_epochs(trainer, trained, held_out, options, out, progress)
+    return trainer.average
 
 
-def judge(
-    network: NavDPNetwork,
-    schedule: Any,
-    samples: Samples,
-    maps: DistanceMaps,
-    chosen: Tensor,
-    generator: torch.Generator,
-    mirroring: bool = True,
-) -> Losses:
-    """Return the loss of the network on chosen samples (b,), half of them, drawn, shown left for right."""
-    config, batch = network.config, len(chosen)
-    weights = config.loss
-    mirrored = (torch.rand(batch, generator=generator) < 0.5) & mirroring
-    sides = torch.where(mirrored[:, None], MIRROR, torch.ones(2))
-    seen = network.encode(samples.seen(chosen, mirrored))
-    goal = samples.goal[chosen] * sides
-    label = torch.where(mirrored[:, None, None], samples.steps[chosen] * LEFT_FOR_RIGHT, samples.steps[chosen])
+class NavDPTrainer(Trainer):
+    """A NavDP-style network in training.
 
-    # One half of the batch, drawn by the shuffle, is denoised with the goal, the other without.
-    half = torch.arange(batch) < (batch + 1) // 2
-    time = torch.randint(config.diffusion.steps, (batch,), generator=generator)
-    noise = torch.randn(label.shape, generator=generator)
-    said = network.noise(seen, noised(schedule, label, noise, time), time, goal, half)
-    with_goal, without = _by_half((said - noise).square().mean(dim=(1, 2)), half)
+    Args:
+        network: of the configuration that it holds.
+        schedule: of `make_schedule`.
+        samples, maps: of the dataset.
+        trained: number of samples that are trained on.
 
-    # The critic judges the path itself or, in half of the batch, turned; what either is worth, the true map says.
-    other = torch.rand(batch, generator=generator) < 0.5
-    angle = weights.rotation * (2.0 * torch.rand(batch, generator=generator) - 1.0)
-    path = turned(samples.path[chosen] * sides[:, None], angle * other)
-    there = in_room(path * sides[:, None], samples.pose[chosen])
-    worth = path_value(maps.at(there, samples.place[chosen]), weights)
-    steps = torch.where(other[:, None, None], steps_of(path, config.diffusion.scale), label)
-    critic, critic_turned = _by_half((network.value(seen, steps) - worth).square(), ~other)
+    Attributes:
+        average: running average of the network's weights; it is validated and saved.
+    """
 
-    total = weights.noise * (0.5 * with_goal + 0.5 * without) + weights.critic * (critic + critic_turned)
-    return Losses(total, with_goal, without, critic, critic_turned)
+    network: NavDPNetwork
+    clip = 1.0
+
+    def __init__(
+        self, network: NavDPNetwork, schedule: Any, samples: NavDPSamples, maps: MapStack, trained: int
+    ) -> None:
+        options = network.config.training
+        self.network, self._schedule, self._samples, self._maps = network, schedule, samples, maps
+        self.average = copy.deepcopy(network).eval()
+        self.optimizer = torch.optim.AdamW(network.parameters(), lr=options.rate, weight_decay=options.decay)
+        steps = -(-trained // options.batch) * options.epochs
+        self._rates = torch.optim.lr_scheduler.LambdaLR(self.optimizer, lambda step: rate_share(step, steps, options))
+
+    def parts(self) -> Mapping[str, Stateful]:
+        """Return network, average, optimizer and schedule."""
+        return {
+            "network": self.network,
+            "average": self.average,
+            "optimizer": self.optimizer,
+            "rates": self._rates,
+        }
+
+    def training_losses(self, chosen: Tensor, generator: torch.Generator) -> NavDPLosses:
+        """Return the losses of the network on samples (b,), half of them, at random, mirrored."""
+        mirrored = torch.rand(len(chosen), generator=generator) < 0.5
+        return self._losses(self.network, chosen, mirrored, generator)
+
+    def held_out_losses(self, chosen: Tensor, generator: torch.Generator) -> NavDPLosses:
+        """Return the losses of the average on samples (b,) as they are."""
+        return self._losses(self.average, chosen, torch.zeros(len(chosen), dtype=torch.bool), generator)
+
+    @torch.no_grad()
+    def after_step(self) -> None:
+        """Set the rate of the next step and move the average towards the network."""
+        self._rates.step()
+        share = 1.0 - self.network.config.training.average
+        for mean, value in zip(self.average.parameters(), self.network.parameters(), strict=True):
+            mean.lerp_(value, share)
+
+    def save(self, out: Path) -> None:
+        """Write configuration and averaged weights."""
+        save_navdp(out, self.average, self.network.config)
+
+    def _losses(
+        self, network: NavDPNetwork, chosen: Tensor, mirrored: Tensor, generator: torch.Generator
+    ) -> NavDPLosses:
+        """Return the losses of a network on samples (b,); mirrored ones (b,) are shown left for right."""
+        samples, config, batch = self._samples, network.config, len(chosen)
+        weights, scale = config.loss, config.diffusion.scale
+        sides = torch.where(mirrored[:, None], MIRROR, torch.ones(2))
+        tokens = network.encode(samples.remembered(chosen, mirrored))
+        goal = samples.goal[chosen] * sides
+        label = torch.where(mirrored[:, None, None], samples.steps[chosen] * MIRROR_STEP, samples.steps[chosen])
+
+        # The first half of the shuffled batch is denoised with the goal, the rest without.
+        half = torch.arange(batch) < (batch + 1) // 2
+        time = torch.randint(config.diffusion.steps, (batch,), generator=generator)
+        noise = torch.randn(label.shape, generator=generator)
+        predicted = network.noise(tokens, noised(self._schedule, label, noise, time), time, goal, half)
+        with_goal, without = _by_half((predicted - noise).square().mean(dim=(1, 2)), half)
+
+        # The critic sees the label path or, for half of the batch, a rotated one; the true map gives the value.
+        other = torch.rand(batch, generator=generator) < 0.5
+        angle = weights.rotation * (2.0 * torch.rand(batch, generator=generator) - 1.0)
+        path = rotated(samples.path[chosen] * sides[:, None], angle * other)
+        in_room = to_world(path * sides[:, None], samples.pose[chosen])
+        value = path_value(self._maps.at(in_room, samples.place[chosen]), weights)
+        steps = torch.where(other[:, None, None], steps_of(path, scale), label)
+        critic, critic_turned = _by_half((network.value(tokens, steps) - value).square(), ~other)
+
+        total = weights.noise * (0.5 * with_goal + 0.5 * without) + weights.critic * (critic + critic_turned)
+        return NavDPLosses(total, with_goal, without, critic, critic_turned)
 
 
-def _by_half(errors: Tensor, first: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the mean error where `first` holds and where not; 0 for an empty half."""
-    return errors[first].sum() / first.sum().clamp(min=1), errors[~first].sum() / (~first).sum().clamp(min=1)
-
-
-@torch.no_grad()
-def _follow(average: NavDPNetwork, network: NavDPNetwork, share: float) -> None:
-    """Move the averaged weights towards the present ones."""
-    for mean, value in zip(average.parameters(), network.parameters(), strict=True):
-        mean.lerp_(value, 1.0 - share)
-
-
-@torch.no_grad()
-def _assess(
-    network: NavDPNetwork, schedule: Any, samples: Samples, maps: DistanceMaps, chosen: Tensor, config: NavDPConfig
-) -> list[Losses]:
-    """Return the losses on samples that are not trained on, with the same noise each time."""
-    generator = torch.Generator().manual_seed(config.training.seed)
-    batches = torch.split(chosen, config.training.batch)
-    return [judge(network, schedule, samples, maps, each, generator, mirroring=False) for each in batches]
-
-
-def _rate(step: int, steps: int, options: TrainOptions) -> float:
+def rate_share(step: int, steps: int, options: NavDPTrainOptions) -> float:
     """Return the share of the rate at a step: a linear rise, then half a cosine down to a hundredth."""
     if step < options.warmup:
         return (step + 1) / options.warmup
@@ -162,24 +162,6 @@ def _rate(step: int, steps: int, options: TrainOptions) -> float:
     return 0.01 + 0.99 * 0.5 * (1.0 + math.cos(math.pi * done))
 
 
-def _means(losses: list[Losses]) -> dict[str, float]:
-    table = torch.tensor([[float(term) for term in each] for each in losses])
-    return dict(zip(Losses._fields, table.mean(dim=0).tolist(), strict=True))
-
-
-def _keep(path: Path, state: dict[str, Any], history: list[dict[str, Any]]) -> None:
-    """Write the checkpoint; a crash meanwhile leaves the one before."""
-    torch.save(
-        {**{name: part.state_dict() for name, part in state.items()}, "history": history}, path.with_suffix(".new")
-    )
-    path.with_suffix(".new").replace(path)
-
-
-def _resume(path: Path, state: dict[str, Any]) -> list[dict[str, Any]]:
-    """Load the checkpoint where there is one and return the history so far."""
-    if not path.exists():
-        return []
-    kept = torch.load(path, weights_only=True)
-    for name, part in state.items():
-        part.load_state_dict(kept[name])
-    return list(kept["history"])
+def _by_half(errors: Tensor, first: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the mean error where `first` holds and where not; 0 for an empty half."""
+    return errors[first].sum() / first.sum().clamp(min=1), errors[~first].sum() / (~first).sum().clamp(min=1)

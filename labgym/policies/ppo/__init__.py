@@ -1,1 +1,1 @@
-"""PPO: how it is trained, and the policy that drives from its weights. Nothing here is imported before it is used."""
+"""PPO: the training and the policy that drives with the trained weights. Nothing here is imported before it is used."""

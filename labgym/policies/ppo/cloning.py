@@ -1,4 +1,4 @@
-"""The warm start: the network copies the expert where it comes itself (DAgger, Ross et al. 2011)."""
+"""The warm start: the network imitates the expert on the states that it visits itself (DAgger, Ross et al. 2011)."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tqdm import tqdm
 
 from labgym.policies.ppo.expert import Atlas, Expert
 from labgym.policies.ppo.inputs import SPEED
-from labgym.policies.ppo.options import TrainingOptions
+from labgym.policies.ppo.options import PPOOptions
 from labgym.policies.ppo.practice import PracticeEnv
 
 Floats = NDArray[np.float32]
 NUDGE = 0.3
-"""Standard deviation of what is added to the driver's actions, so that states beside the path are seen."""
+"""Standard deviation of the noise on the driver's actions, so that states off the path are visited."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,9 @@ class Lessons:
     """Control steps of one round.
 
     Attributes:
-        vectors: (n, SIZE). actions: (n, 2), the expert's.
-        returns: (n,), discounted, of whoever drove; NaN where the round ended before the episode.
+        vectors: (n, SIZES[sensor]), the network's inputs.
+        actions: (n, 2) of the expert.
+        returns: (n,) discounted returns of the driver; NaN where the round ended before the episode.
     """
 
     vectors: Floats
@@ -36,25 +37,25 @@ class Lessons:
     returns: Floats
 
 
-def clone_expert(learner: PPO, environments: DummyVecEnv, options: TrainingOptions) -> list[dict[str, float | None]]:
-    """Train the learner's actor on the expert's actions, and its critic on the returns; one record a round.
+def clone_expert(learner: PPO, environments: DummyVecEnv, options: PPOOptions) -> list[dict[str, float | None]]:
+    """Train the learner's actor on the expert's actions and its critic on the returns; return one record per round.
 
-    In the first round the expert drives, in the later ones the learner, its chance to do so rising to one.
+    The expert drives in the first round. The probability that the learner drives rises to one in the later rounds.
     """
-    optimiser = torch.optim.Adam(learner.policy.parameters(), lr=options.cloning_rate)
+    optimizer = torch.optim.Adam(learner.policy.parameters(), lr=options.cloning_rate)
     lessons: list[Lessons] = []
     atlases: dict[str, Atlas] = {}
     records: list[dict[str, float | None]] = []
     updates = options.cloning_rounds * options.cloning_epochs
     for round_ in range(options.cloning_rounds):
         share = min(1.0, round_ / max(1.0, options.cloning_rounds / 2.0))
-        found, success = _drive(learner, environments, options, atlases, share, round_)
-        lessons.append(found)
+        lesson, success = _drive(learner, environments, options, atlases, share, round_)
+        lessons.append(lesson)
         loss = 0.0
         for epoch in range(options.cloning_epochs):
             done = (round_ * options.cloning_epochs + epoch) / updates
-            optimiser.param_groups[0]["lr"] = options.cloning_rate * (1.0 - 0.9 * done)
-            loss = _fit(learner, optimiser, lessons, options, seed=round_ * options.cloning_epochs + epoch)
+            optimizer.param_groups[0]["lr"] = options.cloning_rate * (1.0 - 0.9 * done)
+            loss = _fit(learner, optimizer, lessons, options, seed=round_ * options.cloning_epochs + epoch)
         records.append({"round": round_, "driven": share, "success": success, "loss": loss})
     return records
 
@@ -62,12 +63,12 @@ def clone_expert(learner: PPO, environments: DummyVecEnv, options: TrainingOptio
 def _drive(
     learner: PPO,
     environments: DummyVecEnv,
-    options: TrainingOptions,
+    options: PPOOptions,
     atlases: dict[str, Atlas],
     share: float,
     round_: int,
 ) -> tuple[Lessons, float | None]:
-    """Drive one round; return what was seen and the share of episodes that succeeded."""
+    """Drive one round; return its control steps and the share of episodes that succeeded."""
     rng = np.random.default_rng([options.seed, round_])
     practice: list[PracticeEnv] = [env for env in environments.envs if isinstance(env, PracticeEnv)]
     experts = [Expert(atlases) for _ in practice]
@@ -75,7 +76,7 @@ def _drive(
     vectors: Any = environments.reset()
     poses = [(*env.task.pair.start, 0.0) for env in practice]
     student = rng.random(len(practice)) < share
-    seen, taught, rewards, ends, outcomes = [], [], [], [], []
+    inputs, labels, rewards, ends, outcomes = [], [], [], [], []
     for _ in tqdm(range(options.cloning_steps // len(practice)), desc=f"warm start {round_ + 1}", mininterval=10.0):
         actions = np.array(
             [
@@ -85,10 +86,10 @@ def _drive(
             dtype=np.float32,
         )
         own, _ = learner.predict(vectors, deterministic=True)
-        driven = np.where(student[:, None], own, actions) + rng.normal(0.0, NUDGE, actions.shape)
-        seen.append(vectors)
-        taught.append(actions)
-        vectors, reward, done, infos = environments.step(np.clip(driven, -1.0, 1.0).astype(np.float32))
+        noisy = np.where(student[:, None], own, actions) + rng.normal(0.0, NUDGE, actions.shape)
+        inputs.append(vectors)
+        labels.append(actions)
+        vectors, reward, done, infos = environments.step(np.clip(noisy, -1.0, 1.0).astype(np.float32))
         rewards.append(reward)
         ends.append(done)
         for k, info in enumerate(infos):
@@ -98,22 +99,22 @@ def _drive(
                 poses[k] = (*practice[k].task.pair.start, 0.0)
                 student[k] = rng.random() < share
     returns = _returns(np.array(rewards), np.array(ends), options.discount)
-    lessons = Lessons(np.concatenate(seen), np.concatenate(taught), returns.ravel())
+    lessons = Lessons(np.concatenate(inputs), np.concatenate(labels), returns.ravel())
     return lessons, float(np.mean(outcomes)) if outcomes else None
 
 
 def _returns(rewards: Floats, ends: NDArray[np.bool_], discount: float) -> Floats:
-    """Return the discounted sum of what followed each step (steps, environments); NaN where the end was not seen."""
-    found = np.full(rewards.shape, np.nan, dtype=np.float32)
+    """Return the discounted return of each step, (steps, environments); NaN where the episode did not end."""
+    returns = np.full(rewards.shape, np.nan, dtype=np.float32)
     after = np.full(rewards.shape[1], np.nan, dtype=np.float32)
     for k in range(len(rewards) - 1, -1, -1):
         after = rewards[k] + discount * np.where(ends[k], 0.0, after)
-        found[k] = after
-    return found
+        returns[k] = after
+    return returns
 
 
 def _fit(
-    learner: PPO, optimiser: torch.optim.Optimizer, lessons: list[Lessons], options: TrainingOptions, seed: int
+    learner: PPO, optimizer: torch.optim.Optimizer, lessons: list[Lessons], options: PPOOptions, seed: int
 ) -> float:
     """Make one pass over the lessons; return the mean loss of the actions."""
     vectors, actions, returns = (
@@ -126,14 +127,14 @@ def _fit(
     total = 0.0
     for batch in torch.split(order, options.batch):
         features = policy.extract_features(vectors[batch])
-        hidden, judged = policy.mlp_extractor(features)
-        copying = (policy.action_net(hidden) - actions[batch]).abs().mean()
-        known = ~returns[batch].isnan()
-        judging = (policy.value_net(judged)[:, 0] - returns[batch])[known].square().mean()
+        actor, critic = policy.mlp_extractor(features)
+        copying = (policy.action_net(actor) - actions[batch]).abs().mean()
+        complete = ~returns[batch].isnan()
+        judging = (policy.value_net(critic)[:, 0] - returns[batch])[complete].square().mean()
         loss = copying + 0.5 * torch.nan_to_num(judging)
-        optimiser.zero_grad()
+        optimizer.zero_grad()
         loss.backward()
         torch.nn.utils.clip_grad_norm_(policy.parameters(), 1.0)
-        optimiser.step()
+        optimizer.step()
         total += float(copying.detach()) * len(batch)
     return total / len(vectors)

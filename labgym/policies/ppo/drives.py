@@ -1,4 +1,4 @@
-"""The drives that a policy is trained on: between the places of a laboratory, and between points of its floor."""
+"""Training drives: between the places of a laboratory and between points of its floor."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from labgym.navigation import PLANNING_RADIUS, GoalPair, goal_poses, occupancy
 from labgym.navigation.goals import resolve_protocol, same_place
 
 ANYWHERE = "anywhere"
-"""Name of a drive's end that is no place of the protocol."""
+"""Name of a drive's end that is not a place of the protocol."""
 
 
 class TrainingDrives(TaskSource):
     """Draws a layout of a pool, then a drive in it.
 
-    Half of the drives go from a place where a step of the protocol is done to any other such place; the others from
-    a point of the free floor, at any heading, to another point of it. Drives to a goal that is farther away, straight
-    on, than the farthest allowed are left out, except where a layout has no nearer one.
+    Half of the drives go from a place of the protocol to another such place, half from a point of the free floor, at
+    any heading, to another point. Drives with a straight distance above `farthest` are left out, unless a layout has
+    no shorter one.
 
     Args:
-        layouts: the pool; each is made ready once and kept.
+        layouts: the pool; each is prepared once and cached.
         seed: of the points on the floor.
-        points: pairs of points in each layout.
+        points: pairs of points per layout.
 
     Attributes:
-        farthest: greatest straight distance of a drive, metres; raise it as training goes on.
-        drawn: the latest drive.
+        farthest: largest straight distance of a drive, meters; training raises it.
+        latest: the latest drive.
     """
 
     def __init__(self, layouts: Sequence[Layout], seed: int = 0, points: int = 24) -> None:
         super().__init__("train", None, None, "default", 1)
         self.farthest = math.inf
-        self.drawn: Task | None = None
+        self.latest: Task | None = None
         self._layouts = tuple(layouts)
         self._seed, self._points = seed, points
         self._stages: dict[int, Stage] = {}
         self._drives: dict[int, tuple[tuple[GoalPair, ...], tuple[GoalPair, ...]]] = {}
 
     def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:  # noqa: ARG002
-        """Return the next drive, drawn from the generator alone; there are no options."""
+        """Return the next drive; it depends on the generator alone, and there are no options."""
         index = int(rng.integers(len(self._layouts)))
         layout = self._layouts[index]
         if index not in self._stages:
@@ -57,8 +57,8 @@ class TrainingDrives(TaskSource):
         pair = near[int(rng.integers(len(near)))]
         if pair.start_location == ANYWHERE:
             pair = replace(pair, start=(*pair.start[:2], float(rng.uniform(-math.pi, math.pi))))
-        self.drawn = Task(layout, resolve_protocol(layout, None), pair)
-        return self.drawn
+        self.latest = Task(layout, resolve_protocol(layout, None), pair)
+        return self.latest
 
     def _drives_in(self, index: int) -> tuple[tuple[GoalPair, ...], tuple[GoalPair, ...]]:
         layout = self._layouts[index]
@@ -75,7 +75,7 @@ def _straight(pair: GoalPair) -> float:
 
 
 def _point_pairs(layout: Layout, rng: np.random.Generator, count: int) -> list[GoalPair]:
-    """Return drives between cells of the largest free region of the floor, at least 1 m apart."""
+    """Return drives between cells of the largest free region of the floor that are at least 1 m apart."""
     grid = occupancy(layout).dilated(PLANNING_RADIUS)
     sizes = np.bincount(grid.components.ravel())[1:]
     if len(sizes) == 0:

@@ -1,4 +1,4 @@
-"""The privileged driver that is copied first: shortest paths on the true map, and the tracking controller."""
+"""The privileged expert of the warm start: shortest paths on the true map, and the path tracker."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from labgym.envs.tasks import Task
 from labgym.layouts import Layout
-from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, Pose, occupancy
+from labgym.navigation import PLANNING_RADIUS, Pose, occupancy
+from labgym.navigation.grid_search import grid_graph
 from labgym.policies.grid_planner import clearance_field
 from labgym.policies.tracking import PathTracker, turn_towards
 
 STRAY = 0.30
-"""Distance off its path from which the expert plans anew, metres."""
+"""Distance from its path beyond which the expert replans, meters."""
 COMFORT = 0.50
-"""Clearance beyond which more is not sought, metres."""
+"""Clearance beyond which more has no benefit, meters."""
 AVERSION = 2.0
-"""How many times its length a path at the planning radius costs more than one at `COMFORT`."""
+"""Extra cost per meter at the planning radius compared with `COMFORT`, as a multiple of length."""
 SMOOTHING = 7
 """Cells over which a path is averaged."""
 
@@ -28,20 +28,20 @@ Cell = tuple[int, int]
 
 
 class Atlas:
-    """The ways to a goal from every free cell of a layout: one search a goal, kept for all later drives to it."""
+    """Paths to goals from every free cell of a layout; each goal is searched once and its result cached."""
 
     def __init__(self, layout: Layout) -> None:
         grid = occupancy(layout)
         self._grid = grid.dilated(PLANNING_RADIUS)
         self._inside = np.argwhere(~self._grid.occupied)
         lack = np.clip((COMFORT - clearance_field(grid)) / (COMFORT - PLANNING_RADIUS), 0.0, 1.0)
-        self._graph = _moves(self._grid, 1.0 + AVERSION * lack**2)
+        self._graph = grid_graph(self._grid, 1.0 + AVERSION * lack**2)
         self._next: dict[Cell, NDArray[np.int32]] = {}
 
     def path(self, start: tuple[float, float], goal: tuple[float, float]) -> NDArray[np.float64] | None:
-        """Return a path (n, 2) in room coordinates, metres, that keeps clear where it can; None where there is none.
+        """Return a path (n, 2) in room coordinates, meters, that prefers clearance; None if there is none.
 
-        An end where the robot does not fit is joined by a straight piece to the nearest free cell.
+        An end where the robot does not fit is joined to the nearest free cell by a straight piece.
         """
         if len(self._inside) == 0:
             return None
@@ -70,7 +70,7 @@ class Atlas:
 
 
 class Expert:
-    """Says at any pose of a drive what a driver with the map would do; plans anew when the robot has left its path.
+    """Gives the expert's action at any pose of a drive; replans when the robot has left its path.
 
     Args:
         atlases: by layout id, filled as needed; experts of one process may share them.
@@ -83,10 +83,10 @@ class Expert:
         self._tracker: PathTracker | None = None
 
     def action(self, task: Task, pose: Pose, speed: float) -> NDArray[np.float64]:
-        """Return the action (2,) from a pose in the room frame; where no path leads to the goal, turning on the spot.
+        """Return the action (2,) at a pose in the room frame: a turn in place if no path leads to the goal.
 
         Args:
-            task: the drive under way; another one than before begins a new path.
+            task: the current drive; a new one starts a new path.
             pose: (x, y, yaw).
             speed: forward velocity, m/s.
         """
@@ -99,27 +99,8 @@ class Expert:
         return turn_towards(1.0) if self._tracker is None else self._tracker.action(pose, speed)
 
 
-def _moves(grid: OccupancyGrid, costs: NDArray[np.float64]) -> csr_matrix:
-    """Return the graph of moves to eight neighbours without cutting corners, weighted by length and mean cost."""
-    free = ~grid.occupied
-    number = np.arange(free.size).reshape(free.shape)
-    block = free[:-1, :-1] & free[:-1, 1:] & free[1:, :-1] & free[1:, 1:]
-    sources, targets, weights = [], [], []
-    for a, b, allowed, length in (
-        (np.s_[:, :-1], np.s_[:, 1:], free[:, :-1] & free[:, 1:], 1.0),
-        (np.s_[:-1], np.s_[1:], free[:-1] & free[1:], 1.0),
-        (np.s_[:-1, :-1], np.s_[1:, 1:], block, math.sqrt(2.0)),
-        (np.s_[:-1, 1:], np.s_[1:, :-1], block, math.sqrt(2.0)),
-    ):
-        sources.append(number[a][allowed])
-        targets.append(number[b][allowed])
-        weights.append(length * (costs[a] + costs[b])[allowed] / 2.0)
-    shape = (free.size, free.size)
-    return coo_matrix((np.concatenate(weights), (np.concatenate(sources), np.concatenate(targets))), shape).tocsr()
-
-
 def _smooth(path: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a path (n, 2) averaged over neighbouring points, its ends kept."""
+    """Return a path (n, 2) averaged over neighboring points, its ends kept."""
     if len(path) < SMOOTHING:
         return path
     half = SMOOTHING // 2
@@ -129,7 +110,7 @@ def _smooth(path: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _distance(path: NDArray[np.float64], x: float, y: float) -> float:
-    """Return the distance from a point to a polyline (n, 2), metres."""
+    """Return the distance from a point to a polyline (n, 2), meters."""
     if len(path) == 1:
         return math.dist(path[0], (x, y))
     starts, steps = path[:-1], np.diff(path, axis=0)

@@ -1,4 +1,4 @@
-"""What the network sees, as one vector: goal, velocity, where the robot was before, and what its sensor shows."""
+"""The network's input as one vector: goal, velocity, past positions, and the sensor."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS
+from labgym.geometry import to_local
 from labgym.navigation import Pose
 from labgym.policies.policy import Observation
 from labgym.policies.ppo.surroundings import Surroundings
@@ -16,36 +17,38 @@ Sensor = Literal["lidar", "depth"]
 Vector = NDArray[np.float32]
 
 TRAIL = (5, 10, 20, 40, 80, 160)
-"""How many control steps ago the remembered positions were."""
+"""Ages of the past positions, control steps."""
 
 GOAL, VELOCITY = 3, 2
-KNOWN = GOAL + VELOCITY + 2 * len(TRAIL)
-"""Length of what the vector begins with, whatever the sensor."""
+STATE = GOAL + VELOCITY + 2 * len(TRAIL)
+"""Length of the vector's first part, which is the same for every sensor."""
 SPEED = GOAL
-"""Where the vector holds the forward velocity, m/s."""
+"""Index of the forward velocity, m/s."""
 
 POOL = 4
-"""A picture is taken down to the nearest of squares of this many pixels."""
+"""A depth image is reduced to the nearest depth of each square of this many pixels."""
 SMALL_IMAGE = (IMAGE_SHAPE[0] // POOL, IMAGE_SHAPE[1] // POOL)
 
 SIZES: dict[Sensor, int] = {
-    "lidar": KNOWN + LIDAR_RAYS,
-    "depth": KNOWN + LIDAR_RAYS + SMALL_IMAGE[0] * SMALL_IMAGE[1],
+    "lidar": STATE + LIDAR_RAYS,
+    "depth": STATE + LIDAR_RAYS + SMALL_IMAGE[0] * SMALL_IMAGE[1],
 }
 """Length of the vector."""
 
 
 class DriveMemory:
-    """Turns the observations of one drive into the network's vectors; remembers where the robot was and what it saw.
+    """Turns the observations of one drive into the network's vectors; remembers past positions and depth images.
 
-    A vector is float32 (SIZES[sensor],): `goal` (3,) and `velocity` (2,) as the environment gives them; the robot's
-    positions 0.5, 1, 2, 4, 8 and 16 s ago in its present frame, x ahead and y to the left, metres, which tell that it
-    has been going back and forth (before the drive began it stood where it began); then ranges (180,). With the lidar
-    these are its own. With the depth camera they are those of `Surroundings`, and the picture follows, taken down to
-    18 x 32 by the nearest of each square.
+    A vector is float32 (SIZES[sensor],). Its parts, in order:
+
+    - `goal` (3,) and `velocity` (2,) as the environment gives them;
+    - the robot's positions 0.5, 1, 2, 4, 8 and 16 s ago in its present frame, meters, which show whether it moves back
+      and forth; before the drive began the robot stood at its start;
+    - ranges (180,), meters: the lidar's, or those of `Surroundings` for the depth camera;
+    - for the depth camera, the image reduced to 18 x 32 by the nearest depth of each square.
 
     Args:
-        sensor: whose observations it is shown.
+        sensor: that the observations come from.
     """
 
     def __init__(self, sensor: Sensor) -> None:
@@ -62,27 +65,20 @@ class DriveMemory:
         """Return the vector of the next control step.
 
         Args:
-            observation: with `goal`, `velocity` and the sensor's.
-            pose: (x, y, yaw) in any frame that stays the same during the drive.
+            observation: with `goal`, `velocity` and the sensor.
+            pose: (x, y, yaw) in any frame that is fixed during the drive.
         """
         x, y, yaw = np.asarray(pose, dtype=np.float64).tolist()
         self._first = self._first or (x, y, yaw)
         self._places.append((x, y))
         last = len(self._places) - 1
         trail = np.array([self._places[max(last - steps, 0)] for steps in TRAIL])
-        parts = [observation["goal"], observation["velocity"], in_frame(trail, (x, y, yaw)).ravel()]
+        parts = [observation["goal"], observation["velocity"], to_local(trail, (x, y, yaw)).ravel()]
         if self._surroundings is None:
             parts.append(observation["lidar"])
         else:
             picture = np.asarray(observation["depth"]).reshape(IMAGE_SHAPE)
-            here = in_frame(np.array([(x, y)]), self._first)[0].tolist()
+            here = to_local(np.array([(x, y)]), self._first)[0].tolist()
             parts.append(self._surroundings.ranges(picture, (here[0], here[1], yaw - self._first[2])))
             parts.append(picture.reshape(SMALL_IMAGE[0], POOL, SMALL_IMAGE[1], POOL).min(axis=(1, 3)).ravel())
         return np.concatenate(parts).astype(np.float32)
-
-
-def in_frame(points: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
-    """Return points (n, 2) as they are seen from a pose of the same frame."""
-    x, y = (points - pose[:2]).T
-    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
-    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x])

@@ -1,4 +1,4 @@
-"""The actor's network as stable-baselines3 trains it, and back."""
+"""The actor's network inside stable-baselines3's PPO, and back."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from torch import Tensor, nn
 from labgym.policies.ppo.drives import TrainingDrives
 from labgym.policies.ppo.inputs import Sensor
 from labgym.policies.ppo.network import FEATURES, HIDDEN, Actor, Encoder
-from labgym.policies.ppo.options import TrainingOptions
+from labgym.policies.ppo.options import PPOOptions
 from labgym.policies.ppo.practice import PracticeEnv
 
 
 class EncoderExtractor(BaseFeaturesExtractor):
-    """The encoder in the place where stable-baselines3 looks for one; actor and critic share it."""
+    """The encoder as a features extractor of stable-baselines3; actor and critic share it."""
 
     def __init__(self, observation_space: spaces.Box, sensor: Sensor) -> None:
         super().__init__(observation_space, FEATURES)
@@ -31,13 +31,13 @@ class EncoderExtractor(BaseFeaturesExtractor):
         return features
 
 
-def make_environments(drives: TrainingDrives, options: TrainingOptions) -> DummyVecEnv:
-    """Return the environments, stepped in turn in this process."""
+def make_environments(drives: TrainingDrives, options: PPOOptions) -> DummyVecEnv:
+    """Return the training environments, stepped in turn in this process."""
     return DummyVecEnv([lambda: PracticeEnv(drives, options.observation, options.horizon)] * options.environments)
 
 
-def make_learner(environments: VecEnv, options: TrainingOptions) -> PPO:
-    """Return PPO with new weights."""
+def make_learner(environments: VecEnv, options: PPOOptions) -> PPO:
+    """Return a PPO learner with new weights."""
     return PPO(
         "MlpPolicy",
         environments,
@@ -64,7 +64,7 @@ def make_learner(environments: VecEnv, options: TrainingOptions) -> PPO:
 
 
 def actor_of(learner: PPO, sensor: Sensor) -> Actor:
-    """Return a copy of what drives: the policy without critic and noise."""
+    """Return a copy of the actor: the policy without critic and noise."""
     actor = Actor(sensor)
     policy: Any = learner.policy
     actor.encoder.load_state_dict(policy.features_extractor.encoder.state_dict())

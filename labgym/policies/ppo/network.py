@@ -1,4 +1,4 @@
-"""The actor's network: convolutions over scan and picture, then what is known of goal, velocity and past."""
+"""The actor's network: convolutions over scan and depth image, joined with goal, velocity and past positions."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ import torch
 from torch import Tensor, nn
 
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
-from labgym.policies.ppo.inputs import GOAL, KNOWN, SMALL_IMAGE, VELOCITY, Sensor
+from labgym.policies.ppo.inputs import GOAL, SMALL_IMAGE, STATE, VELOCITY, Sensor
 
 FEATURES = 192
-"""Width of what the encoder returns."""
+"""Number of features that the encoder returns."""
 HIDDEN = 128
-"""Width of the layer between it and the action."""
+"""Width of the layer between encoder and action."""
 
 NEAR = 0.5
-"""Length over which nearness fades, metres."""
+"""Decay length of nearness, meters."""
 TRAIL_SCALE = 3.0
-"""Length that the remembered positions are divided by, metres."""
+"""Scale of the past positions, meters."""
 
 
 class Encoder(nn.Module):
     """Vectors of `DriveMemory`, (n, SIZES[sensor]), to features, (n, 192).
 
     Each ray has four channels: its range, its nearness exp(-range / 0.5 m), the cosine of its angle to the goal's
-    bearing, and whether it ends before or beyond the goal's distance. Three circular convolutions take the 180 rays to
-    15 directions; their order is kept, since what lies ahead differs from what lies behind. The
-    picture of a depth camera has two channels, depth and nearness exp(-depth / 1 m), and two convolutions.
+    bearing, and whether it ends before or beyond the goal's distance. Three circular convolutions reduce the 180 rays
+    to 15 directions, whose order is kept, because ahead differs from behind. A depth image has two channels, depth and
+    nearness exp(-depth / 1 m), and two convolutions.
 
     Args:
-        sensor: whose vectors they are.
+        sensor: that the vectors come from.
     """
 
     angles: Tensor
@@ -48,7 +48,7 @@ class Encoder(nn.Module):
             nn.ReLU(),
             nn.Flatten(),
         )
-        width = 48 * 15 + KNOWN + 1
+        width = 48 * 15 + STATE + 1
         self.picture: nn.Sequential | None = None
         if sensor == "depth":
             self.picture = nn.Sequential(
@@ -63,25 +63,25 @@ class Encoder(nn.Module):
 
     def forward(self, vectors: Tensor) -> Tensor:
         """Return the features of vectors."""
-        parts = [GOAL, VELOCITY, KNOWN - GOAL - VELOCITY, LIDAR_RAYS, vectors.shape[1] - KNOWN - LIDAR_RAYS]
-        goal, velocity, trail, ranges, picture = torch.split(vectors, parts, dim=1)
+        sizes = [GOAL, VELOCITY, STATE - GOAL - VELOCITY, LIDAR_RAYS, vectors.shape[1] - STATE - LIDAR_RAYS]
+        goal, velocity, trail, ranges, picture = torch.split(vectors, sizes, dim=1)
         distance, cosine, sine = torch.split(goal, 1, dim=1)
         towards = torch.cos(self.angles) * cosine + torch.sin(self.angles) * sine
         channels = [ranges / RANGE, torch.exp(-ranges / NEAR), towards, torch.tanh(ranges - distance)]
-        seen = self.scan(torch.stack(channels, dim=1))
-        known = [distance / RANGE, torch.exp(-distance), cosine, sine, velocity, trail / TRAIL_SCALE]
+        scan = self.scan(torch.stack(channels, dim=1))
+        parts = [distance / RANGE, torch.exp(-distance), cosine, sine, velocity, trail / TRAIL_SCALE]
         if self.picture is not None:
             depth = picture.view(-1, 1, *SMALL_IMAGE)
-            known.append(self.picture(torch.cat([depth / RANGE, torch.exp(-depth)], dim=1)))
-        features: Tensor = self.join(torch.cat([seen, *known], dim=1))
+            parts.append(self.picture(torch.cat([depth / RANGE, torch.exp(-depth)], dim=1)))
+        features: Tensor = self.join(torch.cat([scan, *parts], dim=1))
         return features
 
 
 class Actor(nn.Module):
-    """Vectors, (n, SIZES[sensor]), to actions, (n, 2): forward and turn, not yet clipped to [-1, 1].
+    """Vectors, (n, SIZES[sensor]), to actions, (n, 2): forward and turn, not clipped to [-1, 1].
 
     Args:
-        sensor: whose vectors they are.
+        sensor: that the vectors come from.
     """
 
     def __init__(self, sensor: Sensor) -> None:

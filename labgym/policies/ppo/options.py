@@ -1,4 +1,4 @@
-"""What a training run is asked for; written beside its weights."""
+"""Options of a training run, stored next to its weights."""
 
 from __future__ import annotations
 
@@ -14,32 +14,34 @@ Positive = Annotated[float, Field(gt=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class TrainingOptions(Document):
-    """A training run of PPO.
+class PPOOptions(Document):
+    """Options of a training run of PPO.
 
     Attributes:
         observation: the sensor.
-        seed: of everything random.
-        steps: control steps that PPO takes, all environments together; the warm start's are beside them.
-        layouts: training layouts in the pool.
-        environments: that are stepped in turn.
+        seed: random seed of everything.
+        steps: control steps of PPO, summed over the environments; those of the warm start come in addition.
+        layouts: number of training layouts in the pool.
+        environments: number of environments, stepped in turn.
         horizon: control steps after which a training episode is truncated.
 
-        cloning_rounds, cloning_steps: the warm start copies the expert for so many rounds of so many control steps; 0
-            rounds leaves it out.
-        cloning_epochs: passes over all that was gathered, after each round.
-        cloning_rate: step size of Adam.
+        cloning_rounds: rounds of the warm start, which imitates the expert; 0 leaves it out.
+        cloning_steps: control steps per round.
+        cloning_epochs: passes over all data gathered so far, after each round.
+        cloning_rate: learning rate of Adam.
 
         rollout: control steps of each environment before each update.
-        leg: updates between two checkpoints; each leg begins with new episodes, so that a run may go on from any.
-        epochs, batch: passes over a rollout, and samples in a gradient step.
-        rate: step size of Adam at the start; it falls to a tenth of this in a straight line.
-        discount, trace: gamma and the lambda of generalised advantage estimation.
+        leg: updates between two checkpoints; each leg begins with new episodes, so that a run can resume from any.
+        epochs: passes over a rollout.
+        batch: samples per gradient step.
+        rate: initial learning rate of Adam; it falls linearly to a tenth of this.
+        discount: gamma.
+        trace: lambda of generalized advantage estimation.
         clip: of the probability ratio.
         entropy: weight of the entropy bonus.
-        noise: standard deviation of the actions when PPO begins.
-        nearest, farthest: how far away, straight on, a goal may be when PPO begins, and when a third of its steps are
-            done, metres.
+        noise: standard deviation of the actions at the start of PPO.
+        nearest: largest straight distance to a goal at the start of PPO, meters.
+        farthest: the same after a third of the steps, meters.
         evaluate_every: legs between two evaluations on the validation split.
     """
 

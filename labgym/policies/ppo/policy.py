@@ -10,18 +10,18 @@ import torch
 from numpy.typing import NDArray
 
 from labgym.artefacts import artefacts
+from labgym.policies.learned.weights import WEIGHTS, load_weights
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.ppo.inputs import DriveMemory, Sensor
 from labgym.policies.ppo.network import Actor
-from labgym.policies.ppo.weights import WEIGHTS, load_actor
 
 
 class PPOPolicy(Policy):
-    """Drives by lidar, goal, velocity and odometry with the mean action of a network that PPO trained.
+    """Drives on lidar, goal, velocity and odometry with the mean action of a network trained by PPO.
 
     Args:
-        weights: folder with `weights.safetensors`; None takes the published ones.
-        actor: a network in place of a folder.
+        weights: folder of `weights.safetensors`; None uses the published ones.
+        actor: a network to use in place of a folder.
 
     Raises:
         DocumentError: the weights cannot be read.
@@ -33,11 +33,11 @@ class PPOPolicy(Policy):
 
     def __init__(self, weights: str | Path | None = None, actor: Actor | None = None) -> None:
         self._folder = None if actor else Path(weights) if weights else artefacts("policies") / f"ppo-{self.sensor}"
-        self._actor = actor or load_actor(self._folder or "", self.sensor)
+        self._actor = actor or load_weights(Actor(self.sensor), self._folder or "")
         self._memory = DriveMemory(self.sensor)
 
     def reset(self, episode: EpisodeStart) -> None:  # noqa: ARG002 - the goal comes with every observation
-        """Forget the drive before."""
+        """Forget the previous drive."""
         self._memory.reset()
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
@@ -53,7 +53,7 @@ class PPOPolicy(Policy):
 
 
 class PPODepthPolicy(PPOPolicy):
-    """Likewise by the depth camera in place of the lidar; what it saw before it remembers with the odometry."""
+    """Drives on the depth camera in place of the lidar; obstacles seen earlier are remembered in the odometry frame."""
 
     name: ClassVar[str] = "ppo-depth"
     observation: ClassVar[Sensors] = "depth"
@@ -61,4 +61,4 @@ class PPODepthPolicy(PPOPolicy):
 
 
 DRIVERS: dict[Sensor, type[PPOPolicy]] = {"lidar": PPOPolicy, "depth": PPODepthPolicy}
-"""The policy that drives by each sensor."""
+"""The policy of each sensor."""

@@ -1,4 +1,4 @@
-"""The layouts that a policy is trained in: drawn from the training seeds once, kept as files."""
+"""The training layouts: generated once from training seeds and stored as files."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from labgym.navigation import goal_pairs
 
 
 def layout_pool(folder: str | Path, count: int, seed: int = 0, progress: bool = True) -> tuple[Layout, ...]:
-    """Return training layouts that have a drive, read from a folder where they are and generated where not.
+    """Return training layouts that have a drive; missing ones are generated and stored.
 
     Layout i depends on the seed and i alone: a larger pool begins with the smaller one.
 
     Args:
-        folder: where the files are; one folder a seed under it.
-        count: how many layouts.
+        folder: of the pools; each seed has a folder in it.
+        count: number of layouts.
         seed: of the pool.
-        progress: whether to show a bar while layouts are generated.
+        progress: whether to show a progress bar while layouts are generated.
 
     Raises:
-        DocumentError: a file is broken; remove it and it is generated again.
+        DocumentError: a file is broken; if it is removed, it is generated again.
     """
     home = Path(folder) / f"seed-{seed}"
     paths = [home / f"{index:05d}.json" for index in range(count)]

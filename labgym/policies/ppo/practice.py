@@ -1,4 +1,4 @@
-"""The environment that training steps in: the benchmark's, on training drives, seen as the network sees it."""
+"""The training environment: the benchmark's, on training drives, with the network's input as observation."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from labgym.policies.ppo.inputs import SIZES, DriveMemory, Sensor
 Vector = NDArray[np.float32]
 
 REWARD_SCALE = 0.2
-"""The environment's reward times this: returns then are of the order of one."""
+"""Factor on the environment's reward that makes returns of order one."""
 
 
 class PracticeEnv(gym.Env[Vector, NDArray[np.float32]]):
     """`LabPointNav-v0` with a sensor, on drives of a pool; the observation is the vector of `DriveMemory`.
 
-    The reward is the environment's, scaled, with collisions costing `caution` times as much. An episode is truncated
-    after `horizon` steps.
+    The reward is the environment's, scaled; collisions cost `caution` times as much. An episode is truncated after
+    `horizon` steps.
 
     Attributes:
-        drives: where the drives come from; environments of a process may share it only if they are stepped in turn.
+        drives: source of the drives; environments of a process may share it only if they are stepped in turn.
     """
 
     def __init__(
         self, drives: TrainingDrives, sensor: Sensor = "lidar", horizon: int = 400, caution: float = 2.0
     ) -> None:
-        ours = RewardWeights()
+        usual = RewardWeights()
         scaled = RewardWeights(
-            progress=REWARD_SCALE * ours.progress,
-            success=REWARD_SCALE * ours.success,
-            collision=REWARD_SCALE * caution * ours.collision,
-            time=REWARD_SCALE * ours.time,
+            progress=REWARD_SCALE * usual.progress,
+            success=REWARD_SCALE * usual.success,
+            collision=REWARD_SCALE * caution * usual.collision,
+            time=REWARD_SCALE * usual.time,
         )
         self.drives = drives
         self.observation_space = spaces.Box(-np.inf, np.inf, (SIZES[sensor],), np.float32)
@@ -53,20 +53,20 @@ class PracticeEnv(gym.Env[Vector, NDArray[np.float32]]):
 
     @property
     def task(self) -> Task:
-        """The drive under way.
+        """The current drive.
 
         Raises:
-            OptionError: there is none yet.
+            OptionError: `reset` was not called.
         """
         if self._task is None:
-            raise OptionError("no drive is under way; call reset() first")
+            raise OptionError("there is no drive yet; call reset() first")
         return self._task
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
         """Begin the next drive."""
         super().reset(seed=seed)
         observation, info = self._env.reset(seed=seed, options=options)
-        self._task = self.drives.drawn
+        self._task = self.drives.latest
         self._memory.reset()
         self._steps = 0
         return self._memory.vector(observation, info["pose"]), info
@@ -79,12 +79,12 @@ class PracticeEnv(gym.Env[Vector, NDArray[np.float32]]):
         return self._memory.vector(observation, info["pose"]), reward, terminated, truncated, info
 
     def close(self) -> None:
-        """Free what the environment holds."""
+        """Close the wrapped environment."""
         self._env.close()
 
 
 class _DrivenEnv(LabPointNavEnv):
-    """The benchmark's environment on drives of one's own; its info holds what training reads and nothing else."""
+    """The benchmark's environment on training drives; its info holds only what training reads."""
 
     def __init__(self, drives: TrainingDrives, sensor: Sensor, weights: RewardWeights) -> None:
         super().__init__(split="train", observation=sensor, weights=weights)

@@ -1,4 +1,4 @@
-"""The record of a training run: what it achieved so far, and where it goes on."""
+"""The record of a training run: its results so far and where it resumes."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from labgym.documents import Document
 
 
 class Progress(Document):
-    """How far a run has come.
+    """Progress of a run.
 
     Attributes:
-        legs: done. best: highest score on validation so far, the warm start's not among them; None before the
-            first.
+        legs: number of finished legs.
+        best: highest score on validation so far, without the warm start's; None before the first.
         records: of the warm start's rounds, the legs and the evaluations, in order.
     """
 

@@ -1,4 +1,4 @@
-"""Training, from the layouts to the weights; it goes on from its last checkpoint and may be stopped at any time."""
+"""Training, from the layouts to the weights. It may be interrupted at any time and resumes from its last checkpoint."""
 
 from __future__ import annotations
 
@@ -15,49 +15,51 @@ from tqdm import tqdm
 
 from labgym.errors import OptionError
 from labgym.layouts import Layout
+from labgym.policies.learned.checkpoint import Stateful, load_checkpoint, save_checkpoint
+from labgym.policies.learned.weights import save_weights
 from labgym.policies.policy import Policy
 from labgym.policies.ppo.cloning import clone_expert
 from labgym.policies.ppo.drives import TrainingDrives
 from labgym.policies.ppo.learner import actor_of, make_environments, make_learner
-from labgym.policies.ppo.options import TrainingOptions
+from labgym.policies.ppo.options import PPOOptions
 from labgym.policies.ppo.policy import DRIVERS
 from labgym.policies.ppo.pool import layout_pool
 from labgym.policies.ppo.progress import Progress
-from labgym.policies.ppo.weights import save_actor
 
 Judge = Callable[[Policy], float]
-"""Says what a policy is worth on the validation split: its success rate."""
+"""Returns the success rate of a policy on the validation split."""
 
 
 def train(
-    options: TrainingOptions, out: Path, judge: Judge | None = None, layouts: tuple[Layout, ...] | None = None
+    options: PPOOptions, out: Path, judge: Judge | None = None, layouts: tuple[Layout, ...] | None = None
 ) -> Path:
-    """Train, or go on with, the run in a folder; return the folder of the best weights.
+    """Train, or resume, the run in a folder and return the folder of the best weights.
 
-    Equal options give equal weights, also when the run was stopped and went on, on one machine with one number of
-    threads.
+    On one machine with one number of threads, equal options give equal weights, whether the run was interrupted or
+    not.
 
     Args:
         options: of the run.
-        out: its folder: `options.json`, `progress.json`, the checkpoint, `last/` and `best/` with weights.
-        judge: of the validation split; without one the last weights are the best.
-        layouts: to train in; None takes the pool of the options, kept in the folder beside `out`.
+        out: its folder: `options.json`, `progress.json`, the checkpoint, and `last/` and `best/` with weights.
+        judge: scores policies on the validation split; without it the last weights are the best.
+        layouts: to train in; None uses the pool of the options, stored in the folder next to `out`.
 
     Raises:
         OptionError: the folder holds a run with other options.
+        DocumentError: the checkpoint is missing or damaged.
     """
     _claim(out, options)
     pool = layouts or layout_pool(out.parent / "layouts", options.layouts, options.seed)
     drives = TrainingDrives(pool, options.seed)
     environments = make_environments(drives, options)
     progress = Progress.load(out / "progress.json") if (out / "progress.json").exists() else None
+    set_random_seed(options.seed)
+    learner = make_learner(environments, options)
     if progress is None:
-        set_random_seed(options.seed)
-        learner = make_learner(environments, options)
         records = clone_expert(learner, environments, options)
         progress = Progress(records=tuple({"kind": "warm start", **record} for record in records))
         _checkpoint(learner, progress, out)
-    learner = PPO.load(_checkpoint_path(out, progress), env=environments, device="cpu")
+    _restore(learner, progress, out)
     if progress.records and progress.records[-1]["kind"] == "warm start":
         progress = _judged(learner, progress, judge, options, out)
         _checkpoint(learner, progress, out)
@@ -77,8 +79,8 @@ def train(
     return out / "best"
 
 
-def _leg(learner: PPO, drives: TrainingDrives, options: TrainingOptions, leg: int) -> dict[str, Any]:
-    """Train for some updates on new episodes; the outcome depends on the weights, the options and the leg alone."""
+def _leg(learner: PPO, drives: TrainingDrives, options: PPOOptions, leg: int) -> dict[str, Any]:
+    """Train for some updates on new episodes; the result depends on the weights, the options and the leg alone."""
     done = learner.num_timesteps / options.steps
     drives.farthest = options.nearest + (options.farthest - options.nearest) * min(1.0, 3.0 * done)
     rate = options.rate * (1.0 - 0.9 * min(1.0, done))
@@ -92,7 +94,7 @@ def _leg(learner: PPO, drives: TrainingDrives, options: TrainingOptions, leg: in
 
 
 class Outcomes(BaseCallback):
-    """Notes how the episodes of a leg ended."""
+    """Records how the episodes of a leg ended."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -107,7 +109,7 @@ class Outcomes(BaseCallback):
         return True
 
     def means(self) -> dict[str, Any]:
-        """Return how many episodes ended, the share that succeeded, and the share of steps in contact."""
+        """Return the number of episodes, the share that succeeded, and the share of steps in contact."""
         return {
             "episodes": len(self._ended),
             "success": float(np.mean(self._ended)) if self._ended else None,
@@ -115,40 +117,51 @@ class Outcomes(BaseCallback):
         }
 
 
-def _judged(learner: PPO, progress: Progress, judge: Judge | None, options: TrainingOptions, out: Path) -> Progress:
-    """Score the weights on validation and note it; keep them as the best where they are and PPO had a part in them."""
+def _judged(learner: PPO, progress: Progress, judge: Judge | None, options: PPOOptions, out: Path) -> Progress:
+    """Score the weights on validation, record the score, and save them as the best if they are and PPO trained them."""
     actor = actor_of(learner, options.observation)
-    save_actor(actor, out / "last")
+    save_weights(actor, out / "last")
     score = None if judge is None else judge(DRIVERS[options.observation](actor=actor))
     record = {"kind": "validation", "steps": learner.num_timesteps, "success": score}
     best = progress.best
     if learner.num_timesteps > 0 and (score is None or best is None or score >= best):
-        save_actor(actor, out / "best")
+        save_weights(actor, out / "best")
         best = score
     return progress.model_copy(update={"best": best, "records": (*progress.records, record)})
 
 
-def _claim(out: Path, options: TrainingOptions) -> None:
-    """Write the options into the folder, or hold them against those that are there; more steps may be asked for."""
+def _claim(out: Path, options: PPOOptions) -> None:
+    """Write the options into the folder, or check that it has the same ones; the number of steps may differ."""
     path = out / "options.json"
     if path.exists():
-        before = TrainingOptions.load(path)
-        other = [name for name in TrainingOptions.model_fields if getattr(before, name) != getattr(options, name)]
-        if other and other != ["steps"]:
-            raise OptionError(f"{out} holds a run with another {', '.join(other)}; choose another folder or remove it")
+        before = PPOOptions.load(path)
+        changed = [name for name in PPOOptions.model_fields if getattr(before, name) != getattr(options, name)]
+        if changed and changed != ["steps"]:
+            raise OptionError(
+                f"{out} holds a run with another {', '.join(changed)}; choose another folder or remove it"
+            )
     options.save(path)
 
 
 def _checkpoint(learner: PPO, progress: Progress, out: Path) -> None:
-    """Write the learner with its optimiser, then the progress that names it; remove the checkpoint before."""
+    """Write the state of the learner, then the progress that names the file; remove the previous checkpoint."""
     path = _checkpoint_path(out, progress)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    learner.save(path)
+    save_checkpoint(path, _parts(learner), {"steps": learner.num_timesteps, "updates": learner._n_updates})
     progress.save(out / "progress.json")
-    for old in path.parent.glob("leg-*.zip"):
+    for old in path.parent.glob("leg-*.pt"):
         if old != path:
             old.unlink()
 
 
 def _checkpoint_path(out: Path, progress: Progress) -> Path:
-    return out / "checkpoint" / f"leg-{progress.legs:05d}.zip"
+    return out / "checkpoint" / f"leg-{progress.legs:05d}.pt"
+
+
+def _restore(learner: PPO, progress: Progress, out: Path) -> None:
+    """Give a learner the state of the checkpoint: weights, optimizer and the number of steps."""
+    record = load_checkpoint(_checkpoint_path(out, progress), _parts(learner))
+    learner.num_timesteps, learner._n_updates = record["steps"], record["updates"]
+
+
+def _parts(learner: PPO) -> dict[str, Stateful]:
+    return {"policy": learner.policy, "optimizer": learner.policy.optimizer}

@@ -331,7 +331,7 @@ def test_bad_requests_say_what_is_wrong(layouts):
         evaluate("astar", (layouts[0], layouts[0]), progress=False)
     with pytest.raises(LabgymError, match="no layouts to drive in"):
         evaluate("astar", (), progress=False)
-    with pytest.raises(OptionError, match="colour"):
+    with pytest.raises(UnknownNameError, match="colour"):
         evaluate("astar", layouts, options={"colour": "red"}, progress=False)
 
 

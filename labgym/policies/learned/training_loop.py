@@ -1,0 +1,160 @@
+"""The training loop of the planners: epochs over a dataset, resumable after each."""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import torch
+from torch import Tensor, nn
+from tqdm import tqdm
+
+from labgym.documents import Document, write_text
+from labgym.errors import OptionError
+from labgym.policies.learned.checkpoint import Stateful, load_checkpoint, save_checkpoint
+from labgym.policies.learned.train_options import TrainOptions
+from labgym.policies.learned.weights import CONFIG
+
+CHECKPOINT, HISTORY = "checkpoint.pt", "history.jsonl"
+
+MIRROR = torch.tensor([1.0, -1.0])
+"""Mirrors a point (x, y) of the robot frame: left becomes right."""
+
+Network = TypeVar("Network", bound=nn.Module)
+
+
+class Trainer(ABC):
+    """A network in training: what the loop of `run_epochs` calls.
+
+    Attributes:
+        network: trained by gradient steps.
+        optimizer: takes the steps.
+        clip: largest norm of a gradient.
+    """
+
+    network: nn.Module
+    optimizer: torch.optim.Optimizer
+    clip: float
+
+    @abstractmethod
+    def parts(self) -> Mapping[str, Stateful]:
+        """Return everything whose state a checkpoint stores."""
+
+    @abstractmethod
+    def training_losses(self, chosen: Tensor, generator: torch.Generator) -> Any:
+        """Return the losses of the network on samples (b,), by index."""
+
+    @abstractmethod
+    def held_out_losses(self, chosen: Tensor, generator: torch.Generator) -> Any:
+        """Return the losses on samples (b,) that are not trained on; nothing is mirrored."""
+
+    def after_step(self) -> None:
+        """Run after each gradient step."""
+        return
+
+    def after_epoch(self, loss: float) -> None:  # noqa: ARG002
+        """Run after each epoch, with the total held-out loss, or the training loss where nothing is held out."""
+        return
+
+    @abstractmethod
+    def save(self, out: Path) -> None:
+        """Write configuration and weights."""
+
+
+def run_epochs(
+    trainer: Trainer, trained: Tensor, held_out: Tensor, options: TrainOptions, out: Path, progress: bool
+) -> None:
+    """Train for all epochs that a folder's checkpoint does not have yet.
+
+    Each epoch leaves a checkpoint, `history.jsonl` and the weights. Its randomness depends on the seed and the epoch
+    alone: an interrupted run ends with the weights of an uninterrupted one.
+
+    Args:
+        trainer: the network in training.
+        trained, held_out: indices of the samples.
+        options: of the training.
+        out: folder of the run.
+        progress: whether to show progress bars.
+
+    Raises:
+        DocumentError: the checkpoint is damaged.
+    """
+    history: list[dict[str, Any]] = []
+    if (out / CHECKPOINT).exists():
+        history = list(load_checkpoint(out / CHECKPOINT, trainer.parts()))
+    for epoch in range(len(history), options.epochs):
+        generator = torch.Generator().manual_seed(options.seed * 1_000_003 + epoch)
+        losses = _one_epoch(trainer, trained, options, generator, f"epoch {epoch + 1}" if progress else None)
+        row: dict[str, Any] = {"epoch": epoch + 1, "rate": trainer.optimizer.param_groups[0]["lr"], "train": losses}
+        if len(held_out):
+            row["held_out"] = _held_out(trainer, held_out, options)
+        trainer.after_epoch(row.get("held_out", row["train"])["total"])
+        history.append(row)
+        save_checkpoint(out / CHECKPOINT, trainer.parts(), history)
+        write_text(out / HISTORY, "".join(json.dumps(each) + "\n" for each in history))
+        trainer.save(out)
+
+
+def claim_folder(out: Path, config: Document) -> None:
+    """Write a run's configuration into its folder, or check that the folder already holds the same one.
+
+    Raises:
+        OptionError: the folder holds a run of another configuration.
+        DocumentError: its configuration cannot be read.
+    """
+    if (out / CONFIG).exists() and type(config).load(out / CONFIG) != config:
+        raise OptionError(f"{out} holds a run of another configuration; choose another folder or remove it")
+    config.save(out / CONFIG)
+
+
+def seeded(make: Callable[[], Network], seed: int) -> Network:
+    """Return a network whose initial weights depend on the seed alone; torch's global generator is unchanged."""
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        return make()
+
+
+def split_by_layout(place: Tensor, layouts: int, held_out: float) -> tuple[Tensor, Tensor]:
+    """Return the indices of the samples to train on and of the held-out ones; they share no layout.
+
+    Args:
+        place: (n,) index of each sample's layout.
+        layouts: number of layouts.
+        held_out: share of the layouts, the last ones, that is held out.
+    """
+    first = round((1.0 - held_out) * layouts)
+    return torch.nonzero(place < first)[:, 0], torch.nonzero(place >= first)[:, 0]
+
+
+def _one_epoch(
+    trainer: Trainer, trained: Tensor, options: TrainOptions, generator: torch.Generator, title: str | None
+) -> dict[str, float]:
+    """Train on every sample once, in random order; return the mean of each loss term."""
+    trainer.network.train()
+    order = trained[torch.randperm(len(trained), generator=generator)]
+    history: list[Any] = []
+    for chosen in tqdm(torch.split(order, options.batch), title, disable=title is None):
+        losses = trainer.training_losses(chosen, generator)
+        trainer.optimizer.zero_grad()
+        losses.total.backward()
+        torch.nn.utils.clip_grad_norm_(trainer.network.parameters(), trainer.clip)
+        trainer.optimizer.step()
+        trainer.after_step()
+        history.append(type(losses)(*(term.detach() for term in losses)))
+    return _means(history)
+
+
+@torch.no_grad()
+def _held_out(trainer: Trainer, held_out: Tensor, options: TrainOptions) -> dict[str, float]:
+    """Return the mean of each loss term on the held-out samples, with the same noise every time."""
+    trainer.network.eval()
+    generator = torch.Generator().manual_seed(options.seed)
+    return _means([trainer.held_out_losses(chosen, generator) for chosen in torch.split(held_out, options.batch)])
+
+
+def _means(losses: Sequence[Any]) -> dict[str, float]:
+    table = torch.tensor([[float(term) for term in each] for each in losses])
+    return dict(zip(losses[0]._fields, table.mean(dim=0).tolist(), strict=True))
