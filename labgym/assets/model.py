@@ -105,6 +105,21 @@ class Cavity(Record):
     open_front: bool = False
 
 
+class Fitting(Record):
+    """A solid box outside an asset's bounding box, in the asset's frame: a tap above a worktop.
+
+    Attributes:
+        x, y: centre. width, depth: extents. z0, z1: bottom and top.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    width: Length
+    depth: Length
+    z0: Metres
+    z1: Length
+
+
 class Shape(Record):
     """Name of a parametric shape of `labgym.assets.shapes` and its parameters."""
 
@@ -141,6 +156,7 @@ class Asset(Record):
         kind: reagent, instrument or facility (furniture, storage, safety and building elements).
         surfaces: what can stand on or in it, slot by slot: a bench has one, a cabinet one a shelf.
         cavity: set for hollow assets; their solids are then walls, floor, top and shelves.
+        fittings: solids outside the bounding box, which does not include them.
         storage_class: what a storage cabinet is for.
         heat_class: class of heat source; None where it gives no heat.
         clearance: free depth wanted in front, metres.
@@ -161,6 +177,7 @@ class Asset(Record):
     hazards: Hazards = Hazards()
     surfaces: tuple[Surface, ...] = ()
     cavity: Cavity | None = None
+    fittings: tuple[Fitting, ...] = ()
     storage_class: StorageClass | None = None
     heat_class: HeatClass | None = None
     fume_hood: bool = False
@@ -188,7 +205,11 @@ class Asset(Record):
         return hash(self.digest)
 
     def solids(self) -> tuple[OrientedBox, ...]:
-        """Return the boxes that are solid, in the asset's frame: the bounding box, or a hollow one's shell."""
+        """Return the solid boxes in the asset's frame: the bounding box or a hollow asset's shell, and the fittings."""
+        fittings = tuple(OrientedBox(f.x, f.y, f.width, f.depth, 0.0, f.z0, f.z1) for f in self.fittings)
+        return (*self._body(), *fittings)
+
+    def _body(self) -> tuple[OrientedBox, ...]:
         size, cavity = self.size, self.cavity
         if cavity is None:
             return (OrientedBox(0.0, 0.0, size.width, size.depth, 0.0, 0.0, size.height),)

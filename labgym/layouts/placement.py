@@ -40,7 +40,10 @@ class Placement(Record):
 
 
 def resized(asset: Asset, size: Size) -> Asset:
-    """Return a catalogue entry with another bounding box; surfaces and cavity are scaled along each axis."""
+    """Return a catalogue entry with another bounding box.
+
+    Surfaces and cavity are scaled along each axis. Fittings keep their size and their distances to back and top.
+    """
     x, y, z = size.width / asset.size.width, size.depth / asset.size.depth, size.height / asset.size.height
     surfaces = tuple(
         surface.model_copy(
@@ -59,7 +62,14 @@ def resized(asset: Asset, size: Size) -> Asset:
     if cavity is not None:
         scaled = {"x": x, "y": y, "width": x, "depth": y, "z0": z, "z1": z}
         cavity = cavity.model_copy(update={name: getattr(cavity, name) * k for name, k in scaled.items()})
-    return asset.model_copy(update={"size": size, "surfaces": surfaces, "cavity": cavity})
+    back, top = (size.depth - asset.size.depth) / 2.0, size.height - asset.size.height
+    fittings = tuple(
+        fitting.model_copy(
+            update={"x": fitting.x * x, "y": fitting.y - back, "z0": fitting.z0 + top, "z1": fitting.z1 + top}
+        )
+        for fitting in asset.fittings
+    )
+    return asset.model_copy(update={"size": size, "surfaces": surfaces, "cavity": cavity, "fittings": fittings})
 
 
 def placed_box(placement: Placement, asset: Asset) -> OrientedBox:

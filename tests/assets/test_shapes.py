@@ -9,12 +9,12 @@ import pytest
 import trimesh
 
 from labgym.assets import Asset, Catalog
-from labgym.assets.model import Shape
+from labgym.assets.model import Shape, Size
 from labgym.assets.shapes import FAMILIES, MATERIALS, SHAPES, Part, build, tessellate
-from labgym.assets.shapes.furniture import TAP
 from labgym.assets.shapes.materials import coating, substance
 from labgym.assets.shapes.parts import between, block, rod, rounded, tube
 from labgym.errors import OptionError, UnknownNameError
+from labgym.layouts.placement import resized
 
 ASSETS = Catalog.load().assets
 REACH = 0.005
@@ -43,9 +43,8 @@ def test_parts_stay_inside_the_bounding_box_and_reach_its_six_faces(asset: Asset
     bounds = np.array([part.bounds() for part in build(asset)])
     low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
     limits = box(asset)
-    if asset.name == "SinkBench":
-        # Its height is that of the worktop, which things stand on; the tap stands above, beside the surface.
-        limits[1, 2] += TAP
+    for fitting in asset.fittings:
+        limits[1, 2] = max(limits[1, 2], fitting.z1)
     assert (low >= limits[0] - 1e-6).all()
     assert (high <= limits[1] + 1e-6).all()
     assert np.abs(low - limits[0]).max() < REACH
@@ -58,6 +57,20 @@ def test_the_tap_of_a_sink_bench_stands_beside_its_surface() -> None:
     above = [part.bounds() for part in build(asset) if part.bounds()[1][2] > asset.size.height + 1e-6]
     assert above
     assert min(bounds[0][0] for bounds in above) > surface.x + surface.width / 2.0
+
+
+@pytest.mark.parametrize("depth", [0.75, 0.85])
+def test_the_solids_of_a_sink_bench_cover_its_tap_closely(depth: float) -> None:
+    asset = resized(Catalog.load().get("SinkBench"), Size(width=1.2, depth=depth, height=0.92))
+    top = asset.size.height
+    tap = np.array([part.bounds() for part in build(asset) if part.bounds()[1][2] > top + 1e-6])
+    low, high = np.maximum(tap[:, 0].min(axis=0), (-9.0, -9.0, top)), tap[:, 1].max(axis=0)
+    solid = asset.solids()[-1]
+    near = (solid.x - solid.width / 2.0, solid.y - solid.depth / 2.0, solid.z0)
+    far = (solid.x + solid.width / 2.0, solid.y + solid.depth / 2.0, solid.z1)
+    assert (low >= np.array(near) - 1e-6).all()
+    assert (high <= np.array(far) + 1e-6).all()
+    np.testing.assert_allclose([near, far], [low, high], atol=0.003)
 
 
 @pytest.mark.parametrize("asset", [asset for asset in ASSETS if asset.cavity], ids=by_name)

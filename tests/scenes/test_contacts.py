@@ -86,6 +86,13 @@ def test_touching_and_standing_on_something_is_no_contact() -> None:
     assert contacts(pair("LabBench", "Beaker", (0.0, 0.0, 0.9))) == ()
 
 
+def test_something_hung_into_the_tap_of_a_sink_bench_touches_it() -> None:
+    # The tap is 0.36 m right of the middle, 0.18 m behind it, and reaches to 1.22 m.
+    (found,) = contacts(pair("SinkBench", "Beaker", (0.355, -0.10, 1.15)))
+    assert found.depth > 0.01
+    assert contacts(pair("SinkBench", "Beaker", (0.355, -0.10, 1.23))) == ()
+
+
 def test_the_depth_that_counts_can_be_chosen() -> None:
     layout = pair("LabBench", "LabBench", (1.495, 0.0, 0.0))
     assert len(contacts(layout, depth=0.004)) == 1

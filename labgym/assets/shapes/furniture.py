@@ -188,7 +188,7 @@ def bowl(x: Point, y: Point, rim: float, floor: float, material: str = "stainles
 
 
 TAP = 0.32
-"""How far a sink bench's tap stands above its worktop, metres."""
+"""Height of a sink bench's tap above its worktop, metres; the fitting of the catalogue entry covers the tap."""
 
 
 @shape("sink_bench")
