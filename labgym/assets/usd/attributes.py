@@ -1,4 +1,4 @@
-"""What an asset's USD file says beyond geometry: custom attributes in the namespace `labgym`, each documented."""
+"""Catalogue data in an asset's USD file: documented custom attributes in the namespace `labgym`."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class Attribute:
     """One custom attribute of an asset's root prim.
 
     Attributes:
-        name: without the namespace. type_name: USD's value type.
-        meaning: what is written beside it in the file.
-        value: what it is for an asset; None leaves it out.
+        name: name without the namespace. type_name: USD's value type.
+        meaning: documentation of the attribute in the file.
+        value: function that returns an asset's value, or None to omit the attribute.
     """
 
     name: str
@@ -29,19 +29,19 @@ class Attribute:
 
     @property
     def full_name(self) -> str:
-        """Name with the namespace."""
+        """The name with its namespace."""
         return f"{NAMESPACE}:{self.name}"
 
 
 _HAZARD_MEANINGS = {
-    "flammable": "Catches fire easily.",
+    "flammable": "Ignites easily.",
     "explosive": "May explode.",
-    "volatile_or_toxic": "Gives off vapours or is toxic.",
-    "glass_container": "Is a container of glass.",
-    "heat_source": "Gives heat.",
-    "acid": "Is or holds an acid.",
-    "base": "Is or holds a base.",
-    "oxidizer": "Feeds a fire with oxygen.",
+    "volatile_or_toxic": "Emits vapors or is toxic.",
+    "glass_container": "Is a glass container.",
+    "heat_source": "Emits heat.",
+    "acid": "Is or contains an acid.",
+    "base": "Is or contains a base.",
+    "oxidizer": "Supplies oxygen to a fire.",
     "active_metal": "Is a metal that reacts with water or air.",
 }
 
@@ -52,8 +52,8 @@ def _hazard(name: str) -> Attribute:
 
 def _chemical(name: str, field: str, type_name: str, meaning: str) -> Attribute:
     def value(asset: Asset) -> Any:
-        found = getattr(asset.chemistry, field) if asset.chemistry else None
-        return found if found not in (None, ()) else None
+        content = getattr(asset.chemistry, field) if asset.chemistry else None
+        return content if content not in (None, ()) else None
 
     return Attribute(f"chemistry:{name}", type_name, meaning, value)
 
@@ -68,7 +68,7 @@ _SPEC_TYPES = {
     **dict.fromkeys(("agent", "nfpa_special"), "token"),
     **dict.fromkeys(("joint", "container", "notes"), "string"),
 }
-"""USD type of the specifications that are no plain number."""
+"""USD type of the specifications that are not a single number."""
 
 
 def _specification(name: str) -> Attribute:
@@ -88,23 +88,23 @@ ATTRIBUTES: tuple[Attribute, ...] = (
     Attribute("subtype", "string", "Subtype within the category.", lambda asset: asset.subtype),
     Attribute("synonyms:en", "string[]", "English synonyms.", lambda asset: asset.synonyms_en or None),
     Attribute("synonyms:zh", "string[]", "Chinese synonyms.", lambda asset: asset.synonyms_zh or None),
-    Attribute("description", "string", "What it is.", lambda asset: asset.description),
-    Attribute("caption", "string", "What it is for and how it is handled, in a line.", lambda asset: asset.caption),
-    Attribute("placing", "token", "Stands on the floor, on a desktop or hangs on a wall.", lambda asset: asset.placing),
+    Attribute("description", "string", "Description.", lambda asset: asset.description),
+    Attribute("caption", "string", "Use and handling, in one line.", lambda asset: asset.caption),
+    Attribute("placing", "token", "Place: on the floor, on a desktop or on a wall.", lambda asset: asset.placing),
     Attribute(
         "size",
         "double3",
-        "Width along x, depth along y, height along z of the space it takes, metres.",
+        "Width along x, depth along y and height along z of the bounding box, metres.",
         lambda asset: (asset.size.width, asset.size.depth, asset.size.height),
     ),
-    Attribute("clearance", "double", "Free depth wanted in front, metres.", lambda asset: asset.clearance or None),
+    Attribute("clearance", "double", "Free depth required in front, metres.", lambda asset: asset.clearance or None),
     Attribute(
         "mountHeight",
         "double",
-        "Height of the bottom above the floor of what hangs on a wall, metres.",
+        "Height of the bottom above the floor of a wall-mounted asset, metres.",
         lambda asset: asset.mount_height or None,
     ),
-    Attribute("storageClass", "token", "What a storage cabinet is for.", lambda asset: asset.storage_class),
+    Attribute("storageClass", "token", "Storage class that a cabinet is made for.", lambda asset: asset.storage_class),
     Attribute("heatClass", "token", "Class of heat source.", lambda asset: asset.heat_class),
     *(_hazard(name) for name in Hazards.model_fields),
     _chemical("cas", "cas", "string", "CAS registry number."),
@@ -113,14 +113,16 @@ ATTRIBUTES: tuple[Attribute, ...] = (
     _chemical("flashPoint", "flash_point", "double", "Flash point, degrees Celsius."),
     _chemical("hCodes", "h_codes", "string[]", "GHS hazard statements."),
     _chemical("groups", "groups", "string[]", "Reactivity groups."),
-    _chemical("storageClass", "storage_class", "token", "Kind of cabinet that it is kept in."),
+    _chemical(
+        "storageClass", "storage_class", "token", "Storage class: the kind of cabinet that the reagent is stored in."
+    ),
     *(_specification(name) for name in Specifications.model_fields),
 )
 """Every custom attribute, in the order of the file."""
 
 
 def write_attributes(prim: Any, asset: Asset) -> None:
-    """Author the custom attributes that an asset has on its root prim, with their documentation."""
+    """Author an asset's custom attributes and their documentation on its root prim."""
     from pxr import Gf, Sdf, Vt
 
     for attribute in ATTRIBUTES:
@@ -128,8 +130,8 @@ def write_attributes(prim: Any, asset: Asset) -> None:
         if value is None:
             continue
         type_name = Sdf.ValueTypeNames.Find(attribute.type_name)
-        made = prim.CreateAttribute(attribute.full_name, type_name, True, Sdf.VariabilityUniform)
-        # Two numbers would be taken for a vector whatever the type.
+        authored = prim.CreateAttribute(attribute.full_name, type_name, True, Sdf.VariabilityUniform)
+        # USD would convert two numbers to a vector of floats.
         exact = {"double2": Gf.Vec2d, "double3": Gf.Vec3d, "double[]": Vt.DoubleArray}.get(attribute.type_name)
-        made.Set(exact(value) if exact is not None else value)
-        made.SetDocumentation(attribute.meaning)
+        authored.Set(exact(value) if exact is not None else value)
+        authored.SetDocumentation(attribute.meaning)
