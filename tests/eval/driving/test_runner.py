@@ -18,6 +18,7 @@ from labgym.geometry import rotate
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, Policy, make_policy
+from labgym.protocols import get
 
 POLICIES = '''
 import numpy as np
@@ -312,12 +313,12 @@ def test_layouts_passed_by_hand_are_kept_with_their_results(layouts, tmp_path):
     assert Layout.load(tmp_path / "layouts" / "first.json").hash == layouts[0].hash
 
 
-def test_a_goal_pair_that_does_not_exist_names_those_that_do(layouts, monkeypatch):
-    with pytest.raises(OptionError, match=r"goal pair 7 .* 0 to 2"):
+def test_a_goal_pair_that_does_not_exist_names_those_that_do(layouts):
+    with pytest.raises(UnknownNameError, match=r"goal pair of layout 'first' '7' not found.* available: 0, 1, 2"):
         drive_pair("astar", layouts[0], 7)
-    monkeypatch.setattr("labgym.eval.driving.drive.goal_pairs", lambda layout: ())
-    with pytest.raises(OptionError, match="has no goal pairs"):
-        drive_pair("astar", layouts[0], 0)
+    protocol = get("alk_03").model_copy(update={"steps": get("alk_03").steps[:1]})
+    with pytest.raises(OptionError, match="layout 'first' has no goal pairs"):
+        drive_pair("astar", layouts[0].for_protocol(protocol), 0)
 
 
 def test_bad_requests_say_what_is_wrong(layouts):
