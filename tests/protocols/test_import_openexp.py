@@ -145,7 +145,7 @@ def test_actions_with_materials(tmp_path: Path, text: str, verb: str, names: lis
         ({"actions": "YIELD $-1$."}, "materials"),
         ({"actions": " ; ".join(["STIR"] * 300)}, "more than 200"),
         ({"index": None}, "no index"),
-        ({"extracted_molecules": [1]}, "no object"),
+        ({"extracted_molecules": [1]}, "not a JSON object"),
         ({"actions": "ADD " + "x" * 300 + "."}, "200 characters"),
     ],
 )
@@ -223,7 +223,7 @@ NAMES = st.sampled_from(
 def test_whatever_the_grammar_writes_is_read_back(
     name: str, amount: str, drop: bool, minutes: int | None, degrees: int | None, gas: str | None
 ) -> None:
-    known = openexp._known({})
+    known = openexp._context({})
     text = "ADD " + name.replace(" (", " \u200c(") + (f" ({amount})" if amount else "") + " dropwise" * drop
     text += f" at {degrees} °C" if degrees is not None else ""
     text += (f" under {gas}" if gas else "") + (f" over {minutes} minutes" if minutes else "")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -14,8 +15,8 @@ import pytest
 from labgym.errors import DocumentError, MissingDependencyError
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.experiments import Experiment, Rejection
-from labgym.protocols.importers import ord as ord_files
-from labgym.protocols.importers import read
+from labgym.protocols.importers import ord as reactions
+from labgym.protocols.importers import ord_files, read
 from labgym.protocols.importers.ord_messages import messages
 
 pytest.importorskip("google.protobuf")
@@ -155,13 +156,13 @@ def test_pressures_are_in_bar(tmp_path: Path, pressure: str, bar: float) -> None
     assert found.actions[2].pressure == pytest.approx(bar, rel=1e-3)
 
 
-@pytest.mark.parametrize("kind", sorted(ord_files._WORKUPS))
+@pytest.mark.parametrize("kind", sorted(reactions._WORKUPS))
 def test_every_kind_of_work_up_gives_an_action(tmp_path: Path, kind: str) -> None:
     found = experiment(
         tmp_path, f"{REACTION} workups {{ type: {kind} duration {{ value: 90 units: SECOND }} details: 'so' }}"
     )
     action = found.actions[-2]
-    assert (action.verb, action.duration, action.note) == (ord_files._WORKUPS[kind], 1.5, "so")
+    assert (action.verb, action.duration, action.note) == (reactions._WORKUPS[kind], 1.5, "so")
 
 
 @pytest.mark.parametrize(
@@ -284,3 +285,77 @@ def test_text_unfolds_and_is_bounded_more_tightly(tmp_path: Path, monkeypatch: p
     file.write_bytes(gzip.compress(b"[" + b"{}," * 1000 + b"{}]"))
     with pytest.raises(DocumentError, match="more than 100 bytes"):
         list(read(file, "ord"))
+
+
+UNKNOWN = "identifiers { type: HOLOGRAM value: 'x' }"
+
+
+def test_one_unknown_value_rejects_its_reaction_in_text(tmp_path: Path) -> None:
+    file = tmp_path / "d.pbtxt"
+    second = REACTION.replace("ord-1", "ord-2")
+    text = f"""name: "a {{ b" # not {{ a block
+      reactions {{ {UNKNOWN} {REACTION} }}
+      reactions {{ {second} notes {{ procedure_details: "a }} brace" }} }}"""
+    file.write_text(text, encoding="utf-8")
+    first, other = read(file, "ord")
+    assert isinstance(first, Rejection)
+    assert first.place == "d.pbtxt:0"
+    assert "HOLOGRAM" in first.reason
+    assert "\n" not in first.reason
+    assert isinstance(other, Experiment)
+    assert (other.id, other.description) == ("ord_2", "a } brace")
+
+
+def test_one_unknown_value_rejects_its_reaction_in_json(tmp_path: Path) -> None:
+    from google.protobuf import json_format
+
+    good = json_format.MessageToDict(dataset(f"reactions {{ {REACTION} }}"))["reactions"][0]
+    bad = json.loads(json.dumps(good).replace('"MOLE"', '"BUSHEL"'))
+    file = tmp_path / "d.json"
+    file.write_text(json.dumps({"reactions": [bad, good, 7]}))
+    first, second, third = read(file, "ord")
+    assert isinstance(first, Rejection)
+    assert "units has the unknown value 'BUSHEL'" in first.reason
+    assert isinstance(second, Experiment)
+    assert isinstance(third, Rejection)
+
+
+def test_one_unknown_value_rejects_its_reaction_in_binary(tmp_path: Path) -> None:
+    text = f"reactions {{ {REACTION} }} reactions {{ {REACTION.replace('ord-1', 'ord-2')} }}"
+    content = dataset(text).SerializeToString()
+    milligram, unknown = b"\x18\x03", b"\x18\x63"  # field 3, value 3; and value 99, which the schema does not have
+    assert content.count(milligram) >= 2
+    file = tmp_path / "d.pb"
+    file.write_bytes(content.replace(milligram, unknown, 1))
+    first, second = read(file, "ord")
+    assert isinstance(first, Rejection)
+    assert "unknown value 99" in first.reason
+    assert isinstance(second, Experiment)
+
+
+def test_the_names_that_older_files_have_for_a_value_are_known(tmp_path: Path) -> None:
+    found = experiment(tmp_path, f"identifiers {{ type: NAME value: 'Heck' }} {REACTION}")
+    assert found.id == "ord_1"
+
+
+def test_a_broken_parquet_file_is_one_line(tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    from pyarrow import table
+
+    file = tmp_path / "d.parquet"
+    parquet.write_table(table({"other": [b"x"]}), file)
+    content = file.read_bytes()
+    for broken in (content[:40] + b"\xff" * 20 + content[60:], content[:-30], content[:8] + content[20:]):
+        file.write_bytes(broken)
+        with pytest.raises(DocumentError) as caught:
+            list(read(file, "ord"))
+        assert "\n" not in str(caught.value)
+
+
+def test_a_mistake_in_the_importer_is_not_taken_for_bad_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise TypeError("a bug")
+
+    monkeypatch.setattr(reactions, "_product", broken)
+    with pytest.raises(TypeError, match="a bug"):
+        experiment(tmp_path, REACTION)

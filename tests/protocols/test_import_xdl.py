@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, OptionError
 from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.importers import markup, read, xdl
 
@@ -201,3 +201,57 @@ def test_files_of_one_name_in_two_folders_are_two_experiments(tmp_path: Path) ->
         (tmp_path / folder).mkdir()
         one(tmp_path / folder, '<Add reagent="ether" vessel="r"/>', "x.xdl")
     assert [item.id for item in read(tmp_path, "xdl") if isinstance(item, Experiment)] == ["xdl_a_x", "xdl_b_x"]
+
+
+@pytest.mark.parametrize("encoding", ["gb18030", "shift_jis", "big5", "euc-kr", "utf-7"])
+def test_an_encoding_of_several_bytes_is_one_line_and_does_not_stop_a_folder(tmp_path: Path, encoding: str) -> None:
+    one(tmp_path, '<Add reagent="ether" vessel="r"/>', "a.xdl")
+    content = f'<?xml version="1.0" encoding="{encoding}"?>' + HEAD.partition("?>")[2] + TAIL
+    (tmp_path / "b.xdl").write_bytes(content.encode("ascii"))
+    one(tmp_path, '<Add reagent="ether" vessel="r"/>', "c.xdl")
+    first, second, third = read(tmp_path, "xdl")
+    assert isinstance(first, Experiment)
+    assert isinstance(third, Experiment)
+    assert isinstance(second, Rejection)
+    assert "UTF-8" in second.reason
+    with pytest.raises(DocumentError, match="save it as UTF-8"):
+        list(read(tmp_path / "b.xdl", "xdl"))
+
+
+def without_product(tmp_path: Path, metadata: str, name: str = "methyl benzoate.xdl") -> Path:
+    file = tmp_path / name
+    steps = '<Add reagent="benzoic acid" mass="12.2 g" vessel="r"/><HeatChill temp="65 C" time="2 h" vessel="r"/>'
+    text = HEAD.replace('<Metadata product="methyl benzoate" description="An ester."/>', metadata) + steps + TAIL
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize(
+    "metadata, given, product",
+    [
+        ("", "", ""),
+        ("", "an ester", "an ester"),
+        ("", "{stem}", "methyl benzoate"),
+        ('<Metadata description="Synthesis of lidocaine"/>', "", "lidocaine"),
+        ('<Metadata description="The preparation of aspirin."/>', "an ester", "aspirin"),
+        ('<Metadata description="Fast and clean"/>', "", ""),
+        ('<Metadata product="aspirin"/>', "an ester", "aspirin"),
+    ],
+)
+def test_the_product_is_that_of_the_metadata_else_the_one_given(
+    tmp_path: Path, metadata: str, given: str, product: str
+) -> None:
+    (found,) = read(without_product(tmp_path, metadata), "xdl", product=given)
+    assert isinstance(found, Experiment)
+    assert found.product == product
+
+
+def test_a_product_for_another_format_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match="xdl only"):
+        read(tmp_path, "ord", product="aspirin")
+
+
+def test_a_pressure_that_cannot_be_read_is_kept_in_words(tmp_path: Path) -> None:
+    found = experiment(tmp_path, '<Add reagent="ether" vessel="r"/><Evaporate pressure="deep" temp="40 C"/>')
+    assert found.actions[1].note == "pressure deep"
+    assert found.actions[1].pressure is None

@@ -1,9 +1,12 @@
-"""ChemTrans: descriptions and instructions in two text files, line by line; the instructions alone are enough.
+"""ChemTrans: two text files of descriptions and instructions, line by line; the instructions alone suffice.
 
-A line is operations in square brackets with fields, joined by "&": "[ add ] reagent: ( name: water & volume: 5 mL & ) &
-[ settemp ] temperature: 80 C & time: 2 h". The brackets of the published files do not always balance; a name without an
-opening bracket is read as if it had one, and what remains unclear turns the line down. ChemActor's tables are read too:
-comma-separated, with such a line in the column `action_labels`.
+A line consists of operations in square brackets with fields, joined by "&":
+
+    [ add ] reagent: ( name: water & volume: 5 mL & ) & [ settemp ] temperature: 80 C & time: 2 h
+
+The brackets of the published files do not always balance: a name without an opening bracket is read as if it had one,
+and a line that is still ambiguous is rejected. ChemActor's tables are read too: comma-separated values with such a line
+in the column `action_labels`.
 """
 
 from __future__ import annotations
@@ -11,15 +14,14 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
-from labgym.documents import document_error
 from labgym.errors import DocumentError
-from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
+from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Role, Verb
+from labgym.protocols.importers.records import Records, UnreadableError, from_files, read_bytes, record, slug
 from labgym.quantities import duration, temperature, value_of
 
 MAX_LINE = 50_000
@@ -56,48 +58,37 @@ _WORKING_UP: frozenset[Verb] = frozenset(
     ("DrySolution", "Extract", "Partition", "Quench", "Recrystallize", "Triturate", "Wash", "Filter", "Chromatograph")
 )
 _CLOSED = re.compile(r"&\s*\)|&\s*(?=reagent:)")
-"""The end of a reagent's fields; the bracket that should stand there may be lost."""
+"""The end of a reagent's fields; its closing bracket may be missing."""
 _AMOUNTS = ("mass", "volume", "mole", "concentration")
 _COUNT = re.compile(r"(?:^|\D)(\d{1,2})\s*(?:x|×|times)?\s*$")
 
 
-class _UnreadableError(Exception):
-    """A line that cannot be told as actions."""
+def read(path: Path) -> Records:
+    """Return the experiments of a file of instructions, of a CSV file, or of a folder of such files.
 
-
-def read(path: Path) -> Iterator[Experiment | Rejection]:
-    """Return the lines of a file of instructions (with its descriptions beside it), a CSV file, or a folder of them.
+    The descriptions are read from the file next to the instructions, if it exists.
 
     Raises:
-        DocumentError: nothing to read, or a file that is neither.
+        DocumentError: the folder holds no such file, or a single file is neither.
     """
-    files = sorted(path.glob(f"*{INSTRUCTIONS}")) + sorted(path.glob("*.csv")) if path.is_dir() else [path]
+    if not path.is_dir():
+        return _file(path)
+    files = sorted(path.glob(f"*{INSTRUCTIONS}")) + sorted(path.glob("*.csv"))
     if not files:
         raise DocumentError(path, "", f"holds no *{INSTRUCTIONS} and no *.csv")
-    for file in files:
-        try:
-            yield from _file(file)
-        except DocumentError as error:
-            if not path.is_dir():
-                raise
-            yield Rejection(file.name, str(error))
+    return from_files(path, files, _file)
 
 
-def _file(file: Path) -> Iterator[Experiment | Rejection]:
+def _file(file: Path) -> Records:
     lines = _labelled(file) if file.suffix.lower() == ".csv" else _paired(file)
     for number, (title, description, instructions) in enumerate(lines, 1):
-        place = f"{file.name}:{number}"
-        try:
-            yield _experiment(_stem(file), number, title, description, instructions)
-        except _UnreadableError as error:
-            yield Rejection(place, str(error))
-        except ValidationError as error:
-            yield Rejection(place, str(document_error(place, error)))
+        build = partial(_experiment, _stem(file), number, title, description, instructions)
+        yield record(f"{file.name}:{number}", build)
 
 
 def _stem(path: Path) -> str:
     name = path.name.removesuffix(INSTRUCTIONS).removesuffix(".csv").removesuffix(".txt")
-    return re.sub(r"[^a-z0-9_-]+", "_", name.lower())[:60] or "file"
+    return slug(name)[:60] or "file"
 
 
 def _paired(path: Path) -> Iterator[tuple[str, str, str]]:
@@ -106,7 +97,7 @@ def _paired(path: Path) -> Iterator[tuple[str, str, str]]:
     descriptions = _lines(other) if other != path and other.is_file() else [""] * len(instructions)
     if len(descriptions) != len(instructions):
         problem = (
-            f"has {len(descriptions)} lines, {path.name} has {len(instructions)}; line by line they belong together"
+            f"has {len(descriptions)} lines, but {path.name} has {len(instructions)}; the files must match line by line"
         )
         raise DocumentError(other, "", problem)
     for description, line in zip(descriptions, instructions, strict=True):
@@ -127,24 +118,18 @@ def _labelled(path: Path) -> Iterator[tuple[str, str, str]]:
 
 def _lines(path: Path) -> list[str]:
     try:
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-        if len(content) > MAX_BYTES:
-            raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
-        text = content.decode("utf-8").removesuffix("\n")
-        return [line.removesuffix("\r") for line in text.split("\n")]
-    except OSError as error:
-        raise DocumentError(path, "", f"cannot be read ({error.strerror or type(error).__name__})") from None
+        text = read_bytes(path, MAX_BYTES).decode("utf-8").removesuffix("\n")
     except UnicodeDecodeError:
         raise DocumentError(path, "", "not UTF-8 text") from None
+    return [line.removesuffix("\r") for line in text.split("\n")]
 
 
 def _experiment(stem: str, number: int, title: str, description: str, line: str) -> Experiment:
     if len(line) > MAX_LINE:
-        raise _UnreadableError(f"longer than {MAX_LINE} characters")
+        raise UnreadableError(f"longer than {MAX_LINE} characters")
     marks = list(_OPERATION.finditer(line))
     if not marks or line[: marks[0].start()].strip(" &"):
-        raise _UnreadableError("it does not begin with an operation in square brackets")
+        raise UnreadableError("it does not begin with an operation in square brackets")
     materials: dict[str, Material] = {}
     actions: list[Action] = []
     product = ""
@@ -152,7 +137,7 @@ def _experiment(stem: str, number: int, title: str, description: str, line: str)
         body = line[mark.end() : following.start() if following else len(line)]
         verb = VERBS.get(mark[1])
         if verb is None:
-            raise _UnreadableError(f"the operation {mark[1][:40]!r} is not known")
+            raise UnreadableError(f"the operation {mark[1][:40]!r} is not known")
         fields = _fields(body, _FIELD)
         reagents = [_reagent(text) for key, text in fields if key == "reagent"]
         if verb == "Yield":
@@ -189,7 +174,7 @@ def _action(
         "pressure": value_of(fields.get("pressure", ""), "pressure", default="torr"),
     }
     unread = [fields[key] for key, value in numbers.items() if value is None and fields.get(key)]
-    told = {
+    values = {
         "temperature": numbers["temperature"],
         "duration": numbers["time"] if numbers["time"] is not None else duration(speed),
         "pressure": numbers["pressure"],
@@ -197,23 +182,23 @@ def _action(
         "manner": next((word for word in ("dropwise", "portionwise", "slowly") if word in speed), None),
         "note": "; ".join(unread)[:400],
     }
-    given = {key: value for key, value in told.items() if value not in (None, "")}
-    return Action.model_validate({"verb": verb, "takes": takes, **given})
+    stated = {key: value for key, value in values.items() if value not in (None, "")}
+    return Action.model_validate({"verb": verb, "takes": takes, **stated})
 
 
 def _reagent(text: str) -> dict[str, str]:
-    """Return the fields of a reagent; the brackets around them may be lost."""
+    """Return the fields of a reagent; the brackets around them may be missing."""
     inner = text.strip().removeprefix("(").strip()
     inner = _CLOSED.split(inner)[0]
-    found = dict(_fields(inner.rstrip(" &"), _REAGENT_FIELD))
-    name = " ".join(found.get("name", "").split()).rstrip(".,;")
+    fields = dict(_fields(inner.rstrip(" &"), _REAGENT_FIELD))
+    name = " ".join(fields.get("name", "").split()).rstrip(".,;")
     if not name:
-        raise _UnreadableError(f"a reagent has no name: {text.strip()[:60]!r}")
-    return {**found, "name": name[:200]}
+        raise UnreadableError(f"a reagent has no name: {text.strip()[:60]!r}")
+    return {**fields, "name": name[:200]}
 
 
 def _amount(reagent: dict[str, str]) -> str:
-    """Return mass, volume, moles and concentration as one amount, portions in front: "2 x 100 mL"."""
+    """Return mass, volume, moles and concentration as one amount, with the portions first: "2 x 100 mL"."""
     parts = [" ".join(reagent[key].split()).rstrip(".,;") for key in _AMOUNTS if reagent.get(key)]
     count = _COUNT.search(" ".join(reagent.get("batch:each", "").split())[-40:])
     if parts and count and int(count[1]) > 1:
@@ -222,20 +207,20 @@ def _amount(reagent: dict[str, str]) -> str:
 
 
 def _fields(text: str, pattern: re.Pattern[str]) -> list[tuple[str, str]]:
-    """Return keys with the texts behind them; fields of a reagent stay in its brackets' text."""
-    found: list[tuple[str, str]] = []
+    """Return keys with the texts after them; the fields of a reagent stay in the text of its brackets."""
+    fields: list[tuple[str, str]] = []
     masked = _masked(text) if pattern is _FIELD else text
     marks: list[Any] = list(pattern.finditer(masked))
     if not marks:
         return []
     for mark, following in zip(marks, [*marks[1:], None], strict=True):
         value = text[mark.end() : following.start() if following else len(text)]
-        found.append((mark[1], value.strip().rstrip("&").strip()))
-    return found
+        fields.append((mark[1], value.strip().rstrip("&").strip()))
+    return fields
 
 
 def _masked(text: str) -> str:
-    """Return the text with everything between a reagent's brackets blanked, of the same length."""
+    """Return the text, of the same length, with everything between a reagent's brackets blanked."""
     blanked = list(text)
     for mark in re.finditer(r"reagent:\s*(?:\(\s*)?(?=name:)", text):
         closed = _CLOSED.search(text, mark.end())

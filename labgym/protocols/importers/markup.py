@@ -1,4 +1,4 @@
-"""XML from strangers: no document types, so no entities to expand; bounded in size, depth and number of elements."""
+"""Reading of untrusted XML: no document type definitions, bounded size, depth and number of elements."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from labgym.errors import DocumentError
+from labgym.protocols.importers.records import read_bytes
 
 MAX_BYTES = 8 * 1024**2
 MAX_DEPTH = 40
@@ -17,16 +18,10 @@ def read_xml(path: Path) -> Element:
     """Return the root element of a file.
 
     Raises:
-        DocumentError: missing, too large, not XML, too deep, or with a document type definition.
+        DocumentError: the file is missing, too large, not XML, nested too deeply, in an unsupported encoding, or has a
+            document type definition.
     """
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise DocumentError(path, "", f"cannot be read ({error.strerror or type(error).__name__})") from None
-    if len(content) > MAX_BYTES:
-        raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
-    return _Reader(path).read(content)
+    return _Reader(path).read(read_bytes(path, MAX_BYTES))
 
 
 class _Reader:
@@ -46,12 +41,15 @@ class _Reader:
         except expat.ExpatError as error:
             problem = f"not XML, line {error.lineno}: {expat.ErrorString(error.code)}"
             raise DocumentError(self.path, "", problem) from None
-        except (LookupError, UnicodeError):
-            raise DocumentError(self.path, "", "written in an encoding that is not known") from None
+        except DocumentError:
+            raise
+        except (LookupError, ValueError):
+            # expat raises ValueError for multi-byte encodings such as gb18030 and shift_jis.
+            raise DocumentError(self.path, "", "in an encoding that is not supported; save it as UTF-8") from None
         return self.tree.close()
 
     def _refuse(self, *_: object) -> None:
-        raise DocumentError(self.path, "", "has a document type definition, which could expand without end; remove it")
+        raise DocumentError(self.path, "", "has a document type definition, which is not allowed; remove it")
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self.depth += 1

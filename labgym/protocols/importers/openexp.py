@@ -1,8 +1,11 @@
-"""OpenExp, the action data of ReactXT: JSON lists of records, actions as one line of text each.
+"""OpenExp, the action data of ReactXT: JSON lists of records, whose actions are one line of text.
 
-A line is upper-case verbs with their slots, joined by " ; ", ended by a full stop: "ADD $1$ (2 g) dropwise at #1# ;
-STIR for @2@ ; YIELD $-1$.". Placeholders stand for molecules, temperatures and durations of the record. A file may hold
-hundreds of thousands of records and is read record by record.
+A line consists of upper-case verbs with their slots, joined by " ; ", and ends with a full stop:
+
+    ADD $1$ (2 g) dropwise at #1# ; STIR for @2@ ; YIELD $-1$.
+
+Placeholders stand for molecules, temperatures and durations of the record. A file may hold hundreds of thousands of
+records, so it is read record by record.
 """
 
 from __future__ import annotations
@@ -11,15 +14,14 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from pydantic import ValidationError
-
-from labgym.documents import document_error
 from labgym.errors import DocumentError
-from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
+from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Atmosphere, Role, Verb
+from labgym.protocols.importers.records import Records, UnreadableError, from_files, record, slug
 from labgym.quantities import duration, temperature
 
 LICENSE = "CC-BY-SA-4.0"
@@ -65,7 +67,7 @@ UNUSABLE = {
 _ROLES: dict[str, Role] = {"REACTANT": "reactant", "CATALYST": "catalyst", "SOLVENT": "solvent"}
 _SLOTS = (" at ", " for ", " over ", " under ", " to pH ")
 _PREPOSITIONS = ("with", "over", "from", "of")
-"""What may stand between a verb and its first material."""
+"""Words between a verb and its first material."""
 _SEVERAL: frozenset[Verb] = frozenset({"MakeSolution", "Partition"})
 _WORKING_UP: frozenset[Verb] = frozenset(
     ("AdjustPH", "DrySolution", "Extract", "Partition", "Quench", "Recrystallize", "Triturate", "Wash", "Filter")
@@ -78,37 +80,23 @@ _PRODUCT = "$-1$"
 _SOLUTION = "SLN"
 
 
-class _UnreadableError(Exception):
-    """A record whose actions cannot be told."""
-
-
-def read(path: Path) -> Iterator[Experiment | Rejection]:
+def read(path: Path) -> Records:
     """Return the records of a file, or of the splits in a folder: train, valid, test.
 
     Raises:
-        DocumentError: nothing to read, or a file that is no list of records.
+        DocumentError: the folder holds no split, or a single file is not a list of records.
     """
-    files = [path / name for name in FILES if (path / name).is_file()] if path.is_dir() else [path]
+    if not path.is_dir():
+        return _file(path)
+    files = [path / name for name in FILES if (path / name).is_file()]
     if not files:
         raise DocumentError(path, "", f"holds none of {', '.join(FILES)}")
-    for file in files:
-        try:
-            yield from _file(file)
-        except DocumentError as error:
-            if not path.is_dir():
-                raise
-            yield Rejection(file.name, str(error))
+    return from_files(path, files, _file)
 
 
-def _file(file: Path) -> Iterator[Experiment | Rejection]:
-    for number, record in enumerate(_records(file)):
-        place = f"{file.name}:{number}"
-        try:
-            yield _experiment(record)
-        except _UnreadableError as error:
-            yield Rejection(place, str(error))
-        except ValidationError as error:
-            yield Rejection(place, str(document_error(place, error)))
+def _file(file: Path) -> Records:
+    for number, data in enumerate(_records(file)):
+        yield record(f"{file.name}:{number}", partial(_experiment, data))
 
 
 def _records(path: Path) -> Iterator[Any]:
@@ -155,7 +143,7 @@ def _skipped(text: str, at: int, separators: str) -> int:
 
 @dataclass(frozen=True)
 class _Record:
-    """A record's texts behind the placeholders, and what is known of its molecules."""
+    """The texts behind a record's placeholders, and the names, structures and roles of its molecules."""
 
     molecules: Mapping[str, str]
     temperatures: Mapping[str, str]
@@ -165,37 +153,37 @@ class _Record:
     roles: Mapping[str, Role]
 
     def material(self, text: str) -> tuple[str, str]:
-        """Return the name of a material as written or behind its placeholder, and its structure or ""."""
+        """Return the name of a material, as written or from its placeholder, and its structure or ""."""
         if _MOLECULE.fullmatch(text):
             if text not in self.molecules:
-                raise _UnreadableError(f"the molecule {text} is not among those extracted")
+                raise UnreadableError(f"the molecule {text} is not among those extracted")
             smiles = self.molecules[text]
             return self.names.get(smiles, smiles), smiles
         name = text.replace(" \u200c(", " (")
         return name, self.structures.get(name, "")
 
 
-def _experiment(record: Any) -> Experiment:
-    known = _known(record)
-    told = record.get("actions")
-    if not isinstance(told, str) or not told.strip():
-        raise _UnreadableError("it has no actions")
-    pieces = [piece.strip() for piece in told.strip().removesuffix(".").replace("\u00a0", " ").split(" ; ")]
+def _experiment(data: Any) -> Experiment:
+    context = _context(data)
+    line = data.get("actions")
+    if not isinstance(line, str) or not line.strip():
+        raise UnreadableError("it has no actions")
+    pieces = [piece.strip() for piece in line.strip().removesuffix(".").replace("\u00a0", " ").split(" ; ")]
     if len(pieces) > MAX_ACTIONS:
-        raise _UnreadableError(f"it has more than {MAX_ACTIONS} actions")
+        raise UnreadableError(f"it has more than {MAX_ACTIONS} actions")
     materials: dict[str, Material] = {}
-    actions = tuple(_action(piece, known, materials) for piece in pieces if piece)
-    sides = [_listed(record, key) for key in ("REACTANT", "CATALYST", "SOLVENT", "PRODUCT")]
-    product = known.names.get(sides[3][0], "") if sides[3] else ""
-    index = record.get("index")
+    actions = tuple(_action(piece, context, materials) for piece in pieces if piece)
+    sides = [_listed(data, key) for key in ("REACTANT", "CATALYST", "SOLVENT", "PRODUCT")]
+    product = context.names.get(sides[3][0], "") if sides[3] else ""
+    index = data.get("index")
     if not isinstance(index, int | str) or isinstance(index, bool):
-        raise _UnreadableError("it has no index")
+        raise UnreadableError("it has no index")
     return Experiment(
-        id=f"openexp_{re.sub(r'[^a-z0-9_-]+', '_', str(index).lower())[:100]}",
+        id=f"openexp_{slug(str(index))[:100]}",
         name=(product or f"Reaction {index}")[:300],
         reaction=f"{'.'.join(sides[0])}>{'.'.join(sides[1] + sides[2])}>{'.'.join(sides[3])}",
         product=product[:500],
-        description=_text(record, "source")[:4000],
+        description=_text(data, "source")[:4000],
         materials=tuple(materials.values()),
         actions=actions,
         origin="openexp",
@@ -203,50 +191,50 @@ def _experiment(record: Any) -> Experiment:
     )
 
 
-def _known(record: Any) -> _Record:
-    if not isinstance(record, dict):
-        raise _UnreadableError(f"expected a JSON object, got {type(record).__name__}")
+def _context(data: Any) -> _Record:
+    if not isinstance(data, dict):
+        raise UnreadableError(f"expected a JSON object, got {type(data).__name__}")
     names: dict[str, str] = {}
     structures: dict[str, str] = {}
-    for name, smiles in _mapping(record, "molecules").items():
+    for name, smiles in _mapping(data, "molecules").items():
         if smiles:
             names.setdefault(smiles, name)
             structures[name] = smiles
     roles: dict[str, Role] = {}
     for key, role in _ROLES.items():
-        for smiles in _listed(record, key):
+        for smiles in _listed(data, key):
             roles.setdefault(smiles, role)
     return _Record(
-        molecules={mark: smiles for smiles, mark in _mapping(record, "extracted_molecules").items()},
-        temperatures={mark: text for text, mark in _mapping(record, "extracted_temperature").items()},
-        durations={mark: text for text, mark in _mapping(record, "extracted_duration").items()},
+        molecules={mark: smiles for smiles, mark in _mapping(data, "extracted_molecules").items()},
+        temperatures={mark: text for text, mark in _mapping(data, "extracted_temperature").items()},
+        durations={mark: text for text, mark in _mapping(data, "extracted_duration").items()},
         names=names,
         structures=structures,
         roles=roles,
     )
 
 
-def _action(piece: str, known: _Record, materials: dict[str, Material]) -> Action:
+def _action(piece: str, context: _Record, materials: dict[str, Material]) -> Action:
     if len(piece) > MAX_ACTION:
-        raise _UnreadableError(f"an action has more than {MAX_ACTION} characters")
+        raise UnreadableError(f"an action has more than {MAX_ACTION} characters")
     word, _, rest = piece.partition(" ")
     if word in UNUSABLE:
-        raise _UnreadableError(UNUSABLE[word])
+        raise UnreadableError(UNUSABLE[word])
     verb = VERBS.get(word)
     if verb is None:
-        raise _UnreadableError(f"the action {word[:40]!r} is not known")
+        raise UnreadableError(f"the action {word[:40]!r} is not known")
     fields: dict[str, Any] = {"verb": verb}
     if verb in ("CollectLayer", "Filter"):
-        kept = rest.removeprefix("keep ").strip().lower()
-        return Action.model_validate({**fields, **({"keep": kept} if kept else {})})
+        part = rest.removeprefix("keep ").strip().lower()
+        return Action.model_validate({**fields, **({"keep": part} if part else {})})
     if verb == "SetTemperature":
-        return Action.model_validate({**fields, **_at(rest, known)})
+        return Action.model_validate({**fields, **_at(rest, context)})
     if verb == "Yield":
-        found = _QUANTITIES.match(rest)
-        return Action(verb=verb, note=found["amount"] if found else "")
-    rest = _stripped(rest, known, fields)
+        quantities = _QUANTITIES.match(rest)
+        return Action(verb=verb, note=quantities["amount"] if quantities else "")
+    rest = _stripped(rest, context, fields)
     texts = rest.split(" and ") if verb in _SEVERAL else [rest] if rest else []
-    takes = tuple(_portion(text, verb, known, materials) for text in texts if text and text != _SOLUTION)
+    takes = tuple(_portion(text, verb, context, materials) for text in texts if text and text != _SOLUTION)
     if verb == "Purge":
         fields |= _gas(rest)
         takes = ()
@@ -255,8 +243,8 @@ def _action(piece: str, known: _Record, materials: dict[str, Material]) -> Actio
     return Action.model_validate({**fields, "takes": takes})
 
 
-def _stripped(rest: str, known: _Record, fields: dict[str, Any]) -> str:
-    """Take the slots off the end of an action's text, in whatever order they stand, and return what is left."""
+def _stripped(rest: str, context: _Record, fields: dict[str, Any]) -> str:
+    """Remove the slots from the end of an action's text, in any order, and return the rest."""
     rest = f" {rest}"
     while True:
         if rest.endswith(" with Dean-Stark apparatus"):
@@ -266,8 +254,8 @@ def _stripped(rest: str, known: _Record, fields: dict[str, Any]) -> str:
             rest, fields["manner"] = rest.removesuffix(" dropwise"), "dropwise"
             continue
         for slot in sorted(_SLOTS, key=rest.rfind, reverse=True):
-            head, found, tail = rest.rpartition(slot)
-            value = _slot(slot.strip(), tail, known) if found else {}
+            head, separator, tail = rest.rpartition(slot)
+            value = _slot(slot.strip(), tail, context) if separator else {}
             if value and not value.keys() & fields.keys():
                 fields |= value
                 rest = head
@@ -278,30 +266,30 @@ def _stripped(rest: str, known: _Record, fields: dict[str, Any]) -> str:
     return next((rest.removeprefix(f"{word} ") for word in _PREPOSITIONS if rest.startswith(f"{word} ")), rest)
 
 
-def _slot(slot: str, tail: str, known: _Record) -> dict[str, Any]:
-    """Return what a slot says, nothing where the words are part of a name after all."""
+def _slot(slot: str, tail: str, context: _Record) -> dict[str, Any]:
+    """Return the fields of a slot, or nothing if the words are part of a name."""
     if slot == "at":
-        return _at(tail, known)
+        return _at(tail, context)
     if slot in ("for", "over"):
-        value = duration(known.durations.get(tail, tail))
+        value = duration(context.durations.get(tail, tail))
         return (
             {"duration": value} if value is not None else {"note": "for a while"} if _DURATION.fullmatch(tail) else {}
         )
     if slot == "under":
         return _gas(tail)
-    found = _PH.search(tail)
-    return {"ph": float(found[0])} if found else {"note": f"to pH {tail}"[:400]}
+    number = _PH.search(tail)
+    return {"ph": float(number[0])} if number else {"note": f"to pH {tail}"[:400]}
 
 
-def _at(text: str, known: _Record) -> dict[str, Any]:
-    told = known.temperatures.get(text, text)
-    value = temperature(told)
+def _at(text: str, context: _Record) -> dict[str, Any]:
+    phrase = context.temperatures.get(text, text)
+    value = temperature(phrase)
     if value is not None:
         return {"temperature": value}
     named = (
-        bool(_TEMPERATURE.fullmatch(text)) or text in known.temperatures or "temperature" in text or "reflux" in text
+        bool(_TEMPERATURE.fullmatch(text)) or text in context.temperatures or "temperature" in text or "reflux" in text
     )
-    return {"note": f"at {told}"[:400]} if named else {}
+    return {"note": f"at {phrase}"[:400]} if named else {}
 
 
 def _gas(text: str) -> dict[str, Any]:
@@ -313,13 +301,13 @@ def _gas(text: str) -> dict[str, Any]:
     return {"note": f"under {text}"[:400]} if re.search(r"pressure|atmosphere|vacuo|inert", text) else {}
 
 
-def _portion(text: str, verb: Verb, known: _Record, materials: dict[str, Material]) -> Portion:
+def _portion(text: str, verb: Verb, context: _Record, materials: dict[str, Material]) -> Portion:
     counted = _PORTIONS.match(text)
     text = counted["rest"] if counted else text
-    found = _QUANTITIES.match(text)
-    name, smiles = known.material((found["name"] if found else text).strip())
-    role = known.roles.get(smiles) or ("workup" if verb in _WORKING_UP else "reagent")
-    amount = found["amount"] if found else ""
+    quantities = _QUANTITIES.match(text)
+    name, smiles = context.material((quantities["name"] if quantities else text).strip())
+    role = context.roles.get(smiles) or ("workup" if verb in _WORKING_UP else "reagent")
+    amount = quantities["amount"] if quantities else ""
     if counted and amount:
         amount = f"{counted['count']} x {amount}"
     materials.setdefault(name, Material(name=name, role=role, smiles=smiles))
@@ -329,7 +317,7 @@ def _portion(text: str, verb: Verb, known: _Record, materials: dict[str, Materia
 def _mapping(record: Mapping[str, Any], key: str) -> dict[str, str]:
     value = record.get(key) or {}
     if not isinstance(value, dict):
-        raise _UnreadableError(f"{key} is no object")
+        raise UnreadableError(f"{key} is not a JSON object")
     return {str(name): item for name, item in value.items() if isinstance(item, str)}
 
 

@@ -1,32 +1,21 @@
-"""The Open Reaction Database: datasets as protocol buffers (binary, text, JSON, gzipped or not) or Parquet."""
+"""The Open Reaction Database: from reactions to experiments."""
 
 from __future__ import annotations
 
-import itertools
 import math
-import re
-import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from pydantic import ValidationError
-
-from labgym.documents import document_error
-from labgym.errors import DocumentError, MissingDependencyError
-from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
+from labgym.errors import DocumentError
+from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Atmosphere, Keep, Role, Verb
-from labgym.protocols.importers.ord_messages import messages
-from labgym.quantities import BASE, ROOM_RANGE, SYMBOLS, Dimension, convert
+from labgym.protocols.importers.ord_files import BINARY, JSON, PARQUET, TEXT, reactions
+from labgym.protocols.importers.records import Records, UnreadableError, from_files, holding, record, slug
+from labgym.quantities import BASE, SYMBOLS, Dimension, convert
 
 LICENSE = "CC-BY-SA-4.0"
-MAX_BYTES = 1024**3
-MAX_UNPACKED = 1024**3
-MAX_REACTION = 4 * 1024**2
-MAX_TEXT = 64 * 1024**2
-"""Bytes of a file, of what a gzipped one unpacks to, of one reaction in Parquet, and of JSON or text, which unfold to
-many times their size."""
-BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
 _DEGREES = {"celsius": "degree_Celsius", "fahrenheit": "degree_Fahrenheit"}
 _ROLES: dict[str, Role] = {
     "REACTANT": "reactant",
@@ -36,7 +25,7 @@ _ROLES: dict[str, Role] = {
 }
 _MANNERS = {"DROPWISE": "dropwise", "PORTIONWISE": "portionwise", "SLOW": "slowly", "FAST": "quickly"}
 _NAMED = ("NAME", "IUPAC_NAME", "CAS_NUMBER", "SMILES", "CXSMILES", "INCHI_KEY")
-"""Kinds of identifiers that a substance is called by, the best first."""
+"""Kinds of identifiers that name a substance, the best first."""
 _WORKUPS: dict[str, Verb] = {
     "ADDITION": "Add",
     "ALIQUOT": "Analyze",
@@ -56,7 +45,7 @@ _WORKUPS: dict[str, Verb] = {
     "DISSOLUTION": "Dissolve",
     "DISTILLATION": "Distill",
 }
-_TOLD: tuple[tuple[str, Verb], ...] = (
+_BY_DESCRIPTION: tuple[tuple[str, Verb], ...] = (
     ("recrystal", "Recrystallize"),
     ("crystal", "Crystallize"),
     ("precipit", "Crystallize"),
@@ -66,19 +55,17 @@ _TOLD: tuple[tuple[str, Verb], ...] = (
     ("partition", "Partition"),
     ("sublim", "Sublime"),
 )
-"""Work-ups of the database's kind CUSTOM by a word of their description."""
+"""Verbs of work-ups of the kind CUSTOM, by a word of their description."""
 
 
-class _OutOfScopeError(Exception):
-    """A reaction that the actions of an experiment cannot tell."""
-
-
-def read(path: Path) -> Iterator[Experiment | Rejection]:
+def read(path: Path) -> Records:
     """Return the reactions of a dataset, or of all datasets below a folder in the order of their names.
 
+    A reaction with a value that the schema does not know becomes a rejection.
+
     Raises:
-        DocumentError: nothing to read, or a single file that is no dataset.
-        MissingDependencyError: protobuf, or for Parquet pyarrow, is not installed.
+        DocumentError: the folder holds no datasets, or a single file is not a dataset.
+        MissingDependencyError: protobuf, or pyarrow for Parquet, is not installed.
     """
     if not path.is_dir():
         yield from _file(path)
@@ -87,11 +74,7 @@ def read(path: Path) -> Iterator[Experiment | Rejection]:
     if not files:
         kinds = ", ".join((*BINARY, *TEXT, *JSON, *PARQUET))
         raise DocumentError(path, "", f"holds no ORD datasets ({kinds}, or gzipped)")
-    for file in files:
-        try:
-            yield from _file(file)
-        except DocumentError as error:
-            yield Rejection(str(file.relative_to(path)), str(error))
+    yield from from_files(path, files, _file)
 
 
 def _suffix(path: Path) -> str:
@@ -99,126 +82,34 @@ def _suffix(path: Path) -> str:
     return next((s for s in (*BINARY, *TEXT, *JSON, *PARQUET) if name.endswith(s)), "")
 
 
-def _file(path: Path) -> Iterator[Experiment | Rejection]:
-    for number, reaction in enumerate(_reactions(path)):
-        place = f"{path.name}:{number}"
-        if isinstance(reaction, Rejection):
-            yield reaction
-            continue
-        try:
-            yield _experiment(reaction, path, number)
-        except _OutOfScopeError as error:
-            yield Rejection(place, str(error))
-        except TypeError:
-            yield Rejection(place, "it has text that is not UTF-8")
-        except ValidationError as error:
-            yield Rejection(place, str(document_error(place, error)))
+def _file(path: Path) -> Records:
+    for number, parse in enumerate(reactions(path)):
+        yield record(f"{path.name}:{number}", partial(_parsed, parse, path, number))
 
 
-def _reactions(path: Path) -> Iterator[Any]:
-    if _suffix(path) in PARQUET:
-        yield from _parquet(path)
-        return
-    dataset = messages()[0]()
-    from google.protobuf import json_format, text_format
-    from google.protobuf.message import DecodeError
-
-    content = _content(path)
-    if _suffix(path) in (*TEXT, *JSON) and len(content) > MAX_TEXT:
-        raise DocumentError(path, "", f"text of more than {MAX_TEXT} bytes; save it as .pb, which is read faster")
-    try:
-        if _suffix(path) in JSON:
-            json_format.Parse(_with_listed_inputs(content), dataset, ignore_unknown_fields=True, max_recursion_depth=50)
-        elif _suffix(path) in TEXT:
-            text_format.Parse(content.decode("utf-8"), dataset, allow_unknown_field=True)
-        else:
-            dataset.ParseFromString(content)
-    except (json_format.ParseError, text_format.ParseError, DecodeError, ValueError, RecursionError) as error:
-        raise DocumentError(path, "", f"not an ORD dataset ({' '.join(str(error).split())[:200]})") from None
-    yield from dataset.reactions
-
-
-def _content(path: Path) -> bytes:
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise DocumentError(path, "", f"cannot be read ({error.strerror or type(error).__name__})") from None
-    if len(content) > MAX_BYTES:
-        raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
-    if not path.name.lower().endswith(".gz"):
-        return content
-    unpacker = zlib.decompressobj(zlib.MAX_WBITS | 16)
-    try:
-        unpacked = unpacker.decompress(content, MAX_UNPACKED)
-    except zlib.error:
-        raise DocumentError(path, "", "not gzipped, although its name says so") from None
-    if unpacker.unconsumed_tail:
-        raise DocumentError(path, "", f"unpacks to more than {MAX_UNPACKED} bytes")
-    if unpacker.unused_data.strip(b"\0"):
-        raise DocumentError(path, "", "several gzip streams in one file; unpack it first")
-    if not unpacker.eof:
-        raise DocumentError(path, "", "cut off: its gzip stream does not end")
-    return unpacked
-
-
-def _with_listed_inputs(content: bytes) -> str:
-    """Return a dataset's JSON with the map of inputs as the list of entries that it is on the wire."""
-    import json
-
-    data = json.loads(content)
-    reactions = data.get("reactions", []) if isinstance(data, dict) else []
-    for reaction in reactions if isinstance(reactions, list) else []:
-        if isinstance(reaction, dict) and isinstance(reaction.get("inputs"), dict):
-            reaction["inputs"] = [{"key": key, "value": value} for key, value in reaction["inputs"].items()]
-    return json.dumps(data)
-
-
-def _parquet(path: Path) -> Iterator[Any]:
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise MissingDependencyError("pyarrow", "reading Parquet datasets", "ord") from None
-    reaction_type = messages()[1]
-    from google.protobuf.message import DecodeError
-
-    try:
-        table = pyarrow.parquet.ParquetFile(path)
-        numbers = itertools.count()
-        for batch in table.iter_batches(batch_size=100, columns=["reaction"]):
-            for number, value in zip(numbers, batch.column(0), strict=False):
-                content = value.as_py()
-                if not isinstance(content, bytes) or len(content) > MAX_REACTION:
-                    yield Rejection(f"{path.name}:{number}", "the column reaction holds no serialized reaction")
-                    continue
-                try:
-                    yield reaction_type.FromString(content)
-                except DecodeError:
-                    yield Rejection(f"{path.name}:{number}", "not a serialized reaction")
-    except (pyarrow.ArrowException, OSError, KeyError, IndexError) as error:
-        raise DocumentError(path, "", f"not an ORD dataset in Parquet ({str(error)[:200]})") from None
+def _parsed(parse: Callable[[], Any], path: Path, number: int) -> Experiment:
+    return _experiment(parse(), path, number)
 
 
 def _experiment(reaction: Any, path: Path, number: int) -> Experiment:
     conditions = reaction.conditions
     if conditions.HasField("flow") or conditions.HasField("electrochemistry"):
-        raise _OutOfScopeError("flow chemistry and electrochemistry are not among the actions of an experiment")
+        raise UnreadableError("flow chemistry and electrochemistry cannot be expressed as actions")
     materials: dict[str, Material] = {}
-    entries = sorted(reaction.inputs, key=lambda entry: (entry.value.addition_order, entry.key))
+    entries = sorted(reaction.inputs, key=lambda entry: (entry.value.addition_order, _text(entry.key)))
     actions = [_added(entry.value, materials, "Add") for entry in entries]
-    actions += _held(conditions, reaction.outcomes)
+    actions += _reacting(conditions, reaction.outcomes)
     actions += [_worked_up(workup, materials) for workup in reaction.workups]
     product = _product(reaction.outcomes)
-    called, smiles = ("", "") if product is None else (_called(product), _smiles(product))
+    name, smiles = ("", "") if product is None else (_name(product), _smiles(product))
     actions.append(Action(verb="Yield", note=_yield(product)))
-    given = re.sub(r"[^a-z0-9_-]+", "_", reaction.reaction_id.lower())[:100] or f"{path.name.split('.')[0]}_{number}"
+    reaction_id = _text(reaction.reaction_id) or f"{path.name.split('.')[0]}_{number}"
     return Experiment(
-        id="ord_" + re.sub(r"[^a-z0-9_-]+", "_", given.lower()).removeprefix("ord-")[:100],
-        name=(called or reaction.reaction_id or given)[:300],
+        id="ord_" + slug(reaction_id).removeprefix("ord-")[:100],
+        name=(name or reaction_id)[:300],
         reaction=_equation(reaction, materials, smiles),
-        product=called[:500],
-        description=reaction.notes.procedure_details[:4000],
+        product=name[:500],
+        description=_text(reaction.notes.procedure_details)[:4000],
         materials=tuple(materials.values()),
         actions=tuple(actions),
         origin="ord",
@@ -226,19 +117,19 @@ def _experiment(reaction: Any, path: Path, number: int) -> Experiment:
     )
 
 
-def _added(given: Any, materials: dict[str, Material], verb: Verb, **conditions: Any) -> Action:
+def _added(inputs: Any, materials: dict[str, Material], verb: Verb, **conditions: Any) -> Action:
     takes = []
-    for compound in given.components:
-        name = _called(compound)[:200]
+    for compound in inputs.components:
+        name = _name(compound)[:200]
         if not name:
-            raise _OutOfScopeError("a component has neither name nor structure")
+            raise UnreadableError("a component has neither name nor structure")
         role: Role = "workup" if verb != "Add" else _ROLES.get(_enum(compound, "reaction_role"), "reagent")
         materials.setdefault(name, Material(name=name, role=role, smiles=_smiles(compound)))
         takes.append(Portion(name=name, amount=_amount(compound.amount)))
-    manner = _MANNERS.get(_enum(given.addition_speed, "type"))
+    manner = _MANNERS.get(_enum(inputs.addition_speed, "type"))
     stated = {
-        "temperature": _temperature(given.addition_temperature),
-        "duration": _minutes(given.addition_duration),
+        "temperature": _temperature(inputs.addition_temperature),
+        "duration": _minutes(inputs.addition_duration),
         "manner": manner,
         **conditions,
     }
@@ -247,8 +138,8 @@ def _added(given: Any, materials: dict[str, Material], verb: Verb, **conditions:
     )
 
 
-def _held(conditions: Any, outcomes: Any) -> Iterator[Action]:
-    """Return how the mixture is left to react, where anything is said of it."""
+def _reacting(conditions: Any, outcomes: Any) -> Iterator[Action]:
+    """Return the action that lets the mixture react, if the record states any of its conditions."""
     temperature = _temperature(conditions.temperature.setpoint)
     duration = next((time for outcome in outcomes if (time := _minutes(outcome.reaction_time)) is not None), None)
     gas = _enum(conditions.pressure.atmosphere, "type").lower()
@@ -265,26 +156,26 @@ def _held(conditions: Any, outcomes: Any) -> Iterator[Action]:
         verb = "Irradiate"
     elif stirred == "SONICATION":
         verb = "Sonicate"
-    elif temperature is not None and not ROOM_RANGE[0] <= temperature <= ROOM_RANGE[1]:
-        verb = "Heat" if temperature > ROOM_RANGE[1] else "Cool"
-    told = {
+    else:
+        verb = holding(temperature)
+    values = {
         "temperature": temperature,
         "duration": duration,
         "atmosphere": gas if gas in get_args(Atmosphere) else None,
         "pressure": _measured(conditions.pressure.setpoint, "pressure", 6) or None,
         "ph": conditions.ph if conditions.HasField("ph") else None,
     }
-    present = {key: value for key, value in told.items() if value is not None}
+    present = {key: value for key, value in values.items() if value is not None}
     if present or verb != "Stir" or stirred not in ("", "UNSPECIFIED", "NONE"):
         yield Action.model_validate({"verb": verb, **present})
 
 
 def _worked_up(workup: Any, materials: dict[str, Material]) -> Action:
-    kind, details = _enum(workup, "type"), workup.details.lower()
-    verb = _WORKUPS.get(kind) or next((verb for word, verb in _TOLD if word in details), None)
+    kind, details = _enum(workup, "type"), _text(workup.details)
+    verb = _WORKUPS.get(kind) or next((verb for word, verb in _BY_DESCRIPTION if word in details.lower()), None)
     if verb is None:
-        raise _OutOfScopeError(f"a work-up of kind {kind} ({details[:60]!r}) is not among the actions of an experiment")
-    phase = workup.keep_phase.lower()
+        raise UnreadableError(f"a work-up of kind {kind} ({details[:60]!r}) cannot be expressed as an action")
+    phase = _text(workup.keep_phase).lower()
     keep: Keep | None = None
     if "organic" in phase or "aqueous" in phase:
         keep = "organic" if "organic" in phase else "aqueous"
@@ -296,17 +187,17 @@ def _worked_up(workup: Any, materials: dict[str, Material]) -> Action:
         "keep": keep,
         "ph": workup.target_ph if workup.HasField("target_ph") else None,
         "atmosphere": "vacuum" if kind == "DRY_IN_VACUUM" else None,
-        "note": workup.details[:400],
+        "note": details[:400],
     }
     stated = {key: value for key, value in conditions.items() if value is not None}
     return _added(workup.input, materials, verb, **stated)
 
 
 def _equation(reaction: Any, materials: dict[str, Material], product: str) -> str:
-    """Return the reaction SMILES that the record states, else one made of its inputs and its product."""
+    """Return the reaction SMILES of the record, else one made of its inputs and its product."""
     for identifier in reaction.identifiers:
         if _enum(identifier, "type") in ("REACTION_SMILES", "REACTION_CXSMILES"):
-            return str(("" + identifier.value).split(" ")[0])
+            return _text(identifier.value).split(" ")[0]
     sides: dict[bool, list[str]] = {True: [], False: []}
     for material in materials.values():
         if material.smiles and material.role != "workup":
@@ -326,15 +217,15 @@ def _yield(product: Any | None) -> str:
     return ""
 
 
-def _called(compound: Any) -> str:
-    identifiers = {_enum(item, "type"): "" + item.value for item in reversed(compound.identifiers)}
-    return next((str(identifiers[kind]) for kind in _NAMED if identifiers.get(kind)), "")
+def _name(compound: Any) -> str:
+    identifiers = {_enum(item, "type"): _text(item.value) for item in reversed(compound.identifiers)}
+    return next((identifiers[kind] for kind in _NAMED if identifiers.get(kind)), "")
 
 
 def _smiles(compound: Any) -> str:
     for identifier in compound.identifiers:
         if _enum(identifier, "type") in ("SMILES", "CXSMILES"):
-            return str(("" + identifier.value).split(" ")[0])
+            return _text(identifier.value).split(" ")[0]
     return ""
 
 
@@ -372,6 +263,17 @@ def _measured(measure: Any, dimension: Dimension, digits: int) -> float | None:
         return None
     # Messages hold 32-bit floats: 6 digits are what the database's number had.
     return round(convert(float(f"{measure.value:.6g}"), unit, BASE[dimension]), digits)
+
+
+def _text(value: Any) -> str:
+    """Return the text of a string field.
+
+    Raises:
+        UnreadableError: the field holds bytes that are not UTF-8 text; protobuf passes those on as they are.
+    """
+    if not isinstance(value, str):
+        raise UnreadableError("it has text that is not UTF-8")
+    return value
 
 
 def _enum(message: Any, field: str) -> str:

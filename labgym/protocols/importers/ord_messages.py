@@ -1,8 +1,7 @@
-"""The messages of the Open Reaction Database, as far as an experiment needs them.
+"""The messages of the Open Reaction Database that an experiment needs.
 
-Field numbers and names are those of ord-schema 0.9, so its binary, text and JSON files parse; fields that are not
-listed are passed over. The package ord-schema itself asks for an older protobuf than the layout solver does, and the
-two cannot be installed together.
+Field numbers and names are those of ord-schema 0.9, so its binary, text and JSON files parse; other fields are ignored.
+The package ord-schema requires an older protobuf than the layout solver, so the two cannot be installed together.
 """
 
 from __future__ import annotations
@@ -39,7 +38,9 @@ _ENUMS: dict[str, str] = {
     "DISSOLUTION DISTILLATION",
     "ProductMeasurementType": "UNSPECIFIED CUSTOM IDENTITY YIELD SELECTIVITY PURITY AREA COUNTS INTENSITY AMOUNT",
 }
-"""Names of the enumerations' values, numbered from 0 as they stand."""
+"""Names of the enumerations' values, numbered from 0 in this order."""
+_ALIASES = {"ReactionIdentifierType": {"ATOM_MAPPED_SMILES": 3, "NAME": 5}}
+"""Names that earlier versions of the schema had for a value."""
 
 _MESSAGES: dict[str, str] = {
     "Dataset": "1 name string, 2 description string, 3 reactions Reaction*, 5 dataset_id string",
@@ -98,22 +99,25 @@ def messages() -> tuple[Any, Any]:
         raise MissingDependencyError("protobuf", "reading Open Reaction Database files", "ord") from None
     file = descriptor_pb2.FileDescriptorProto(name="labgym/ord.proto", package=_PACKAGE, syntax="proto2")
     for name, values in _ENUMS.items():
-        # Values of all enumerations of a scope must differ, so each has a message of its own around it.
+        # Values of all enumerations in a scope must differ, so each enumeration is inside its own message.
         enum = file.message_type.add(name=f"{name}Scope").enum_type.add(name=name)
         for place, value in enumerate(values.split()):
             enum.value.add(name=value, number=_NUMBERED.get(value, place))
+        for alias, place in _ALIASES.get(name, {}).items():
+            enum.options.allow_alias = True
+            enum.value.add(name=alias, number=place)
     for name, fields in _MESSAGES.items():
         message = file.message_type.add(name=name)
         for text in fields.split(", "):
             number, field, kind = text.split()
             _add_field(message, int(number), field, kind)
-    # A map is on the wire what a repeated message of key and value is, and so it is in text.
+    # On the wire and in text, a map is a repeated message of key and value.
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file)
-    found = [
+    classes = [
         message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{_PACKAGE}.{n}")) for n in ("Dataset", "Reaction")
     ]
-    return found[0], found[1]
+    return classes[0], classes[1]
 
 
 def _add_field(message: Any, number: int, name: str, kind: str) -> None:

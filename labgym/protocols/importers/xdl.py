@@ -1,33 +1,33 @@
 """XDL, the chemical description language: XML files of one synthesis each.
 
-Both shapes of the language are read: reagents by `id` and by `name`, one procedure or one in phases. What only moves
-the machine along (cleaning, stopping a stirrer, confirming) is no action of the experiment and left out; a step that is
-not known turns the file down, since what it does cannot be told.
+Both versions of the language are read: reagents by `id` or by `name`, and a procedure with or without phases. Steps
+that only operate the machine (cleaning, stopping a stirrer, confirming) are left out. An unknown step rejects the file,
+because its effect on the mixture is unknown.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
 
-from pydantic import ValidationError
-
-from labgym.documents import document_error
 from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
 from labgym.protocols.experiments.model import Role, Verb
 from labgym.protocols.importers.markup import read_xml
-from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE, value_of
+from labgym.protocols.importers.records import Records, UnreadableError, from_files, holding, record, slug
+from labgym.quantities import ROOM_TEMPERATURE, value_of
 
 SUFFIXES = (".xdl", ".xml")
 MAX_ACTIONS = 300
 MAX_VISITS = 20_000
-"""Actions of an experiment, and steps that are looked at, repeats counted."""
+"""Largest numbers of actions of an experiment and of steps including repeats."""
 _NUMBER = re.compile(r"[0-9]{1,4}")
+_TITLE = re.compile(r"^\s*(?:the\s+)?(?:synthesis|preparation) of\s+([^.;]{3,120}?)\s*\.?\s*$", re.IGNORECASE)
 
 MACHINE = frozenset(
     (
@@ -36,7 +36,7 @@ MACHINE = frozenset(
         "Shutdown",
     )
 )
-"""Steps that tend the machine, not the experiment."""
+"""Steps that operate the machine and do not change the mixture."""
 NESTING = frozenset(("Prep", "Reaction", "Workup", "Purification", "Async", "Procedure", "Step"))
 """Elements that only group steps."""
 _ROLES: dict[str, Role] = {
@@ -51,80 +51,79 @@ _ROLES: dict[str, Role] = {
 _GASES = {"nitrogen": "nitrogen", "n2": "nitrogen", "argon": "argon", "ar": "argon", "hydrogen": "hydrogen"}
 
 
-class _UnknownStepError(Exception):
-    """A step, or a loop, that cannot be told as actions."""
-
-
 @dataclass
-class _Bench:
-    """The actions so far, and how each material was used."""
+class _ActionList:
+    """The actions so far, and the verbs that used each material."""
 
     actions: list[Action] = field(default_factory=list)
     uses: dict[str, set[Verb]] = field(default_factory=dict)
     visited: int = 0
 
     def do(self, verb: Verb, *takes: Portion, **conditions: Any) -> None:
-        given = {name: value for name, value in conditions.items() if value not in (None, "")}
+        stated = {name: value for name, value in conditions.items() if value not in (None, "")}
         if len(self.actions) == MAX_ACTIONS:
-            raise _UnknownStepError(f"it has more than {MAX_ACTIONS} actions")
-        self.actions.append(Action.model_validate({"verb": verb, "takes": takes, **given}))
+            raise UnreadableError(f"it has more than {MAX_ACTIONS} actions")
+        self.actions.append(Action.model_validate({"verb": verb, "takes": takes, **stated}))
         for portion in takes:
             self.uses.setdefault(portion.name, set()).add(verb)
 
 
-def read(path: Path) -> Iterator[Experiment | Rejection]:
-    """Return the experiment of an XDL file, or those of a folder's files in the order of their names.
+def read(path: Path, product: str = "") -> Records:
+    """Return the experiment of an XDL file, or those of the files in a folder in the order of their names.
+
+    Args:
+        path: file or folder.
+        product: name of the product of files that do not state one; "{stem}" stands for the file's name without suffix.
 
     Raises:
-        DocumentError: nothing to read, or, for a single file, it is not XDL.
+        DocumentError: the folder holds no XDL files, or a single file is not XDL.
     """
     if not path.is_dir():
-        yield _experiment(path, path.name)
+        yield _file(path, path.name, product)
         return
     files = sorted(file for file in path.rglob("*") if file.suffix.lower() in SUFFIXES and file.is_file())
     if not files:
         raise DocumentError(path, "", f"holds no XDL files ({', '.join(SUFFIXES)})")
-    for file in files:
-        try:
-            yield _experiment(file, str(file.relative_to(path)))
-        except DocumentError as error:
-            yield Rejection(str(file.relative_to(path)), str(error))
+    yield from from_files(path, files, lambda file: iter((_file(file, str(file.relative_to(path)), product),)))
 
 
-def _experiment(path: Path, place: str) -> Experiment | Rejection:
+def _file(path: Path, place: str, product: str) -> Experiment | Rejection:
     root = read_xml(path)
     synthesis = root if root.tag == "Synthesis" else root.find("Synthesis")
     procedure = None if synthesis is None else synthesis.find("Procedure")
     if synthesis is None or procedure is None:
         raise DocumentError(path, "", "not XDL: it has no Synthesis with a Procedure")
-    bench = _Bench()
-    try:
-        for step in procedure:
-            _carry_out(step, bench)
-        bench.do("Yield")
-        return _written(place, path.stem, synthesis, bench)
-    except _UnknownStepError as error:
-        return Rejection(place, str(error))
-    except ValidationError as error:
-        return Rejection(place, str(document_error(place, error)))
+    fallback = product.replace("{stem}", path.stem)
+    return record(place, partial(_experiment, place, path.stem, synthesis, procedure, fallback))
 
 
-def _written(place: str, stem: str, synthesis: Element, bench: _Bench) -> Experiment:
+def _experiment(place: str, stem: str, synthesis: Element, procedure: Element, fallback: str) -> Experiment:
+    actions = _ActionList()
+    for step in procedure:
+        _carry_out(step, actions)
+    if not actions.uses:
+        raise UnreadableError("it takes no materials")
+    actions.do("Yield")
     metadata = synthesis.find("Metadata")
-    told = {} if metadata is None else metadata.attrib
-    given = re.sub(r"[^a-z0-9_-]+", "_", place.lower().rpartition(".")[0]).strip("_-")[-100:]
-    product = told.get("product", "") or synthesis.get("product", "")
-    stated = {_name(reagent): reagent.get("role", "") for reagent in synthesis.iter("Reagent")}
-    materials = [Material(name=name, role=_role(stated.get(name, ""), verbs)) for name, verbs in bench.uses.items()]
+    fields = {} if metadata is None else metadata.attrib
+    product = _product(synthesis, fields) or fallback
+    roles = {_name(reagent): reagent.get("role", "") for reagent in synthesis.iter("Reagent")}
+    materials = [Material(name=name, role=_role(roles.get(name, ""), verbs)) for name, verbs in actions.uses.items()]
     return Experiment(
-        id=f"xdl_{given or 'file'}",
-        name=(product or told.get("description", "") or stem)[:300],
+        id=f"xdl_{slug(place.rpartition('.')[0]).strip('_-')[-100:] or 'file'}",
+        name=(product or fields.get("description", "") or stem)[:300],
         product=product[:500],
-        description=told.get("description", "")[:4000],
+        description=fields.get("description", "")[:4000],
         materials=tuple(materials),
-        actions=tuple(bench.actions),
+        actions=tuple(actions.actions),
         origin="xdl",
     )
+
+
+def _product(synthesis: Element, fields: Mapping[str, str]) -> str:
+    """Return the product that the metadata state, also as a description "Synthesis of ...", or ""."""
+    title = _TITLE.match(fields.get("description", ""))
+    return fields.get("product", "") or synthesis.get("product", "") or (title[1] if title else "")
 
 
 def _name(reagent: Element) -> str:
@@ -139,25 +138,25 @@ def _role(stated: str, verbs: set[Verb]) -> Role:
     return "solvent" if verbs <= {"Dissolve"} else "reagent"
 
 
-def _carry_out(step: Element, bench: _Bench) -> None:
-    """Append what a step and the steps in it do."""
-    bench.visited += 1
-    if bench.visited > MAX_VISITS:
-        raise _UnknownStepError(f"its repeats come to more than {MAX_VISITS} steps")
+def _carry_out(step: Element, actions: _ActionList) -> None:
+    """Append the actions of a step and of the steps in it."""
+    actions.visited += 1
+    if actions.visited > MAX_VISITS:
+        raise UnreadableError(f"it has more than {MAX_VISITS} steps, repeats included")
     if step.tag in NESTING:
         for inner in step:
-            _carry_out(inner, bench)
+            _carry_out(inner, actions)
     elif step.tag == "Repeat":
         times = step.get("repeats", "")
         if not _NUMBER.fullmatch(times) or not 1 <= int(times) <= MAX_ACTIONS:
-            raise _UnknownStepError(f"a Repeat has no number of repeats, got {times[:40]!r}")
+            raise UnreadableError(f"a Repeat needs a number of repeats from 1 to {MAX_ACTIONS}, got {times[:40]!r}")
         for _ in range(int(times)):
             for inner in step:
-                _carry_out(inner, bench)
+                _carry_out(inner, actions)
     elif step.tag in _STEPS:
-        _STEPS[step.tag](step, bench)
+        _STEPS[step.tag](step, actions)
     elif step.tag not in MACHINE:
-        raise _UnknownStepError(f"step {step.tag[:60]!r} is not known")
+        raise UnreadableError(f"step {step.tag[:60]!r} is not known")
 
 
 def _conditions(step: Element) -> dict[str, Any]:
@@ -183,7 +182,7 @@ def _conditions(step: Element) -> dict[str, Any]:
 
 
 def _portion(step: Element, of: str, *amounts: str) -> tuple[Portion, ...]:
-    """Return what a step takes: the material named by one attribute, its amount by the first of others."""
+    """Return the material that one attribute names, with the amount from the first of the others that is set."""
     name = step.get(of, "").strip()
     if not name:
         return ()
@@ -194,56 +193,53 @@ def _portion(step: Element, of: str, *amounts: str) -> tuple[Portion, ...]:
     return (Portion(name=name, amount=amount),)
 
 
-def _add(step: Element, bench: _Bench) -> None:
+def _add(step: Element, actions: _ActionList) -> None:
     slowly = "dropwise" if step.get("dropwise", "").lower() == "true" else None
     portionwise = "portionwise" if step.get("portions") else None
     takes = _portion(step, "reagent", "volume", "mass", "amount", "mol")
-    bench.do("Add", *takes, manner=slowly or portionwise, **_conditions(step))
+    actions.do("Add", *takes, manner=slowly or portionwise, **_conditions(step))
 
 
-def _heat_chill(step: Element, bench: _Bench) -> None:
+def _heat_chill(step: Element, actions: _ActionList) -> None:
     conditions = _conditions(step)
     at = conditions["temperature"]
     if at is None and step.get("temp"):
-        bench.do("Heat", **conditions)
+        actions.do("Heat", **conditions)
         return
-    verb: Verb = (
-        "Stir" if at is None or ROOM_RANGE[0] <= at <= ROOM_RANGE[1] else "Heat" if at > ROOM_RANGE[1] else "Cool"
-    )
-    bench.do(verb, **conditions)
+    actions.do(holding(at), **conditions)
 
 
-def _separate(step: Element, bench: _Bench) -> None:
+def _separate(step: Element, actions: _ActionList) -> None:
     takes = _portion(step, "solvent", "solvent_volume", "volume")
-    lower = step.get("product_phase", "").lower() or {"true": "bottom", "false": "top"}.get(
+    layer = step.get("product_phase", "").lower() or {"true": "bottom", "false": "top"}.get(
         step.get("product_bottom", "").lower(), ""
     )
     verb: Verb = "Wash" if step.get("purpose", "").lower() == "wash" else "Extract" if takes else "PhaseSeparation"
-    bench.do(verb, *takes, note=f"product in the {lower} layer" if lower in ("top", "bottom") else "")
+    actions.do(verb, *takes, note=f"product in the {layer} layer" if layer in ("top", "bottom") else "")
     if step.get("through"):
-        bench.do("DrySolution", *_portion(step, "through"))
+        actions.do("DrySolution", *_portion(step, "through"))
 
 
-def _filter(step: Element, bench: _Bench) -> None:
-    bench.do("Filter", keep=None if step.get("filtrate_vessel") else "precipitate", **_conditions(step))
+def _filter(step: Element, actions: _ActionList) -> None:
+    actions.do("Filter", keep=None if step.get("filtrate_vessel") else "precipitate", **_conditions(step))
 
 
-def _filter_through(step: Element, bench: _Bench) -> None:
+def _filter_through(step: Element, actions: _ActionList) -> None:
     takes = (*_portion(step, "through"), *_portion(step, "eluting_solvent", "eluting_volume"))
-    bench.do("Filter", *takes, keep="filtrate")
+    actions.do("Filter", *takes, keep="filtrate")
 
 
-def _plain(verb: Verb, of: str = "", *amounts: str, **fixed: Any) -> Callable[[Element, _Bench], None]:
-    """Return the reading of a step that is one action: its verb, what it takes, and its conditions."""
+def _plain(verb: Verb, of: str = "", *amounts: str, **fixed: Any) -> Callable[[Element, _ActionList], None]:
+    """Return the handler of a step that is one action: its verb, its material and its conditions."""
 
-    def carry_out(step: Element, bench: _Bench) -> None:
+    def carry_out(step: Element, actions: _ActionList) -> None:
         takes = _portion(step, of, *amounts) if of else ()
-        bench.do(verb, *takes, **{**_conditions(step), **fixed})
+        actions.do(verb, *takes, **{**_conditions(step), **fixed})
 
     return carry_out
 
 
-_STEPS: dict[str, Callable[[Element, _Bench], None]] = {
+_STEPS: dict[str, Callable[[Element, _ActionList], None]] = {
     "Add": _add,
     "AddSolid": _add,
     "Transfer": _plain("Transfer"),

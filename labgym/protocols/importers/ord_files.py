@@ -1,0 +1,250 @@
+"""Files of the Open Reaction Database: protocol buffers (binary, text, JSON, gzipped or not) or Parquet."""
+
+from __future__ import annotations
+
+import json
+import re
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from labgym.errors import DocumentError, MissingDependencyError
+from labgym.protocols.importers.ord_messages import messages
+from labgym.protocols.importers.records import UnreadableError, one_line, read_bytes
+
+MAX_BYTES = 1024**3
+MAX_UNPACKED = 1024**3
+MAX_REACTION = 4 * 1024**2
+MAX_TEXT = 64 * 1024**2
+"""Largest sizes in bytes: of a file, of what a gzipped file unpacks to, of one reaction in Parquet, and of JSON or
+text, which need many times their size in memory."""
+MAX_DEPTH = 50
+BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
+_REACTION = re.compile(rb"\s*reactions\s*:?\s*(?=[{<])")
+_BRACKETS = re.compile(rb"[{}<>\"'#]")
+
+Parse = Callable[[], Any]
+"""A function that returns a reaction's message, or raises UnreadableError."""
+
+
+def reactions(path: Path) -> Iterator[Parse]:
+    """Return one function per reaction of a dataset, which parses that reaction.
+
+    Raises:
+        DocumentError: the file is not a dataset.
+        MissingDependencyError: protobuf, or pyarrow for Parquet, is not installed.
+    """
+    name = path.name.lower().removesuffix(".gz")
+    messages()
+    if name.endswith(PARQUET):
+        yield from _parquet(path)
+        return
+    content = _content(path)
+    if name.endswith((*TEXT, *JSON)) and len(content) > MAX_TEXT:
+        raise DocumentError(path, "", f"text of more than {MAX_TEXT} bytes; save it as .pb, which is read faster")
+    if name.endswith(JSON):
+        yield from _json(path, content)
+    elif name.endswith(TEXT):
+        yield from _text(path, content)
+    else:
+        yield from _binary(path, content)
+
+
+def _content(path: Path) -> bytes:
+    content = read_bytes(path, MAX_BYTES)
+    if not path.name.lower().endswith(".gz"):
+        return content
+    unpacker = zlib.decompressobj(zlib.MAX_WBITS | 16)
+    try:
+        unpacked = unpacker.decompress(content, MAX_UNPACKED)
+    except zlib.error:
+        raise DocumentError(path, "", "not gzipped, although its name says so") from None
+    if unpacker.unconsumed_tail:
+        raise DocumentError(path, "", f"unpacks to more than {MAX_UNPACKED} bytes")
+    if unpacker.unused_data.strip(b"\0"):
+        raise DocumentError(path, "", "several gzip streams in one file; unpack it first")
+    if not unpacker.eof:
+        raise DocumentError(path, "", "cut off: its gzip stream does not end")
+    return unpacked
+
+
+def _binary(path: Path, content: bytes) -> Iterator[Parse]:
+    from google.protobuf.message import DecodeError
+
+    dataset = messages()[0]()
+    try:
+        dataset.ParseFromString(content)
+    except (DecodeError, ValueError) as error:
+        raise DocumentError(path, "", f"not an ORD dataset ({one_line(error)})") from None
+    for reaction in dataset.reactions:
+        yield partial(_known, reaction)
+
+
+def _json(path: Path, content: bytes) -> Iterator[Parse]:
+    try:
+        data = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise DocumentError(path, "", f"not an ORD dataset ({one_line(error)})") from None
+    entries = data.get("reactions") if isinstance(data, dict) else None
+    if not isinstance(data, dict) or not isinstance(entries or [], list):
+        raise DocumentError(path, "", "not an ORD dataset (expected a JSON object with a list of reactions)")
+    for entry in entries or []:
+        yield partial(_from_json, entry)
+
+
+def _from_json(entry: Any) -> Any:
+    from google.protobuf import json_format
+
+    reaction = messages()[1]()
+    if not isinstance(entry, dict):
+        raise UnreadableError(f"expected a JSON object, got {type(entry).__name__}")
+    if isinstance(entry.get("inputs"), dict):
+        # On the wire a map is a list of entries, which is how the message is defined here.
+        entry = {**entry, "inputs": [{"key": key, "value": value} for key, value in entry["inputs"].items()]}
+    value = _unknown_value(entry, reaction.DESCRIPTOR)
+    if value:
+        raise UnreadableError(value)
+    try:
+        json_format.ParseDict(entry, reaction, ignore_unknown_fields=True, max_recursion_depth=MAX_DEPTH)
+    except (json_format.ParseError, ValueError, RecursionError) as error:
+        raise UnreadableError(f"not an ORD reaction ({one_line(error)})") from None
+    return reaction
+
+
+def _unknown_value(data: Any, descriptor: Any) -> str:
+    """Return what is wrong with the first enumeration in JSON data that has an unknown value, or ""."""
+    if not isinstance(data, dict):
+        return ""
+    fields = {**descriptor.fields_by_name, **descriptor.fields_by_camelcase_name}
+    for key, value in data.items():
+        field = fields.get(key)
+        for item in value if isinstance(value, list) else [value]:
+            if field is None:
+                continue
+            if field.enum_type is not None and isinstance(item, str) and item not in field.enum_type.values_by_name:
+                return f"{field.name} has the unknown value {item[:40]!r}"
+            if field.message_type is not None:
+                problem = _unknown_value(item, field.message_type)
+                if problem:
+                    return problem
+    return ""
+
+
+def _text(path: Path, content: bytes) -> Iterator[Parse]:
+    from google.protobuf import text_format
+
+    blocks, header = _blocks(path, content)
+    try:
+        text_format.Parse(header.decode("utf-8"), messages()[0](), allow_unknown_field=True)
+    except (text_format.ParseError, ValueError, RecursionError) as error:
+        raise DocumentError(path, "", f"not an ORD dataset ({one_line(error)})") from None
+    for block in blocks:
+        yield partial(_from_text, block)
+
+
+def _from_text(block: bytes) -> Any:
+    from google.protobuf import text_format
+
+    try:
+        return text_format.Parse(block.decode("utf-8"), messages()[1](), allow_unknown_field=True)
+    except UnicodeDecodeError:
+        raise UnreadableError("it has text that is not UTF-8") from None
+    except (text_format.ParseError, ValueError, RecursionError) as error:
+        raise UnreadableError(f"not an ORD reaction ({one_line(error)})") from None
+
+
+def _blocks(path: Path, content: bytes) -> tuple[list[bytes], bytes]:
+    """Return the text of each reaction of a dataset in text format, and the text around them."""
+    blocks, header, at = [], [], 0
+    while at < len(content):
+        start = _REACTION.match(content, at)
+        if start is not None:
+            end = _end(path, content, start.end())
+            blocks.append(content[start.end() + 1 : end - 1])
+            at = end
+            continue
+        bracket = _BRACKETS.search(content, at)
+        line = content.find(b"\n", at) + 1 or len(content)
+        if bracket is None or bracket.start() >= line:
+            end = line
+        elif bracket[0] in b"{<":
+            end = _end(path, content, bracket.start())
+        else:
+            end = _skipped(content, bracket.start())
+        header.append(content[at:end])
+        at = end
+    return blocks, b"".join(header)
+
+
+def _end(path: Path, content: bytes, start: int) -> int:
+    """Return the position after the bracket that closes the one at `start`."""
+    depth, at = 0, start
+    while True:
+        bracket = _BRACKETS.search(content, at)
+        if bracket is None:
+            raise DocumentError(path, "", "not an ORD dataset (a bracket is not closed)")
+        if bracket[0] in b"{<":
+            depth += 1
+        elif bracket[0] in b"}>":
+            depth -= 1
+            if depth == 0:
+                return bracket.end()
+        at = bracket.end() if bracket[0] in b"{}<>" else _skipped(content, bracket.start())
+
+
+def _skipped(content: bytes, start: int) -> int:
+    """Return the position after the string or comment at `start`, or after a stray bracket."""
+    sign = content[start : start + 1]
+    if sign == b"#":
+        return content.find(b"\n", start) + 1 or len(content)
+    if sign not in (b'"', b"'"):
+        return start + 1
+    string = re.compile(rb"(?:[^\\\n" + sign + rb"]|\\.)*" + sign + rb"?", re.DOTALL).match(content, start + 1)
+    return start + 1 if string is None else max(string.end(), start + 1)
+
+
+def _parquet(path: Path) -> Iterator[Parse]:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise MissingDependencyError("pyarrow", "reading Parquet datasets", "ord") from None
+    try:
+        table = pyarrow.parquet.ParquetFile(path)
+        for batch in table.iter_batches(batch_size=100, columns=["reaction"]):
+            for value in batch.column(0):
+                yield partial(_serialized, value.as_py())
+    except (pyarrow.ArrowException, OSError, KeyError, IndexError) as error:
+        raise DocumentError(path, "", f"not an ORD dataset in Parquet ({one_line(error)})") from None
+
+
+def _serialized(content: Any) -> Any:
+    from google.protobuf.message import DecodeError
+
+    if not isinstance(content, bytes) or len(content) > MAX_REACTION:
+        raise UnreadableError("the column reaction holds no serialized reaction")
+    try:
+        return _known(messages()[1].FromString(content))
+    except DecodeError:
+        raise UnreadableError("not a serialized reaction") from None
+
+
+def _known(message: Any) -> Any:
+    """Return a message if all its enumerations have known values; others are among its unknown fields.
+
+    Raises:
+        UnreadableError: a value is not known.
+    """
+    from google.protobuf.unknown_fields import UnknownFieldSet
+
+    for unknown in UnknownFieldSet(message):
+        field = message.DESCRIPTOR.fields_by_number.get(unknown.field_number)
+        if field is not None and field.enum_type is not None:
+            raise UnreadableError(f"{field.name} has the unknown value {str(unknown.data)[:40]}")
+    for field, value in message.ListFields():
+        if field.message_type is not None:
+            for item in value if isinstance(value, Sequence) else [value]:
+                _known(item)
+    return message
