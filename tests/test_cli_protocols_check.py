@@ -57,3 +57,44 @@ def test_bytes_that_are_no_text_are_searched_for_or_refused_in_one_line(capsys: 
     assert main(["protocols", "search", "\udcff Boc removal", "--count", "1"]) == 0
     assert main(["protocols", "new", "\udcff reduce benzophenone with NaBH4"]) == 2
     assert "UTF-8" in capsys.readouterr().err
+
+
+def test_an_existing_protocol_is_overwritten_only_when_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = "Reduce benzophenone with NaBH4 in methanol at 0 C for 30 min, quench, extract"
+    file = get("sub_01").save(tmp_path / "mine.json")
+    before = file.read_bytes()
+    arguments = ["protocols", "new", text, "--keyword-only", "--out", str(file)]
+    assert main(arguments) == 2
+    assert "--replace" in capsys.readouterr().err
+    assert file.read_bytes() == before
+    assert main([*arguments, "--replace"]) == 0
+    assert file.read_bytes() != before
+    assert main(arguments) == 0, "writing the same protocol again loses nothing"
+    assert main(["protocols", "stage", "cyc_biginelli", "--out", str(file)]) == 2
+
+
+def test_an_import_that_keeps_nothing_fails_and_says_where_the_reasons_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "x.xdl").write_text("<Synthesis><Procedure><Teleport/></Procedure></Synthesis>")
+    arguments = ["protocols", "import", str(tmp_path / "x.xdl"), "--format", "xdl", "--out", str(tmp_path / "out")]
+    assert main(arguments) == 1
+    out, err = capsys.readouterr()
+    assert "0 experiments accepted, 1 rejected: 1 unreadable" in out
+    assert "rejected.csv" in err
+
+
+def test_a_protocol_of_a_file_is_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = get("sub_01").model_copy(update={"id": "mine"}).save(tmp_path / "mine.json")
+    assert main(["protocols", str(file)]) == 0
+    assert capsys.readouterr().out.startswith("mine ")
+
+
+def test_help_says_what_the_group_does_without_a_command(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["protocols", "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert "Plain `labgym protocols` lists" in text
+    assert "`labgym protocols sub_01` shows one" in text

@@ -48,8 +48,18 @@ def run(config: OmitArgPrefixes[RunConfig]) -> int:
     return complaints(outcome.problems)
 
 
-app.command(assets_app, name="assets", help="List, show, find and check assets; add meshes; write USD files.")
-app.command(protocols_app, name="protocols", help="List, show, search, write, check and import protocols.")
+app.command(
+    assets_app,
+    name="assets",
+    help="List, show, find and check assets; add meshes; write USD files. Plain `labgym assets` lists all; "
+    "`labgym assets rotovap` shows one (short for `show rotovap`).",
+)
+app.command(
+    protocols_app,
+    name="protocols",
+    help="List, show, search, write, check and import protocols. Plain `labgym protocols` lists the published ones; "
+    "`labgym protocols sub_01` shows one (short for `show sub_01`).",
+)
 
 
 @app.command

@@ -1,19 +1,19 @@
-"""The commands about protocols: listing, showing, validating, searching, writing."""
+"""The commands about protocols and experiments."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from labgym import protocols as library
+from labgym import protocols
 from labgym.assets import Catalog
 from labgym.cli.group import CommandGroup
-from labgym.cli.outcome import DONE, findings, written
-from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
+from labgym.cli.outcome import DONE, FAILED, findings, written
+from labgym.errors import OptionError
 from labgym.protocols import Protocol, ReactionType
 from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.importers import Format
@@ -23,18 +23,22 @@ protocols_app = CommandGroup("show")
 
 
 @protocols_app.command
-def show(name: Positional[str | None] = None, validate: Path | None = None) -> int:
-    """List the protocols, show one, or validate a protocol in a file.
+def show(name: Positional[Annotated[str | None, arg(metavar="PROTOCOL")]] = None, validate: Path | None = None) -> int:
+    """List the published protocols, show one, or run the validation suite on a file.
 
     Args:
-        name: Id of a protocol; nothing lists all.
-        validate: A protocol's .json file, put through the validation suite; exit 1 where something is wrong.
+        name: Id of a published protocol, or the .json file of a protocol. If omitted, all are listed.
+        validate: The .json file of a protocol to validate; the exit code is 1 if it violates a rule.
     """
     from labgym.cli.describe import protocol_details, protocol_table
 
     if validate:
-        return findings([f"{f.message}; {f.suggestion}" for f in library.validate(Protocol.load(validate))])
-    print(protocol_details(library.get(name)) if name else protocol_table(library.protocols().values()))
+        violations = protocols.validate(Protocol.load(validate))
+        return findings([f"{violation.message}; {violation.suggestion}" for violation in violations])
+    if name:
+        print(protocol_details(protocols.resolve(name)))
+    else:
+        print(protocol_table(protocols.protocols().values()))
     return DONE
 
 
@@ -43,74 +47,79 @@ def search(text: Positional[str], count: int = 5, keyword_only: bool = False) ->
     """Find the fragments of the library that are nearest to a text in English or Chinese.
 
     Args:
-        text: What to look for.
-        count: How many fragments, at most one a source.
-        keyword_only: Leave the sentence embeddings out.
+        text: Text to search for.
+        count: Largest number of fragments; each source appears at most once.
+        keyword_only: Search by keywords only, without sentence embeddings.
     """
     from labgym.cli.describe import search_results
-    from labgym.protocols.retrieval import search as retrieve
+    from labgym.protocols import retrieval
 
-    print(search_results(retrieve(text, count, keyword_only)))
+    print(search_results(retrieval.search(text, count, keyword_only)))
     return DONE
 
 
 @protocols_app.command
 def new(
-    text: Positional[str], out: Path = Path(), keyword_only: bool = False, model: bool = False, repairs: int = 3
+    text: Positional[str],
+    out: Path = Path(),
+    keyword_only: bool = False,
+    model: bool = False,
+    repairs: int = 3,
+    replace: bool = False,
 ) -> int:
-    """Write a protocol for a description in English or Chinese; what it assumes is told on standard error.
+    """Write a protocol for a description in English or Chinese. Assumptions are printed to stderr.
 
-    A description that names unknown substances, no reaction, or something dangerous is refused and nothing is written.
+    A description that names unknown substances, no reaction, or something dangerous is refused.
 
     Args:
-        text: What is to be done, such as "Reduce benzophenone with NaBH4 in methanol at 0 C for 30 min".
+        text: Description, such as "Reduce benzophenone with NaBH4 in methanol at 0 C for 30 min".
         out: A .json file, or a folder for a file named after the protocol.
-        keyword_only: Search the library without sentence embeddings.
-        model: Have the language model that the environment names write it, in place of templates.
-        repairs: How often what the model wrote goes back to it with its faults.
+        keyword_only: Search the library by keywords only, without sentence embeddings.
+        model: Write the protocol with the configured language model instead of templates.
+        repairs: How many times a protocol with faults is returned to the model.
+        replace: Overwrite an existing file.
     """
     from labgym.protocols.synthesis import synthesize
 
-    made = synthesize(text, _model_writer(repairs) if model else None, keyword_only)
-    for remark in (*made.notes, *(f"advice: {line}" for line in made.advice)):
+    result = synthesize(text, _model_writer(repairs) if model else None, keyword_only)
+    for remark in (*result.notes, *(f"advice: {line}" for line in result.advice)):
         print(f"labgym: {remark}", file=sys.stderr)
-    return written(made.protocol.save(out if out.suffix == ".json" else out / f"{made.protocol.id}.json"))
+    return _save(result.protocol, out, replace)
 
 
 @protocols_app.command
 def check(protocol: Positional[Annotated[str, arg(metavar="PROTOCOL")]]) -> int:
-    """Examine whether a protocol is complete, safe, and within what its equipment can do; exit 1 where it is not.
+    """Check that a protocol is complete, safe, and within the limits of its equipment.
 
-    Faults cannot or must not be done so; advice can be done better and leaves the exit code at 0.
+    A fault means that a step cannot or must not be carried out as written, and sets the exit code to 1. Advice names a
+    better way and does not change the exit code.
 
     Args:
-        protocol: Id of a protocol, or a protocol's .json file.
+        protocol: Id of a published protocol, or the .json file of a protocol.
     """
-    examined = library.examine(Protocol.load(protocol) if protocol.endswith(".json") else library.get(protocol))
     lines: dict[str, list[str]] = {"fault": [], "advice": []}
-    for finding in examined:
+    for finding in protocols.examine(protocols.resolve(protocol)):
         lines[finding.severity].append(f"{finding.severity}: {finding.message}; {finding.suggestion} [{finding.rule}]")
     return findings(lines["fault"], lines["advice"])
 
 
 @protocols_app.command
 def experiments(name: Positional[str | None] = None, type: ReactionType | None = None, check: bool = False) -> int:  # noqa: A002
-    """List the experiments of the library, show one, or check that all are complete and consistent.
+    """List the experiments of the library, show one, or check all for completeness and consistency.
 
     Args:
-        name: Id of an experiment; nothing lists all.
-        type: List those of a reaction type alone.
-        check: Check completeness, and amounts against molar mass and density; exit 1 where something is wrong.
+        name: Id of an experiment. If omitted, all are listed.
+        type: List only experiments of this reaction type.
+        check: Check completeness, and amounts against molar mass and density; the exit code is 1 if a check fails.
     """
     from labgym.cli.describe import experiment_details, experiment_table
-    from labgym.protocols.experiments import experiments as every
-    from labgym.protocols.experiments import get
-    from labgym.protocols.experiments.checks import check as faults
+    from labgym.protocols.experiments import checks, library
 
-    chosen = [get(name)] if name else [item for item in every().values() if type in (None, item.reaction_type)]
+    catalog = Catalog.load()
+    chosen = [library.get(name)] if name else library.of_type(type)
     if check:
-        return findings([f"{item.id}: {fault}" for item in chosen for fault in faults(item)])
-    print(experiment_details(chosen[0], Catalog.load()) if name else experiment_table(chosen))
+        return findings([f"{item.id}: {fault}" for item in chosen for fault in checks.check(item, catalog)])
+    print(experiment_details(chosen[0], catalog) if name else experiment_table(chosen))
     return DONE
 
 
@@ -120,43 +129,29 @@ def stage(
     path: Path | None = None,
     type: ReactionType | None = None,  # noqa: A002
     out: Path = Path(),
+    replace: bool = False,
 ) -> int:
-    """Make an experiment a protocol: its actions get places and apparatus, and the whole passes every check.
+    """Turn an experiment into a protocol: assign places and apparatus to its actions, and check the result.
 
     Args:
         experiment: Id of an experiment.
-        path: A file or folder of experiments that it is in; by default the published library.
-        type: Type of reaction, for an imported experiment that does not say; else its equation tells (extra chem).
+        path: File or folder of experiments that contains it. If omitted, the published library.
+        type: Reaction type of an experiment that has none. If omitted, it is proposed from the equation (extra chem).
         out: A .json file, or a folder for a file named after the protocol.
+        replace: Overwrite an existing file.
     """
-    from labgym.protocols.experiments import get, read_experiments
-    from labgym.protocols.synthesis.staging import stage as staged
+    from labgym.protocols.experiments import library, reaction_types
+    from labgym.protocols.synthesis import staging
 
-    if path is None:
-        chosen = get(experiment)
-    else:
-        known = {item.id: item for item in read_experiments(path)}
-        if experiment not in known:
-            raise UnknownNameError("experiment", experiment, known)
-        chosen = known[experiment]
-    made = staged(chosen.model_copy(update={"reaction_type": type or _type_of(chosen)}))
-    return written(made.save(out if out.suffix == ".json" else out / f"{made.id}.json"))
-
-
-def _type_of(experiment: Experiment) -> ReactionType | None:
-    """Return the type of an experiment; one that is proposed from its equation is told, without RDKit there is none."""
-    from labgym.protocols.experiments.reaction_types import typed
-
-    if experiment.reaction_type is not None:
-        return experiment.reaction_type
-    try:
-        proposed = typed(experiment.reaction)
-    except MissingDependencyError:
-        return None
-    if proposed is None:
-        return None
-    print(f"labgym: {experiment.id} is taken for {proposed.reaction_type}: {proposed.why}", file=sys.stderr)
-    return proposed.reaction_type
+    chosen = library.get(experiment, path)
+    if type is None and chosen.reaction_type is None:
+        proposal = reaction_types.propose(chosen.reaction)
+        if proposal is not None:
+            type = proposal.reaction_type  # noqa: A001
+            print(f"labgym: {chosen.id}: reaction type {type}, because {proposal.why}", file=sys.stderr)
+    if type is not None:
+        chosen = chosen.model_copy(update={"reaction_type": type})
+    return _save(staging.stage(chosen), out, replace)
 
 
 @protocols_app.command(name="import")
@@ -167,61 +162,77 @@ def import_(
     limit: int | None = None,
     feasible: bool = False,
     replace: bool = False,
+    product: str = "",
 ) -> int:
-    """Import experiments from the file formats of others; what cannot be used is listed with the reason.
+    """Import experiments from another file format. Rejected records are listed with the reason.
+
+    The exit code is 1 if no experiment is accepted.
 
     Args:
         path: A file, or a folder of files.
         format: openexp (ReactXT), chemtrans (also ChemActor), ord (Open Reaction Database, extra ord) or xdl.
-        out: Folder for files of a thousand experiments and rejected.csv.
-        limit: How many records to read, at most.
-        feasible: Keep only what the catalogue's reagents and equipment can do, under the catalogue's names.
-        replace: Write over an earlier import in that folder.
+        out: Folder for the experiments, up to 1000 per file, and rejected.csv.
+        limit: Largest number of records to read.
+        feasible: Accept only experiments that the catalogue's reagents and equipment can carry out.
+        replace: Replace an earlier import in the folder.
+        product: Product of XDL files that name none; "{stem}" stands for the name of the file without its suffix.
     """
     from itertools import islice
 
-    from labgym.protocols.importers import read
+    from labgym.protocols import importers
 
     if limit is not None and limit < 1:
         raise OptionError(f"--limit is {limit}; read at least 1 record, or leave it out to read all")
-
-    return _collected(islice(read(path, format), limit), out, feasible, replace)
+    return _collect(islice(importers.read(path, format, product), limit), out, feasible, replace)
 
 
 @protocols_app.command(name="filter")
 def filter_(path: Positional[Path | None] = None, out: Path | None = None, replace: bool = False) -> int:
-    """Say which experiments the catalogue's reagents and equipment can do, and what stands against the others.
+    """List which experiments the catalogue's reagents and equipment can carry out, and the obstacles to the others.
 
     Args:
-        path: A file or folder of experiments; by default the published library.
-        out: Folder for those that can be done and rejected.csv with the reason for each of the others.
-        replace: Write over what is in that folder.
+        path: File or folder of experiments. If omitted, the published library.
+        out: Folder for the feasible experiments and rejected.csv with the obstacles to the others.
+        replace: Replace an earlier collection in the folder.
     """
     from labgym.cli.describe import verdict_table
-    from labgym.protocols.experiments import experiments as every
-    from labgym.protocols.experiments import read_experiments
-    from labgym.protocols.experiments.feasibility import FeasibilityFilter
+    from labgym.protocols.experiments import feasibility, library
 
-    chosen = read_experiments(path) if path else tuple(every().values())
+    chosen = library.read_experiments(path) if path else library.of_type(None)
     if out is not None:
-        return _collected(iter(chosen), out, True, replace)
-    feasibility = FeasibilityFilter()
-    print(verdict_table([feasibility.judge(experiment) for experiment in chosen]))
+        return _collect(chosen, out, True, replace)
+    judge = feasibility.FeasibilityFilter().judge
+    print(verdict_table([judge(experiment) for experiment in chosen]))
     return DONE
 
 
-def _collected(records: Iterator[Experiment | Rejection], out: Path, feasible: bool, replace: bool) -> int:
-    """Write records to a folder, tell what became of them, and return the exit code."""
+def _collect(records: Iterable[Experiment | Rejection], out: Path, feasible: bool, replace: bool) -> int:
+    """Write records to a folder, print how many were accepted, and return the exit code."""
     from tqdm import tqdm
 
     from labgym.protocols.experiments.collection import REJECTED, collect, filtered
     from labgym.protocols.experiments.feasibility import FeasibilityFilter
 
-    shown = tqdm(records, "read", unit="record")
-    tally = collect(filtered(shown, FeasibilityFilter()) if feasible else shown, out, replace)
-    why = ", ".join(f"{count} {kind}" for kind, count in tally.reasons.most_common())
-    print(f"{tally.kept} experiments kept, {tally.rejected} turned down" + (f": {why}; see {REJECTED}" if why else ""))
+    progress = tqdm(records, "read", unit="record")
+    tally = collect(filtered(progress, FeasibilityFilter()) if feasible else progress, out, replace)
+    reasons = ", ".join(f"{count} {kind}" for kind, count in tally.reasons.most_common())
+    print(f"{tally.accepted} experiments accepted, {tally.rejected} rejected" + (f": {reasons}" if reasons else ""))
+    if not tally.accepted:
+        print(f"labgym: failed: no experiment was accepted; the reasons are in {out / REJECTED}", file=sys.stderr)
+        return FAILED
     return written(out)
+
+
+def _save(protocol: Protocol, out: Path, replace: bool) -> int:
+    """Save a protocol to a file, or to a folder under its id, print the path, and return the exit code.
+
+    Raises:
+        OptionError: the file exists, is not this very protocol, and is not to be replaced.
+    """
+    path = out if out.suffix == ".json" else out / f"{protocol.id}.json"
+    if path.exists() and not replace and not protocol.is_saved_in(path):
+        raise OptionError(f"{path} exists; choose another file with --out, or overwrite it with --replace")
+    return written(protocol.save(path))
 
 
 def _model_writer(repairs: int) -> Writer:

@@ -1,12 +1,14 @@
-"""A protocol: what is done, with what, where, in which order, and what must hold."""
+"""Protocols: steps in order, with reagents, instruments, places and constraints."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from labgym.documents import Document, Record
+from labgym.errors import DocumentError
 
 ReactionType = Literal[
     "substitution",
@@ -21,7 +23,7 @@ Name = Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9]{1,63}$")]
 
 
 class ReagentUse(Record):
-    """A reagent of the protocol: asset name, role and amount as written."""
+    """A reagent of a protocol: asset name, role, and the amount as written."""
 
     name: Name
     role: str
@@ -33,8 +35,9 @@ class Step(Record):
 
     Attributes:
         location: asset name of the furniture or hood where the step happens.
-        uses: asset names of the reagents and instruments that it takes.
-        temperature: degrees Celsius. duration: minutes.
+        uses: asset names of the reagents and instruments that the step uses.
+        temperature: degrees Celsius.
+        duration: minutes.
     """
 
     index: Annotated[int, Field(ge=1, le=200)]
@@ -61,7 +64,7 @@ class ChemicalConstraint(Record):
 
 
 class SpatialConstraint(Record):
-    """A spatial rule: `near` (subject wants to be close to object) or `on` (subject stands on object)."""
+    """A spatial rule: `near` (subject should be close to object) or `on` (subject stands on object)."""
 
     kind: Literal["near", "on"]
     subject: str
@@ -70,12 +73,12 @@ class SpatialConstraint(Record):
 
 
 class Protocol(Document):
-    """A complete protocol, every name grounded in the catalogue.
+    """A complete protocol. All names are asset names of the catalogue.
 
     Attributes:
         reaction: reaction SMILES.
         instruments: a multiset of asset names.
-        synonyms: other names that a search should find it by, in English and Chinese.
+        synonyms: other names under which a search should find it, in English and Chinese.
     """
 
     SCHEMA: ClassVar[str] = "labgym.protocol/1"
@@ -93,6 +96,13 @@ class Protocol(Document):
     chemical_constraints: Annotated[tuple[ChemicalConstraint, ...], Field(max_length=2000)] = ()
     spatial_constraints: Annotated[tuple[SpatialConstraint, ...], Field(max_length=2000)] = ()
 
+    def is_saved_in(self, path: str | Path) -> bool:
+        """Return whether a file holds exactly this protocol."""
+        try:
+            return self.load(path) == self
+        except DocumentError:
+            return False
+
     @property
     def route(self) -> tuple[str, ...]:
         """Locations in the order in which they are visited, repeats in a row merged."""
@@ -104,7 +114,7 @@ class Protocol(Document):
 
     @property
     def moves(self) -> int:
-        """Number of transitions from one location to another."""
+        """Number of moves from one location to another."""
         return len(self.route) - 1
 
     @property

@@ -11,11 +11,13 @@ import pytest
 from labgym.assets import Catalog
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.amounts import read_amount
-from labgym.protocols.experiments import Experiment, ExperimentFile, Rejection, read_experiments
+from labgym.protocols.experiments import Experiment, ExperimentFile, Material, Rejection, read_experiments
 from labgym.protocols.experiments.checks import check, disagreement
 from labgym.protocols.experiments.collection import PER_FILE, REJECTED, collect, filtered
-from labgym.protocols.experiments.feasibility import FeasibilityFilter, reasons
+from labgym.protocols.experiments.feasibility import FeasibilityFilter, Verdict, reasons
+from labgym.protocols.experiments.grounding import Grounder
 from labgym.protocols.experiments.narration import narrate
+from labgym.protocols.importers import read
 
 
 def esterification(**changes: Any) -> Experiment:
@@ -182,7 +184,7 @@ def test_a_collection_holds_what_is_feasible_and_lists_the_rest_with_reasons(tmp
         esterification(id="x_3"),
     ]
     tally = collect(filtered(records, FeasibilityFilter(Catalog.published())), tmp_path)
-    assert (tally.kept, tally.rejected) == (2, 3)
+    assert (tally.accepted, tally.rejected) == (2, 3)
     assert [experiment.id for experiment in read_experiments(tmp_path)] == ["x_1", "x_3"]
     with (tmp_path / REJECTED).open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
@@ -276,3 +278,53 @@ def test_a_hydride_in_a_protic_solvent_is_refused_whatever_role_the_solvent_is_g
     for material in data["materials"]:
         material["role"] = "reagent"
     assert "unsafe" in {code for code, _ in obstacles(Experiment.model_validate(data))}
+
+
+@pytest.mark.parametrize(
+    "name, asset",
+    [
+        ("water1", "DeionizedWater"),
+        ("water_2", "DeionizedWater"),
+        ("t-butyldimethylsilyl chloride(TBDMSCl)", "TertButyldimethylsilylChloride"),
+        ("sodium iodide acetonitrile solution", "SodiumIodide"),
+        ("sodium iodide in acetonitrile", "SodiumIodide"),
+        ("sodium hydroxide(NaOH) (12.0 g , 0.30 mol in 12 mL of H2O) water solution", "SodiumHydroxide"),
+        ("solution of iodine in ethanol", "Iodine"),
+        ("half-saturated aqueous sodium acetate", "SodiumAcetate"),
+        ("H2O2", "HydrogenPeroxide"),
+        ("CO2", None),
+        ("SO3", None),
+        ("10 % methanol ethyl acetate solution", None),
+        ("unobtainium in water", None),
+        ("water in ethanol", None),
+    ],
+)
+def test_names_of_machine_files_mean_their_reagent_or_nothing(name: str, asset: str | None) -> None:
+    assert Grounder(Catalog.published()).find(Material(name=name, role="reagent")) == asset
+
+
+def test_an_xdl_file_without_a_product_is_kept_once_it_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "ester.xdl"
+    file.write_text(
+        """<XDL><Synthesis><Reagents><Reagent name="benzoic acid"/><Reagent name="methanol"/></Reagents><Procedure>
+        <Add vessel="r" reagent="benzoic acid" mass="6.1 g"/><Add vessel="r" reagent="methanol" volume="30 mL"/>
+        <Add vessel="r" reagent="water1" volume="5 mL"/><HeatChill vessel="r" temp="60 C" time="2 h"/>
+        </Procedure></Synthesis></XDL>""",
+        encoding="utf-8",
+    )
+    feasibility = FeasibilityFilter(Catalog.published())
+    (unnamed,) = filtered(read(file, "xdl"), feasibility)
+    (named,) = filtered(read(file, "xdl", product="methyl benzoate"), feasibility)
+    assert isinstance(unnamed, Verdict)
+    assert isinstance(named, Verdict)
+    assert [obstacle.code for obstacle in unnamed.obstacles] == ["incomplete"]
+    assert "product" in unnamed.obstacles[0].message
+    assert named.feasible
+
+
+def test_an_amount_in_an_unknown_unit_stands_against_an_experiment() -> None:
+    data = esterification().model_dump()
+    data["actions"][1]["takes"][0]["amount"] = "3 spoons"
+    verdict = FeasibilityFilter(Catalog.published()).judge(Experiment.model_validate(data))
+    assert [(obstacle.code, obstacle.action) for obstacle in verdict.obstacles] == [("amount", 2)]
+    assert "'3 spoons'" in verdict.obstacles[0].message

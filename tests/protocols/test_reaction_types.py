@@ -84,7 +84,7 @@ def test_staging_takes_the_type_from_the_equation_and_says_so(
     ExperimentFile(experiments=(untyped,)).save(tmp_path / "imported.json")
     where = ["--path", str(tmp_path / "imported.json"), "--out", str(tmp_path / "out")]
     assert main(["protocols", "stage", untyped.id, *where]) == 0
-    assert "is taken for redox" in capsys.readouterr().err
+    assert "reaction type redox" in capsys.readouterr().err
     (made,) = (tmp_path / "out").glob("*.json")
     assert Protocol.load(made).reaction_type == "redox"
 

@@ -1,4 +1,4 @@
-"""A folder of experiments that came from outside: files of a thousand, and a list of what was turned down."""
+"""Collections of imported experiments: a folder with files of a thousand, and a list of the rejected records."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ PER_FILE = 1000
 REJECTED = "rejected.csv"
 
 
-class TurnedDown(NamedTuple):
-    """A line of the list: the record's id or place, the kind of reason, the reason."""
+class RejectedRecord(NamedTuple):
+    """A line of the list of rejected records: its id or place, the kind of reason, and the reason."""
 
     record: str
     kind: str
@@ -28,18 +28,19 @@ class TurnedDown(NamedTuple):
 
 @dataclass
 class Tally:
-    """What became of the records.
+    """Counts of accepted and rejected records.
 
     Attributes:
-        kept: how many were written. reasons: how many were turned down by kind of reason.
+        accepted: number of experiments that were written.
+        reasons: number of rejected records by kind of reason.
     """
 
-    kept: int = 0
+    accepted: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
 
     @property
     def rejected(self) -> int:
-        """How many were turned down."""
+        """Number of rejected records."""
         return sum(self.reasons.values())
 
 
@@ -52,62 +53,64 @@ def filtered(
 
 
 def collect(records: Iterable[Experiment | Verdict | Rejection], folder: str | Path, replace: bool = False) -> Tally:
-    """Write records to a folder: files of `PER_FILE` experiments, and a list of what was turned down.
+    """Write records to a folder: files of `PER_FILE` experiments, and a list of the rejected records.
 
-    Infeasible experiments and those whose id occurred before are turned down with the rest. What the folder held stays
-    until all has been read.
+    Infeasible experiments and repeated ids are rejected too. The previous content of the folder stays until all records
+    have been read.
 
     Args:
-        replace: write over files of experiments that are there.
+        records: experiments, verdicts of the feasibility filter, and rejections.
+        folder: where the files go.
+        replace: whether to replace files of experiments that are already there.
 
     Raises:
-        OptionError: the folder holds files of experiments, and they are not to be replaced.
+        OptionError: the folder holds files of experiments and `replace` is false.
     """
     folder = Path(folder)
     present = sorted(folder.glob("experiments-*.json"))
     if present and not replace:
-        raise OptionError(f"{folder} holds {present[0].name} and perhaps more; name another folder, or --replace")
+        raise OptionError(f"{folder} already holds {present[0].name}; name another folder, or use --replace")
     folder.mkdir(parents=True, exist_ok=True)
-    tally, seen, batch = Tally(), set[str](), list[Experiment]()
+    tally, ids, batch = Tally(), set[str](), list[Experiment]()
     with tempfile.TemporaryDirectory(dir=folder, prefix=".import-") as name:
-        apart = Path(name)
-        with (apart / REJECTED).open("w", newline="", encoding="utf-8") as stream:
+        temporary = Path(name)
+        with (temporary / REJECTED).open("w", newline="", encoding="utf-8") as stream:
             table = csv.writer(stream, lineterminator="\n")
-            table.writerow(TurnedDown._fields)
+            table.writerow(RejectedRecord._fields)
             for record in records:
-                accepted = _accepted(record, seen)
-                if isinstance(accepted, TurnedDown):
+                accepted = _accepted(record, ids)
+                if isinstance(accepted, RejectedRecord):
                     table.writerow(accepted)
                     tally.reasons[accepted.kind] += 1
                     continue
-                seen.add(accepted.id)
+                ids.add(accepted.id)
                 batch.append(accepted)
                 if len(batch) == PER_FILE:
-                    _write(batch, apart, tally)
+                    _write(batch, temporary, tally)
         if batch:
-            _write(batch, apart, tally)
+            _write(batch, temporary, tally)
         for file in present:
             file.unlink()
-        for file in sorted(apart.iterdir()):
+        for file in sorted(temporary.iterdir()):
             file.replace(folder / file.name)
     return tally
 
 
-def _accepted(record: Experiment | Verdict | Rejection, seen: set[str]) -> Experiment | TurnedDown:
-    """Return the experiment of a record, or why it is turned down."""
+def _accepted(record: Experiment | Verdict | Rejection, ids: set[str]) -> Experiment | RejectedRecord:
+    """Return the experiment of a record, or the reason for its rejection."""
     if isinstance(record, Rejection):
-        return TurnedDown(record.place, "unreadable", record.reason)
+        return RejectedRecord(record.place, "unreadable", record.reason)
     experiment = record.experiment if isinstance(record, Verdict) else record
-    if experiment.id in seen:
-        return TurnedDown(experiment.id, "repeated", "an experiment of that id came before")
+    if experiment.id in ids:
+        return RejectedRecord(experiment.id, "repeated", "an earlier experiment has the same id")
     if isinstance(record, Verdict) and record.obstacles:
         reason = "; ".join(item.message for item in record.obstacles)
-        return TurnedDown(experiment.id, record.obstacles[0].code, reason)
+        return RejectedRecord(experiment.id, record.obstacles[0].code, reason)
     return experiment
 
 
 def _write(batch: list[Experiment], folder: Path, tally: Tally) -> None:
-    number = tally.kept // PER_FILE
+    number = tally.accepted // PER_FILE
     ExperimentFile(experiments=tuple(batch)).save(folder / f"experiments-{number:05d}.json")
-    tally.kept += len(batch)
+    tally.accepted += len(batch)
     batch.clear()

@@ -1,4 +1,4 @@
-"""Whether an experiment can be done with a catalogue's reagents and equipment, and if not, why not."""
+"""Feasibility: whether a catalogue's reagents and equipment suffice for an experiment, and the obstacles if not."""
 
 from __future__ import annotations
 
@@ -16,27 +16,28 @@ from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.grounding import Grounder, grounded
 from labgym.protocols.experiments.model import Action, Atmosphere, Experiment, Verb
 from labgym.protocols.refusals import refuse_mixture, refuse_solvent, refuse_wish
+from labgym.quantities import ROOM_RANGE
 
 Code = Literal[
-    "unlisted", "equipment", "temperature", "volume", "mass", "pressure", "atmosphere", "unsafe", "incomplete"
+    "unlisted", "amount", "equipment", "temperature", "volume", "mass", "pressure", "atmosphere", "unsafe", "incomplete"
 ]
 
 GASES: dict[Atmosphere, str] = {"nitrogen": "NitrogenGas", "argon": "ArgonGas", "hydrogen": "Hydrogen"}
 WORK_UP: frozenset[Verb] = frozenset(
     ("Quench", "Extract", "Wash", "Partition", "PhaseSeparation", "CollectLayer", "Filter", "Concentrate", "AdjustPH")
 )
-"""Actions after which what is in the reaction flask leaves it, or is divided."""
+"""Actions after which the mixture leaves the reaction flask or is divided."""
 HEATED_FLASKS = ("bath", "mantle", "stirrer", "reactor")
-"""Subtypes of what heats a reaction; ovens, burners and heat guns do not."""
+"""Subtypes of devices that heat a reaction; ovens, burners and heat guns do not."""
 PRESSURE_VESSELS = ("vessel", "reactor")
-"""Subtypes of what holds a reaction under pressure; chromatographs stand more and hold none."""
+"""Subtypes of vessels for reactions under pressure; chromatographs withstand more but hold no reaction."""
 READABLE = 10.0
-"""How many times a balance's resolution a mass must be to be weighed within a tenth."""
+"""Smallest mass that is weighed to within 10 %, as a multiple of the balance's resolution."""
 
 
 @dataclass(frozen=True)
 class Obstacle:
-    """Why an experiment cannot be done: the kind of reason, the action (counted from 1) or None, and the sentence."""
+    """A reason why an experiment is infeasible: its kind, the action (counted from 1) or None, and a sentence."""
 
     code: Code
     action: int | None
@@ -45,11 +46,11 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the filter says of an experiment.
+    """The filter's verdict on an experiment.
 
     Attributes:
-        obstacles: what stands against it, none where it is feasible.
-        experiment: with its materials under the names of assets where it is feasible, else as given.
+        experiment: with its materials under the names of assets if it is feasible, else unchanged.
+        obstacles: why it is infeasible; empty if it is feasible.
     """
 
     experiment: Experiment
@@ -57,15 +58,15 @@ class Verdict:
 
     @property
     def feasible(self) -> bool:
-        """Whether nothing stands against it."""
+        """Whether there are no obstacles."""
         return not self.obstacles
 
 
 class FeasibilityFilter:
-    """Holds experiments against a catalogue; the limits of its equipment are worked out once.
+    """Compares experiments with a catalogue, whose limits are computed once.
 
     Args:
-        catalog: what the laboratory has; by default the published catalogue with assets of one's own.
+        catalog: the assets of the laboratory; the default catalogue if None.
     """
 
     def __init__(self, catalog: Catalog | None = None) -> None:
@@ -85,18 +86,18 @@ class FeasibilityFilter:
         self._heaviest = max((most for _, most in balances), default=None)
 
     def judge(self, experiment: Experiment) -> Verdict:
-        """Return whether an experiment is feasible, and all that stands against it."""
+        """Return whether an experiment is feasible, with all obstacles."""
         names = {material.name: self._grounder.find(material) for material in experiment.materials}
         obstacles = [*_incomplete(experiment), *self._unlisted(experiment, names)]
         listed = {name: asset for name, asset in names.items() if asset is not None}
         for number, action in enumerate(experiment.actions, 1):
             obstacles += self._equipment(number, action)
             obstacles += self._conditions(number, action)
+            obstacles += _unread(number, action)
             obstacles += self._masses(number, action, listed)
         obstacles += self._volume(experiment, listed)
         obstacles += _unsafe(experiment, listed)
-        known = grounded(experiment, listed) if not obstacles else experiment
-        return Verdict(known, tuple(obstacles))
+        return Verdict(experiment if obstacles else grounded(experiment, listed), tuple(obstacles))
 
     def _unlisted(self, experiment: Experiment, names: dict[str, str | None]) -> Iterator[Obstacle]:
         for material in experiment.materials:
@@ -113,19 +114,23 @@ class FeasibilityFilter:
                 yield Obstacle("equipment", number, message)
         gas = GASES.get(action.atmosphere) if action.atmosphere is not None else None
         if gas is not None and gas not in self.catalog:
-            yield Obstacle("atmosphere", number, f"{action.atmosphere} above the mixture needs {gas}")
+            yield Obstacle(
+                "atmosphere", number, f"an atmosphere of {action.atmosphere} needs {gas}, which the catalogue lacks"
+            )
 
     def _conditions(self, number: int, action: Action) -> Iterator[Obstacle]:
         hottest = self._oven if action.verb == "DrySolid" else self._hottest
         at = action.temperature
-        if at is not None and at > 30.0 and (hottest is None or at > hottest):
-            yield Obstacle("temperature", number, f"{at:g} C is above what the equipment reaches ({_limit(hottest)} C)")
-        if at is not None and at < 15.0 and (self._coldest is None or at < self._coldest):
-            message = f"{at:g} C is below what the equipment reaches ({_limit(self._coldest)} C)"
+        if at is not None and at > ROOM_RANGE[1] and (hottest is None or at > hottest):
+            yield Obstacle("temperature", number, f"{at:g} C is above the limit of the equipment ({_limit(hottest)} C)")
+        if at is not None and at < ROOM_RANGE[0] and (self._coldest is None or at < self._coldest):
+            message = f"{at:g} C is below the limit of the equipment ({_limit(self._coldest)} C)"
             yield Obstacle("temperature", number, message)
         bar = action.pressure
         if bar is not None and bar > 1.5 and (self._strongest is None or bar - 1.0 > self._strongest):
-            message = f"{bar:g} bar is more than the strongest vessel takes ({_limit(self._strongest)} bar above air)"
+            message = (
+                f"{bar:g} bar exceeds the limit of the strongest vessel ({_limit(self._strongest)} bar above ambient)"
+            )
             yield Obstacle("pressure", number, message)
 
     def _masses(self, number: int, action: Action, listed: dict[str, str]) -> Iterator[Obstacle]:
@@ -134,10 +139,10 @@ class FeasibilityFilter:
             if mass is None or portion.name not in listed:
                 continue
             if self._finest is None or mass < READABLE * self._finest:
-                message = f"{mass * 1000:g} mg of {portion.name[:80]} cannot be weighed within a tenth"
+                message = f"{mass * 1000:g} mg of {portion.name[:80]} cannot be weighed to within 10 %"
                 yield Obstacle("mass", number, message)
             elif self._heaviest is not None and mass > self._heaviest:
-                yield Obstacle("mass", number, f"{mass:g} g of {portion.name[:80]} is more than any balance weighs")
+                yield Obstacle("mass", number, f"{mass:g} g of {portion.name[:80]} is more than any balance can weigh")
 
     def _volume(self, experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle]:
         total = 0.0
@@ -149,7 +154,7 @@ class FeasibilityFilter:
             if self._largest is None or total > FILL * self._largest:
                 limit = _limit(self._largest)
                 message = (
-                    f"about {total:.0f} mL are in the flask; the largest one holds {limit} mL and is filled to 60 %"
+                    f"the flask would hold about {total:.0f} mL; the largest one has {limit} mL and may be 60 % full"
                 )
                 yield Obstacle("volume", number, message)
                 return
@@ -161,7 +166,7 @@ class FeasibilityFilter:
 
 
 def reasons(verdicts: Iterable[Verdict]) -> Counter[Code]:
-    """Return how many experiments each kind of reason stands against; one may have several."""
+    """Return the number of experiments with each kind of obstacle; an experiment may have several."""
     counts: Counter[Code] = Counter()
     for verdict in verdicts:
         counts.update({obstacle.code for obstacle in verdict.obstacles})
@@ -170,24 +175,35 @@ def reasons(verdicts: Iterable[Verdict]) -> Counter[Code]:
 
 def _incomplete(experiment: Experiment) -> Iterator[Obstacle]:
     if not experiment.reaction.rpartition(">")[2] and not experiment.product:
-        yield Obstacle("incomplete", None, "it does not say what is made")
+        yield Obstacle(
+            "incomplete",
+            None,
+            "it names no product: add one to the record (for XDL, to its Metadata or with --product)",
+        )
     if not any(action.takes for action in experiment.actions):
-        yield Obstacle("incomplete", None, "no action takes anything")
+        yield Obstacle("incomplete", None, "none of its actions takes a material")
     if not any(action.verb not in ("Yield", "Analyze") and not action.takes for action in experiment.actions) and (
         len(experiment.actions) < 3
     ):
-        yield Obstacle("incomplete", None, "nothing is said of how the mixture is left to react or worked up")
+        yield Obstacle("incomplete", None, "it says nothing about the reaction conditions or the work-up")
+
+
+def _unread(number: int, action: Action) -> Iterator[Obstacle]:
+    for portion in action.takes:
+        for text in read_amount(portion.amount).unread:
+            message = f"{text!r} of {portion.name[:80]} has a unit that is not known: use one such as g, mL or mmol"
+            yield Obstacle("amount", number, message)
 
 
 def _unsafe(experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle]:
     roles = {material.name: material.role for material in experiment.materials}
-    taken = sorted(set(listed.values()))
+    reagents = sorted(set(listed.values()))
     solvents = [listed[name] for name, role in roles.items() if role == "solvent" and name in listed]
     solvents += [listed[name] for name in _poured(experiment) if name in listed]
     checks: tuple[Callable[[], None], ...] = (
         lambda: refuse_wish(f"{experiment.name}. {experiment.product}."),
-        lambda: refuse_mixture(taken),
-        lambda: refuse_solvent(taken, solvents),
+        lambda: refuse_mixture(reagents),
+        lambda: refuse_solvent(reagents, solvents),
     )
     for check in checks:
         try:
@@ -197,7 +213,7 @@ def _unsafe(experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle
 
 
 def _poured(experiment: Experiment) -> Iterator[str]:
-    """Return what goes into the reaction flask by volume alone, whatever role it is given: it is a solvent there."""
+    """Yield the materials that go into the flask by volume alone; whatever their role, they act as solvents."""
     for action in experiment.actions:
         if action.verb in WORK_UP:
             return

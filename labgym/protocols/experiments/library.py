@@ -1,7 +1,8 @@
-"""The published experiments, and files of experiments."""
+"""The experiment library, and files of experiments."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
@@ -9,20 +10,33 @@ from types import MappingProxyType
 from labgym.artefacts import artefacts
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.protocols.experiments.model import Experiment, ExperimentFile
+from labgym.protocols.model import ReactionType
 
 
 def experiments() -> dict[str, Experiment]:
-    """Return the published experiments by id, sorted by id; read once a process."""
+    """Return the published experiments by id, sorted by id; they are read once per process."""
     return dict(_published())
 
 
-def get(experiment_id: str) -> Experiment:
-    """Return a published experiment by id.
+def of_type(reaction_type: ReactionType | None) -> list[Experiment]:
+    """Return the published experiments of a reaction type, or all if it is None, sorted by id."""
+    return [item for item in _published().values() if reaction_type in (None, item.reaction_type)]
+
+
+def get(experiment_id: str, path: str | Path | None = None) -> Experiment:
+    """Return an experiment by id.
+
+    Args:
+        experiment_id: its id.
+        path: file or folder of experiments; the published library if None.
 
     Raises:
-        UnknownNameError: there is none of that id; lists those there are.
+        UnknownNameError: no experiment has that id; the error lists those that exist.
+        DocumentError: the path holds no files of experiments.
     """
-    library = _published()
+    library: Mapping[str, Experiment] = _published()
+    if path is not None:
+        library = {experiment.id: experiment for experiment in read_experiments(path)}
     if not isinstance(experiment_id, str) or experiment_id not in library:
         raise UnknownNameError("experiment", experiment_id, library)
     return library[experiment_id]
@@ -32,19 +46,21 @@ def read_experiments(path: str | Path) -> tuple[Experiment, ...]:
     """Return the experiments of a file, or of all JSON files in a folder in the order of their names.
 
     Raises:
-        DocumentError: nothing there, a file that is no file of experiments, or an id that occurs twice.
+        DocumentError: no files, a file of another kind, or an id that occurs twice.
     """
     path = Path(path)
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
     if not files:
         raise DocumentError(path, "", "holds no files of experiments (*.json)")
-    found: dict[str, Experiment] = {}
+    by_id: dict[str, Experiment] = {}
     for file in files:
         for number, experiment in enumerate(ExperimentFile.load(file).experiments):
-            if experiment.id in found:
-                raise DocumentError(file, f"experiments.{number}.id", f"{experiment.id!r} occurs twice; ids are unique")
-            found[experiment.id] = experiment
-    return tuple(found.values())
+            if experiment.id in by_id:
+                raise DocumentError(
+                    file, f"experiments.{number}.id", f"{experiment.id!r} occurs twice; ids must be unique"
+                )
+            by_id[experiment.id] = experiment
+    return tuple(by_id.values())
 
 
 @lru_cache(maxsize=1)

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from labgym.protocols.language.words import vocabulary
+from labgym.protocols.language.words import word_table
 
 
 @dataclass(frozen=True)
@@ -32,23 +32,23 @@ class Concept:
 
 @lru_cache(maxsize=1)
 def lexicon() -> dict[str, Concept]:
-    """Return the concepts by name, in the order of the vocabulary."""
+    """Return the concepts by name, in the order of the table."""
     return {
         entry.name: Concept(
             entry.name, re.compile(rf"\b(?:{entry.english})"), tuple(word.lower() for word in entry.chinese)
         )
-        for entry in vocabulary().concepts
+        for entry in word_table().concepts
     }
 
 
 def concepts(text: str) -> tuple[str, ...]:
-    """Return the names of the concepts that occur in a text, in the order of the vocabulary."""
+    """Return the names of the concepts that occur in a text, in the order of the table."""
     lowered = text.lower()
     return tuple(name for name, concept in lexicon().items() if concept.position(lowered) >= 0)
 
 
 def gloss(text: str) -> str:
-    """Return a text with the Chinese words of the vocabulary replaced by English ones, longest first."""
+    """Return a text with the Chinese words of the table replaced by English ones, longest first."""
     return _chinese().sub(lambda match: f" {_english()[match[0].lower()]} ", text)
 
 

@@ -11,7 +11,7 @@ from typing import Literal
 from labgym.assets import Asset, Catalog
 from labgym.assets.search import normalise, surface_forms
 from labgym.protocols.language.folding import Folded
-from labgym.protocols.language.words import vocabulary
+from labgym.protocols.language.words import word_table
 
 MAX_FORM = 60
 PREFIX = 2
@@ -56,7 +56,7 @@ class _Form:
 
     def fits(self, span: str) -> bool:
         """Return whether a span of the text that folds to this form can mean it."""
-        if span.lower() in vocabulary().everyday:
+        if span.lower() in word_table().everyday:
             return False
         compact = normalise(self.written)
         if len(compact) <= 2 and compact.isascii():
@@ -146,10 +146,10 @@ def _lengths(catalog: Catalog) -> dict[str, tuple[int, ...]]:
 @lru_cache(maxsize=4)
 def _forms(catalog: Catalog) -> dict[str, _Form]:
     forms: dict[str, _Form] = {}
-    for name, written in vocabulary().classes.items():
+    for name, written in word_table().classes.items():
         for form in written:
             forms.setdefault(normalise(form), _Form(form, "class", name))
-    for name, written in vocabulary().shorthand.items():
+    for name, written in word_table().shorthand.items():
         if name in catalog:
             for form in written:
                 forms.setdefault(normalise(form), _Form(form, catalog.get(name).kind, name))

@@ -6,7 +6,7 @@ import re
 import unicodedata
 from typing import Literal
 
-from labgym.protocols.language.words import vocabulary
+from labgym.protocols.language.words import word_table
 
 Language = Literal["en", "zh", "unknown"]
 
@@ -30,7 +30,7 @@ def language_of(text: str) -> Language:
         return "zh"
     if sum(name.startswith(("LATIN", "GREEK")) for name in names) < len(letters):
         return "unknown"
-    table = vocabulary()
+    table = word_table()
     tokens = [word.lower() for word in _WORDS.findall(text)]
     english = sum(word in table.english_words for word in tokens)
     other = sum(word in table.other_languages for word in tokens)

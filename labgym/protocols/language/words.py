@@ -1,4 +1,4 @@
-"""The vocabulary of descriptions of experiments, in English and Chinese."""
+"""The table of words for descriptions of experiments, in English and Chinese."""
 
 from __future__ import annotations
 
@@ -39,6 +39,6 @@ class Words(Document):
 
 
 @lru_cache(maxsize=1)
-def vocabulary() -> Words:
-    """Return the published vocabulary; it is read once per process."""
+def word_table() -> Words:
+    """Return the published table; it is read once per process."""
     return Words.load(artefacts("assets") / "language" / "words.json")

@@ -6,7 +6,7 @@ import re
 
 from labgym.assets import Catalog
 from labgym.protocols.language import concepts, gloss, mentions, without_chinese_names
-from labgym.protocols.language.words import vocabulary
+from labgym.protocols.language.words import word_table
 
 _WORD = re.compile(r"[a-z][a-z]+|\d+(?:\.\d+)?")
 _HAN = re.compile(r"[\u3400-\u9fff]+")
@@ -31,7 +31,7 @@ def terms(text: str, catalog: Catalog) -> list[str]:
     return [
         *(f"asset:{mention.name}" for mention in named if mention.kind != "class"),
         *(f"concept:{name}" for name in concepts(without_chinese_names(text, catalog))),
-        *(stem(word) for word in _WORD.findall(text.lower()) if word not in vocabulary().english_words),
+        *(stem(word) for word in _WORD.findall(text.lower()) if word not in word_table().english_words),
         *(run[i : i + 2] for run in _HAN.findall(plain) for i in range(max(len(run) - 1, 1))),
     ]
 
