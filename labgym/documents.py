@@ -90,7 +90,7 @@ def document_error(source: object, error: ValidationError) -> DocumentError:
     field = ".".join(str(part) for part in first["loc"])
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     value = "" if isinstance(first["input"], dict | list) else f", got {repr(first['input'])[:60]}"
-    return DocumentError(source, field, " ".join(first["msg"].split()) + value + more)
+    return DocumentError(source, field, " ".join(first["msg"].removeprefix("Value error, ").split()) + value + more)
 
 
 def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:

@@ -79,7 +79,7 @@ class Layout(Document):
     _catalog: Catalog = PrivateAttr()
     _version_1: Version1Fields | None = PrivateAttr(default=None)
 
-    def __init__(self, *, catalog: Catalog | None = None, **fields: Any) -> None:
+    def __init__(self, /, *, catalog: Catalog | None = None, **fields: Any) -> None:
         """Make a layout of version 2.
 
         Args:

@@ -175,6 +175,7 @@ def test_a_document_that_is_no_layout_names_the_field():
     data = small().to_json()
     for field, value, match in (
         ("catalog", 1, "catalog"),
+        ("self", 1, "self"),
         ("schema", "labgym.layout/3", "labgym.layout/2"),
         ("protocols", [data["protocols"][0] | {"schema": "labgym.protocol/9"}], "labgym.protocol/1"),
         ("protocols", data["protocols"] * 2, "different ids"),

@@ -34,6 +34,12 @@ def test_a_room_is_read_from_its_file(tmp_path):
     expected = Room(name="mine", width=9.0, depth=7.0, height=2.8, doors=(Door(wall="left", offset=2.0, width=1.2),))
     assert resolve_room(path) == resolve_room(str(path)) == expected
     assert type(resolve_room(path)) is Room
+    overlapping = {"doors": [{"wall": "left", "offset": 2.0}, {"wall": "left", "offset": 2.5}]}
+    path.write_text(json.dumps(data | overlapping))
+    with pytest.raises(DocumentError) as caught:
+        resolve_room(path)
+    overlap = "the doors at offsets 2 and 2.5 m of the left wall overlap by 0.50 m: move one"
+    assert str(caught.value) == f"{path}: {overlap}"
     for change, field in (({"width": -1}, "width"), ({"schema": "labgym.layout/2"}, "schema"), ({"wide": 3}, "wide")):
         path.write_text(json.dumps(data | change))
         with pytest.raises(DocumentError, match=f"field {field}"):
