@@ -91,13 +91,25 @@ class InfeasibleError(LabgymError):
     Attributes:
         conflicts: the conflicting constraints, one sentence each.
         smallest_preset: name of the smallest room preset that fits, None if none does.
+
+    Args:
+        remedy: the last clause of the message; by default it names the smallest preset.
     """
 
-    def __init__(self, what: str, conflicts: Sequence[str], smallest_preset: str | None) -> None:
+    def __init__(
+        self, what: str, conflicts: Sequence[str], smallest_preset: str | None, remedy: str | None = None
+    ) -> None:
         self.conflicts = tuple(conflicts)
         self.smallest_preset = smallest_preset
-        remedy = f"smallest preset that fits: {smallest_preset}" if smallest_preset else "no preset fits"
-        super().__init__(f"{what}: {'; '.join(self.conflicts)}; {remedy}")
+        if remedy is None:
+            remedy = f"smallest preset that fits: {smallest_preset}" if smallest_preset else "no preset fits"
+        super().__init__(
+            "; ".join([f"{what}: {self.conflicts[0]}" if self.conflicts else what, *self.conflicts[1:], remedy])
+        )
+
+
+class SearchLimitError(InfeasibleError):
+    """A search that stopped at its effort limit before it found a layout; one may exist."""
 
 
 def _nearest(name: str, names: Sequence[str], least: float) -> list[str]:

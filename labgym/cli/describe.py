@@ -242,7 +242,10 @@ def layout_score(report: LayoutReport) -> str:
     head = f"{report.layout}: {report.version}, profile {report.profile}, protocol {report.protocol or 'none'}"
     lines = [f"missing: {', '.join(report.missing)}"] if report.missing else []
     lines += [f"violation: {item.message}; {item.suggestion}" for item in report.violations]
-    lines += [f"warning: {item.message} [{item.source}]" for item in report.warnings]
+    lines += [
+        f"{'facility error' if item.severity == 'error' else 'warning'}: {item.message} [{item.source}]"
+        for item in report.warnings
+    ]
     return "\n".join([head, "", *_facts(facts + extra), *([""] if lines else []), *lines])
 
 

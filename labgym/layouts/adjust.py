@@ -1,4 +1,4 @@
-"""Adjust by rules and search: commands for what FastRepair cannot mend, each verified before it is kept."""
+"""Adjust by rules and search: commands for what FastRepair cannot fix, each verified before it is accepted."""
 
 from __future__ import annotations
 
@@ -9,31 +9,40 @@ from typing import Protocol as Interface
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.model import FLOOR, Layout
-from labgym.layouts.moves import Command, Move, Settle, Swap, apply
+from labgym.layouts.moves import Command, Move, Settle, Swap, apply, may_move
+from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.storage import STORAGE_CLASSES
+from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
+from labgym.layouts.rules.zones import door_pose
 from labgym.protocols import Protocol
 
 Level = Literal["room", "desktop"]
 SLIDES = (0.1, 0.25, 0.5, 1.0, 1.5)
 """Distances along a wall that are tried, metres."""
 BUDGET = 60
-"""Commands verified in one adjustment at the most."""
+"""Commands verified in one adjustment at most."""
+PLACES = 8
+"""Free places that are tried for a piece of furniture."""
+NUDGES = (0.2, 0.4)
+"""Distances that an island is moved to widen a way, metres."""
+ALIKE = 0.6
+"""Greatest difference in width and depth together between objects that are swapped, metres."""
 
 
 class Adjuster(Interface):
     """Proposes a better layout at one level; the loop verifies it again."""
 
     def adjust(self, layout: Layout, protocol: Protocol | None, assessment: Assessment, level: Level) -> Layout:
-        """Return a layout, the same one where there is nothing to gain."""
+        """Return a better layout, or the same object if there is none."""
 
 
 class RuleAdjuster:
-    """Slides and swaps furniture between which a hazard is too close, and rearranges what stands on surfaces."""
+    """Relocates, slides and swaps furniture, and rearranges what stands on surfaces."""
 
     def adjust(self, layout: Layout, protocol: Protocol | None, assessment: Assessment, level: Level) -> Layout:
-        """Return the layout after the first command that the acceptance rule takes; the same one where none is."""
+        """Return the layout after the first command that improves it, or the same object if none does."""
         commands = _room_commands(layout, assessment) if level == "room" else _desktop_commands(layout, assessment)
         tried: set[Command] = set()
         for command in commands:
@@ -49,22 +58,46 @@ class RuleAdjuster:
 
 
 def _unsatisfied(assessment: Assessment) -> list[Instance]:
-    """Instances that could be better, the worst first."""
+    """Instances with less than full satisfaction, the worst first."""
     poor = [instance for instance in assessment.instances if instance.satisfaction < 1.0]
     return sorted(poor, key=lambda instance: (instance.satisfaction, instance.rule, instance.ids))
 
 
 def _room_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
-    """Slides along the wall and swaps of the floor objects that carry a poor pair or collide."""
-    pairs = [instance.ids for instance in _unsatisfied(assessment) if len(instance.ids) == 2]
-    pairs += [collision.ids for collision in assessment.collisions]
-    pairs += [(fault.id, fault.id) for fault in assessment.bounds]
-    for ids in pairs:
-        roots = dict.fromkeys(layout.root(item).id for item in ids)
+    """Relocations, slides and swaps of the floor objects that break a rule or carry what does."""
+    groups = [issue.ids for issue in assessment.errors]
+    groups += [collision.ids for collision in assessment.collisions]
+    groups += [(fault.id,) for fault in assessment.bounds]
+    groups += [instance.ids for instance in _unsatisfied(assessment) if len(instance.ids) == 2]
+    for ids in groups:
+        roots = [root for root in dict.fromkeys(layout.root(item).id for item in ids) if may_move(layout, root)]
+        for root in roots:
+            yield from free_places(layout, root, PLACES)
         for root in roots:
             yield from _slides(layout, root)
         for root in roots:
             yield from _swaps(layout, root)
+
+
+def way_commands(layout: Layout, most: int) -> list[Command]:
+    """Return relocations of floor objects that could widen a way out, those near doors first; at most `most`."""
+    doors = [door_pose(layout.room, door) for door in layout.room.doors]
+    near = []
+    for placement in layout.placements:
+        if placement.support == FLOOR and layout.asset(placement.id).subtype not in MOVABLE:
+            box = layout.box(placement.id)
+            if may_move(layout, placement.id):
+                near.append((min(math.hypot(box.x - x, box.y - y) for x, y, _ in doors), placement.id))
+    commands: list[Command] = []
+    for _, placement_id in sorted(near):
+        commands += free_places(layout, placement_id, PLACES)
+        if layout.asset(placement_id).size.depth >= ONE_SIDED:
+            for distance in NUDGES:
+                for dx, dy in ((distance, 0.0), (-distance, 0.0), (0.0, distance), (0.0, -distance)):
+                    commands.append(Move(placement_id, dx, dy))
+        if len(commands) >= most:
+            break
+    return commands[:most]
 
 
 def _slides(layout: Layout, root: str) -> Iterator[Command]:
@@ -76,13 +109,13 @@ def _slides(layout: Layout, root: str) -> Iterator[Command]:
 
 
 def _swaps(layout: Layout, root: str) -> Iterator[Command]:
-    """Other floor objects of about the same footprint, the most alike first."""
+    """Swaps with floor objects of about the same footprint, the most similar first."""
     box = layout.box(root)
     others = []
     for placement in layout.placements:
-        if placement.support == FLOOR and placement.id != root:
+        if placement.support == FLOOR and placement.id != root and may_move(layout, placement.id):
             difference = _difference(box, layout.box(placement.id))
-            if difference < 0.6:
+            if difference < ALIKE:
                 others.append((difference, placement.id))
     for _, other in sorted(others):
         yield Swap(root, other)
@@ -93,7 +126,7 @@ def _difference(first: OrientedBox, second: OrientedBox) -> float:
 
 
 def _desktop_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
-    """Other spots for glass near an edge, things that collide or hang over, and reagents that are not stored."""
+    """Other spots for glass near an edge, objects that collide or hang over, and reagents that are not stored."""
     for instance in _unsatisfied(assessment):
         if instance.rule == "storage":
             yield from _cabinet_spots(layout, instance.ids[0])
@@ -108,9 +141,9 @@ def _desktop_commands(layout: Layout, assessment: Assessment) -> Iterator[Comman
 
 
 def _surface_spots(layout: Layout, item: str) -> Iterator[Command]:
-    """A coarse grid of places on the same surface, its middle line first."""
+    """A coarse grid of spots on the same surface, its middle line first."""
     placement = layout.placement(item)
-    if placement.support not in layout.by_id or placement.slot is None:
+    if placement.support not in layout.by_id or placement.slot is None or not may_move(layout, item):
         return
     surface, size = layout.surface(placement.support, placement.slot), layout.asset(item).size
     reach_x, reach_y = (surface.width - size.width) / 2.0, (surface.depth - size.depth) / 2.0
@@ -124,6 +157,8 @@ def _surface_spots(layout: Layout, item: str) -> Iterator[Command]:
 
 def _cabinet_spots(layout: Layout, reagent: str) -> Iterator[Command]:
     """Shelves of a cabinet of the reagent's own class, then of any storage cabinet."""
+    if not may_move(layout, reagent):
+        return
     chemistry = layout.asset(reagent).chemistry
     own = chemistry.storage_class if chemistry is not None else None
     classes = {placement.id: layout.asset(placement.id).storage_class for placement in layout.placements}

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from labgym.assets import Asset
+from labgym.layouts.model import Placement
 from labgym.layouts.rules.zones import DOOR_AREA
 from labgym.layouts.tabletop import Spot
 
@@ -30,6 +31,7 @@ class Unit:
         front: free depth required in front, metres.
         stance: back against a wall, free on all sides (island), or one short end against a wall (peninsula).
         walls: walls that it may stand against, preferred ones first.
+        clear: distance that other furniture keeps on all sides, metres; 0 for the ordinary gap between neighbors.
         anchors: preferred position along each wall, 0 to 1 from the wall's start; for an island its y.
         reason: why the room has it.
     """
@@ -42,6 +44,7 @@ class Unit:
     stance: Stance = "wall"
     walls: tuple[Wall, ...] = ("back", "left", "right", "front")
     anchors: Mapping[str, float] = field(default_factory=dict)
+    clear: float = 0.0
     reason: str = ""
 
 
@@ -80,6 +83,8 @@ class Brief:
 
     Attributes:
         contents: what each unit holds, by unit id, in the order in which the units were filled.
+        fixed: placements that must stay, by id: units that the plan does not move, and objects on walls.
+        wall_assets: catalogue entries of the fixed objects on walls, by id.
         hoods: ids of the units that are fume hoods.
         aisle: clear width around islands, metres.
         door_zone: clear depth inside each door, metres. hood_door: least distance of a hood from a door, metres.
@@ -89,6 +94,8 @@ class Brief:
     separations: tuple[Separation, ...] = ()
     nearness: tuple[Nearness, ...] = ()
     contents: Mapping[str, tuple[Content, ...]] = field(default_factory=dict)
+    fixed: Mapping[str, Placement] = field(default_factory=dict)
+    wall_assets: Mapping[str, Asset] = field(default_factory=dict)
     hoods: tuple[str, ...] = ()
     aisle: float = 1.2
     door_zone: float = DOOR_AREA

@@ -12,6 +12,7 @@ from labgym.layouts.brief import Brief, Content, Furnishing, Nearness, Separatio
 from labgym.layouts.cabinets import Cabinet, conflict_between, plan_cabinets
 from labgym.layouts.furnishing import AISLE, HEAVY_AISLE, draw_sides, furniture
 from labgym.layouts.habits import Habits
+from labgym.layouts.model import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.rules.separation import heat_band
 from labgym.layouts.rules.thresholds import Profile
@@ -39,6 +40,10 @@ def write_brief(request: Request, furnishing: Furnishing, generator: np.random.G
         separations=tuple(_separations(cabinets, contents, request.profile)),
         nearness=tuple(_nearness(units, request.habits)),
         contents=contents,
+        fixed={placement.id: placement for placement in request.fixed},
+        wall_assets={
+            placement.id: request.fixed_asset(placement) for placement in request.fixed if placement.support == WALL
+        },
         hoods=tuple(unit.id for unit in units if unit.asset.fume_hood),
         aisle=HEAVY_AISLE if full else AISLE,
         furnishing=furnishing,

@@ -15,7 +15,7 @@ class Cabinet:
     """A cabinet and the reagents that it stores.
 
     Attributes:
-        id: id of the future placement.
+        id: id of the future placement, or of a fixed one.
     """
 
     id: str
@@ -37,8 +37,10 @@ def plan_cabinets(request: Request) -> tuple[Cabinet, ...]:
     cabinets: list[Cabinet] = []
     for storage, kind in request.habits.cabinets.items():
         groups = _compatible_groups(by_class.get(storage, []), request.profile, kind.capacity)
-        for number, group in enumerate(groups, 1):
-            cabinets.append(Cabinet(f"{kind.asset}_{number}", request.catalog.get(kind.asset), tuple(group)))
+        ids = [placement.id for placement in request.fixed if placement.asset == kind.asset]
+        ids += [f"{kind.asset}_{number}" for number in range(len(ids) + 1, len(groups) + 1)]
+        for cabinet_id, group in zip(ids, groups, strict=False):
+            cabinets.append(Cabinet(cabinet_id, request.catalog.get(kind.asset), tuple(group)))
     return tuple(cabinets)
 
 

@@ -15,7 +15,7 @@ from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_surface, on_wall
 from labgym.layouts.model import FLOOR, Layout, Placement
 from labgym.layouts.request import Request
-from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.zones import door_pose
 
 STOOLS = 4
@@ -41,8 +41,9 @@ def dress(layout: Layout, request: Request) -> Layout:
         undressed = dresser.layout
         stage()
         after = evaluate_layout(dresser.layout, protocol, profile, navigation=True)
-        if after.v > before.v or after.fitness < before.fitness - 1e-9:
-            dresser.layout = undressed
+        if after.cost > before.cost or after.fitness < before.fitness - 1e-9:
+            dresser.layout, dresser.baseline = undressed, before
+            stage()
     return dresser.layout
 
 
@@ -57,6 +58,9 @@ class _Dresser:
         self.catalog = request.catalog
         self.habits = request.habits
         self.dressing = request.habits.dressing
+        self.protocol = request.protocol
+        self.baseline: Assessment | None = None
+        """Assessment that no addition may worsen; None while additions are checked stage by stage."""
 
     def dress_surfaces(self) -> None:
         for furniture in self.layout.placements:
@@ -82,8 +86,14 @@ class _Dresser:
         self._pull_up_stools()
 
     def _add(self, placement: Placement | None) -> None:
-        if placement is not None:
-            self.layout = self.layout.replace(placements=(*self.layout.placements, placement))
+        if placement is None:
+            return
+        layout = self.layout.replace(placements=(*self.layout.placements, placement))
+        if self.baseline is not None:
+            after = evaluate_layout(layout, self.protocol, self.profile, navigation=True)
+            if after.cost > self.baseline.cost or after.fitness < self.baseline.fitness - 1e-9:
+                return
+        self.layout = layout
 
     def _put_on(self, name: str, support: str, slot: int) -> None:
         asset = self.catalog.get(name)

@@ -1,9 +1,9 @@
-"""Finds free spots in a layout for one more thing: on a surface, on a wall, on the floor."""
+"""Finds free places in a layout for one more object: on a surface, on a wall, on the floor."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.model import FLOOR, WALL, Door, Layout, Placement, Room
-from labgym.layouts.rules.thresholds import Profile
-from labgym.layouts.rules.zones import door_area, door_pose, front_zone
+from labgym.layouts.rules.thresholds import SHOWER_RADIUS, Profile
+from labgym.layouts.rules.zones import HEADROOM, INTRUSION, door_area, door_pose, front_zone
 from labgym.layouts.stocking import BENCH_MARGIN
 from labgym.layouts.tabletop import Item, Spot, pack
 from labgym.navigation import PLANNING_RADIUS, goal_pose
@@ -30,7 +30,7 @@ WALL_STEP = 0.05
 
 @dataclass(frozen=True)
 class Keepouts:
-    """Boxes that dressing must leave free: doors, places where the robot stands, and service zones."""
+    """Boxes that accessories must leave free: door areas, robot poses, front zones and the shower's surroundings."""
 
     doors: tuple[OrientedBox, ...]
     stands: tuple[OrientedBox, ...]
@@ -51,18 +51,47 @@ class Keepouts:
             for placement in layout.placements
             if placement.support == FLOOR and layout.asset(placement.id).clearance > 0.0
         ]
+        zones += [_surroundings(layout.box(p.id)) for p in layout.placements if layout.asset(p.id).subtype == "shower"]
         doors = [door_area(layout.room, door) for door in layout.room.doors]
         return cls(tuple(doors), tuple(stands), tuple(zones))
+
+
+def _surroundings(shower: OrientedBox) -> OrientedBox:
+    """The space around an emergency shower that stays clear."""
+    side = 2.0 * SHOWER_RADIUS
+    return OrientedBox(shower.x, shower.y, side, side, shower.yaw, 0.0, HEADROOM)
 
 
 def on_surface(
     layout: Layout, asset: Asset, support: str, slot: int, profile: Profile, generator: np.random.Generator
 ) -> Placement | None:
-    """Return a placement of an asset on a slot of a support beside what stands there, None where it is full."""
+    """Return a placement of an asset on a slot of a support next to what stands there, or None if it is full."""
+    spot = free_spot(layout, asset, support, slot, profile, generator)
+    if spot is None:
+        return None
+    surface = layout.surface(support, slot)
+    x, y = surface.to_world(spot.x, spot.y)
+    return _placement(layout, asset, (x, y, surface.z0), surface.yaw + spot.yaw, support, slot)
+
+
+def free_spot(
+    layout: Layout,
+    asset: Asset,
+    support: str,
+    slot: int,
+    profile: Profile,
+    generator: np.random.Generator,
+    ignored: Collection[str] = (),
+) -> Spot | None:
+    """Return a free spot for an asset on a slot of a support, or None if it is full.
+
+    Args:
+        ignored: placements that do not count as standing there.
+    """
     surface = layout.surface(support, slot)
     taken = []
     for child in layout.children(support):
-        if child.slot == slot:
+        if child.slot == slot and child.id not in ignored:
             size, yaw = layout.asset(child.id).size, child.yaw - surface.yaw
             across = abs(math.sin(yaw)) > 0.5
             x, y = surface.to_local(child.position[0], child.position[1])
@@ -77,14 +106,11 @@ def on_surface(
     if not spots:
         return None
     spot = spots[0]
-    if fragile and _edge(spot, surface) < profile.glass - 1e-9:
-        return None
-    x, y = surface.to_world(spot.x, spot.y)
-    return _placement(layout, asset, (x, y, surface.z0), surface.yaw + spot.yaw, support, slot)
+    return None if fragile and _edge(spot, surface) < profile.glass - 1e-9 else spot
 
 
 def on_wall(layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float, float]) -> Placement | None:
-    """Return a placement on the free wall nearest to a point, at the asset's mount height; None where none is free."""
+    """Return a placement on the free wall nearest to a point, at the asset's mount height; None if no wall is free."""
     room = layout.room
     candidates = [_wall_pose(room, asset, wall, along) for wall, along in _wall_places(room, asset)]
     candidates.sort(key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
@@ -95,6 +121,8 @@ def on_wall(layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float,
         for x, y, yaw in candidates
     ]
     doors = [_opening(room, door) for door in room.doors]
+    if BRACKET + asset.size.depth > INTRUSION:
+        doors += keepouts.doors
     free = _free(layout, boxes, [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones])
     for box, is_free in zip(boxes, free, strict=True):
         if is_free:
@@ -105,10 +133,10 @@ def on_wall(layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float,
 def on_floor(
     layout: Layout, asset: Asset, keepouts: Keepouts, poses: Iterable[tuple[float, float, float]], in_front: bool
 ) -> Placement | None:
-    """Return a placement at the first free one of some poses (x, y, yaw).
+    """Return a placement at the first free pose (x, y, yaw), or None.
 
     Args:
-        in_front: whether it may stand in a service zone (a stool may); else its own front has to be free as well.
+        in_front: whether it may stand in a front zone, as a stool does; otherwise its own front must be free too.
     """
     size = asset.size
     boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in poses]
@@ -123,7 +151,7 @@ def on_floor(
 
 
 def along_walls(layout: Layout, asset: Asset, near: tuple[float, float]) -> list[tuple[float, float, float]]:
-    """Return floor poses with the back to a wall, the nearest to a point first."""
+    """Return floor poses (x, y, yaw) with the back to a wall, nearest to a point first."""
     poses = [_wall_pose(layout.room, asset, wall, along) for wall, along in _wall_places(layout.room, asset)]
     return sorted(poses, key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
 
@@ -161,7 +189,7 @@ def _wall_pose(room: Room, asset: Asset, wall: str, along: float) -> tuple[float
 
 
 def _opening(room: Room, door: Door) -> OrientedBox:
-    """The doorway and the wall beside it that its frame takes."""
+    """The doorway and the wall next to it that its frame takes."""
     x, y, yaw = door_pose(room, door)
     return OrientedBox(x, y, door.width + 0.2, 0.6, yaw, 0.0, door.height + 0.15)
 

@@ -1,19 +1,21 @@
 """Places a brief's furniture in a room: a constraint program over centimetres, solved by CP-SAT.
 
-Every wall unit chooses a wall and a place along it, islands choose a place and one of two headings. Footprints
-never meet, the zone in front of each unit is free of footprints, doors keep their swing, hazards keep their
-distance. Deterministic: one worker, a fixed seed and a deterministic time limit.
+Every wall unit chooses a wall and a position along it; islands choose a position and one of two headings. Footprints
+do not overlap, the zone in front of each unit is free of footprints, door areas stay clear, hazards keep their
+distance, and fixed objects are obstacles. Deterministic: one worker, a fixed seed and a deterministic time limit.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Unit, Wall
-from labgym.layouts.model import Door, Room
+from labgym.layouts.model import Door, Placement, Room
+from labgym.layouts.rules.zones import HEADROOM, door_span, front_zone
 
 if TYPE_CHECKING:
     from ortools.sat.python import cp_model
@@ -26,8 +28,13 @@ SIDE_GAP = 2
 YAW: dict[Wall, float] = {"front": 0.0, "back": math.pi, "left": -math.pi / 2.0, "right": math.pi / 2.0}
 _Range = tuple[int, int]
 _Ranges = tuple[_Range, _Range, _Range, _Range]
-GROUPS = ("service zones", "aisles", "doors", "separations")
+GROUPS = ("hood clearance", "front clearance", "aisles", "doors", "separations", "emergency shower")
 """Groups of constraints that can be lifted to find out which of them clash."""
+RANK_COST = 150
+"""Cost of each step down a unit's list of walls, centimetres of doubled distance: as much as 0.75 m off its anchor."""
+GAP_LIMIT = 0.1
+"""Relative distance to the best known bound at which the search stops: preferences need no proof of optimality."""
+Status = Literal["solved", "infeasible", "stopped"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +44,20 @@ class Pose:
     x: float
     y: float
     yaw: float
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Result of a search.
+
+    Attributes:
+        status: `solved`; `infeasible`, if it is proved that no floor plan exists; `stopped`, if the search reached its
+            effort limit before it found a plan or a proof.
+        poses: by unit id; empty unless solved.
+    """
+
+    status: Status
+    poses: Mapping[str, Pose]
 
 
 class _Edge(NamedTuple):
@@ -65,6 +86,8 @@ class _Rect(NamedTuple):
 
 @dataclass(frozen=True)
 class _Piece:
+    """A unit that the program places."""
+
     unit: Unit
     foot: _Rect
     zone: _Rect
@@ -72,13 +95,21 @@ class _Piece:
     turned: Any
 
 
-def solve(
-    brief: Brief, room: Room, seed: int, lifted: Iterable[str] = (), effort: float = 1.0
-) -> dict[str, Pose] | None:
-    """Return a pose for every unit, or None where the constraints leave none (within the search limit).
+@dataclass(frozen=True)
+class _Obstacle:
+    """A fixed object: its bounds, the clear zone in front of it, and the height of its bottom, metres."""
+
+    id: str
+    foot: _Rect
+    zone: _Rect | None
+    bottom: float
+
+
+def solve(brief: Brief, room: Room, seed: int, lifted: Iterable[str] = (), effort: float = 1.0) -> Solution:
+    """Search a pose for every unit.
 
     Args:
-        seed: seed of the search and, through the brief's anchors, of what it prefers.
+        seed: random seed of the search.
         lifted: names of GROUPS to leave out.
         effort: deterministic search time, in the solver's units (about seconds).
     """
@@ -90,11 +121,15 @@ def solve(
     solver.parameters.random_seed = seed % (2**31)
     solver.parameters.max_deterministic_time = effort
     solver.parameters.cp_model_presolve = True
-    solver.parameters.relative_gap_limit = 0.1
+    solver.parameters.relative_gap_limit = GAP_LIMIT
     status = solver.solve(program.model)
+    if status == cp_model.UNKNOWN:
+        return Solution("stopped", {})
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-        return None
-    return {piece.unit.id: _pose(piece, solver, room) for piece in program.pieces}
+        return Solution("infeasible", {})
+    poses = {unit_id: _fixed_pose(placement) for unit_id, placement in brief.fixed.items()}
+    poses |= {piece.unit.id: _pose(piece, solver, room) for piece in program.pieces}
+    return Solution("solved", poses)
 
 
 class _Program:
@@ -107,10 +142,15 @@ class _Program:
         self.brief = brief
         self.width, self.depth = int(room.width * CM), int(room.depth * CM)
         self.terms: list[Any] = []
-        self.pieces = [self._wall_piece(u) if u.stance == "wall" else self._island_piece(u) for u in brief.units]
+        free = [unit for unit in brief.units if unit.id not in brief.fixed]
+        self.pieces = [self._wall_piece(u) if u.stance == "wall" else self._island_piece(u) for u in free]
+        self.obstacles = [_obstacle(brief, placement) for placement in brief.fixed.values()]
         self._no_overlap()
-        if "service zones" not in lifted:
-            self._zones_free()
+        for group, hoods in (("hood clearance", True), ("front clearance", False)):
+            if group not in lifted:
+                self._zones_free(hoods)
+        if "emergency shower" not in lifted:
+            self._surroundings()
         if "aisles" not in lifted:
             self._aisles()
         if "doors" not in lifted:
@@ -199,12 +239,39 @@ class _Program:
                 self.model.new_interval_var(foot.y0.value, short + (long - short) * piece.turned, end_y, f"{name}.y")
             )
         self.model.add_no_overlap_2d(xs, ys)
+        for obstacle in self.obstacles:
+            for piece in self._below(obstacle):
+                self._apart(piece.foot, obstacle.foot, SIDE_GAP)
 
-    def _zones_free(self) -> None:
+    def _below(self, obstacle: _Obstacle) -> list[_Piece]:
+        """The units that are high enough to meet an obstacle."""
+        return [piece for piece in self.pieces if piece.unit.asset.size.height > obstacle.bottom]
+
+    def _zones_free(self, hoods: bool) -> None:
+        """Keep the zone in front of hoods, or of all other units, clear of footprints."""
         for owner in self.pieces:
+            if owner.unit.stance != "wall" or owner.unit.front <= 0.0 or owner.unit.asset.fume_hood != hoods:
+                continue
             for other in self.pieces:
-                if owner is not other and owner.unit.stance == "wall" and owner.unit.front > 0.0:
+                if owner is not other:
                     self._apart(owner.zone, other.foot, 0)
+            for obstacle in self.obstacles:
+                if obstacle.bottom < HEADROOM:
+                    self._apart(owner.zone, obstacle.foot, 0)
+        if not hoods:
+            for zone in (obstacle.zone for obstacle in self.obstacles):
+                if zone is not None:
+                    for piece in self.pieces:
+                        self._apart(piece.foot, zone, 0)
+
+    def _surroundings(self) -> None:
+        """Keep the clear distance around units that have one."""
+        feet = self._feet()
+        for owner in self.pieces:
+            if owner.unit.clear > 0.0:
+                for other, foot in feet.items():
+                    if other != owner.unit.id:
+                        self._apart(owner.foot, foot, _cm(owner.unit.clear))
 
     def _aisles(self) -> None:
         for island in self.pieces:
@@ -215,6 +282,9 @@ class _Program:
                 self._apart(island.foot, other.foot, _cm(wide))
             if island.unit.stance != "wall":
                 self._clear_of_walls(island)
+                for obstacle in self.obstacles:
+                    if obstacle.bottom < HEADROOM:
+                        self._apart(island.foot, obstacle.foot, _cm(self.brief.aisle))
 
     def _clear_of_walls(self, island: _Piece) -> None:
         aisle, foot, walls = _cm(self.brief.aisle), island.foot, island.walls
@@ -234,7 +304,7 @@ class _Program:
                     self._apart(piece.foot, opening, _cm(self.brief.hood_door))
 
     def _door_rect(self, door: Door, deep: float) -> _Rect:
-        half, depth = _cm(max(door.width, deep) / 2.0), _cm(deep)
+        half, depth = _cm((door_span(door) if deep else door.width) / 2.0), _cm(deep)
         low, high = int(door.offset * CM) - half, int(door.offset * CM) + half
         bounds: dict[str, tuple[int, int, int, int]] = {
             "front": (low, 0, high, depth),
@@ -245,9 +315,14 @@ class _Program:
         return _Rect.fixed(*bounds[door.wall])
 
     def _separations(self) -> None:
-        by_id = {piece.unit.id: piece for piece in self.pieces}
+        feet = self._feet()
         for rule in self.brief.separations:
-            self._apart(by_id[rule.first].foot, by_id[rule.second].foot, _cm(rule.distance))
+            if not {rule.first, rule.second} <= set(self.brief.fixed):
+                self._apart(feet[rule.first], feet[rule.second], _cm(rule.distance))
+
+    def _feet(self) -> dict[str, _Rect]:
+        feet = {obstacle.id: obstacle.foot for obstacle in self.obstacles}
+        return feet | {piece.unit.id: piece.foot for piece in self.pieces}
 
     def _apart(self, first: _Rect, second: _Rect, gap: int) -> None:
         """Two rectangles lie at least a gap apart along x or along y."""
@@ -263,24 +338,26 @@ class _Program:
         self.model.add_bool_or(chosen)
 
     def _preferences(self) -> None:
-        by_id = {piece.unit.id: piece for piece in self.pieces}
+        feet = self._feet()
         for piece in self.pieces:
             for rank, wall in enumerate(piece.unit.walls):
                 if wall in piece.walls:
-                    self.terms.append(150 * rank * piece.walls[wall])
+                    self.terms.append(RANK_COST * rank * piece.walls[wall])
             self._anchor(piece)
-        for liking in self.brief.nearness:
-            first, second = by_id[liking.first].foot, by_id[liking.second].foot
+        for pair in self.brief.nearness:
+            if {pair.first, pair.second} <= set(self.brief.fixed):
+                continue
+            first, second = feet[pair.first], feet[pair.second]
             for low, high in ((0, 2), (1, 3)):
                 doubled = first[low].value + first[high].value - second[low].value - second[high].value
-                self.terms.append(liking.weight * self._absolute(doubled))
+                self.terms.append(pair.weight * self._absolute(doubled))
 
     def _anchor(self, piece: _Piece) -> None:
         foot, anchors = piece.foot, piece.unit.anchors
         doubled_x, doubled_y = foot.x0.value + foot.x1.value, foot.y0.value + foot.y1.value
         if piece.unit.stance == "island":
-            wanted_y = int(2 * anchors["island"] * self.depth)
-            self.terms += [self._absolute(doubled_x - self.width), self._absolute(doubled_y - wanted_y)]
+            anchor_y = int(2 * anchors["island"] * self.depth)
+            self.terms += [self._absolute(doubled_x - self.width), self._absolute(doubled_y - anchor_y)]
             return
         for wall, chosen in piece.walls.items():
             if wall not in anchors:
@@ -321,8 +398,29 @@ def _cm(metres: float) -> int:
     return math.ceil(metres * CM - 1e-6)
 
 
+def _obstacle(brief: Brief, placement: Placement) -> _Obstacle:
+    unit = next((unit for unit in brief.units if unit.id == placement.id), None)
+    x, y, z = placement.position
+    if unit is None:
+        size = brief.wall_assets[placement.id].size
+        return _Obstacle(placement.id, _bounds(OrientedBox(x, y, size.width, size.depth, placement.yaw)), None, z)
+    box = OrientedBox(x, y, unit.width, unit.depth, placement.yaw)
+    zone = _bounds(front_zone(box, unit.front)) if unit.front > 0.0 else None
+    return _Obstacle(placement.id, _bounds(box), zone, z)
+
+
+def _bounds(box: OrientedBox) -> _Rect:
+    """Whole centimetres around a box."""
+    x0, y0, x1, y1 = box.bounds()
+    return _Rect.fixed(math.floor(x0 * CM + 1e-6), math.floor(y0 * CM + 1e-6), _cm(x1), _cm(y1))
+
+
+def _fixed_pose(placement: Placement) -> Pose:
+    return Pose(placement.position[0], placement.position[1], placement.yaw)
+
+
 def _pose(piece: _Piece, solver: cp_model.CpSolver, room: Room) -> Pose:
-    """The exact pose: the solver's centimetres along the wall, the exact gap across."""
+    """Return the exact pose: the solver's centimetres along the wall, the exact gap across."""
     foot, unit = piece.foot, piece.unit
     x0, y0 = solver.value(foot.x0.value) / CM, solver.value(foot.y0.value) / CM
     if unit.stance != "wall":

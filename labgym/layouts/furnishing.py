@@ -7,6 +7,7 @@ and waste next to it, storage on one side, wet work and cleaning on the other, w
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,8 +15,9 @@ from labgym.assets import Asset
 from labgym.layouts.brief import LEVELS, Furnishing, Stance, Unit, Wall
 from labgym.layouts.cabinets import Cabinet
 from labgym.layouts.habits import Side
-from labgym.layouts.model import Room
+from labgym.layouts.model import FLOOR, Room
 from labgym.layouts.request import Request
+from labgym.layouts.rules.thresholds import SHOWER_RADIUS
 from labgym.layouts.rules.zones import door_span
 
 Sides = dict[Side, Wall]
@@ -58,9 +60,32 @@ def furniture(
         *_floor_instruments(request, sides, generator),
         *_island_units(request, furnishing, generator),
     ]
+    units = _with_fixed(request, units)
     if furnishing == "full":
         units += _filling_units(request, units, sides, generator)
     return tuple(units)
+
+
+def _with_fixed(request: Request, units: Sequence[Unit]) -> list[Unit]:
+    """Let fixed floor objects take the place of units of the same asset; the others become units of their own."""
+    merged, fixed = list(units), {placement.id for placement in request.fixed}
+    for placement in request.fixed:
+        if placement.support != FLOOR:
+            continue
+        asset = request.fixed_asset(placement)
+        places = [k for k, unit in enumerate(merged) if unit.id == placement.id]
+        places += [k for k, unit in enumerate(merged) if unit.asset.name == asset.name and unit.id not in fixed]
+        if places:
+            unit = merged[places[0]]
+            size, reason = asset.size, f"{unit.reason}; fixed by the request"
+            merged[places[0]] = replace(
+                unit, id=placement.id, asset=asset, width=size.width, depth=size.depth, reason=reason
+            )
+        else:
+            size = asset.size
+            unit = Unit(placement.id, asset, size.width, size.depth, asset.clearance, reason="fixed by the request")
+            merged.append(unit)
+    return merged
 
 
 def _location_units(request: Request, sides: Sides, generator: np.random.Generator) -> list[Unit]:
@@ -115,7 +140,10 @@ def _filling_units(
     used = sum(unit.width for unit in units if unit.stance == "wall")
     filling: list[Unit] = []
     for name in request.habits.filling:
+        ids = {unit.id for unit in (*units, *filling)}
         number = 1 + sum(unit.asset.name == name for unit in filling)
+        while f"{name}_{number}" in ids:
+            number += 1
         unit = _wall_unit(request, name, f"{name}_{number}", sides, generator, "fills free wall")
         if used + unit.width <= FILLED * offered:
             filling.append(unit)
@@ -143,7 +171,8 @@ def _wall_unit(
     walls = tuple(dict.fromkeys(sides[side] for side in habit.walls))
     front = max(least_front, asset.clearance if habit.clear is None else habit.clear)
     size = asset.size
-    return Unit(unit_id, asset, size.width, size.depth, front, walls=walls, anchors=anchors, reason=reason)
+    clear = max(0.0, SHOWER_RADIUS - size.short / 2.0) if asset.subtype == "shower" else 0.0
+    return Unit(unit_id, asset, size.width, size.depth, front, walls=walls, anchors=anchors, clear=clear, reason=reason)
 
 
 def _reversed(wall: str, sides: Sides, room: Room) -> bool:

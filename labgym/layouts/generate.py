@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from labgym.errors import InfeasibleError, OptionError
 from labgym.layouts.dressing import dress
 from labgym.layouts.habits import Habits
 from labgym.layouts.infeasibility import smallest_preset
-from labgym.layouts.model import Layout, Provenance, Room
+from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance, Room
 from labgym.layouts.optimise import optimise
 from labgym.layouts.propose import ProceduralProposer, Proposer
 from labgym.layouts.refine import refine
@@ -36,6 +37,7 @@ def generate(
     profile: str | Profile = "default",
     proposer: Proposer | None = None,
     catalog: Catalog | None = None,
+    fixed: Iterable[Placement] = (),
 ) -> Layout:
     """Return a laboratory for a protocol: proposed, optimised, refined for navigation, and dressed.
 
@@ -44,17 +46,20 @@ def generate(
     Args:
         protocol: a protocol, its id in the library, or its .json file.
         seed: 0 to 2^53 - 1, what JSON carries exactly.
-        room: a room, the name of a preset, a size such as "12x9", or a room file; the default preset if None.
+        room: a room, a preset, a size such as "12x9", a room file, or None for the preset "bay" (8 x 8 m, two doors).
         profile: thresholds to satisfy.
         proposer: makes the first layout; the procedural one by default.
         catalog: source of every asset; `Catalog.load()` by default.
+        fixed: floor and wall objects that stay where they are, such as a sink or a pillar. One of an asset that the
+            laboratory needs takes that role; the others are obstacles.
 
     Raises:
         UnknownNameError: no such protocol, room preset or profile.
-        OptionError: a seed out of range, or a room that is none.
+        OptionError: a seed out of range, not a room, or a fixed object that does not stand on the floor or a wall.
         InfeasibleError: the room cannot hold the protocol; names what clashes and the smallest preset that fits.
+        SearchLimitError: the search ended at its effort limit without a layout; one may exist.
     """
-    request = _request(protocol, seed, room, profile, catalog)
+    request = _request(protocol, seed, room, profile, catalog, fixed)
     proposer = proposer if proposer is not None else ProceduralProposer()
     layout = proposer.propose(request)
     layout = optimise(layout, request.protocol, request.profile)
@@ -81,6 +86,7 @@ def reasons(
     room: Room | str | Path | None = None,
     profile: str | Profile = "default",
     catalog: Catalog | None = None,
+    fixed: Iterable[Placement] = (),
 ) -> dict[str, str]:
     """Return why each object of a generated layout is there, by placement id.
 
@@ -89,7 +95,7 @@ def reasons(
     Raises:
         UnknownNameError, OptionError, InfeasibleError: as `generate`.
     """
-    return ProceduralProposer().plan(_request(protocol, seed, room, profile, catalog)).reasons()
+    return ProceduralProposer().plan(_request(protocol, seed, room, profile, catalog, fixed)).reasons()
 
 
 def _request(
@@ -98,6 +104,7 @@ def _request(
     room: Room | str | Path | None,
     profile: str | Profile,
     catalog: Catalog | None,
+    fixed: Iterable[Placement],
 ) -> Request:
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
         raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
@@ -108,11 +115,21 @@ def _request(
         seed=seed,
         catalog=catalog if catalog is not None else Catalog.load(),
         habits=Habits.published(),
+        fixed=tuple(_pinned(placement) for placement in fixed),
     )
 
 
+def _pinned(placement: Placement) -> Placement:
+    if placement.support not in (FLOOR, WALL):
+        raise OptionError(
+            f"fixed object {placement.id!r} stands on {placement.support!r}: in a new layout only objects on the floor "
+            "or a wall can be fixed"
+        )
+    return placement.model_copy(update={"fixed": True})
+
+
 def _verify(layout: Layout, request: Request) -> None:
-    """Check that a layout has no hard violations and everything that the protocol requires.
+    """Check that a layout has no hard violations, no facility errors, and everything that the protocol requires.
 
     Raises:
         InfeasibleError: it violates a rule or lacks a required asset.
@@ -120,11 +137,12 @@ def _verify(layout: Layout, request: Request) -> None:
     protocol, profile = request.protocol, request.profile
     assessment = evaluate_layout(layout, protocol, profile, navigation=True)
     problems = [violation.message for violation in assessment.violations.items]
+    problems += [issue.message for issue in assessment.errors]
     if assessment.missing:
         problems.append(f"not placed: {', '.join(assessment.missing)}")
     if problems:
-        what = f"no valid layout found for protocol {protocol.id!r} in room {layout.room.name!r}"
-        raise InfeasibleError(what, problems, smallest_preset(request))
+        what = f"the proposed layout of protocol {protocol.id!r} in room {layout.room.name!r} could not be repaired"
+        raise InfeasibleError(what, problems, smallest_preset(request), remedy="try another seed")
 
 
 def _version(package: str) -> str:

@@ -1,77 +1,147 @@
-"""Says why a room cannot hold a protocol: which constraints clash, and the smallest preset that fits."""
+"""Why a room cannot hold a protocol: which constraints clash, and the smallest preset that fits."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
-from labgym.errors import InfeasibleError
-from labgym.layouts.brief import Brief
+from labgym.errors import InfeasibleError, SearchLimitError
+from labgym.layouts.brief import Brief, Unit
 from labgym.layouts.briefing import write_brief
 from labgym.layouts.floor_plan import GROUPS, solve
-from labgym.layouts.model import Room
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import room_presets
+from labgym.layouts.rules.facility import exit_issues
 from labgym.layouts.rules.zones import door_span
 from labgym.layouts.walls import choose_walls
 
 EFFORT = 0.4
+"""Deterministic search time of each trial with lifted constraints."""
+PRESET_EFFORT = 0.1
+PRESET_TRIES = 3
+SHOWN = 6
+"""Separations that a message names at most."""
+
+
+def room_conflicts(request: Request) -> list[str]:
+    """Return why a room is unfit whatever is placed in it: no door, too few exits."""
+    conflicts = [issue.message for issue in exit_issues(request.room, request.profile) if issue.severity == "error"]
+    if not request.room.doors:
+        conflicts.append("the room has no door: add one")
+    return conflicts
+
+
+def height_conflicts(request: Request, brief: Brief) -> list[str]:
+    """Return the furniture that is higher than the ceiling, one sentence for each asset."""
+    height = request.room.height
+    tall = {unit.asset.name: unit.asset.size.height for unit in brief.units if unit.asset.size.height > height}
+    return [
+        f"{name} is {needed:.2f} m high and the ceiling {height:.2f} m: at least {needed:.2f} m is required"
+        for name, needed in sorted(tall.items(), key=lambda entry: -entry[1])
+    ]
+
+
+def infeasible(request: Request, conflicts: Sequence[str]) -> InfeasibleError:
+    """Return the error for a room that cannot hold a protocol."""
+    room = request.room
+    what = (
+        f"a {room.width:g} x {room.depth:g} m room cannot hold protocol {request.protocol.id!r} under profile "
+        f"{request.profile.name!r}"
+    )
+    return InfeasibleError(what, conflicts, smallest_preset(request))
+
+
+def search_stopped(request: Request, effort: float, reasons: Sequence[str] = ()) -> SearchLimitError:
+    """Return the error for a search that ended without a layout and without a proof that there is none."""
+    room = request.room
+    what = (
+        f"the solver stopped at its effort limit ({effort:g}) before finding a layout for protocol "
+        f"{request.protocol.id!r} in a {room.width:g} x {room.depth:g} m room; one may exist"
+    )
+    remedy = "try another seed or a larger room"
+    return SearchLimitError(what, reasons, smallest_preset(request), remedy=remedy)
 
 
 def explain(request: Request, brief: Brief) -> InfeasibleError:
     """Return the error for a brief that has no floor plan.
 
-    A group of constraints clashes where lifting it alone leaves a solution; where no single one does, the
-    furniture itself is too much for the walls.
+    Groups of constraints clash if lifting them, and no fewer, leaves a solution. If lifting all of them leaves none,
+    the furniture does not fit along the walls.
     """
-    protocol, room, profile = request.protocol, request.room, request.profile
-    conflicts = [clash for group in GROUPS if (clash := _clash(brief, room, group)) is not None]
-    if not conflicts:
-        conflicts = [_demand(brief, room)]
-    what = (
-        f"a {room.width:g} x {room.depth:g} m room cannot hold protocol {protocol.id!r} under profile {profile.name!r}"
-    )
-    return InfeasibleError(what, conflicts, smallest_preset(request))
+    return infeasible(request, clashes(request, brief) or [_demand(request, brief)])
+
+
+def clashes(request: Request, brief: Brief) -> list[str]:
+    """Return the smallest sets of constraint groups (one or two) without which there is a floor plan."""
+    for count in (1, 2):
+        conflicts = [
+            " together with ".join(_named(brief, request, group) for group in groups)
+            for groups in combinations(GROUPS, count)
+            if _solvable(brief, request, groups)
+        ]
+        if conflicts:
+            return conflicts
+    return []
 
 
 def smallest_preset(request: Request) -> str | None:
     """Return the name of the smallest room preset that holds a protocol's required furniture, or None."""
     for name, room in room_presets().items():
-        for attempt in range(3):
+        trial = replace(request, room=room, fixed=())
+        if room_conflicts(trial):
+            continue
+        for attempt in range(PRESET_TRIES):
             generator = np.random.default_rng([attempt])
             try:
-                brief = write_brief(replace(request, room=room), "required", generator)
+                brief = write_brief(trial, "required", generator)
             except InfeasibleError:
                 return None
-            if solve(choose_walls(brief, room, generator), room, 0, effort=0.1) is not None:
+            if solve(choose_walls(brief, room, generator), room, 0, effort=PRESET_EFFORT).status == "solved":
                 return name
-        if solve(brief, room, 0, effort=EFFORT) is not None:
+        if solve(brief, room, 0, effort=EFFORT).status == "solved":
             return name
     return None
 
 
-def _clash(brief: Brief, room: Room, group: str) -> str | None:
-    if solve(brief, room, 0, lifted=(group,), effort=EFFORT) is None:
-        return None
+def _solvable(brief: Brief, request: Request, lifted: Sequence[str]) -> bool:
+    return solve(brief, request.room, 0, lifted=lifted, effort=EFFORT).status == "solved"
+
+
+def _named(brief: Brief, request: Request, group: str) -> str:
+    """A group of constraints with its figures."""
     if group == "separations":
         named = [f"{rule.first} {rule.distance:.2f} m from {rule.second} ({rule.reason})" for rule in brief.separations]
-        return "separations: " + ", ".join(named[:6]) + (f" and {len(named) - 6} more" if len(named) > 6 else "")
-    if group == "service zones":
-        widest = sorted(brief.units, key=lambda unit: -unit.front)[:4]
-        return "service zones: " + ", ".join(f"{unit.front:g} m free before {unit.id}" for unit in widest)
+        more = f" and {len(named) - SHOWN} more" if len(named) > SHOWN else ""
+        return "separations: " + ", ".join(named[:SHOWN]) + more
+    if group in ("hood clearance", "front clearance"):
+        owners = [unit for unit in brief.units if unit.asset.fume_hood == (group == "hood clearance")]
+        widest = sorted(owners, key=lambda unit: -unit.front)[:3]
+        return f"{group}: " + ", ".join(f"{unit.front:g} m clear in front of {unit.id}" for unit in widest)
     if group == "doors":
-        return (
-            f"doors: {brief.door_zone:g} m free inside each of {len(room.doors)}, hoods {brief.hood_door:g} m from them"
-        )
+        doors = len(request.room.doors)
+        noun = "door" if doors == 1 else f"each of {doors} doors"
+        return f"doors: {brief.door_zone:g} m clear inside {noun}, hoods {brief.hood_door:g} m away"
+    if group == "emergency shower":
+        clear = max((unit.clear for unit in brief.units), default=0.0)
+        return f"emergency shower: {clear:.2f} m clear on all sides"
     return f"aisles: {brief.aisle:g} m around islands"
 
 
-def _demand(brief: Brief, room: Room) -> str:
-    needed = sum(unit.width for unit in brief.units if unit.stance == "wall")
-    offered = 2.0 * (room.width + room.depth) - sum(door_span(door) for door in room.doors)
-    deepest = max(brief.units, key=lambda unit: unit.depth + unit.front)
-    return (
-        f"furniture: {len(brief.units)} pieces need {needed:.1f} m of wall of {offered:.1f} m between doors, "
-        f"{deepest.id} needs {deepest.depth + deepest.front:.2f} m of depth"
+def _demand(request: Request, brief: Brief) -> str:
+    """The wall that the furniture needs and the wall that there is, corners counted once."""
+    room = request.room
+    units = [unit for unit in brief.units if unit.stance == "wall"]
+    needed = sum(unit.width for unit in units)
+    between = 2.0 * (room.width + room.depth) - sum(door_span(door) for door in room.doors)
+    corners = 4.0 * min((unit.depth for unit in units), default=0.0)
+    longest: Unit = max(units, key=lambda unit: unit.width)
+    message = (
+        f"furniture: {len(units)} pieces are {needed:.1f} m wide together; of {between:.1f} m of wall between doors at "
+        f"most {between - corners:.1f} m can be used, because neighboring walls share the corners"
     )
+    if longest.width > max(room.width, room.depth) - 0.02:
+        message += f", and {longest.id} is {longest.width:.2f} m wide"
+    return message

@@ -1,4 +1,4 @@
-"""Edits of a layout: move, rotate, swap, settle. What stands on a thing goes with it."""
+"""Edits of a layout: move, rotate, place, swap, settle. What stands on an object goes with it."""
 
 from __future__ import annotations
 
@@ -19,15 +19,25 @@ class Move:
 
 @dataclass(frozen=True)
 class Rotate:
-    """Turn a placement about its own centre to a yaw, radians."""
+    """Turn a placement about its own center to a yaw, radians."""
 
     id: str
     yaw: float
 
 
 @dataclass(frozen=True)
+class Place:
+    """Put a placement at a position (x, y) and yaw in the room frame; metres, radians."""
+
+    id: str
+    x: float
+    y: float
+    yaw: float
+
+
+@dataclass(frozen=True)
 class Swap:
-    """Exchange the places of two floor objects: each gets the other's back line, middle and yaw."""
+    """Exchange the positions of two floor objects: each gets the other's back line, middle and yaw."""
 
     first: str
     second: str
@@ -35,7 +45,7 @@ class Swap:
 
 @dataclass(frozen=True)
 class Settle:
-    """Stand a placement on a slot of a support, at a place of that surface's frame (centre 0, 0)."""
+    """Stand a placement on a slot of a support, at a position in that surface's frame (center 0, 0)."""
 
     id: str
     support: str
@@ -45,7 +55,7 @@ class Settle:
     yaw: float = 0.0
 
 
-Command = Move | Rotate | Swap | Settle
+Command = Move | Rotate | Place | Swap | Settle
 
 
 def apply(layout: Layout, command: Command) -> Layout:
@@ -58,6 +68,9 @@ def apply(layout: Layout, command: Command) -> Layout:
         return _carried(layout, command.id, layout.placement(command.id).yaw, command.dx, command.dy)
     if isinstance(command, Rotate):
         return _carried(layout, command.id, command.yaw, 0.0, 0.0)
+    if isinstance(command, Place):
+        x, y, _ = layout.placement(command.id).position
+        return _carried(layout, command.id, command.yaw, command.x - x, command.y - y)
     if isinstance(command, Swap):
         return _swapped(layout, command)
     return _settled(layout, command)
@@ -65,10 +78,15 @@ def apply(layout: Layout, command: Command) -> Layout:
 
 def descendants(layout: Layout, placement_id: str) -> tuple[str, ...]:
     """Return the ids of everything that stands on or in a placement, at any depth."""
-    found: list[str] = []
+    ids: list[str] = []
     for child in layout.children(placement_id):
-        found += [child.id, *descendants(layout, child.id)]
-    return tuple(found)
+        ids += [child.id, *descendants(layout, child.id)]
+    return tuple(ids)
+
+
+def may_move(layout: Layout, placement_id: str) -> bool:
+    """Whether a placement and everything on it may be moved: nothing of it is fixed."""
+    return not any(layout.placement(item).fixed for item in (placement_id, *descendants(layout, placement_id)))
 
 
 def replaced(layout: Layout, changed: dict[str, Placement]) -> Layout:
@@ -102,7 +120,7 @@ def _swapped(layout: Layout, command: Swap) -> Layout:
 
 
 def _settled(layout: Layout, command: Settle) -> Layout:
-    """Set a thing on another support, what stands on it included."""
+    """Set an object on another support, with what stands on it."""
     surface: OrientedBox = layout.surface(command.support, command.slot)
     item = layout.placement(command.id)
     x, y = surface.to_world(command.x, command.y)

@@ -1,17 +1,21 @@
-"""Phase 2 of LabGen: repair and adjust, room level then desktop level, keeping only what is better."""
+"""Phase 2 of LabGen: repair and adjust, room level then desktop level, accepting only improvements."""
 
 from __future__ import annotations
 
-from labgym.layouts.adjust import Adjuster, Level, RuleAdjuster
+from labgym.layouts.adjust import Adjuster, Level, RuleAdjuster, way_commands
 from labgym.layouts.model import Layout
+from labgym.layouts.moves import apply
 from labgym.layouts.repair import fast_repair
-from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.protocols import Protocol
 
 LEVELS: tuple[Level, ...] = ("room", "desktop")
 ITERATIONS = 24
-"""Updates at each level at the most."""
+"""Updates at each level at most."""
+WAY_ITERATIONS = 4
+WAY_BUDGET = 32
+"""Updates that clear a way out at most, and commands verified for each."""
 
 
 def optimise(
@@ -20,22 +24,57 @@ def optimise(
     profile: str | Profile = "default",
     adjuster: Adjuster | None = None,
 ) -> Layout:
-    """Return a layout at least as good, by L' = Adjust(FastRepair(L)) until nothing is accepted any more.
+    """Return a layout at least as good, by L' = Adjust(FastRepair(L)) until no update is accepted.
 
-    An update is accepted when the violations v fall, or stay and the fitness F rises (LabBuilder, algorithm 1);
-    so v never rises. Deterministic.
+    An update is accepted if the cost falls, or stays and the fitness F rises (LabBuilder, algorithm 1). The cost is
+    v(L) plus the facility errors: furniture away from its wall, a blocked front or door area, a crowded emergency
+    shower, and no way 0.90 m wide to a door. v never exceeds that of the given layout. Fixed objects never move.
+    Deterministic.
     """
     adjuster = adjuster if adjuster is not None else RuleAdjuster()
-    current = evaluate_layout(layout, protocol, profile)
+    start = current = evaluate_layout(layout, protocol, profile)
     for level in LEVELS:
         for _ in range(ITERATIONS):
-            if current.v == 0 and current.fitness > 1.0 - 1e-9:
-                return layout
-            repaired = fast_repair(layout)
-            base = evaluate_layout(repaired, protocol, profile)
-            candidate = adjuster.adjust(repaired, protocol, base, level)
-            proposed = evaluate_layout(candidate, protocol, profile)
-            if not proposed.better_than(current):
+            if current.perfect:
                 break
-            layout, current = candidate, proposed
+            update = _update(layout, current, start.v, protocol, adjuster, level)
+            if update is None:
+                break
+            layout, current = update
+    return _clear_ways(layout, protocol, profile, start.v)
+
+
+def _update(
+    layout: Layout, current: Assessment, most: int, protocol: Protocol | None, adjuster: Adjuster, level: Level
+) -> tuple[Layout, Assessment] | None:
+    """The first accepted update: repaired and adjusted, or, if pushing things apart does not help, adjusted alone."""
+    for base in (fast_repair(layout, current.profile), layout):
+        assessment = current if base is layout else evaluate_layout(base, protocol, current.profile)
+        candidate = adjuster.adjust(base, protocol, assessment, level)
+        proposed = assessment if candidate is base else evaluate_layout(candidate, protocol, current.profile)
+        if proposed.better_than(current) and proposed.v <= most:
+            return candidate, proposed
+        if base.placements == layout.placements:
+            return None
+    return None
+
+
+def _clear_ways(layout: Layout, protocol: Protocol | None, profile: str | Profile, most: int) -> Layout:
+    """Relocate furniture until a way out leads from every place of work, as far as the space allows."""
+    current = evaluate_layout(layout, protocol, profile, navigation=True)
+    for _ in range(WAY_ITERATIONS):
+        narrow = [issue for issue in current.errors if issue.rule == "egress"]
+        if not narrow:
+            break
+        best = current
+        for command in way_commands(layout, WAY_BUDGET):
+            candidate = apply(layout, command)
+            proposed = evaluate_layout(candidate, protocol, profile, navigation=True)
+            if proposed.better_than(best) and proposed.v <= most:
+                best, best_layout = proposed, candidate
+                if not any(issue.rule == "egress" for issue in proposed.errors):
+                    break
+        if best is current:
+            break
+        layout, current = best_layout, best
     return layout

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol as Interface
 
@@ -13,9 +14,12 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.brief import LEVELS, Brief
 from labgym.layouts.briefing import write_brief
 from labgym.layouts.floor_plan import Pose, solve
-from labgym.layouts.infeasibility import explain
-from labgym.layouts.model import FLOOR, Layout, Placement, Provenance
+from labgym.layouts.infeasibility import clashes, explain, height_conflicts, infeasible, room_conflicts, search_stopped
+from labgym.layouts.model import FLOOR, Layout, Placement, Provenance, Room
 from labgym.layouts.request import Request
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.egress import MARGIN, narrow_ways
+from labgym.layouts.rules.facility import placing_issues
 from labgym.layouts.walls import choose_walls
 from labgym.navigation import goal_pairs
 from labgym.protocols import Protocol
@@ -24,6 +28,12 @@ ATTEMPTS = 6
 """Briefs tried at each level of furnishing before the next."""
 QUICK, THOROUGH = 0.04, 1.0
 """Deterministic search time with walls chosen beforehand, and with walls left to the solver."""
+QUICK_AREA = 100.0
+"""Floor area for which QUICK suffices, square metres; the search time grows with the area above it."""
+MOST_SCALE = 8.0
+"""Greatest factor by which the search time grows."""
+THOROUGH_ATTEMPTS = 4
+"""Briefs with required furniture alone that are tried if a floor plan breaks a facility rule."""
 LEAST_DRIVE = 1.0
 """Least distance between the goal poses of consecutive locations, metres: a drive starts well outside its goal."""
 
@@ -41,7 +51,7 @@ class Plan:
 
     request: Request
     brief: Brief
-    poses: dict[str, Pose]
+    poses: Mapping[str, Pose]
 
     def layout(self) -> Layout:
         """Return the layout: furniture at its poses with its contents."""
@@ -65,28 +75,66 @@ class ProceduralProposer:
         return self.plan(request).layout()
 
     def plan(self, request: Request) -> Plan:
-        """Return the first plan that the solver finds, trying full furnishing first.
+        """Return the first acceptable plan that the solver finds, trying full furnishing first.
 
         Raises:
             InfeasibleError: the room cannot hold what the protocol requires.
+            SearchLimitError: the search ended without a plan and without a proof that there is none.
         """
+        conflicts = room_conflicts(request)
+        if conflicts:
+            raise infeasible(request, conflicts)
         room, seed = request.room, request.seed
+        scale = _scale(room)
         entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
         for level_index, level in enumerate(LEVELS):
             for attempt in range(ATTEMPTS):
                 generator = np.random.default_rng([seed, entropy, level_index, attempt])
                 brief = write_brief(request, level, generator)
-                poses = solve(choose_walls(brief, room, generator), room, seed, effort=QUICK)
-                if poses is not None:
-                    plan = Plan(request, brief, poses)
-                    if shortest_drive(plan.layout(), request.protocol) >= LEAST_DRIVE:
+                solution = solve(choose_walls(brief, room, generator), room, seed, effort=QUICK * scale)
+                if solution.status == "solved":
+                    plan = Plan(request, brief, solution.poses)
+                    if shortest_drive(plan.layout(), request.protocol) >= LEAST_DRIVE and not _errors(plan):
                         return plan
-        generator = np.random.default_rng([seed, entropy])
-        brief = write_brief(request, "required", generator)
-        poses = solve(brief, room, seed, effort=THOROUGH)
-        if poses is None:
-            raise explain(request, brief)
-        return Plan(request, brief, poses)
+        return self._thorough_plan(request, entropy)
+
+    def _thorough_plan(self, request: Request, entropy: int) -> Plan:
+        """The required furniture alone, with the walls left to the solver."""
+        effort = THOROUGH * _scale(request.room)
+        errors: list[str] = []
+        for attempt in range(THOROUGH_ATTEMPTS):
+            generator = np.random.default_rng([request.seed, entropy, attempt] if attempt else [request.seed, entropy])
+            brief = write_brief(request, "required", generator)
+            conflicts = height_conflicts(request, brief)
+            if conflicts:
+                raise infeasible(request, conflicts)
+            solution = solve(brief, request.room, request.seed + attempt, effort=effort)
+            if solution.status == "infeasible":
+                raise explain(request, brief)
+            if solution.status == "stopped":
+                raise search_stopped(request, effort, clashes(request, brief))
+            plan = Plan(request, brief, solution.poses)
+            errors = _errors(plan)
+            if not errors:
+                return plan
+        raise search_stopped(request, effort, errors)
+
+
+def _scale(room: Room) -> float:
+    """Factor on the search time for large rooms."""
+    return min(max(1.0, room.width * room.depth / QUICK_AREA), MOST_SCALE)
+
+
+def _errors(plan: Plan) -> list[str]:
+    """Facility errors of a plan; ways are judged with the grid's error on the safe side."""
+    arrangement = Arrangement.of(plan.layout())
+    fixed = set(plan.brief.fixed)
+    narrow = [
+        f"the widest way from the {way.door.wall} door to {way.destinations[0]} is {way.width:.2f} m"
+        for way in narrow_ways(arrangement, margin=MARGIN)
+    ]
+    issues = [issue for issue in placing_issues(arrangement) if not fixed.issuperset(issue.ids)]
+    return [issue.message for issue in issues if issue.severity == "error"] + narrow
 
 
 def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
@@ -94,14 +142,16 @@ def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
     placements: list[Placement] = []
     reasons: dict[str, str] = {}
     counts: dict[str, int] = {}
+    fixed = plan.brief.fixed
     for unit in plan.brief.units:
         pose = plan.poses[unit.id]
-        placements.append(
-            Placement(
-                id=unit.id, asset=unit.asset.name, position=_rounded(pose.x, pose.y, 0.0), yaw=pose.yaw, support=FLOOR
-            )
-        )
+        position = _rounded(pose.x, pose.y, 0.0)
+        placement = Placement(id=unit.id, asset=unit.asset.name, position=position, yaw=pose.yaw, support=FLOOR)
+        placements.append(fixed.get(unit.id, placement))
         reasons[unit.id] = unit.reason
+    for placement_id in plan.brief.wall_assets:
+        placements.append(fixed[placement_id])
+        reasons[placement_id] = "fixed by the request"
     for unit in plan.brief.units:
         pose = plan.poses[unit.id]
         frame = OrientedBox(pose.x, pose.y, unit.width, unit.depth, pose.yaw)
@@ -109,6 +159,8 @@ def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
             surface, name = unit.asset.surfaces[content.slot], content.asset.name
             x, y = frame.to_world(surface.x + content.spot.x, surface.y + content.spot.y)
             counts[name] = counts.get(name, 0) + 1
+            while f"{name}_{counts[name]}" in fixed:
+                counts[name] += 1
             placements.append(
                 Placement(
                     id=f"{name}_{counts[name]}",

@@ -1,4 +1,4 @@
-"""Phase 3 of LabGen: navigation-aware refinement, until every transition of the protocol can be driven."""
+"""Phase 3 of LabGen: refinement for navigation, until the robot can drive every transition of the protocol."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from labgym.geometry import OrientedBox, penetration, wrap_angle
 from labgym.layouts.model import FLOOR, Layout
-from labgym.layouts.moves import Command, Move, Rotate, apply
+from labgym.layouts.moves import Command, Move, Place, Rotate, apply, may_move
 from labgym.layouts.optimise import optimise
+from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.navigation import PLANNING_RADIUS, STAND_OFF, Transition, goal_pose
@@ -16,16 +17,19 @@ from labgym.protocols import Protocol
 
 ITERATIONS = 8
 BUDGET = 80
-"""Commands verified in one iteration at the most."""
+"""Commands verified in one iteration at most."""
+PLACES = 4
+"""Free places that are tried for an object."""
 STEPS = (0.1, 0.2, 0.4, 0.7)
 """Translations that are tried, metres."""
 
 
 def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default") -> Layout:
-    """Return a layout in which more transitions are feasible, all of them where the space allows it.
+    """Return a layout in which more transitions are feasible, all of them if the space allows it.
 
-    Failures are classified by the planner; rotation fixes come first, translations next, and after each accepted
-    update the optimiser repairs what it broke. No update that adds a violation is kept. Deterministic.
+    Failures are classified by the planner; rotations come first, then translations and free places, and
+    after each accepted update the optimiser repairs what it broke. No update that adds a violation is accepted. Fixed
+    objects never move. Deterministic.
     """
     current = evaluate_layout(layout, protocol, profile, navigation=True)
     for _ in range(ITERATIONS):
@@ -40,44 +44,47 @@ def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default
         if best_command is None:
             break
         layout = apply(layout, best_command)
-        mended = optimise(layout, protocol, profile)
-        current = evaluate_layout(mended, protocol, profile, navigation=True)
+        repaired = optimise(layout, protocol, profile)
+        current = evaluate_layout(repaired, protocol, profile, navigation=True)
         if best.better_than(current):
             current = best
         else:
-            layout = mended
+            layout = repaired
     return layout
 
 
 def _commands(layout: Layout, failures: list[Transition]) -> list[Command]:
-    """Suggestions for all failures, one a placement and axis and size, at most BUDGET of them."""
+    """Suggestions for all failures without repetition, at most BUDGET of them."""
     suggestions: dict[Command, None] = {}
     for failure in failures:
         for command in _suggestions(layout, failure):
-            suggestions.setdefault(command)
+            if may_move(layout, command.id):
+                suggestions.setdefault(command)
             if len(suggestions) >= BUDGET:
                 return list(suggestions)
     return list(suggestions)
 
 
-def _suggestions(layout: Layout, failure: Transition) -> Iterator[Command]:
+def _suggestions(layout: Layout, failure: Transition) -> Iterator[Move | Rotate | Place]:
     locations = {"start": failure.start_location, "goal": failure.goal_location}
     ends = failure.ends or ("start", "goal")
-    targets = [placed.id for end in ends if (placed := layout.find(locations[end])) is not None]
+    targets = [placement.id for end in ends if (placement := layout.find(locations[end])) is not None]
     for target in targets:
         yield from _rotation_fixes(layout, target)
     for target in targets:
         for blocker in _blockers(layout, target):
+            yield from free_places(layout, blocker, PLACES)
             yield from _translations(blocker)
         yield from _translations(target)
+        yield from free_places(layout, target, PLACES)
     if failure.failure == "unreachable":
         for placement in layout.placements:
             if placement.support == FLOOR and placement.id not in targets:
                 yield from _translations(placement.id)
 
 
-def _rotation_fixes(layout: Layout, target: str) -> Iterator[Command]:
-    """Headings other than the present one whose goal pose lies in the room."""
+def _rotation_fixes(layout: Layout, target: str) -> Iterator[Rotate]:
+    """Other headings whose goal pose lies in the room."""
     box = layout.box(target)
     for quarter in range(1, 4):
         yaw = wrap_angle(box.yaw + quarter * math.pi / 2.0)
@@ -89,14 +96,14 @@ def _rotation_fixes(layout: Layout, target: str) -> Iterator[Command]:
             yield Rotate(target, yaw)
 
 
-def _translations(placement_id: str) -> Iterator[Command]:
+def _translations(placement_id: str) -> Iterator[Move]:
     for step in STEPS:
         for dx, dy in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)):
             yield Move(placement_id, dx, dy)
 
 
 def _blockers(layout: Layout, target: str) -> list[str]:
-    """Floor objects that reach into the space where the robot would stand before a target."""
+    """Floor objects that reach into the space where the robot would stand in front of a target."""
     box = layout.box(target)
     x, y, _ = goal_pose(box)
     side = 2.0 * (PLANNING_RADIUS + 0.05)

@@ -12,7 +12,7 @@ from labgym.documents import Document, document_error
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts.floor import Door, Room
 
-PRESETS: dict[str, Room] = {
+PUBLISHED_PRESETS: dict[str, Room] = {
     room.name: room
     for room in (
         Room(name="tight", width=6.6, depth=7.2, doors=(Door(wall="front", offset=1.3),)),
@@ -26,7 +26,31 @@ PRESETS: dict[str, Room] = {
         ),
     )
 }
-"""Presets by name, smallest floor first. 6.6 m is the standard bay of parallel benches (JGJ 91)."""
+"""Rooms of the published and of the training layouts, smallest first; they never change. All but the last have one
+door. 6.6 m is the standard bay of parallel benches (JGJ 91)."""
+
+
+def _with_second_exit(name: str, room: Room, second: Door) -> Room:
+    return room.model_copy(update={"name": name, "doors": (*room.doors, second)})
+
+
+PRESETS: dict[str, Room] = {
+    room.name: room
+    for room in sorted(
+        (
+            _with_second_exit("bay_small", PUBLISHED_PRESETS["tight"], Door(wall="front", offset=5.3)),
+            _with_second_exit("bay", PUBLISHED_PRESETS["default"], Door(wall="front", offset=6.5)),
+            _with_second_exit("bay_large", PUBLISHED_PRESETS["roomy"], Door(wall="front", offset=6.5)),
+            *PUBLISHED_PRESETS.values(),
+        ),
+        key=lambda room: (room.width * room.depth, -len(room.doors)),
+    )
+}
+"""Presets by name, smallest floor first; of rooms of one size the one with two exits first."""
+
+DEFAULT = "bay"
+"""The preset of a new layout unless a room is named."""
+
 
 SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*[x×]\s*(\d+(?:\.\d+)?)", re.IGNORECASE)
 """A room by its size: WIDTHxDEPTH in metres."""
@@ -54,7 +78,8 @@ def resolve_room(room: Room | str | Path | None) -> Room:
 
     Args:
         room: a `Room`; the name of a preset; a size such as "12x9", width by depth in metres, which gets a door in the
-            front wall and one in the right wall; the path of a `labgym.room/1` file; None for the default preset.
+            front wall and one in the right wall; the path of a `labgym.room/1` file; None for the preset "bay" (8 x 8 m
+            with two doors).
 
     Raises:
         UnknownNameError: no preset has that name.
@@ -62,7 +87,7 @@ def resolve_room(room: Room | str | Path | None) -> Room:
         OptionError: the argument is something else, or the room has no door.
     """
     if room is None:
-        return PRESETS["default"]
+        return PRESETS[DEFAULT]
     if isinstance(room, Path) or (isinstance(room, str) and room.endswith(".json")):
         resolved = RoomFile.load(room).room()
     elif isinstance(room, Room):

@@ -22,7 +22,7 @@ from labgym.documents import Document, Record
 from labgym.errors import DocumentError, InfeasibleError, UnknownNameError
 from labgym.layouts.generate import GENERATOR, generate
 from labgym.layouts.model import Layout
-from labgym.layouts.rooms import room_presets
+from labgym.layouts.rooms import PUBLISHED_PRESETS
 from labgym.layouts.rules.thresholds import Profile
 from labgym.protocols import Protocol, protocols
 
@@ -203,7 +203,7 @@ def train_layout(
         InfeasibleError: none of the rooms drawn holds its protocol.
     """
     choices = [protocol] if protocol is not None else [one for one in protocols().values() if one.moves]
-    rooms = list(room_presets())
+    rooms = list(PUBLISHED_PRESETS)
     attempts = ATTEMPTS
     while True:
         choice = choices[int(generator.integers(len(choices)))]

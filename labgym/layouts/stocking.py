@@ -37,7 +37,7 @@ def stock(
         contents[cabinet.id] = _shelve(request, cabinet, generator)
     by_id = {unit.id: unit for unit in units}
     homeless: list[_Waiting] = []
-    for unit_id, waiting in sorted(_homes(request, by_id).items()):
+    for unit_id, waiting in sorted(_homes(request, units).items()):
         contents[unit_id], remaining = _stand(by_id[unit_id].asset, waiting, request.profile, generator)
         homeless += remaining
     benches = [unit for unit in units if unit.asset.subtype == "workbench" or unit.asset.fume_hood]
@@ -51,13 +51,16 @@ def stock(
     return contents
 
 
-def _homes(request: Request, units: Mapping[str, Unit]) -> dict[str, list[_Waiting]]:
+def _homes(request: Request, units: Sequence[Unit]) -> dict[str, list[_Waiting]]:
     """Instruments by the unit on which they belong; heat sources first, so that they get their spot."""
+    first: dict[str, Unit] = {}
+    for unit in units:
+        first.setdefault(unit.asset.name, unit)
     homes: dict[str, list[_Waiting]] = {}
     for name in request.protocol.instruments:
         asset = request.catalog.find(name)
         if asset.placing != "floor":
-            unit_id, reason = _home(request, asset, units)
+            unit_id, reason = _home(request, asset, first)
             homes.setdefault(unit_id, []).append((asset, reason))
     return {
         unit_id: sorted(waiting, key=lambda entry: (entry[0].heat_class is None, entry[0].name))
@@ -66,7 +69,11 @@ def _homes(request: Request, units: Mapping[str, Unit]) -> dict[str, list[_Waiti
 
 
 def _home(request: Request, instrument: Asset, units: Mapping[str, Unit]) -> tuple[str, str]:
-    """Unit of an instrument and why: where the protocol puts it, else where it is first used, else by category."""
+    """Id of an instrument's unit and why: where the protocol puts it, where it is first used, or by category.
+
+    Args:
+        units: the first unit of each asset, by name.
+    """
     protocol, habits = request.protocol, request.habits
     constraints = [rule for rule in protocol.spatial_constraints if rule.kind == "on"]
     candidates = [
@@ -82,10 +89,10 @@ def _home(request: Request, instrument: Asset, units: Mapping[str, Unit]) -> tup
     usual = habits.homes.get(instrument.category, habits.default_home)
     candidates.append((usual, f"{instrument.category} instruments stand on {usual}"))
     for location, reason in candidates:
-        unit = units.get(f"{location}_1")
+        unit = units.get(location)
         if unit is not None and unit.asset.surfaces:
             return unit.id, reason
-    return f"{habits.default_home}_1", "no better place"
+    return units[habits.default_home].id, "no better place"
 
 
 def _shelve(request: Request, cabinet: Cabinet, generator: np.random.Generator) -> tuple[Content, ...]:

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Unit, Wall
-from labgym.layouts.model import Room
+from labgym.layouts.model import Placement, Room
 from labgym.layouts.rules.zones import door_span
 
 RANK = 0.8
@@ -23,6 +24,8 @@ SIDE_GAP = 0.02
 CORNERS = {"back": 0.0, "front": 1.7, "left": 1.9, "right": 1.9}
 """Length lost to the rows on neighboring walls, metres: 0.85 m of side row twice at the front; at a side wall 0.85 m
 of hood row and 1.05 m of front row with its clearance. The back row has its corners to itself."""
+ROW = 0.75
+"""Depth of a row of furniture, metres; a fixed object nearer to the wall takes its length."""
 SHORTEST = 0.1
 """Least length of wall assumed, metres, so that the used share stays finite."""
 
@@ -33,11 +36,11 @@ def choose_walls(brief: Brief, room: Room, generator: np.random.Generator) -> Br
     Greedy, longest unit first: preferred walls cost little, crowded walls and walls with a unit that must stay away
     cost much, and noise makes seeds differ.
     """
-    free = {wall: _free_length(room, wall) for wall in ("front", "back", "left", "right")}
+    free = {wall: _free_length(brief, room, wall) for wall in ("front", "back", "left", "right")}
     used = dict.fromkeys(free, 0.0)
     away = _away(brief)
     chosen: dict[str, Wall] = {}
-    units = [unit for unit in brief.units if unit.stance == "wall"]
+    units = [unit for unit in brief.units if unit.stance == "wall" and unit.id not in brief.fixed]
     for unit in sorted(units, key=lambda unit: (len(unit.walls) > 1, -unit.width, unit.id)):
         noise = generator.uniform(0.0, 1.0, len(unit.walls))
         costs = []
@@ -64,7 +67,18 @@ def _away(brief: Brief) -> dict[str, set[str]]:
     return away
 
 
-def _free_length(room: Room, wall: str) -> float:
-    """Length of wall that units can use: without corners and door swings, metres."""
+def _free_length(brief: Brief, room: Room, wall: str) -> float:
+    """Length of wall that units can use: without corners, door swings and fixed objects, metres."""
     length = room.width if wall in ("front", "back") else room.depth
-    return length - CORNERS[wall] - sum(door_span(door) for door in room.doors if door.wall == wall)
+    fixed = sum(_along(brief.fixed[unit.id], unit, room, wall) for unit in brief.units if unit.id in brief.fixed)
+    return length - CORNERS[wall] - fixed - sum(door_span(door) for door in room.doors if door.wall == wall)
+
+
+def _along(placement: Placement, unit: Unit, room: Room, wall: str) -> float:
+    """Length of a wall that a fixed object takes, metres; 0 if it leaves enough depth for a unit behind it."""
+    x, y, _ = placement.position
+    x0, y0, x1, y1 = OrientedBox(x, y, unit.width, unit.depth, placement.yaw).bounds()
+    gap = {"front": y0, "back": room.depth - y1, "left": x0, "right": room.width - x1}[wall]
+    if gap > ROW:
+        return 0.0
+    return (x1 - x0 if wall in ("front", "back") else y1 - y0) + SIDE_GAP

@@ -9,10 +9,11 @@ from laboratories import put
 
 from labgym.assets import Catalog
 from labgym.eval import score
-from labgym.eval.scoring.layout_report import FacilityWarning, RuleScore
+from labgym.eval.scoring.layout_report import RuleScore
 from labgym.layouts import Door, Layout, Placement, Room
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import facility_warnings, shower_walks
+from labgym.layouts.rules.facility import FacilityIssue, facility_issues, shower_walks
+from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.rules.zones import door_area, doorway, front_zone
 
 DOORS = (Door(wall="front", offset=1.2), Door(wall="left", offset=1.2))
@@ -33,48 +34,100 @@ def lab(*changed: Placement, without: tuple[str, ...] = (), room: Room = ROOM) -
     return Layout(id="lab", floor=room.floor, placements=tuple(by_id.values()))
 
 
-def warnings(layout: Layout) -> tuple[FacilityWarning, ...]:
-    return facility_warnings(Arrangement.of(layout))
+def issues(layout: Layout, thresholds: str = "default") -> tuple[FacilityIssue, ...]:
+    return facility_issues(Arrangement.of(layout), profile(thresholds))
 
 
-def test_a_good_laboratory_has_no_warnings() -> None:
-    assert warnings(lab()) == ()
+def test_a_good_laboratory_has_no_issues() -> None:
+    assert issues(lab()) == ()
 
 
 TOP = Catalog.load().get("AcidCabinet").surfaces[-1].z
 NARROW = ROOM.model_copy(update={"doors": (Door(wall="front", offset=1.2, width=0.8), DOORS[1])})
 FAULTS = {
-    "a narrow exit": (lab(room=NARROW), "exit_width", 0.8),
-    "one exit only": (lab(room=ROOM.model_copy(update={"doors": DOORS[:1]})), "second_exit", 1.0),
-    "a cart inside the door": (lab(put("cart", "SolidWasteBin", 1.2, 0.9, yaw=math.pi)), "door_area", None),
+    "a narrow exit": (lab(room=NARROW), "exit_width", 0.8, ()),
+    "one exit only": (lab(room=ROOM.model_copy(update={"doors": DOORS[:1]})), "second_exit", 1.0, ()),
+    "a bin inside the door": (lab(put("bin", "SolidWasteBin", 1.2, 0.9, yaw=math.pi)), "door_area", None, ()),
     "a hood near the door": (
         lab(put("second", "FumeHood", 5.0, 0.425), without=("bench",)),
         "hood_door",
         5.0 - 0.75 - (1.2 + 0.5),
+        (),
     ),
-    "a desk before the hood": (lab(put("desk", "WritingDesk", 4.0, 5.3)), "hood_opposite_desk", 7.15 - 5.6),
-    "no shower": (lab(without=("shower",)), "shower_walk", None),
-    "a bin before the bench": (lab(put("bin", "WasteBin", 6.8, 3.0, yaw=math.pi / 2)), "front_clearance", 7.25 - 6.95),
+    "a desk before the hood": (
+        lab(put("desk", "WritingDesk", 4.0, 5.3)),
+        "hood_opposite_desk",
+        7.15 - 5.6,
+        ("back_to_wall",),
+    ),
+    "no shower": (lab(without=("shower",)), "shower_walk", None, ()),
+    "a bin before the bench": (
+        lab(put("bin", "WasteBin", 6.8, 3.0, yaw=math.pi / 2)),
+        "front_clearance",
+        7.25 - 6.95,
+        (),
+    ),
+    "a cabinet in the middle of the room": (
+        lab(put("tall", "GeneralCabinet", 4.0, 4.0)),
+        "back_to_wall",
+        4.0 - 0.45 / 2.0,
+        (),
+    ),
+    "a slanted bench": (
+        lab(put("bench", "LabBench", 7.4, 3.0, yaw=math.pi / 2 + 0.4)),
+        "back_to_wall",
+        0.6 - 0.375 * math.cos(0.4) + 0.75 * math.sin(0.4),
+        (),
+    ),
+    "a cabinet with its doors to the wall": (
+        lab(put("tall", "GeneralCabinet", 6.0, 0.3, yaw=math.pi)),
+        "front_clearance",
+        0.3 - 0.45 / 2.0,
+        ("back_to_wall",),
+    ),
+    "a cabinet next to the shower": (
+        lab(put("tall", "GeneralCabinet", 0.24, 4.84, yaw=-math.pi / 2)),
+        "shower_clear",
+        4.84 - 0.45 - 4.0,
+        (),
+    ),
     "acid above the head": (
         lab(put("acid", "HydrochloricAcid", 0.3, 6.0, TOP, on="acids", slot=4)),
         "corrosive_height",
         TOP,
+        (),
     ),
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_planted_fault_gives_its_own_warning_with_the_measured_value(fault: str) -> None:
-    layout, rule, value = FAULTS[fault]
-    found = warnings(layout)
-    assert {warning.rule for warning in found} == {rule}
-    assert found[0].value == (None if value is None else pytest.approx(value, abs=1e-6))
-    assert all(warning.message and warning.source for warning in found)
+def test_a_planted_fault_gives_its_own_issue_with_the_measured_value(fault: str) -> None:
+    layout, rule, value, further = FAULTS[fault]
+    by_rule = {issue.rule: issue for issue in issues(layout)}
+    assert set(by_rule) == {rule, *further}
+    assert by_rule[rule].value == (None if value is None else pytest.approx(value, abs=1e-6))
+    assert all(issue.message and issue.source for issue in by_rule.values())
 
 
-def test_a_hood_beside_a_door_is_told_from_one_that_is_merely_near() -> None:
-    found = warnings(lab(put("second", "FumeHood", 3.0, 0.425), without=("bench",)))
-    assert [(warning.value, warning.limit) for warning in found] == [
+def test_benches_back_to_back_in_the_middle_of_the_room_need_no_wall() -> None:
+    south = put("south", "LabBench", 4.0, 3.6, yaw=math.pi)
+    north = put("north", "LabBench", 4.0, 4.36)
+    assert issues(lab(south, north)) == ()
+    assert {issue.rule for issue in issues(lab(south))} == {"back_to_wall"}
+
+
+def test_a_missing_second_exit_is_a_warning_by_default_and_an_error_under_the_profile_code() -> None:
+    layout = lab(room=ROOM.model_copy(update={"doors": DOORS[:1]}))
+    (issue,) = issues(layout)
+    assert issue.severity == "warning"
+    assert issue.message == "only one exit for 64 m²; above 18.6 m² two are required (NFPA 45 / 24 CCR): add a door"
+    (issue,) = issues(layout, "code")
+    assert issue.severity == "error"
+
+
+def test_a_hood_next_to_a_door_has_another_limit_than_one_that_is_only_near() -> None:
+    hood = lab(put("second", "FumeHood", 3.0, 0.425), without=("bench",))
+    assert [(issue.value, issue.limit) for issue in issues(hood)] == [
         (pytest.approx(3.0 - 0.75 - (1.2 + 0.5)), 1.0),  # the front door
         (pytest.approx(3.0 - 0.75), 3.0),  # the left door
     ]
@@ -82,7 +135,7 @@ def test_a_hood_beside_a_door_is_told_from_one_that_is_merely_near() -> None:
 
 def test_a_small_laboratory_needs_no_second_exit() -> None:
     room = Room(width=4.0, depth=4.6, doors=(Door(wall="front", offset=1.2),))
-    assert warnings(Layout(id="small", floor=room.floor, placements=())) == ()
+    assert issues(Layout(id="small", floor=room.floor, placements=())) == ()
 
 
 def test_the_walk_to_the_shower_is_the_way_around_and_not_the_line_through() -> None:

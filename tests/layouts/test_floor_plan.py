@@ -30,7 +30,7 @@ def outline(unit, pose):
 def test_units_are_apart_inside_and_clear_of_doors(seed):
     units = tuple(Unit(f"u{k}", BENCH, 0.8 + 0.1 * k, 0.6, 0.9) for k in range(8))
     separations = (Separation("u0", "u1", 1.5, "test"), Separation("u2", "u3", 1.5, "test"))
-    poses = solve(Brief(units, separations), ROOM, seed)
+    poses = solve(Brief(units, separations), ROOM, seed).poses
     shapes = {unit.id: outline(unit, poses[unit.id]) for unit in units}
     assert all(box(0, 0, 6, 6).covers(shape) for shape in shapes.values())
     assert all(first.distance(second) >= 0.02 - 1e-9 for first, second in combinations(shapes.values(), 2))
@@ -46,9 +46,11 @@ def test_units_are_apart_inside_and_clear_of_doors(seed):
         assert all(zone.intersection(other).area < 1e-9 for other in others)
 
 
-def test_what_cannot_fit_has_no_plan():
+def test_a_proof_that_there_is_no_plan_differs_from_a_search_that_was_stopped():
     units = tuple(Unit(f"u{k}", BENCH, 3.0, 0.75, 1.0) for k in range(9))
-    assert solve(Brief(units), ROOM, 0, effort=0.2) is None
+    assert solve(Brief(units), ROOM, 0, effort=0.2).status == "infeasible"
+    units = tuple(Unit(f"u{k}", BENCH, 0.8, 0.6, 0.9) for k in range(20))
+    assert solve(Brief(units), ROOM, 0, effort=1e-6).status == "stopped"
 
 
 @pytest.mark.parametrize("seed", range(6))

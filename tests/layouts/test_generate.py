@@ -9,7 +9,7 @@ from shapely import Polygon
 
 from labgym.assets import Catalog
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
-from labgym.layouts import Door, Room, generate
+from labgym.layouts import Door, Room, generate, room_presets
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.zones import door_area, standing_in
 from labgym.protocols import protocols
@@ -117,7 +117,7 @@ def test_other_profiles_are_satisfied_too(profile):
 def test_a_room_that_is_too_small_says_what_clashes_and_what_fits():
     with pytest.raises(InfeasibleError) as caught:
         generate("alk_02", 0, Room(name="closet", width=3.0, depth=3.0))
-    assert caught.value.smallest_preset in ROOMS
+    assert caught.value.smallest_preset in room_presets()
     assert caught.value.conflicts
     assert "furniture" in str(caught.value)
     assert "\n" not in str(caught.value)

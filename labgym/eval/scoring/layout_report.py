@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from labgym.documents import Document, Record
-from labgym.layouts.rules.facility import FacilityWarning
+from labgym.layouts.rules.facility import FacilityIssue
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=0)]
@@ -145,7 +145,7 @@ class LayoutReport(Document):
     total: float | None = None
     total_with_proxy: float | None = None
     violations: tuple[ReportedViolation, ...]
-    warnings: tuple[FacilityWarning, ...]
+    warnings: tuple[FacilityIssue, ...]
 
 
 class MetricMean(Record):

@@ -18,7 +18,7 @@ from labgym.eval.scoring.layout_report import (
 )
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import facility_warnings
+from labgym.layouts.rules.facility import facility_issues
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.satisfaction import mean, penalised, worst_mean
 from labgym.layouts.rules.separation import contained
@@ -105,7 +105,7 @@ def score(
         consistency_proxy=proxy,
         total_with_proxy=None if s_chem is None else physical.total + s_chem + proxy.total,
         violations=tuple(ReportedViolation(**asdict(violation)) for violation in assessment.violations.items),
-        warnings=facility_warnings(assessment.arrangement),
+        warnings=facility_issues(assessment.arrangement, assessment.profile),
     )
 
 

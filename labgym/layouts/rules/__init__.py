@@ -1,4 +1,4 @@
-"""What makes a layout good: the rules of LabTouchstone, which the generator optimises and the score reports."""
+"""The rules of LabTouchstone for layouts, which the generator optimises and the score reports."""
 
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import VERSION, Profile, profile

@@ -1,15 +1,32 @@
-"""Facility rules outside the metrics: egress, doors, hoods, emergency equipment. What is not kept is a warning."""
+"""Facility rules besides the metrics: exits, ways out, doors, fronts, hoods, emergency equipment.
+
+A broken rule is an issue. Errors are what the generator and the optimiser never leave behind; warnings are advice.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+
+import numpy as np
 
 from labgym.documents import Record
-from labgym.geometry import OrientedBox, distance, penetration
-from labgym.layouts.model import FLOOR
+from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_distance, penetration
+from labgym.layouts.model import FLOOR, WALL, Room
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT, ROOM_TOLERANCE
-from labgym.layouts.rules.zones import door_area, doorway, front_zone, in_room, standing_in
+from labgym.layouts.rules.egress import narrow_ways
+from labgym.layouts.rules.thresholds import (
+    BACK_GAP,
+    CORROSIVE_HEIGHT,
+    EGRESS_WIDTH,
+    MOVABLE,
+    ONE_SIDED,
+    ROOM_TOLERANCE,
+    SHOWER_RADIUS,
+    Profile,
+    Severity,
+)
+from labgym.layouts.rules.zones import HEADROOM, door_area, doorway, front_zone, in_room, standing_in
 from labgym.navigation import PLANNING_RADIUS, goal_pose, occupancy
 from labgym.navigation.grid_search import distance_field
 
@@ -17,26 +34,31 @@ EXIT_WIDTH = 0.914
 """Clear width of a laboratory's exit door, metres (California Building Code, 24 CCR: 36 in)."""
 
 SECOND_EXIT_AREA = 18.6
-"""Floor area from which a laboratory has two exits, square metres (24 CCR, 200 ft2)."""
+"""Floor area above which a laboratory needs two exits, square metres (24 CCR and NFPA 45: 200 ft2)."""
 
 HOOD_DOOR = 3.0
-"""A hood's distance to a doorway, metres (NFPA 45 and ANSI/AIHA Z9.5: 10 ft, as university guides cite them)."""
+"""Distance between a hood and a doorway, metres (NFPA 45 and ANSI/AIHA Z9.5: 10 ft, as university guides cite them)."""
 
 HOOD_DOOR_LEAST = 1.0
-"""Under this distance a hood stands beside the doorway, metres (BS 7258-2 guidance: 1.0 to 1.5 m)."""
+"""Least distance between a hood and a doorway, metres (BS 7258-2 guidance: 1.0 to 1.5 m)."""
 
 HOOD_OPPOSITE = 3.0
-"""No desk within this distance before a hood, metres (NFPA 45: not opposite desks)."""
+"""No desk within this distance in front of a hood, metres (NFPA 45: not opposite desks)."""
 
 SHOWER_WALK = 16.8
 """Walk from a hood to a safety shower: 10 s at walking pace, 55 ft (ANSI/ISEA Z358.1-2014), metres."""
 
+TALL = 1.5
+"""Furniture of this height and more stands against a wall and not back to back, metres."""
 
-class FacilityWarning(Record):
-    """A facility rule outside the metrics that is not kept.
+
+class FacilityIssue(Record):
+    """A facility rule that a layout breaks.
 
     Attributes:
-        rule: short name. value, limit: metres or a count; value None where there is nothing to measure.
+        rule: short name.
+        severity: `error` (the generator and the optimiser never leave it behind) or `warning`.
+        value, limit: metres or a count; value None if there is nothing to measure.
         source: the standard or guide that the rule comes from.
     """
 
@@ -46,18 +68,62 @@ class FacilityWarning(Record):
     limit: float
     message: str
     source: str
+    severity: Severity = "warning"
 
 
-def facility_warnings(arrangement: Arrangement) -> tuple[FacilityWarning, ...]:
-    """Return the facility rules that a layout does not keep."""
+def facility_issues(arrangement: Arrangement, profile: Profile) -> tuple[FacilityIssue, ...]:
+    """Return every facility rule that a layout breaks."""
     return (
-        *_exits(arrangement),
-        *_door_areas(arrangement),
+        *exit_issues(arrangement.layout.room, profile),
+        *placing_issues(arrangement),
+        *egress_issues(arrangement),
         *_hoods(arrangement),
         *_showers(arrangement),
-        *_fronts(arrangement),
         *_corrosives(arrangement),
     )
+
+
+def exit_issues(room: Room, profile: Profile) -> list[FacilityIssue]:
+    """Return what is wrong with the number and width of a room's doors."""
+    issues = []
+    for door in room.doors:
+        if door.width < EXIT_WIDTH - 0.005:
+            message = f"the {door.wall} door is {door.width:.2f} m wide; an exit needs {EXIT_WIDTH:.2f} m: widen it"
+            issues.append(
+                _issue("exit_width", (), door.width, EXIT_WIDTH, message, "24 CCR (California Building Code)")
+            )
+    area, doors = room.width * room.depth, len(room.doors)
+    if area > SECOND_EXIT_AREA and doors < 2:
+        count = "only one exit" if doors else "no exit"
+        source = "NFPA 45 / 24 CCR"
+        message = f"{count} for {area:.0f} m²; above {SECOND_EXIT_AREA} m² two are required ({source}): add a door"
+        issues.append(_issue("second_exit", (), float(doors), 2.0, message, source, profile.second_exit))
+    return issues
+
+
+def placing_issues(arrangement: Arrangement) -> list[FacilityIssue]:
+    """Return the errors of placing: blocked door areas and fronts, furniture away from walls, a crowded shower."""
+    return [
+        *_door_areas(arrangement),
+        *_backs(arrangement),
+        *_fronts(arrangement),
+        *_shower_spaces(arrangement),
+    ]
+
+
+def egress_issues(arrangement: Arrangement) -> list[FacilityIssue]:
+    """Return an error for each door that no way of the required width joins with every place of work."""
+    issues = []
+    for way in narrow_ways(arrangement):
+        first, count = way.destinations[0], len(way.destinations) - 1
+        where = first + (f" and {count} more" if count else "")
+        message = (
+            f"the widest way from the {way.door.wall} door to {where} is {way.width:.2f} m; "
+            f"{EGRESS_WIDTH:.2f} m is required: widen the passage"
+        )
+        source = "OSHA 29 CFR 1910.36(g); NFPA 101"
+        issues.append(_issue("egress", way.destinations, way.width, EGRESS_WIDTH, message, source, "error"))
+    return issues
 
 
 def hoods(arrangement: Arrangement) -> list[int]:
@@ -71,12 +137,12 @@ def box_of(arrangement: Arrangement, row: int) -> OrientedBox:
 
 
 def shower_walks(arrangement: Arrangement) -> dict[str, float]:
-    """Return the walk from in front of each hood to the nearest safety shower, metres; inf where there is no way.
+    """Return the walk from the front of each hood to the nearest safety shower, metres; inf if there is no way.
 
     Measured over the free floor for a disc of the planning radius on a 5 cm grid, which overstates by up to 8%.
     """
     walks = {arrangement.placements[row].id: math.inf for row in hoods(arrangement)}
-    showers = [row for row, asset in enumerate(arrangement.assets) if asset.subtype == "shower"]
+    showers = _emergency_showers(arrangement)
     if not walks or not showers:
         return walks
     grid = occupancy(arrangement.layout).dilated(PLANNING_RADIUS)
@@ -92,7 +158,7 @@ def shower_walks(arrangement: Arrangement) -> dict[str, float]:
 
 
 def blocked_front(arrangement: Arrangement, row: int, depth: float) -> tuple[float, tuple[str, ...]] | None:
-    """Return how much of the wanted depth before an object is free, and what blocks it; None where all is free."""
+    """Return how much of a depth in front of an object is free, metres, and what blocks it; None if all is free."""
     box = box_of(arrangement, row)
     zone = front_zone(box, depth)
     placement = arrangement.placements[row].id
@@ -103,8 +169,27 @@ def blocked_front(arrangement: Arrangement, row: int, depth: float) -> tuple[flo
     return min([*gaps, _to_wall(arrangement, box)]), blockers
 
 
+def back_distance(arrangement: Arrangement, row: int) -> float:
+    """Return the distance between an object's back and the nearest wall along it, metres; its farther end counts."""
+    room = arrangement.layout.room
+    back = box_of(arrangement, row).corners()[:2]
+    gaps = np.stack([back[:, 0], back[:, 1], room.width - back[:, 0], room.depth - back[:, 1]])
+    return float(np.abs(gaps).max(axis=1).min())
+
+
+def one_sided(arrangement: Arrangement, row: int) -> bool:
+    """Whether an object is floor furniture that is used from one side, so that its back belongs against a wall."""
+    asset = arrangement.assets[row]
+    return (
+        arrangement.placements[row].support == FLOOR
+        and asset.clearance > 0.0
+        and asset.size.depth < ONE_SIDED
+        and asset.subtype not in MOVABLE
+    )
+
+
 def _to_wall(arrangement: Arrangement, box: OrientedBox) -> float:
-    """Free depth in front of a box up to the wall."""
+    """Free depth in front of a box up to the wall, metres."""
     room, (fx, fy) = arrangement.layout.room, box.front
     corners = box.corners()[2:]
     reaches = []
@@ -115,33 +200,104 @@ def _to_wall(arrangement: Arrangement, box: OrientedBox) -> float:
     return float(max(min(reaches), 0.0))
 
 
-def _exits(arrangement: Arrangement) -> list[FacilityWarning]:
-    room, found = arrangement.layout.room, []
-    source = "24 CCR (California Building Code)"
-    for door in room.doors:
-        if door.width < EXIT_WIDTH - 0.005:
-            message = f"the {door.wall} door is {door.width:.2f} m wide, an exit wants {EXIT_WIDTH:.2f} m"
-            found.append(_warning("exit_width", (), door.width, EXIT_WIDTH, message, source))
-    area = room.width * room.depth
-    if area >= SECOND_EXIT_AREA and len(room.doors) < 2:
-        message = f"{area:.0f} m2 have one door; from {SECOND_EXIT_AREA} m2 a laboratory wants a second exit"
-        found.append(_warning("second_exit", (), float(len(room.doors)), 2.0, message, source))
-    return found
-
-
-def _door_areas(arrangement: Arrangement) -> list[FacilityWarning]:
-    found = []
+def _door_areas(arrangement: Arrangement) -> list[FacilityIssue]:
+    issues = []
     for door in arrangement.layout.room.doors:
         zone = door_area(arrangement.layout.room, door)
         blockers = standing_in(arrangement, zone)
         if blockers:
-            message = f"{', '.join(blockers)} in the area inside the {door.wall} door"
-            found.append(_warning("door_area", blockers, None, zone.depth, message, "OSHA 29 CFR 1910.36 and .37"))
-    return found
+            message = (
+                f"{', '.join(blockers)} in the {zone.width:.2f} x {zone.depth:.2f} m area inside the {door.wall} door: "
+                "move it out"
+            )
+            source = "OSHA 29 CFR 1910.36 and .37"
+            issues.append(_issue("door_area", blockers, None, zone.depth, message, source, "error"))
+    return issues
 
 
-def _hoods(arrangement: Arrangement) -> list[FacilityWarning]:
-    found = []
+def _backs(arrangement: Arrangement) -> list[FacilityIssue]:
+    issues = []
+    for row, placement in enumerate(arrangement.placements):
+        if not one_sided(arrangement, row):
+            continue
+        gap = back_distance(arrangement, row)
+        if gap > BACK_GAP and not _back_to_back(arrangement, row):
+            message = f"the back of {placement.id} is {gap:.2f} m from a wall, over {BACK_GAP:g} m: move it to a wall"
+            source = "planning practice: supply lines, anchoring"
+            issues.append(_issue("back_to_wall", (placement.id,), gap, BACK_GAP, message, source, "error"))
+    return issues
+
+
+def _back_to_back(arrangement: Arrangement, row: int) -> bool:
+    """Whether low furniture stands with its back against the back or the side of other low furniture."""
+    if arrangement.assets[row].size.height >= TALL:
+        return False
+    box = box_of(arrangement, row)
+    (ax, ay), (bx, by) = box.corners()[:2]
+    ends = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0) for x, y in ((ax, ay), (bx, by))])
+    others = [
+        box_of(arrangement, other)
+        for other, placement in enumerate(arrangement.placements)
+        if other != row
+        and placement.support == FLOOR
+        and arrangement.assets[other].clearance > 0.0
+        and arrangement.assets[other].size.height < TALL
+        and arrangement.assets[other].subtype not in MOVABLE
+    ]
+    others = [other for other in others if _shows_back(other, box)]
+    if not others:
+        return False
+    return bool((pairwise_distance(ends, BoxArray.of(others)) <= BACK_GAP).any(axis=1).all())
+
+
+def _shows_back(other: OrientedBox, box: OrientedBox) -> bool:
+    """Whether a neighbor is not used from the side on which a box stands; islands are used from their long sides."""
+    dx, dy = box.x - other.x, box.y - other.y
+    toward = other.front[0] * dx + other.front[1] * dy
+    return toward <= 0.0 and (other.depth < ONE_SIDED or abs(toward) < other.depth / 2.0)
+
+
+def _fronts(arrangement: Arrangement) -> list[FacilityIssue]:
+    issues = []
+    for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True)):
+        if placement.support != FLOOR or asset.clearance <= 0.0 or asset.subtype == "seat":
+            continue
+        blocked = blocked_front(arrangement, row, asset.clearance)
+        if blocked is None:
+            continue
+        free, blockers = blocked
+        cause = f"move {', '.join(blockers)}" if blockers else "turn it away from the wall"
+        message = f"{placement.id} needs {asset.clearance:g} m clear in front, has {free:.2f} m: {cause}"
+        ids = (placement.id, *blockers)
+        severity: Severity = "warning" if asset.subtype in MOVABLE else "error"
+        source = "catalogue clearance"
+        issues.append(_issue("front_clearance", ids, free, asset.clearance, message, source, severity))
+    return issues
+
+
+def _shower_spaces(arrangement: Arrangement) -> list[FacilityIssue]:
+    issues = []
+    for row in _emergency_showers(arrangement):
+        shower = arrangement.placements[row].id
+        box = box_of(arrangement, row)
+        center = OrientedBox(box.x, box.y, 0.0, 0.0, 0.0, 0.0, HEADROOM)
+        for other, placement in enumerate(arrangement.placements):
+            if other == row or placement.support not in (FLOOR, WALL):
+                continue
+            gap = distance(center, box_of(arrangement, other))
+            if gap < SHOWER_RADIUS - 1e-3:
+                message = (
+                    f"{placement.id} is {gap:.2f} m from the center of {shower}, under {SHOWER_RADIUS} m: "
+                    f"move it {SHOWER_RADIUS - gap:.2f} m away"
+                )
+                source = "ANSI/ISEA Z358.1-2014"
+                ids = (shower, placement.id)
+                issues.append(_issue("shower_clear", ids, gap, SHOWER_RADIUS, message, source, "error"))
+    return issues
+
+
+def _hoods(arrangement: Arrangement) -> list[FacilityIssue]:
+    issues = []
     room = arrangement.layout.room
     desks = [row for row, asset in enumerate(arrangement.assets) if asset.subtype == "desk"]
     for row in hoods(arrangement):
@@ -150,57 +306,55 @@ def _hoods(arrangement: Arrangement) -> list[FacilityWarning]:
             gap = distance(box, doorway(room, door))
             if gap < HOOD_DOOR:
                 limit = HOOD_DOOR_LEAST if gap < HOOD_DOOR_LEAST else HOOD_DOOR
-                message = f"{hood} is {gap:.2f} m from the {door.wall} door, under {limit:g} m"
-                found.append(_warning("hood_door", (hood,), gap, limit, message, "NFPA 45; ANSI/AIHA Z9.5"))
+                message = f"{hood} is {gap:.2f} m from the {door.wall} door, under {limit:g} m: move it away"
+                issues.append(_issue("hood_door", (hood,), gap, limit, message, "NFPA 45; ANSI/AIHA Z9.5"))
         zone = front_zone(box, HOOD_OPPOSITE)
         for desk in desks:
             if penetration(zone, box_of(arrangement, desk)) > ROOM_TOLERANCE:
                 ids, gap = (hood, arrangement.placements[desk].id), distance(box, box_of(arrangement, desk))
-                message = f"{ids[1]} stands opposite {hood}, {gap:.2f} m away"
-                found.append(_warning("hood_opposite_desk", ids, gap, HOOD_OPPOSITE, message, "NFPA 45"))
-    return found
+                message = f"{ids[1]} stands opposite {hood} at {gap:.2f} m, under {HOOD_OPPOSITE:g} m: move it aside"
+                issues.append(_issue("hood_opposite_desk", ids, gap, HOOD_OPPOSITE, message, "NFPA 45"))
+    return issues
 
 
-def _showers(arrangement: Arrangement) -> list[FacilityWarning]:
-    found = []
+def _showers(arrangement: Arrangement) -> list[FacilityIssue]:
+    issues = []
     for hood, walk in shower_walks(arrangement).items():
         if walk > SHOWER_WALK:
-            known = walk if math.isfinite(walk) else None
-            way = f"{walk:.1f} m" if known is not None else "no way"
-            message = f"{way} from {hood} to a safety shower, at most {SHOWER_WALK} m"
-            found.append(_warning("shower_walk", (hood,), known, SHOWER_WALK, message, "ANSI/ISEA Z358.1-2014"))
-    return found
+            length = walk if math.isfinite(walk) else None
+            way = "no way leads" if length is None else f"the walk is {walk:.1f} m"
+            message = f"{way} from {hood} to an emergency shower; at most {SHOWER_WALK} m is allowed: add a shower"
+            issues.append(_issue("shower_walk", (hood,), length, SHOWER_WALK, message, "ANSI/ISEA Z358.1-2014"))
+    return issues
 
 
-def _fronts(arrangement: Arrangement) -> list[FacilityWarning]:
-    found = []
-    for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True)):
-        if placement.support != FLOOR or asset.clearance <= 0.0 or asset.subtype == "seat":
-            continue
-        blocked = blocked_front(arrangement, row, asset.clearance)
-        if blocked is not None:
-            free, blockers = blocked
-            message = f"{free:.2f} m free in front of {placement.id}, {asset.clearance:g} m wanted"
-            ids = (placement.id, *blockers)
-            found.append(_warning("front_clearance", ids, free, asset.clearance, message, "catalogue clearance"))
-    return found
-
-
-def _corrosives(arrangement: Arrangement) -> list[FacilityWarning]:
-    found = []
+def _corrosives(arrangement: Arrangement) -> list[FacilityIssue]:
+    issues = []
     for row in arrangement.reagents:
         hazards, bottom = arrangement.assets[row].hazards, float(arrangement.boxes.z[row, 0])
         chemistry = arrangement.assets[row].chemistry
         liquid = chemistry is not None and chemistry.state == "liquid"
         if (hazards.acid or hazards.base) and liquid and bottom > CORROSIVE_HEIGHT:
             reagent = arrangement.placements[row].id
-            message = f"corrosive {reagent} stands {bottom:.2f} m high, above {CORROSIVE_HEIGHT} m"
+            message = f"corrosive {reagent} stands at {bottom:.2f} m, above {CORROSIVE_HEIGHT} m: use a lower shelf"
             source = "university chemical storage practice"
-            found.append(_warning("corrosive_height", (reagent,), bottom, CORROSIVE_HEIGHT, message, source))
-    return found
+            issues.append(_issue("corrosive_height", (reagent,), bottom, CORROSIVE_HEIGHT, message, source))
+    return issues
 
 
-def _warning(
-    rule: str, ids: tuple[str, ...], value: float | None, limit: float, message: str, source: str
-) -> FacilityWarning:
-    return FacilityWarning(rule=rule, ids=ids, value=value, limit=limit, message=message, source=source)
+def _emergency_showers(arrangement: Arrangement) -> list[int]:
+    return [row for row, asset in enumerate(arrangement.assets) if asset.subtype == "shower"]
+
+
+def _issue(
+    rule: str,
+    ids: Iterable[str],
+    value: float | None,
+    limit: float,
+    message: str,
+    source: str,
+    severity: Severity = "warning",
+) -> FacilityIssue:
+    return FacilityIssue(
+        rule=rule, ids=tuple(ids), value=value, limit=limit, message=message, source=source, severity=severity
+    )

@@ -1,4 +1,4 @@
-"""What the generator optimises and the score reports: everything about a layout, computed once."""
+"""The assessment of a layout: every rule computed once, for the optimiser and the score."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault, bounds_faults
 from labgym.layouts.rules.collisions import Collision, collisions
+from labgym.layouts.rules.facility import FacilityIssue, egress_issues, placing_issues
 from labgym.layouts.rules.glass import glass_instances
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.satisfaction import Instance, penalised
@@ -37,8 +38,9 @@ class Assessment:
 
     Attributes:
         flammable, incompatible, storage, glass: instances, the geometry penalty applied.
-        missing: required assets that are not there, None without a protocol.
-        transitions: None where navigation was left out or there is no protocol.
+        missing: required assets that are not placed, None without a protocol.
+        transitions: None without navigation or without a protocol.
+        navigation: whether ways were evaluated: the protocol's transitions and egress.
     """
 
     profile: Profile
@@ -51,6 +53,7 @@ class Assessment:
     glass: tuple[Instance, ...]
     missing: tuple[str, ...] | None
     transitions: tuple[Transition, ...] | None
+    navigation: bool = False
 
     @cached_property
     def out_of_bounds(self) -> frozenset[str]:
@@ -94,9 +97,30 @@ class Assessment:
             )
         )
 
+    @cached_property
+    def errors(self) -> tuple[FacilityIssue, ...]:
+        """Facility rules that the generator and the optimiser never leave broken; egress only with navigation.
+
+        They do not count in v(L). Issues that concern fixed objects alone are left out: nothing can be moved.
+        """
+        egress = egress_issues(self.arrangement) if self.navigation else []
+        issues = (*placing_issues(self.arrangement), *egress)
+        fixed = {placement.id for placement in self.arrangement.placements if placement.fixed}
+        return tuple(issue for issue in issues if issue.severity == "error" and not fixed.issuperset(issue.ids))
+
+    @property
+    def cost(self) -> int:
+        """v(L) plus the number of facility errors: what the optimiser brings down."""
+        return self.v + len(self.errors)
+
+    @property
+    def perfect(self) -> bool:
+        """Whether nothing can be improved: no violation, no facility error, full fitness."""
+        return self.v == 0 and self.fitness > 1.0 - 1e-9 and not self.errors
+
     def better_than(self, other: Assessment) -> bool:
-        """Whether to accept this layout over another: fewer violations, or as many and a higher fitness."""
-        return self.v < other.v or (self.v == other.v and self.fitness > other.fitness + 1e-12)
+        """Whether to accept this layout over another: a lower cost, or the same cost and a higher fitness."""
+        return self.cost < other.cost or (self.cost == other.cost and self.fitness > other.fitness + 1e-12)
 
 
 def evaluate_layout(
@@ -106,26 +130,27 @@ def evaluate_layout(
 
     Args:
         layout: the layout.
-        protocol: what has to be there and where the robot goes; None leaves both out.
-        profile: name of the thresholds, or a profile of one's own.
-        navigation: whether to plan the protocol's transitions too, which takes as long as all the rest.
+        protocol: required assets and transitions; None leaves both out.
+        profile: name of the thresholds, or a profile.
+        navigation: whether to plan the protocol's transitions and check egress, which takes as long as all the rest.
 
     Raises:
         UnknownNameError: the profile, an asset or a support does not exist.
     """
     limits, arrangement = thresholds.profile(profile), Arrangement.of(layout)
-    bounds, found = bounds_faults(arrangement), collisions(arrangement)
+    bounds, overlaps = bounds_faults(arrangement), collisions(arrangement)
     out_of_bounds = frozenset(fault.id for fault in bounds)
-    faulty = out_of_bounds.union(*(collision.ids for collision in found))
+    faulty = out_of_bounds.union(*(collision.ids for collision in overlaps))
     return Assessment(
         profile=limits,
         arrangement=arrangement,
         bounds=bounds,
-        collisions=found,
+        collisions=overlaps,
         flammable=penalised(flammable_instances(arrangement, limits), faulty),
         incompatible=penalised(incompatible_instances(arrangement, limits), faulty),
         storage=penalised(storage_instances(arrangement), faulty),
         glass=penalised(glass_instances(arrangement, limits), faulty),
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
         transitions=transitions(layout, protocol) if navigation and protocol is not None else None,
+        navigation=navigation,
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from labgym.errors import UnknownNameError
+
+Severity = Literal["warning", "error"]
 
 VERSION = "touchstone-v1"
 """Name of the metric definitions; a report that names another version is not comparable."""
@@ -39,6 +41,25 @@ CORROSIVE_HEIGHT = 1.5
 """Corrosive liquids stand below eye level, metres (university chemical storage practice)."""
 
 
+EGRESS_WIDTH = 0.90
+"""Clear width of a way out, metres (OSHA 1910.36(g)(2) and NFPA 101 ask 0.71 to 0.91 m; 0.90 m is design.md's rule)."""
+
+PROTRUSION = 0.10
+"""An object on a wall may protrude this far into a way, metres (4 in: ADA 307.2, IBC 1003.3.3)."""
+
+MOVABLE = frozenset({"seat", "container", "spill", "fire"})
+"""Subtypes of floor objects that a person pushes aside or picks up: stools, bins, spill kits, extinguishers."""
+
+SHOWER_RADIUS = 0.41
+"""Radius that stays clear around the center of an emergency shower, metres (16 in: ANSI/ISEA Z358.1-2014, 4.1.4)."""
+
+ONE_SIDED = 1.2
+"""Furniture from this depth on is used from both sides, metres; shallower pieces have their back against a wall."""
+
+BACK_GAP = 0.15
+"""Greatest distance between a wall and the back of furniture that stands against it, metres: space for pipes."""
+
+
 @dataclass(frozen=True)
 class Band:
     """A separation rule: satisfied at `d_min` and beyond, worth nothing under `d_low`, metres."""
@@ -63,6 +84,7 @@ class Profile:
         incompatible: two incompatible reagents.
         glass: distance to the edge at which glassware is safe (D_safe), metres.
         pairs: rule set that says which reagents are incompatible, see `labgym.assets.incompatible`.
+        second_exit: severity of a missing second exit; a layout with an error is not generated.
     """
 
     name: str
@@ -71,6 +93,7 @@ class Profile:
     incompatible: Band
     glass: float
     pairs: Literal["segregation", "boolean"]
+    second_exit: Severity = "warning"
 
 
 PROFILES = {
@@ -107,6 +130,12 @@ PROFILES = {
         pairs="boolean",
     ),
 }
+PROFILES["code"] = replace(
+    PROFILES["default"],
+    name="code",
+    # NFPA 45 and 24 CCR: above 18.6 m2 (200 ft2) a laboratory has two exits.
+    second_exit="error",
+)
 
 
 def profile(name: str | Profile) -> Profile:
