@@ -38,15 +38,16 @@ PRESETS: dict[str, Room] = {
     room.name: room
     for room in sorted(
         (
-            _with_second_exit("bay_small", PUBLISHED_PRESETS["tight"], Door(wall="front", offset=5.3)),
-            _with_second_exit("bay", PUBLISHED_PRESETS["default"], Door(wall="front", offset=6.5)),
-            _with_second_exit("bay_large", PUBLISHED_PRESETS["roomy"], Door(wall="front", offset=6.5)),
+            _with_second_exit("bay_small", PUBLISHED_PRESETS["tight"], Door(wall="right", offset=2.7)),
+            _with_second_exit("bay", PUBLISHED_PRESETS["default"], Door(wall="right", offset=3.0)),
+            _with_second_exit("bay_large", PUBLISHED_PRESETS["roomy"], Door(wall="right", offset=4.0)),
             *PUBLISHED_PRESETS.values(),
         ),
         key=lambda room: (room.width * room.depth, -len(room.doors)),
     )
 }
-"""Presets by name, smallest floor first; of rooms of one size the one with two exits first."""
+"""Presets by name, smallest floor first; of rooms of one size the one with two exits first. Their exits are more than
+half the room's diagonal apart (NFPA 101, 7.5.1.3)."""
 
 DEFAULT = "bay"
 """The preset of a new layout unless a room is named."""
