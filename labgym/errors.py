@@ -24,7 +24,7 @@ class UnknownNameError(LabgymError, KeyError):
     """A name that does not exist, with those that do: all of a short list, the nearest five of a long one.
 
     Args:
-        kind: kind of the named object. given: the unknown name.
+        kind: kind of the named object. name: the unknown name.
         available: the names that exist.
         near: the nearest names as printed, if a search finds them better than their spelling.
         remedy: further advice, added at the end.
@@ -33,7 +33,7 @@ class UnknownNameError(LabgymError, KeyError):
     def __init__(
         self,
         kind: str,
-        given: object,
+        name: object,
         available: Iterable[str],
         near: Sequence[str] | None = None,
         remedy: str = "",
@@ -44,13 +44,13 @@ class UnknownNameError(LabgymError, KeyError):
             parts.append(f"nearest: {', '.join(near)}" if near else "no name is near")
             parts.append(f"{len(names)} in all")
         elif len(names) > MAX_LISTED:
-            parts.append(f"nearest: {', '.join(_nearest(str(given), names, 0.0))}")
+            parts.append(f"nearest: {', '.join(_nearest(str(name), names, 0.0))}")
             parts.append(f"{len(names)} in all")
         else:
-            similar = _nearest(str(given), names, 0.5)
+            similar = _nearest(str(name), names, 0.5)
             parts += [f"nearest: {', '.join(similar)}"] if similar else []
             parts.append(f"available: {', '.join(names) or 'none'}")
-        self.message = "; ".join([f"{kind} {str(given)[:80]!r} not found", *parts, *([remedy] if remedy else [])])
+        self.message = "; ".join([f"{kind} {str(name)[:80]!r} not found", *parts, *([remedy] if remedy else [])])
         super().__init__(self.message)
 
     def __str__(self) -> str:

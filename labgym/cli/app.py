@@ -44,7 +44,7 @@ def run(config: OmitArgPrefixes[RunConfig]) -> int:
         print(f"\n{table.text()}\n")
     for reason in outcome.left_out:
         print(f"Left out: {reason}")
-    print("Written:", *outcome.written, sep="\n  ")
+    print("Written:", *outcome.paths, sep="\n  ")
     return complaints(outcome.problems)
 
 

@@ -17,6 +17,9 @@ Sensor = Literal["lidar", "depth"]
 
 DataFolder = Annotated[Path, arg(help="Folder of the dataset, written by labgym data.")]
 Threads = Annotated[int, arg(help="Number of torch threads; the last bits of the weights depend on it.")]
+WarmStart = Annotated[
+    bool, arg(help="Skip the warm start, which imitates an expert with the map.", help_behavior_hint="")
+]
 Every = Annotated[int, arg(help="Drive in every EVERY-th layout of the validation split.")]
 
 train_app = SubcommandApp()
@@ -101,7 +104,7 @@ def train_ppo(
     observation: Sensor = "lidar",
     steps: int = 200_000,
     layouts: int = 120,
-    warm_start: bool = True,
+    warm_start: WarmStart = True,
     seed: int = 0,
     out: OptionalPath = None,
     threads: Threads = 1,
@@ -112,7 +115,6 @@ def train_ppo(
         observation: The sensor.
         steps: Control steps of PPO; with more steps, a finished run continues.
         layouts: Number of layouts to generate and train in.
-        warm_start: Imitate an expert with the map first.
         seed: Random seed of everything.
         out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION, without warm start
             runs/ppo/OBSERVATION-cold.

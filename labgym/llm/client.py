@@ -28,12 +28,12 @@ class Usage:
     """Usage of a client.
 
     Attributes:
-        asked: replies from the server. replayed: replies from the folder of recorded replies.
+        requested: replies from the server. replayed: replies from the folder of recorded replies.
         tokens_in, tokens_out: tokens read and written by the model, as counted by the server; replays count none.
         cost: US dollars; None if the configuration has no prices.
     """
 
-    asked: int = 0
+    requested: int = 0
     replayed: int = 0
     tokens_in: int = 0
     tokens_out: int = 0
@@ -43,7 +43,7 @@ class Usage:
         """Return the usage since an earlier count."""
         cost = None if self.cost is None else self.cost - (before.cost or 0.0)
         return Usage(
-            self.asked - before.asked,
+            self.requested - before.requested,
             self.replayed - before.replayed,
             self.tokens_in - before.tokens_in,
             self.tokens_out - before.tokens_out,
@@ -53,7 +53,7 @@ class Usage:
     def __str__(self) -> str:
         price = "" if self.cost is None else f", {self.cost:.4f} USD"
         return (
-            f"{self.asked} replies requested, {self.replayed} replayed, "
+            f"{self.requested} replies requested, {self.replayed} replayed, "
             f"{self.tokens_in} tokens read, {self.tokens_out} written{price}"
         )
 
@@ -209,7 +209,7 @@ class LanguageModel:
     def _count(self, more: Usage) -> None:
         total = self._usage
         self._usage = Usage(
-            total.asked + more.asked,
+            total.requested + more.requested,
             total.replayed + more.replayed,
             total.tokens_in + more.tokens_in,
             total.tokens_out + more.tokens_out,

@@ -27,13 +27,13 @@ class RunOutcome:
 
     Attributes:
         tables: layout metrics and navigation metrics.
-        written: the files and folders of interest.
+        paths: the files and folders of interest.
         problems: failures that did not stop the run, one sentence each.
         left_out: why default policies are missing, one sentence each.
     """
 
     tables: tuple[Table, ...]
-    written: tuple[Path, ...]
+    paths: tuple[Path, ...]
     problems: tuple[str, ...]
     left_out: tuple[str, ...] = ()
 

@@ -39,7 +39,7 @@ def modified(folder: Path) -> dict[str, int]:
 
 def test_a_run_leaves_everything_that_it_promises(config, outcome):
     assert outcome.problems == ()
-    assert [path for path in outcome.written if not path.exists()] == []
+    assert [path for path in outcome.paths if not path.exists()] == []
     rows = [json.loads(line) for line in (config.folder / "navigation/astar/episodes.jsonl").read_text().splitlines()]
     assert [row["pair"] for row in rows] == list(range(len(rows)))
     assert (config.folder / "pictures" / f"{LAYOUT}.png").read_bytes().startswith(b"\x89PNG")

@@ -39,7 +39,7 @@ def label_furniture(axes: Axes, layout: Layout, scale: float) -> None:
             _label(axes, layout, placement, carried.get(placement.id, []), scale)
 
 
-def words(name: str) -> str:
+def readable_name(name: str) -> str:
     """Return a CamelCase name as words in sentence case: "FumeHood1800" is "Fume hood 1800"."""
     parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z][a-z]*|[0-9]+|[a-z]+", name)
     rest = [part if part.isupper() and len(part) > 1 else part.lower() for part in parts[1:]]
@@ -53,7 +53,7 @@ def _label(axes: Axes, layout: Layout, placement: Placement, carried: Sequence[P
     x0, y0, x1, y1 = box.bounds()
     upright = (y1 - y0) > 1.3 * (x1 - x0)
     length, breadth = ((y1 - y0), (x1 - x0)) if upright else ((x1 - x0), (y1 - y0))
-    fitted = _fitted(words(placement.asset), length * scale, breadth * scale)
+    fitted = _fitted(readable_name(placement.asset), length * scale, breadth * scale)
     if fitted is None:
         return
     text, size = fitted

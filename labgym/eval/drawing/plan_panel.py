@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_drawing import Trace
-from labgym.eval.drawing.plan_labels import FONT, words
+from labgym.eval.drawing.plan_labels import FONT, readable_name
 from labgym.layouts.model import Layout
 from labgym.protocols import Protocol
 
@@ -53,7 +53,7 @@ class Panel:
                 "va": "center_baseline",
             }
             self.axes.text(*centre, str(number), fontsize=6, **style)
-            self._text(words(location), indent=0.3)
+            self._text(readable_name(location), indent=0.3)
 
     def traces(self, traces: Sequence[Trace], colours: dict[str, str]) -> None:
         """List the policies and how many of their drives arrived."""
@@ -81,7 +81,9 @@ class Panel:
             # Two columns, filled downwards.
             rows = (len(present) + 1) // 2
             self.y = top + place % rows * LINE
-            self._line(palette.STORAGE_COLOURS[name], words(name).lower(), left=place // rows * PANEL_INCHES / 2.0)
+            self._line(
+                palette.STORAGE_COLOURS[name], readable_name(name).lower(), left=place // rows * PANEL_INCHES / 2.0
+            )
         self.y = top + (len(present) + 1) // 2 * LINE
         self._dot(palette.STORAGE_COLOURS["Flammable"], palette.FLAME, "red rim: flammable")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from labgym.eval.drawing.plan_labels import words
+from labgym.eval.drawing.plan_labels import readable_name
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.report import Card, Picture, Report, Tile
 from labgym.eval.reports.results import ResultsFolder
@@ -39,14 +39,14 @@ def run_report(results: ResultsFolder, pictures: Mapping[str, Path], views: Mapp
         pictures: top-down pictures, PNG, by layout id.
         views: rendered views, PNG, by layout id.
     """
-    drawn = {name: Picture(name, path.read_bytes()) for name, path in pictures.items()}
+    plans = {name: Picture(name, path.read_bytes()) for name, path in pictures.items()}
     return Report(
         title=f"labgym: {results.folder.resolve().name}",
         subtitle="Laboratories generated from chemistry protocols, and robot navigation in them",
         tiles=_tiles(results),
         tables=result_tables(results),
         views=tuple(Picture(_view_caption(results, name), path.read_bytes()) for name, path in views.items()),
-        cards=tuple(_card(results, layout, drawn.get(layout.id)) for layout in results.layouts),
+        cards=tuple(_card(results, layout, plans.get(layout.id)) for layout in results.layouts),
         provenance=_provenance(results),
     )
 
@@ -103,7 +103,7 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
     pairs = goal_pairs(layout) if layout.protocol else ()
     rows = [
         (
-            f"{words(pairs[row.pair].start_location)} → {words(pairs[row.pair].goal_location)}",
+            f"{readable_name(pairs[row.pair].start_location)} → {readable_name(pairs[row.pair].goal_location)}",
             row.policy,
             "goal reached" if row.success else f"policy failed: {row.error}" if row.error else "time limit reached",
             number(row.spl, 3),

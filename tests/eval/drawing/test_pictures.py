@@ -14,7 +14,7 @@ from labgym.errors import OptionError
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.pictures import picture_bytes, save_picture, topdown
 from labgym.eval.drawing.plan_drawing import Trace
-from labgym.eval.drawing.plan_labels import words
+from labgym.eval.drawing.plan_labels import readable_name
 from labgym.layouts import Door, Layout, Placement, Room
 
 ROOM = Room(name="picture", width=6.0, depth=4.0, doors=(Door(wall="front", offset=1.0),))
@@ -89,4 +89,4 @@ def test_pictures_are_written_as_png_or_svg_and_nothing_else(tmp_path):
     ],
 )
 def test_camel_case_names_are_read_as_words(name, said):
-    assert words(name) == said
+    assert readable_name(name) == said
