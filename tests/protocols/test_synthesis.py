@@ -18,7 +18,7 @@ from labgym.protocols.synthesis import Commission, RefusalError, WriterResult, s
 from labgym.protocols.synthesis.transformations import transformations
 
 DESCRIPTIONS = (Path(__file__).parent / "descriptions.txt").read_text(encoding="utf-8").splitlines()
-FIRST = "Deprotect a tert-butyl ester with TFA in DCM, neutralise, extract, evaporate, check by LC"
+FIRST = "Deprotect N-Boc-benzylamine with TFA in DCM, neutralise, extract, evaporate, check by LC"
 WORK_UP = {"Extract", "Wash", "Filter", "Concentrate", "DrySolution"}
 PURIFICATION = {"Recrystallize", "Crystallize", "Chromatograph", "Distill", "DrySolid", "DryVacuum"}
 
@@ -56,7 +56,7 @@ def test_the_papers_example_has_its_reagents_devices_and_places() -> None:
     protocol = written(FIRST)
     assert protocol.reaction_type == "protection_deprotection"
     names = {use.name for use in protocol.reagents}
-    assert {"TertButylCarbazate", "TrifluoroaceticAcid", "Dichloromethane", "EthylAcetate"} <= names
+    assert {"NBocBenzylamine", "TrifluoroaceticAcid", "Dichloromethane", "EthylAcetate"} <= names
     assert {"RotaryEvaporator", "LiquidChromatograph", "SeparatoryFunnel"} <= set(protocol.instruments)
     places = {step.action: step.location for step in protocol.steps}
     assert places["Add"] == places["Quench"] == places["Extract"] == "FumeHood"
@@ -175,7 +175,7 @@ def test_conditions_that_the_text_leaves_open_come_from_the_library() -> None:
         ("Write a poem about benzene", "no-reaction"),
         ("Recrystallise benzoic acid from water", "no-reaction"),
         ("Stir benzene and toluene for 3 h", "no-reaction"),
-        ("Swern oxidation of benzyl alcohol with oxalyl chloride and DMSO in DCM", "no-reaction"),
+        ("Wittig reaction of benzaldehyde with triphenylphosphine and methyl iodide", "no-reaction"),
         ("Wittig reaction of benzaldehyde in THF", "no-reaction"),
         ("Treat benzaldehyde with n-BuLi in THF to the imine", "no-reaction"),
         ("Phenylmagnesium bromide and methyl benzoate in THF", "unlisted"),
@@ -276,7 +276,7 @@ def test_a_writer_cannot_bring_in_what_must_not_meet() -> None:
 def test_the_command_writes_a_protocol_that_a_laboratory_is_generated_for(tmp_path: Path, capsys) -> None:
     file = tmp_path / "new.json"
     assert main(["protocols", "new", FIRST, "--out", str(file), "--keyword-only"]) == 0
-    assert "stands in for the tert-butyl ester" in capsys.readouterr().err
+    assert "written as: Removal of a Boc" in capsys.readouterr().err
     assert main(["protocols", "--validate", str(file)]) == 0
     layout = tmp_path / "layout.json"
     assert main(["generate", str(file), "--out", str(layout)]) == 0

@@ -89,7 +89,8 @@ def _scan(text: str, catalog: Catalog) -> Iterator[Mention]:
     while index < size:
         step = 1
         if folded.begins(index):
-            for length in lengths.get(folded.plain[index : index + PREFIX], ()):
+            prefix = folded.plain[index : index + PREFIX]
+            for length in lengths.get(prefix) or lengths.get(prefix[:1], ()):
                 form = forms.get(folded.plain[index : index + length]) if index + length <= size else None
                 stop = index + length if form is None else _end(folded, index + length)
                 if form is None or stop is None:
@@ -140,6 +141,8 @@ def _lengths(catalog: Catalog) -> dict[str, tuple[int, ...]]:
         for short, short_lengths in shortest.items():
             if prefix.startswith(short):
                 lengths |= short_lengths
+    for short, short_lengths in shortest.items():
+        by_prefix.setdefault(short, set()).update(short_lengths)
     return {prefix: tuple(sorted(lengths, reverse=True)) for prefix, lengths in by_prefix.items()}
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.synthesis.precedents import Precedent
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.roles import Participant
@@ -12,6 +14,11 @@ from labgym.protocols.synthesis.transformations import Transformation
 from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
 
 COLD, WARM = ROOM_RANGE
+BATH_ABOVE = 60.0
+"""A stated temperature up to this much above the boiling point is that of the bath, degrees Celsius."""
+_CLOSED = re.compile(
+    r"\b(?:sealed|pressure (?:tube|vessel)|autoclave|closed vessel|microwave vial)\b|密闭|封管|高压釜", re.IGNORECASE
+)
 NEAR_BOILING = 4.0
 """Margin around a boiling point within which a temperature counts as reflux, degrees Celsius."""
 HOLDING = ("Stir", "Heat", "Reflux", "Distill", None)
@@ -20,11 +27,19 @@ ADDING = ("Add", "Cool", "Dissolve")
 
 @dataclass(frozen=True)
 class Hold:
-    """A period of the reaction at one temperature: action, degrees Celsius, minutes."""
+    """A period of the reaction at one temperature.
+
+    Attributes:
+        action: name of the action.
+        temperature: degrees Celsius.
+        duration: minutes.
+        bath: of the bath where the mixture boils below it, degrees Celsius.
+    """
 
     action: str
     temperature: float
     duration: float
+    bath: float | None = None
 
 
 def boiling_point(parts: Sequence[Participant]) -> tuple[float, str] | None:
@@ -58,13 +73,8 @@ def holds(
     If the text gives neither temperature nor duration, those of a precedent apply.
     """
     boiling = boiling_point(parts)
-    stated = [
-        clause
-        for clause in clauses
-        if (clause.operation.action if clause.operation else None) in HOLDING
-        and (clause.temperature is not None or clause.duration is not None or _is(clause, "Reflux"))
-    ]
-    timed = [clause for clause in stated if clause.duration is not None or _is(clause, "Reflux")]
+    stated = [clause for clause in clauses if is_period(clause)]
+    timed = [clause for clause in stated if clause.duration is not None or _is(clause, "Reflux") or clause.warmed]
     # A temperature without a time before a stretch with one is that of the addition: "at 0 C, then 2 h at 22 C".
     stated = timed or stated
     if not stated and precedent is not None and kind.action != "Distill":
@@ -73,8 +83,15 @@ def holds(
         temperature = min(precedent.temperature, limit)
         return (Hold(_action(kind, None, temperature, boiling), temperature, precedent.duration),)
     if not stated:
-        return (_hold(kind, None, parts, notes, add=_stated_addition(clauses)),)
-    return tuple(_hold(kind, clause, parts, notes, add=_stated_addition(clauses)) for clause in stated)
+        return (hold(kind, None, parts, _stated_addition(clauses)),)
+    return tuple(hold(kind, clause, parts, _stated_addition(clauses)) for clause in stated)
+
+
+def is_period(clause: Clause) -> bool:
+    """Return whether a clause keeps the mixture at a temperature or for a time."""
+    action = clause.operation.action if clause.operation else None
+    timed = clause.temperature is not None or clause.duration is not None or clause.warmed
+    return action in HOLDING and (timed or _is(clause, "Reflux"))
 
 
 def addition_temperature(kind: Transformation, clauses: Sequence[Clause]) -> float:
@@ -93,15 +110,20 @@ def _stated_addition(clauses: Sequence[Clause]) -> float | None:
     return min(stated, default=None)
 
 
-def _hold(
-    kind: Transformation,
-    clause: Clause | None,
-    parts: Sequence[Participant],
-    notes: list[str],
-    add: float | None,
-) -> Hold:
+def hold(kind: Transformation, clause: Clause | None, parts: Sequence[Participant], add: float | None) -> Hold:
+    """Return the period that a clause describes, or that is usual for the kind of reaction.
+
+    Args:
+        add: temperature of the addition before it, degrees Celsius, where the text gives one; it is kept where the
+            clause gives none.
+
+    Raises:
+        RefusalError: the mixture boils far below the temperature, and no vessel for pressure is provided for.
+    """
     boiling = boiling_point(parts)
     temperature = clause.temperature if clause is not None else None
+    if clause is not None and clause.warmed:
+        temperature = ROOM_TEMPERATURE
     if temperature is None:
         if clause is not None and _is(clause, "Reflux") and boiling is not None:
             temperature = boiling[0]
@@ -109,16 +131,21 @@ def _hold(
             temperature = _boils(parts) or kind.temperature
         elif clause is not None and _is(clause, "Heat") and kind.temperature <= WARM:
             temperature = 60.0 if boiling is None else min(60.0, boiling[0])
-        elif add is not None and kind.action == "Stir" and clause is not None:
-            temperature = max(add, ROOM_TEMPERATURE)
+        elif add is not None and clause is not None and not _is(clause, "Heat"):
+            temperature = add
         else:
             temperature = kind.temperature
     duration = clause.duration if clause is not None and clause.duration else kind.duration
+    bath = None
     if boiling is not None and temperature > boiling[0] and kind.action != "Distill":
-        if clause is not None and clause.temperature is not None and temperature > boiling[0] + NEAR_BOILING:
-            notes.append(f"{temperature:g} C is above the boiling point of {boiling[1]}: refluxed at {boiling[0]:g} C")
+        stated = clause is not None and clause.temperature is not None
+        if clause is not None and stated:
+            if temperature > boiling[0] + BATH_ABOVE or _CLOSED.search(clause.text):
+                message = f"{temperature:g} C is above the boiling point of {boiling[1]} ({boiling[0]:g} C), and no"
+                raise RefusalError("infeasible", f"{message} template works under pressure: take another solvent")
+            bath = temperature
         temperature = boiling[0]
-    return Hold(_action(kind, clause, temperature, boiling), round(temperature, 1), duration)
+    return Hold(_action(kind, clause, temperature, boiling), round(temperature, 1), duration, bath)
 
 
 def _action(kind: Transformation, clause: Clause | None, temperature: float, boiling: tuple[float, str] | None) -> str:

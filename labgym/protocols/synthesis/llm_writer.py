@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import GenericAlias
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, create_model
 
@@ -117,12 +117,12 @@ def compose(model: LanguageModel, sources: WritingSources, repairs: int = REPAIR
         attempts += 1
         try:
             reply = model.ask(label, conversation, answer)
+            protocol = _protocol(reply.answer, sources)
         except LanguageModelError as error:
             if error.reason != "malformed" or not error.reply or attempts > repairs:
                 raise
             text, complaints = error.reply, [_complaint(None, str(error), "")]
         else:
-            protocol = _protocol(reply.answer, sources)
             faults = [finding for finding in examine(protocol, sources.catalog) if finding.severity == "fault"]
             if not faults:
                 return protocol, attempts
@@ -158,7 +158,7 @@ def _abstract(asset: Asset) -> Iterator[str]:
 
 def _priors(commission: Commission) -> list[str]:
     """Return what the rules know: the kind of reaction that they see, and what they read in each clause."""
-    kind = recognise(commission.description.spoken_of)
+    kind = next(iter(recognise(commission.description.spoken_of)), None)
     priors = []
     if kind is not None:
         priors.append(f"kind of reaction: {kind.name} ({kind.type}); like {kind.like}")
@@ -231,11 +231,14 @@ def _protocol(answer: Any, sources: WritingSources) -> Protocol:
     """Return a model's answer as a protocol.
 
     Raises:
-        LanguageModelError: it declines.
+        LanguageModelError: it declines, or names no reaction type.
     """
     if answer.refusal.strip() or not (answer.reagents and answer.instruments and answer.steps):
         why = " ".join(answer.refusal.split())[: 2 * QUOTED] or "it gives no steps"
         raise LanguageModelError("refused", f"the language model declines to write the protocol: {why!r}")
+    if answer.reaction_type is None:
+        message = f"the language model names no reaction_type: one of {', '.join(get_args(ReactionType))}"
+        raise LanguageModelError("malformed", message, answer.model_dump_json())
     steps = [
         Step(
             index=index,
@@ -252,7 +255,7 @@ def _protocol(answer: Any, sources: WritingSources) -> Protocol:
         Protocol(
             id=f"new_{hashlib.sha256(sources.request.encode()).hexdigest()[:12]}",
             name=answer.name,
-            reaction_type=answer.reaction_type or "functional_group_transformation",
+            reaction_type=answer.reaction_type,
             product=answer.product,
             description=answer.description,
             reagents=tuple(ReagentUse(name=part.name, role=part.role, amount=part.amount) for part in answer.reagents),

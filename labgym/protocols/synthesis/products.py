@@ -13,6 +13,12 @@ Span = tuple[int, int]
 _END = (
     r"(?=\s+(?:from|by|via|using|with|in|at|and|under|over|through|as|which|that|was|were|is|are)\b|[,;:()]|\.(?!\d)|$)"
 )
+_OF = re.compile(r" of (?=[a-z0-9])", re.IGNORECASE)
+_KIND_OF_SYNTHESIS = re.compile(
+    r"\b(?:ethers?|esters?|amides?|imines?|alcohols?|ketones?|williamson|fischer|gabriel|knorr|suzuki|grignard|wittig|"
+    r"indole|pyrrole|chalcone|coumarin|benzimidazole|alkene|azide|halide)\s+synthesis of\s*$",
+    re.IGNORECASE,
+)
 _NO_VESSEL = r"(?!(?:a |an |the )?(?:[a-z]+ )?(?:solution|mixture|slurry|suspension|paste|total)\b)"
 _GIVEN = re.compile(
     r"\b(?:(?:to )?(?:gives?|affords?|yields?|furnish|delivers?|forms?|obtains?|produces?|makes?|gets?)|gave|afforded|"
@@ -26,7 +32,9 @@ _CONVERSION = (
     r"iodinat|nitrat|acetylat|benzoylat|alkylat|acylat|methylat|benzylat|esterif|epoxidi|isomeri|evaporat|concentrat|heat|"
     r"tosylat|mesylat|deprotect|react|saponif|coupl)\w*"
 )
-_INTO = re.compile(rf"\b{_CONVERSION}\s+(?:[^,;.]|\.(?=\d))+?\s+(?:in)?to\s+{_NO_VESSEL}(.+?){_END}", re.IGNORECASE)
+_INTO = re.compile(
+    rf"\b{_CONVERSION}\s+(?:(?:[^,;.]|\.(?=\d))+?\s+)?(?:in)?to\s+{_NO_VESSEL}(.+?){_END}", re.IGNORECASE
+)
 _CHINESE = re.compile(
     r"(?:得到?|生成|制得|制成|制备|合成|获得|蒸出|析出|收集|"
     r"(?:氧化|还原|转化|水解|脱水|缩合|环化|转变|变|酰化)(?:成|为))"
@@ -88,8 +96,10 @@ def _announced(text: str, named: Sequence[Mention], foreign: Sequence[Span]) -> 
     for pattern in (_GIVEN, _INTO, _CHINESE):
         for match in pattern.finditer(text):
             start, end = match.span(1)
-            source = _SOURCE_ZH.search(match[1]) if pattern is _CHINESE else None
+            source = (_SOURCE_ZH if pattern is _CHINESE else _OF).search(match[1])
             end = start + source.start() if source else end
+            if pattern is _GIVEN and _KIND_OF_SYNTHESIS.search(text, 0, start):
+                continue
             chemical = any(m.kind in ("reagent", "class") and start <= m.start < end for m in named)
             plausible = pattern is _GIVEN and is_named_like_a_substance(match[1])
             if chemical or plausible or any(start <= a < end for a, _ in foreign):

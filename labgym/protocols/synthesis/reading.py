@@ -12,14 +12,34 @@ from labgym.protocols.language.scripts import Language
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
 from labgym.protocols.synthesis.products import AUXILIARY, products, within
 from labgym.protocols.synthesis.unlisted import unlisted
-from labgym.quantities import Quantity, amounts, duration, temperature
+from labgym.quantities import Condition, Quantity, amounts, duration, pressures, strength, temperature
 
 _BREAK = re.compile(
     r"[;；。，、\n]|,(?!\d)|\.(?=\s|$)|\b(?:and )?then\b|\bfollowed by\b|\bafter which\b|\band (?=[a-z])|"
     r"然后|随后|接着|再|最后"
 )
+NOT_METRIC = frozenset({"ounce", "pound", "fluid_ounce", "pint", "quart", "gallon"})
 _STATE = r"dry|hot|cold|warm|conc\.?|concentrated|glacial|boiling|refluxing|aqueous|aq\.?|\d+ ?%|\d+ ?mL(?: of)?"
 _IN = re.compile(rf"\bin (?:(?:{_STATE}) ){{0,2}}$", re.IGNORECASE)
+_WARMED = re.compile(
+    r"(?:\bto|→|->|\binto|\bthen|至|到|升至|升到)\s*(?:warm(?:ed|ing)?\s+(?:up\s+)?to\s+)?(?:reach\s+)?"
+    r"(?:r\.?t\b|room temp|ambient|室温|常温)|恢复.{0,2}室温|"
+    r"\bwarm(?:s|ed|ing)?\s+(?:up\s+)?to\s+(?:r\.?t\b|room|ambient)",
+    re.IGNORECASE,
+)
+"""A mixture that warms to room temperature: "0 C to rt", 升至室温."""
+_REMOVED = re.compile(
+    r"\b(?:evaporat\w*|remov\w*|strip\w*|distil\w* off|boil\w* off|concentrat(?:e|ing))\s+(?:off\s+)?(?:the\s+|all\s+|"
+    r"most of the\s+|excess\s+)*$|(?:蒸去|蒸除|除去|旋干|旋去|蒸干)$",
+    re.IGNORECASE,
+)
+_REMOVED_AFTER = re.compile(
+    r"\s*(?:was|is|were|are)\s+(?:then\s+)?(?:evaporated|removed|stripped|distilled off)", re.IGNORECASE
+)
+_CATALYTIC = re.compile(
+    r"(?:\bcat\.?|\bcatalytic(?: amount of| quantity of)?|催化量的?)\s*$|^\s*[(（,]?\s*(?:cat\.|catalytic|催化量)",
+    re.IGNORECASE,
+)
 _WEAK = re.compile(r"and ")
 _AWAY = re.compile(
     r"\b(?:removal|loss|exclusion|absence|evolution) of (?:the )?$|\bremov(?:e|ing) (?:the )?$", re.IGNORECASE
@@ -36,16 +56,26 @@ class Clause:
         operation: its action and phase, or None if the text only names substances or devices.
         mentions: the names in it.
         amounts: by asset name, as "2.07 g, 10 mmol".
+        strengths: concentrations by asset name, as "10 %" or "2 M".
+        catalytic: names of reagents that the text calls catalytic.
+        removed: names of reagents that are evaporated or distilled off.
         temperature: degrees Celsius.
         duration: minutes.
+        pressure: as written, in bar.
+        warmed: whether the mixture then warms to room temperature.
     """
 
     text: str
     operation: Operation | None
     mentions: tuple[Mention, ...]
     amounts: dict[str, str] = field(default_factory=dict)
+    strengths: dict[str, str] = field(default_factory=dict)
+    catalytic: frozenset[str] = frozenset()
+    removed: frozenset[str] = frozenset()
     temperature: float | None = None
     duration: float | None = None
+    pressure: Condition | None = None
+    warmed: bool = False
 
     def names(self, *kinds: str) -> tuple[str, ...]:
         """Return the distinct names of some kinds of mention."""
@@ -73,6 +103,8 @@ class ParsedDescription:
         product: name of the product as written, or "".
         unlisted: substances that it names and the catalogue lacks, as written.
         spoken_of: assets, classes of substances and concepts that it mentions.
+        products: the spans that name products.
+        unassigned: amounts that belong to no substance, as written.
     """
 
     text: str
@@ -81,6 +113,8 @@ class ParsedDescription:
     product: str
     unlisted: tuple[str, ...]
     spoken_of: frozenset[str]
+    products: tuple[tuple[int, int], ...] = ()
+    unassigned: tuple[str, ...] = ()
 
 
 def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
@@ -100,7 +134,8 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     strange = [text[a:b] for a, b in foreign if not within(a, spans)]
     names = [text[a:b].strip() for a, b in spans]
     reagents = [m for m in named if not within(m.start, spans)]
-    clauses = tuple(_clauses(text, reagents))
+    assigned, unassigned = _assign(text, reagents, spans)
+    clauses = tuple(_clauses(text, reagents, assigned))
     topics = {mention.name for clause in clauses for mention in clause.mentions}
     topics |= set(concepts(without_chinese_names(text, assets)))
     return ParsedDescription(
@@ -110,22 +145,59 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
         product=names[0] if names else "",
         unlisted=tuple(dict.fromkeys(strange)),
         spoken_of=frozenset(topics),
+        products=spans,
+        unassigned=unassigned,
     )
 
 
-def _clauses(text: str, named: Sequence[Mention]) -> Iterator[Clause]:
-    quantities = _assign(text, named)
-    bounds = _bounds(text, named)
-    for start, end in bounds:
+def _clauses(text: str, named: Sequence[Mention], assigned: Sequence[tuple[Quantity, Mention]]) -> Iterator[Clause]:
+    for start, end in _bounds(text, named):
         piece = text[start:end].strip()
         inside = tuple(m for m in named if start <= m.start < end)
         parts: dict[str, list[str]] = {}
-        for quantity, mention in quantities:
+        for quantity, mention in assigned:
             if start <= mention.start < end:
-                parts.setdefault(mention.name, []).append(quantity.text)
-        stated = {name: ", ".join(dict.fromkeys(texts)) for name, texts in parts.items()}
-        operation = main_operation(piece) or _implied(inside)
-        yield Clause(piece, operation, inside, stated, temperature(piece), duration(piece))
+                parts.setdefault(mention.name, []).append(_metric(quantity))
+        strengths = {m.name: text_ for m in inside if (text_ := strength(text, m.start, m.end))}
+        yield Clause(
+            piece,
+            main_operation(piece) or _implied(inside),
+            inside,
+            {name: _stated(texts, strengths.get(name, "")) for name, texts in parts.items()},
+            strengths,
+            frozenset(m.name for m in inside if _is_catalytic(text, m)),
+            frozenset(m.name for m in inside if _is_removed(text, m)),
+            temperature(piece),
+            duration(piece),
+            next(iter(pressures(piece)), None),
+            _WARMED.search(piece) is not None,
+        )
+
+
+def _metric(quantity: Quantity) -> str:
+    """Return an amount in metric units: "1/2 oz" as "14.2 g"."""
+    if quantity.unit not in NOT_METRIC:
+        return quantity.text
+    portions = f"{quantity.portions} x " if quantity.portions > 1 else ""
+    return f"{portions}{quantity.base:.3g} {'g' if quantity.dimension == 'mass' else 'mL'}"
+
+
+def _stated(texts: Sequence[str], concentration: str) -> str:
+    """Return the amounts of a reagent as one text, the concentration with the first: "20 mL of 10 %, 50 mmol"."""
+    parts = list(dict.fromkeys(texts))
+    if concentration:
+        parts[0] = f"{parts[0]} of {concentration}"
+    return ", ".join(parts)
+
+
+def _is_catalytic(text: str, mention: Mention) -> bool:
+    return bool(
+        _CATALYTIC.search(text[: mention.start][-30:]) or _CATALYTIC.match(text[mention.end : mention.end + 14])
+    )
+
+
+def _is_removed(text: str, mention: Mention) -> bool:
+    return bool(_REMOVED.search(text, 0, mention.start) or _REMOVED_AFTER.match(text, mention.end))
 
 
 def _bounds(text: str, named: Sequence[Mention]) -> list[tuple[int, int]]:
@@ -177,19 +249,63 @@ _IMPLIED: tuple[tuple[tuple[str, ...], str, Phase], ...] = (
 )
 
 
-def _assign(text: str, named: Sequence[Mention]) -> list[tuple[Quantity, Mention]]:
-    """Assign each amount to the substance after it ("5 mL of TFA") or before it ("TFA (5 mL, 65 mmol)")."""
+def _assign(
+    text: str, named: Sequence[Mention], spans: Sequence[tuple[int, int]]
+) -> tuple[list[tuple[Quantity, Mention]], tuple[str, ...]]:
+    """Assign each amount to the substance after it ("5 mL of TFA") or before it ("TFA (5 mL, 65 mmol)").
+
+    Returns:
+        The amounts with their substances, and the texts of those that have none; yields of products are left out.
+    """
     substances = [m for m in named if m.kind in ("reagent", "class")]
     assigned: list[tuple[Quantity, Mention]] = []
+    unassigned: list[str] = []
     for quantity in amounts(text):
         after = next((m for m in substances if m.start >= quantity.end), None)
         before = next((m for m in reversed(substances) if m.end <= quantity.start), None)
         gap_after = text[quantity.end : after.start] if after else None
         gap_before = text[before.end : quantity.start] if before else None
-        behind = gap_before is not None and re.fullmatch(r"[\s(（:：]*(?:[^()（）;；。]*?[,，/;]\s*)?", gap_before)
-        ahead = gap_after is not None and re.fullmatch(r"\s*(?:of |的)?(?:[\w.%\s-]{0,18}?)", gap_after)
-        if before and behind and (("(" in (gap_before or "") or "（" in (gap_before or "")) or not ahead):
+        behind = gap_before is not None and _BEHIND.fullmatch(gap_before)
+        ahead = gap_after is not None and _AHEAD.fullmatch(gap_after)
+        of_product = any(b <= quantity.start <= b + 12 or 0 <= a - quantity.end <= 6 for a, b in spans)
+        if within(quantity.start, spans) or (of_product and not ahead and not behind):
+            continue
+        solute = _solute(text, before, substances) if before and behind else None
+        if _ICE.match(text, quantity.end):
+            continue
+        if solute is not None:
+            assigned.append((quantity, solute))
+        elif before and behind and (("(" in (gap_before or "") or "（" in (gap_before or "")) or not ahead):
             assigned.append((quantity, before))
         elif after and ahead:
             assigned.append((quantity, after))
-    return assigned
+        elif not _OF_VESSEL.match(text, quantity.end) and not _YIELD.search(text, 0, quantity.start):
+            unassigned.append(text[quantity.start : quantity.end].strip())
+    return assigned, tuple(dict.fromkeys(unassigned))
+
+
+def _solute(text: str, solvent: Mention, substances: Sequence[Mention]) -> Mention | None:
+    """Return what a solution is of whose solvent an amount follows: HCl in "4 M HCl in dioxane (10 mL)"."""
+    before = next((m for m in reversed(substances) if m.end <= solvent.start), None)
+    if before is None or not re.fullmatch(r"\s+in\s+", text[before.end : solvent.start]):
+        return None
+    return before if strength(text, before.start, before.end) else None
+
+
+_ICE = re.compile(
+    r"\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice\b(?![- ]*(?:cold|water|cooled))|碎?冰(?!水|醋|乙))", re.IGNORECASE
+)
+_BEHIND = re.compile(r"[\s(（:：]*(?:[^()（）;；。]*?[,，/;]\s*)?(?:约|ca\.?|about)?\s*")
+_AHEAD = re.compile(
+    r"\s*(?:of |的|\(?(?:each|aq\.?)\)? )?(?:(?:an?|the|ice-cold|cold|hot|warm|dry|conc\.?|concentrated|dilute|"
+    r"saturated|"
+    r"sat\.?|aqueous|aq\.?|half-saturated|fresh|distilled|crude|solid|more|each|pure|boiling|iced?|glacial)\s+|"
+    r"[\w.%\s-]{0,18}?)*?"
+)
+_OF_VESSEL = re.compile(
+    r"\s*(?:three-necked? |two-necked? |round-?bottom(?:ed)? |single-neck |conical |Erlenmeyer |separat(?:ing|ory) )*"
+    r"(?:flask|beaker|vial|funnel|tube|cylinder|RBF|column|syringe|balloon|reactor)|(?:三口|圆底|单口)?(?:烧瓶|烧杯|分液漏斗|试管)",
+    re.IGNORECASE,
+)
+"""A vessel's size is no amount of a substance."""
+_YIELD = re.compile(r"(?:yield\w*|gave|afford\w*|obtain\w*|收率|得|产量)[^;.。；]{0,30}$", re.IGNORECASE)

@@ -1,13 +1,17 @@
-"""The cast of a reaction: which reagent fills which slot, from the text, as a stand-in for a class, or by default."""
+"""The cast of a reaction: which reagent fills which slot, from the text, as a stand-in for a class, or by default.
+
+A substrate is never assumed: the text names it, or the class that it stands for.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from labgym.assets import Asset, Catalog
 from labgym.protocols.amounts import read_amount
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.transformations import Slot, Transformation, transformations
 
@@ -31,6 +35,12 @@ ROLES = {
     "inorganic_salt": "salt",
 }
 _MOLAR, _SHARE = re.compile(r"\((\d+(?:\.\d+)?) M\b"), re.compile(r"\((?:[<=]*\d+-)?(\d+)\s?%")
+SUBSTRATES = ("carbonyl compound", "halide")
+"""Roles of substrates whose names do not say so."""
+CATALYTIC, METAL_SHARE, PALLADIUM = 0.05, 0.1, 106.42
+"""Equivalents of what the text calls catalytic; share of metal in palladium on carbon; its molar mass, g/mol."""
+_RELATIVE = re.compile(r"(\d+(?:\.\d+)?) (equiv|mol%|wt%)")
+_ROUNDED = re.compile(r"(\d+(?:\.\d+)?)(\s*mL\b)")
 _SCALABLE = re.compile(r"(\d+(?:\.\d+)?)(\s*(?:kg|mg|g|mmol|mol|mL|L)\b)")
 
 
@@ -60,6 +70,8 @@ class _Named:
     name: str
     amount: str
     stands_for: str = ""
+    strength: str = ""
+    catalytic: bool = False
 
 
 @dataclass(frozen=True)
@@ -97,13 +109,52 @@ def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> C
             if like:
                 rest.remove(like)
                 chosen[position] = like
+    _refuse_assumed_substrate(kind, chosen)
     factor = _scale(kind, chosen, catalog)
     parts = [
         _part(slot, chosen.get(i), factor, catalog)
         for i, slot in enumerate(kind.slots)
         if i in chosen or not slot.optional
     ]
-    return Cast((*_merged(parts), *_others(kind, rest, parts, factor, media, catalog)), factor)
+    everything = (*_merged(parts), *_others(kind, rest, parts, factor, media, catalog))
+    return Cast(tuple(_weighed_out(part, parts) for part in everything), factor)
+
+
+def _refuse_assumed_substrate(kind: Transformation, chosen: Collection[int]) -> None:
+    """Pass a cast whose substrates the text names.
+
+    Raises:
+        RefusalError: it does not; says what is missing.
+    """
+    for position, slot in enumerate(kind.slots):
+        if is_substrate(slot.role) and not slot.optional and position not in chosen:
+            classes = " or ".join(f"{'an' if name[0] in 'aeiou' else 'a'} {name}" for name in slot.classes)
+            what = f"the {slot.role}" + (f" ({classes})" if classes else "")
+            message = f"{kind.name!r} needs {what}, which the text does not name: name it, such as {slot.asset}"
+            raise RefusalError("no-reaction", message)
+
+
+def is_substrate(role: str) -> bool:
+    """Return whether a role is that of a substrate, which makes the experiment what it is."""
+    return "substrate" in role or role in SUBSTRATES
+
+
+def _weighed_out(part: Participant, parts: Sequence[Participant]) -> Participant:
+    """Return a participant whose amount in equivalents, mol% or wt% has its mass or volume with it."""
+    relative = _RELATIVE.search(part.amount)
+    if relative is None or read_amount(part.amount).mass or read_amount(part.amount).volume:
+        return part
+    limiting = next((p for p in parts if is_substrate(p.role)), parts[0])
+    base, number = moles_of(limiting.asset, limiting.amount), float(relative[1])
+    if base is None or limiting is part:
+        return part
+    if relative[2] == "wt%":
+        chemistry = limiting.asset.chemistry
+        grams = number / 100.0 * base * (chemistry.molar_mass or 0.0) if chemistry is not None else 0.0
+        return replace(part, amount=f"{part.amount}, {_figure(grams)} g")
+    moles = base * (number if relative[2] == "equiv" else number / 100.0)
+    assumed = ASSUMED if part.amount.endswith(ASSUMED) else ""
+    return replace(part, amount=f"{part.amount.removesuffix(ASSUMED)}, {_measured(part.asset, moles)}{assumed}")
 
 
 def scaled(amount: str, factor: float) -> str:
@@ -112,15 +163,40 @@ def scaled(amount: str, factor: float) -> str:
     def times(match: re.Match[str]) -> str:
         return f"{_figure(float(match[1]) * factor)}{match[2]}"
 
-    return _SCALABLE.sub(times, amount)
+    return _ROUNDED.sub(_rounded, _SCALABLE.sub(times, amount)) if factor != 1.0 else amount
+
+
+def _rounded(match: re.Match[str]) -> str:
+    """Return a volume as one measures it: by 5 mL from 20 mL on, by 1 mL from 5 mL on."""
+    value = float(match[1])
+    step = 5.0 if value >= 20.0 else 1.0 if value >= 5.0 else 0.0
+    return f"{_figure(round(value / step) * step if step else value)}{match[2]}"
 
 
 def _named(clauses: Sequence[Clause]) -> list[_Named]:
-    amounts: dict[str, str] = {}
+    named: dict[str, _Named] = {}
     for clause in clauses:
         for name in clause.names("reagent"):
-            amounts[name] = amounts.get(name) or clause.amounts.get(name, "")
-    return [_Named(name, amount) for name, amount in amounts.items()]
+            known = named.get(name, _Named(name, ""))
+            named[name] = replace(
+                known,
+                amount=_together(known.amount, clause.amounts.get(name, "")),
+                strength=known.strength or clause.strengths.get(name, ""),
+                catalytic=known.catalytic or name in clause.catalytic,
+            )
+    return list(named.values())
+
+
+def _together(first: str, second: str) -> str:
+    """Return two amounts of one reagent as one: "30 mL" and "40 mL" as "70 mL (30 mL + 40 mL)"."""
+    if not first or not second or first == second:
+        return first or second
+    a, b = read_amount(first), read_amount(second)
+    if a.volume is not None and b.volume is not None and a.portions == b.portions == 1:
+        return f"{_figure(a.volume + b.volume)} mL ({first} + {second})"
+    if a.mass is not None and b.mass is not None and a.portions == b.portions == 1:
+        return f"{_figure(a.mass + b.mass)} g ({first} + {second})"
+    return f"{first}, {second}"
 
 
 def _classes(clauses: Sequence[Clause]) -> list[_Named]:
@@ -155,21 +231,50 @@ def _part(slot: Slot, named: _Named | None, factor: float, catalog: Catalog) -> 
         return Participant(
             catalog.get(slot.asset), slot.role, scaled(slot.amount, factor) + ASSUMED, slot.when, named=False
         )
-    asset = catalog.get(named.name)
-    usual = slot.amount if asset.name == slot.asset else _equimolar(asset, slot.amount)
-    amount = named.amount or scaled(usual, factor) + ASSUMED
+    asset, default = catalog.get(named.name), catalog.get(slot.asset)
+    usual = slot.amount if asset.name == slot.asset else _equimolar(asset, slot.amount, default)
+    if named.catalytic and not named.amount:
+        usual = f"{CATALYTIC:g} equiv"
+        factor = 1.0
+    amount = named.amount or _of_strength(scaled(usual, factor), named.strength) + ASSUMED
     return Participant(asset, slot.role, amount, slot.when, named=True, stands_for=named.stands_for)
 
 
-def _equimolar(asset: Asset, amount: str) -> str:
-    """Return the amount of a reagent with as many moles as an amount of another one."""
-    moles, chemistry = read_amount(amount).moles, asset.chemistry
+def _of_strength(amount: str, strength: str) -> str:
+    """Return an amount of a solution with the strength that the text gives: "40 mL" as "40 mL of 2 M"."""
+    if not strength:
+        return amount
+    stated = read_amount(amount)
+    number, unit = strength.split()
+    if unit == "M" and stated.moles is not None:
+        return f"{_figure(1000.0 * stated.moles / float(number))} mL of {strength}, {1000.0 * stated.moles:.3g} mmol"
+    volume = re.search(r"\d+(?:\.\d+)?\s*mL", amount)
+    return f"{volume[0]} of {strength}" if volume is not None else f"{amount} of {strength}"
+
+
+def _equimolar(asset: Asset, amount: str, usual: Asset) -> str:
+    """Return the amount of a reagent with as many moles as an amount of the usual one.
+
+    Raises:
+        RefusalError: the moles of the usual one are unknown, and the reagent is not one of its volume.
+    """
+    moles, chemistry = moles_of(usual, amount), asset.chemistry
     if asset.category in AIDS:
         return AIDS[asset.category]
     if moles is None and chemistry is not None and chemistry.state == "solid":
-        return amount.replace("mL", "g")
+        raise RefusalError("unaccounted", f"the text gives no amount of {asset.name}, and none is usual: give it")
     if moles is None or chemistry is None or not chemistry.molar_mass or chemistry.state == "gas":
         return amount
+    return _measured(asset, moles)
+
+
+def _measured(asset: Asset, moles: float) -> str:
+    """Return an amount in moles as mass or volume and millimoles; palladium on carbon is weighed with its support."""
+    chemistry = asset.chemistry
+    if chemistry is None or not chemistry.molar_mass:
+        return f"{moles * 1000:.3g} mmol"
+    if asset.name == "PalladiumOnCarbon":
+        return f"{_figure(moles * PALLADIUM / METAL_SHARE)} g, {moles * 1000:.3g} mmol Pd"
     grams = moles * chemistry.molar_mass
     millimoles = f"{moles * 1000:.3g} mmol"
     molar, share = _strength(asset)
@@ -197,14 +302,15 @@ def _scale(kind: Transformation, chosen: dict[int, _Named], catalog: Catalog) ->
         item = chosen.get(position)
         if item is None or not item.amount:
             continue
-        ours, usual = _moles(catalog.get(item.name), item.amount), _moles(catalog.get(slot.asset), slot.amount)
+        ours, usual = moles_of(catalog.get(item.name), item.amount), moles_of(catalog.get(slot.asset), slot.amount)
         if ours and usual:
             factor = ours / usual
             return 1.0 if abs(factor - 1.0) < SAME_SCALE else factor
     return 1.0
 
 
-def _moles(asset: Asset, amount: str) -> float | None:
+def moles_of(asset: Asset, amount: str) -> float | None:
+    """Return the moles in an amount of a reagent, or None if they cannot be known."""
     stated, chemistry = read_amount(amount), asset.chemistry
     if stated.moles is not None:
         return stated.moles
@@ -245,18 +351,21 @@ def _others(
     """
     used = {part.asset.name for part in parts}
     left = [item for item in rest if item.name not in used]
-    usual = kind.solvent
-    usual_name = usual.asset if usual else ""
+    usual_solvent = kind.solvent
+    usual_name = usual_solvent.asset if usual_solvent else ""
     media = [item for item in left if item.name == usual_name or _is_medium(catalog.get(item.name), stated_media)]
     for place, item in enumerate(media):
-        volume = usual.amount if usual else "30 mL"
-        amount = item.amount or scaled(volume, factor) + ASSUMED
+        volume = usual_solvent.amount if usual_solvent else "30 mL"
+        amount = item.amount or _of_strength(scaled(volume, factor), item.strength) + ASSUMED
         yield Participant(catalog.get(item.name), "co-solvent" if place else "solvent", amount, "medium", named=True)
-    if not media and usual and usual.asset not in used:
-        amount = scaled(usual.amount, factor) + ASSUMED
-        yield Participant(catalog.get(usual.asset), "solvent", amount, "medium", named=False)
+    if not media and usual_solvent and usual_solvent.asset not in used:
+        amount = scaled(usual_solvent.amount, factor) + ASSUMED
+        yield Participant(catalog.get(usual_solvent.asset), "solvent", amount, "medium", named=False)
     for item in left:
         asset = catalog.get(item.name)
         if item not in media and asset.name not in PROTECTIVE_GASES:
-            amount = item.amount or scaled(_equimolar(asset, kind.slots[0].amount), factor) + ASSUMED
+            usual = f"{CATALYTIC:g} equiv" if item.catalytic else ""
+            first = kind.slots[0]
+            usual = usual or scaled(_equimolar(asset, first.amount, catalog.get(first.asset)), factor)
+            amount = item.amount or _of_strength(usual, item.strength) + ASSUMED
             yield Participant(asset, ROLES.get(asset.category, "reagent"), amount, "add", named=True)

@@ -12,16 +12,19 @@ from labgym.protocols.errors import RefusalError
 from labgym.protocols.language import language_of
 from labgym.protocols.language.vocabulary import unmeasured
 from labgym.protocols.model import Protocol
-from labgym.protocols.refusals import refuse_mixture, refuse_wish
+from labgym.protocols.refusals import refuse_mixture, refuse_solvent, refuse_wish
 from labgym.protocols.retrieval import SearchResults
+from labgym.protocols.synthesis.fidelity import refuse_unfaithful
 from labgym.protocols.synthesis.precedents import context_of
 from labgym.protocols.synthesis.reading import ParsedDescription, read
 from labgym.protocols.synthesis.template import TemplateWriter
+from labgym.protocols.synthesis.transformations import transformations
 from labgym.protocols.synthesis.unlisted import chemical_names
 from labgym.protocols.synthesis.writer import Commission, Writer
 from labgym.protocols.validate import ProtocolError, examine
 
 MAX_TEXT = 4000
+ALKALI_METALS = ("Sodium", "Potassium", "Lithium")
 TYPING_ERROR = 0.88
 """Similarity from which a name is taken for a misspelling of another."""
 PARENT = 6
@@ -72,6 +75,7 @@ def synthesize(
     protocol = result.protocol
     refuse_wish(f"{protocol.name}. {protocol.product}.")
     refuse_mixture(use.name for use in protocol.reagents)
+    refuse_unfaithful(description, protocol, assets)
     findings = examine(protocol, assets)
     faults = [finding for finding in findings if finding.severity == "fault"]
     if faults:
@@ -101,14 +105,36 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     chinese = any(not name.isascii() for name in description.unlisted)
     if not substances and not chinese and not chemical_names(text):
         raise RefusalError("no-chemistry", "the text names no substance of the catalogue: say what reacts with what")
+    homeless = [m.text for m in substances if m.kind == "class" and m.name not in transformations().stand_ins]
+    if homeless:
+        raise RefusalError("unlisted", _lacking(homeless, catalog))
     portions = unmeasured(text)
     if portions:
         message = f"{portions[0]!r} has no defined size: give it in grams, milliliters or moles"
         raise RefusalError("unaccounted", message)
     if description.unlisted:
         raise RefusalError("unlisted", _lacking(description.unlisted, catalog))
+    _refuse_water(description)
     refuse_mixture(mention.name for clause in description.clauses for mention in clause.mentions)
     return description
+
+
+def _refuse_water(description: ParsedDescription) -> None:
+    """Pass a description that puts nothing into water, alcohol or acid that they destroy violently.
+
+    Raises:
+        RefusalError: it does; names both.
+    """
+    for clause in description.clauses:
+        if clause.operation is not None and clause.operation.phase != "reaction":
+            return
+        names = clause.names("reagent")
+        refuse_solvent(names, clause.media())
+        metals = [name for name in names if name in ALKALI_METALS]
+        if metals and "DeionizedWater" in names:
+            raise RefusalError(
+                "unsafe", f"{metals[0]} and DeionizedWater must not meet: the metal ignites the hydrogen"
+            )
 
 
 def _lacking(names: Sequence[str], catalog: Catalog) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import groupby
 
+from labgym.protocols.amounts import read_amount
 from labgym.protocols.apparatus import bath_for, millilitres, vessel_for
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
@@ -13,16 +15,35 @@ from labgym.protocols.model import Protocol
 from labgym.protocols.refusals import refusals, refuse_mixture, refuse_solvent
 from labgym.protocols.retrieval import SearchResults
 from labgym.protocols.synthesis.builder import ProtocolBuilder
-from labgym.protocols.synthesis.conditions import Hold, addition_temperature, holds
-from labgym.protocols.synthesis.frame import clean_up, is_gas, is_liquid, is_pyrophoric, short_name, weigh_first
+from labgym.protocols.synthesis.conditions import (
+    NEAR_BOILING,
+    Hold,
+    addition_temperature,
+    boiling_point,
+    hold,
+    holds,
+    is_period,
+)
+from labgym.protocols.synthesis.frame import (
+    clean_up,
+    is_gas,
+    is_liquid,
+    is_pyrophoric,
+    is_solid,
+    short_name,
+    weigh_first,
+)
+from labgym.protocols.synthesis.library_experiments import from_library
 from labgym.protocols.synthesis.operations import Operation
+from labgym.protocols.synthesis.phases import Mixture
 from labgym.protocols.synthesis.precedents import precedent
 from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import ASSUMED, PROTECTIVE_GASES, Participant, cast
+from labgym.protocols.synthesis.stages import stages
 from labgym.protocols.synthesis.transformations import Transformation, recognise, transformations
 from labgym.protocols.synthesis.workup import WorkUp, work_up_steps
 from labgym.protocols.synthesis.writer import Commission, WriterResult
-from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
+from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE, Condition
 
 SHARED_REAGENTS = 2
 """Number of reagents of the nearest protocol that a text without words for a reaction must name to be taken for it."""
@@ -39,6 +60,19 @@ QUENCHES = frozenset(
     )
 )
 """Reagents that end a reaction when they are added after its reaction time."""
+CANDIDATES = 4
+"""Number of kinds of reaction that are tried on a text, best first."""
+ADDITION = 15.0
+"""Usual duration of an addition, minutes."""
+BALLOON, PRESSURE_VESSEL = "HydrogenBalloon", "HydrogenationApparatus"
+BALLOON_BAR, VESSEL_BAR = 1.2, 5.0
+"""Highest absolute pressures of a balloon and of the hydrogenation apparatus (4 bar above the air's), bar."""
+SOLVENT_ROLES = ("solvent", "co-solvent", "alcohol and solvent", "base and solvent")
+PURIFICATIONS = {
+    "Recrystallize": "recrystallization",
+    "Chromatograph": "column chromatography",
+    "Distill": "distillation",
+}
 DECISIVE = (
     *("oxidizer", "reducing_agent", "chlorinating_agent", "brominating_agent", "halogenating_agent", "acylating_agent"),
     *("alkylating_agent", "organometallic", "active_metal", "halogen", "azide", "cyanide", "sulfonylating_agent"),
@@ -53,32 +87,59 @@ class TemplateWriter:
     def write(self, commission: Commission) -> WriterResult:
         """Return a protocol whose names, amounts and conditions come from the text, else from the table.
 
+        A reaction that the table has no template for is taken from the library of experiments.
+
         Raises:
-            RefusalError: no kind of reaction is recognized, no vessel or bath is suitable, or reagents must not meet.
+            RefusalError: no kind of reaction fits the text, no vessel or bath is suitable, or reagents must not meet.
         """
         description = commission.description
-        kind = _kind(description, commission.context)
-        before, after = _parted(kind, description.clauses)
-        catalog = commission.catalog
-        assignment = cast(kind, before, catalog)
-        parts = assignment.parts
-        if not any(part.named and part.when != "medium" for part in parts):
-            message = f"nothing in the text takes part in {kind.name!r}: name the substance that reacts"
-            raise RefusalError("no-reaction", message)
-        _refuse_mismatch(kind, parts)
-        refuse_solvent([p.asset.name for p in parts], [p.asset.name for p in parts if "solvent" in p.role])
-        builder = ProtocolBuilder(catalog)
-        reaction = _Reaction(builder, kind, commission, before, parts)
-        reaction.carry_out()
-        work_up = WorkUp(builder, kind, reaction.volume, assignment.factor, reaction.vessel)
-        for step in work_up_steps(kind, after, [part.asset for part in parts], catalog):
-            work_up.carry_out(step)
-        _analyse(builder, kind, after)
-        clean_up(builder)
-        weigh_first(builder, reaction.vessel)
-        refuse_mixture(use.name for use in builder.reagents)
-        builder.notes[:0] = _assumptions(kind, parts)
-        return WriterResult(_protocol(description, kind, builder, parts), tuple(builder.notes))
+        _refuse_nothing(description)
+        unwritten = transformations().unwritten.first_in(description.text)
+        if unwritten:
+            return from_library(commission, unwritten)
+        first: RefusalError | None = None
+        for kind in _kinds(description, commission.context)[:CANDIDATES]:
+            try:
+                return _written(kind, commission)
+            except RefusalError as refusal:
+                if refusal.reason != "no-reaction":
+                    raise first or refusal from None
+                first = first or refusal
+        if first is not None:
+            raise first
+        _refuse_purification(description)
+        known = ", ".join(sorted(other.name for other in transformations().transformations)[:6])
+        raise RefusalError("no-reaction", f"no reaction is recognized in the text; templates are for example: {known}")
+
+
+def _written(kind: Transformation, commission: Commission) -> WriterResult:
+    """Return the protocol of one kind of reaction.
+
+    Raises:
+        RefusalError: the text does not fit the kind, or cannot be carried out.
+    """
+    description, catalog = commission.description, commission.catalog
+    before, after = _parted(kind, description.clauses)
+    assignment = cast(kind, before, catalog)
+    parts = assignment.parts
+    _refuse_mismatch(kind, parts)
+    refuse_solvent([p.asset.name for p in parts], [p.asset.name for p in parts if p.role in SOLVENT_ROLES])
+    builder = ProtocolBuilder(catalog)
+    reaction = _Reaction(builder, kind, commission, before, parts)
+    reaction.carry_out()
+    mixture = Mixture.of(parts, reaction.hottest, reaction.vessel, reaction.volume, kind.action == "Distill")
+    work_up = WorkUp(builder, kind, mixture, assignment.factor)
+    for step in work_up_steps(kind, after, mixture, catalog):
+        work_up.carry_out(step)
+    _analyse(builder, kind, after)
+    clean_up(builder)
+    weigh_first(builder, reaction.vessel)
+    refuse_mixture(use.name for use in builder.reagents)
+    assumed = [*dict.fromkeys(work_up.assumed)]
+    if assumed:
+        builder.notes.append(f"work-up completed with: {', '.join(assumed)}")
+    builder.notes[:0] = _assumptions(kind, parts)
+    return WriterResult(_protocol(description, kind, builder, parts), tuple(builder.notes))
 
 
 class _Reaction:
@@ -95,38 +156,66 @@ class _Reaction:
         self.builder, self.kind, self.clauses, self.parts = builder, kind, clauses, parts
         self.catalog = builder.catalog
         self.volume = millilitres((part.asset, part.amount) for part in parts)
-        self.holds = holds(kind, clauses, parts, precedent(commission.context, parts), builder.notes)
         self.adding = addition_temperature(kind, clauses)
+        self.gas = _pressure(clauses)
         self.inert = _wants_inert(commission.description, parts)
-        heated = any(hold.temperature > ROOM_RANGE[1] for hold in self.holds)
+        self.stages = stages(clauses, parts, is_period) if not any(is_gas(part.asset) for part in parts) else ()
+        usual = holds(kind, clauses, parts, precedent(commission.context, parts), builder.notes)
+        self.holds = self._staged_holds(usual) if self.stages else usual
+        self.hottest = max(period.temperature for period in self.holds)
         smallest = vessel_for(self.volume, self.catalog)
-        self.vessel = (
-            "ThreeNeckFlask" if (heated or self.inert) and smallest == "RoundBottomFlask" and self.dropped else smallest
+        late = any(stage.added for stage in self.stages) or any(part.when == "add" for part in parts)
+        necks = (self.hottest > ROOM_RANGE[1] or self.inert) and late
+        self.vessel = "ThreeNeckFlask" if necks and smallest == "RoundBottomFlask" else smallest
+        for period in self.holds:
+            point = boiling_point(parts)
+            if period.bath is not None and point is not None and period.bath > point[0] + NEAR_BOILING:
+                above = f"{period.bath:g} C is above the boiling point of {point[1]}"
+                builder.notes.append(f"{above}: refluxed at {point[0]:g} C with the bath at {period.bath:g} C")
+
+    def _staged_holds(self, usual: Sequence[Hold]) -> tuple[Hold, ...]:
+        """Return the periods of all stages; the usual one where the text gives none."""
+        periods = tuple(
+            hold(self.kind, clause, self.parts, stage.temperature) for stage in self.stages for clause in stage.periods
         )
-
-    @property
-    def dropped(self) -> tuple[Participant, ...]:
-        """The parts that are added after the others."""
-        return tuple(part for part in self.parts if part.when == "add")
-
-    @property
-    def charged(self) -> tuple[Participant, ...]:
-        """The parts that are in the flask before."""
-        return tuple(part for part in self.parts if part.when != "add")
+        return periods or tuple(usual)
 
     def carry_out(self) -> None:
         """Append the steps."""
         for part in self.parts:
             self.builder.take(part.asset, _role(part), part.amount)
         self._protect()
-        self._charge()
-        self._add()
-        for hold in self.holds:
-            self._hold(hold)
+        if self.stages:
+            self._carry_out_stages()
+        else:
+            charged = tuple(part for part in self.parts if part.when != "add")
+            added = tuple(part for part in self.parts if part.when == "add")
+            self._charge(charged, self.adding if added else None)
+            coldest = min(self.adding, self.hottest)
+            self._add(added, coldest, _addition_time(self.clauses))
+            if any(clause.warmed for clause in self.clauses) and not added and self.adding < ROOM_RANGE[0]:
+                self._cool(self.adding)
+            for period in self.holds:
+                self._hold(period)
         if self.inert and any(part.asset.name == "Hydrogen" for part in self.parts):
             self._purge(f"Replace the hydrogen with {self._name(self.inert)} three times.", self.inert)
         if any(clause.operation and clause.operation.action == "Monitor" for clause in self.clauses):
             self.builder.do("Monitor", "Follow the reaction by TLC until the starting material is gone.")
+
+    def _carry_out_stages(self) -> None:
+        periods = any(stage.periods for stage in self.stages)
+        for stage in self.stages:
+            at = stage.temperature
+            if at is None and stage.added and not any(clause.temperature is not None for clause in self.clauses):
+                at = self.kind.add_temperature
+            at = at if at is not None else min(self.adding, ROOM_TEMPERATURE) if stage.added else ROOM_TEMPERATURE
+            self._charge(stage.charged, at if stage.added else None)
+            self._add(stage.added, at, stage.minutes or ADDITION)
+            for clause in stage.periods:
+                self._hold(hold(self.kind, clause, self.parts, stage.temperature))
+        if not periods:
+            for period in self.holds:
+                self._hold(period)
 
     def _name(self, name: str) -> str:
         return short_name(name, self.catalog)
@@ -137,17 +226,21 @@ class _Reaction:
     def _purge(self, text: str, gas: str) -> None:
         self.builder.do("Purge", text, (gas,), ROOM_TEMPERATURE, vessel=(self.vessel,), gas=("SchlenkLine",))
 
-    def _charge(self) -> None:
-        charged = self.charged
+    def _cool(self, temperature: float) -> None:
+        text = f"Cool the flask to {temperature:g} C."
+        self.builder.do("Cool", text, (), temperature, vessel=(self.vessel,), bath=bath_for(temperature))
+
+    def _charge(self, charged: Sequence[Participant], before_addition: float | None) -> None:
+        """Append the step that puts reagents into the flask, cooled or warmed for an addition where one follows."""
         if not charged:
             return
         names = tuple(part.asset.name for part in charged)
-        cylinder = ("GraduatedCylinder",) if any(is_liquid(part.asset) for part in charged) else ()
-        cold = self.adding < ROOM_RANGE[0] and bool(self.dropped)
+        cylinder = ("GraduatedCylinder",) if any(_pours(part) for part in charged) else ()
+        cold = before_addition is not None and before_addition < ROOM_RANGE[0]
         shield, line = (" under inert gas", ("SchlenkLine",)) if self.inert else ("", ())
         text = f"Charge the {self._name(self.vessel)} with {', '.join(map(self._described, charged))}{shield} and stir"
-        text += f"; cool to {self.adding:g} C." if cold else "."
-        at = self.adding if cold else ROOM_TEMPERATURE
+        text += f"; cool to {before_addition:g} C." if cold else "."
+        at = before_addition if cold and before_addition is not None else ROOM_TEMPERATURE
         self.builder.do(
             "MakeSolution",
             text,
@@ -167,84 +260,128 @@ class _Reaction:
             text = f"Evacuate and fill the flask with {self._name(name)} three times on the Schlenk line."
             self._purge(text, name)
 
-    def _add(self) -> None:
-        for gaseous in (False, True):
-            parts = [part for part in self.dropped if is_gas(part.asset) is gaseous]
-            if not parts:
+    def _add(self, added: Sequence[Participant], temperature: float, minutes: float) -> None:
+        """Append the steps that add reagents in order, one step for each run of liquids or of solids."""
+        runs = groupby(added, key=lambda part: (is_gas(part.asset), _pours(part)))
+        for (gaseous, liquid), run in runs:
+            parts = tuple(run)
+            if gaseous:
+                self._fill(parts)
                 continue
-            names = tuple(part.asset.name for part in parts)
-            funnel = ("DroppingFunnel",) if any(is_liquid(part.asset) for part in parts) else ()
-            how = (
-                "Fill the flask from the balloon with"
-                if gaseous
-                else "Add slowly"
-                if funnel
-                else "Add in small portions"
-            )
+            how = "Add slowly" if liquid else "Add in small portions"
             what = ", then ".join(map(self._described, parts))
-            at = ROOM_TEMPERATURE if gaseous else min(self.adding, max(hold.temperature for hold in self.holds))
-            line = ("SchlenkLine",) if self.inert else ()
             shield = " under inert gas" if self.inert else ""
             self.builder.do(
-                "Purge" if gaseous else "Add",
-                f"{how} {what}{shield} at {at:g} C.",
-                names,
-                at,
-                _addition_time(self.clauses),
                 "Add",
+                f"{how} {what}{shield} at {temperature:g} C.",
+                tuple(part.asset.name for part in parts),
+                temperature,
+                minutes,
                 vessel=(self.vessel,),
-                bath=bath_for(at),
-                gas=line,
-                funnel=funnel,
-                extras=self.kind.extras,
+                bath=bath_for(temperature),
+                gas=("SchlenkLine",) if self.inert else (),
+                funnel=("DroppingFunnel",) if liquid else (),
+                extras=tuple(name for name in self.kind.extras if name != BALLOON),
             )
 
-    def _hold(self, hold: Hold) -> None:
-        texts = {
-            "Stir": f"Stir at {hold.temperature:g} C for {hold.duration:g} min.",
-            "Heat": f"Stir at {hold.temperature:g} C for {hold.duration:g} min.",
-            "Reflux": f"Fit the condenser and reflux at {hold.temperature:g} C for {hold.duration:g} min.",
-            "Distill": f"Heat to {hold.temperature:g} C and distil the product off as it forms, {hold.duration:g} min.",
-        }
-        cooling = ("RefluxCondenser",) if hold.action in ("Reflux", "Heat") and hold.temperature > 45.0 else ()
-        still = ("VacuumAdapter", "PearShapedFlask") if hold.action == "Distill" else ()
+    def _fill(self, parts: Sequence[Participant]) -> None:
+        """Append the step that replaces the air by a gas, from a balloon or under pressure."""
+        names = tuple(part.asset.name for part in parts)
+        gas = ", then ".join(self._name(name) for name in names)
+        text = f"Evacuate the flask and fill it with {gas} from the balloon three times."
+        extras: tuple[str, ...] = self.kind.extras
+        if self.gas is not None:
+            text = f"Evacuate the bottle and fill it with {gas} three times; set {self.gas.text}."
+            extras = (PRESSURE_VESSEL,)
         self.builder.do(
-            hold.action,
-            texts[hold.action],
+            "Purge",
+            text,
+            names,
+            ROOM_TEMPERATURE,
+            None,
+            "Add",
+            vessel=(self.vessel,),
+            bath=bath_for(ROOM_TEMPERATURE),
+            gas=("SchlenkLine",) if self.inert else (),
+            extras=extras,
+        )
+
+    def _hold(self, period: Hold) -> None:
+        at, minutes = f"{period.temperature:g} C", f"{period.duration:g} min"
+        bath = f" (bath at {period.bath:g} C)" if period.bath is not None else ""
+        shield = " under inert gas" if self.inert else ""
+        texts = {
+            "Stir": f"Stir at {at} for {minutes}{shield}.",
+            "Heat": f"Stir at {at} for {minutes}{shield}.",
+            "Reflux": f"Fit the condenser and reflux at {at}{bath} for {minutes}{shield}.",
+            "Distill": f"Heat to {at} and distil the product off as it forms, {minutes}.",
+        }
+        cooling = ("RefluxCondenser",) if period.action in ("Reflux", "Heat") and period.temperature > 45.0 else ()
+        still = ("VacuumAdapter", "PearShapedFlask") if period.action == "Distill" else ()
+        pressed = (PRESSURE_VESSEL,) if self.gas is not None else None
+        self.builder.do(
+            period.action,
+            texts[period.action] + (f" Keep {self.gas.text} of hydrogen." if self.gas is not None else ""),
             (),
-            hold.temperature,
-            hold.duration,
+            period.temperature,
+            period.duration,
             "Heat",
             vessel=(self.vessel,),
-            bath=bath_for(hold.temperature),
+            bath=bath_for(period.temperature),
+            gas=("SchlenkLine",) if self.inert else (),
             condenser=(*cooling, *still),
-            extras=self.kind.extras,
+            extras=pressed or self.kind.extras,
         )
 
 
-def _kind(description: ParsedDescription, context: SearchResults) -> Transformation:
-    """Return the kind of reaction by what the text speaks of, else that of the nearest protocol of the library."""
-    named = {
-        mention.name
-        for clause in description.clauses
-        for mention in clause.mentions
-        if mention.kind in ("reagent", "class")
-    }
-    if not named:
+def _refuse_nothing(description: ParsedDescription) -> None:
+    """Pass a description that names a substance.
+
+    Raises:
+        RefusalError: it names none.
+    """
+    if not any(m.kind in ("reagent", "class") for clause in description.clauses for m in clause.mentions):
         raise RefusalError("no-chemistry", "the text names no substance of the catalogue: say what reacts with what")
-    unwritten = transformations().unwritten.first_in(description.text)
-    if unwritten:
-        raise RefusalError("no-reaction", f"there is no template for a reaction called {unwritten!r}")
-    kind = recognise(description.spoken_of)
-    if kind is not None:
-        return kind
+
+
+def _refuse_purification(description: ParsedDescription) -> None:
+    """Pass a description of more than a purification.
+
+    Raises:
+        RefusalError: it describes a purification alone.
+    """
+    purifying = [c.operation.action for c in description.clauses if c.operation and c.operation.phase == "purification"]
+    if purifying:
+        action = PURIFICATIONS.get(purifying[0], purifying[0].lower())
+        message = f"the text describes a {action} alone; a protocol needs a reaction of one of the seven types"
+        raise RefusalError("no-reaction", f"{message}: describe how the crude product is made")
+
+
+def _kinds(description: ParsedDescription, context: SearchResults) -> tuple[Transformation, ...]:
+    """Return the kinds of reaction that the text may mean, best first; else that of the nearest protocol."""
+    kinds = recognise(description.spoken_of)
+    if kinds:
+        return kinds
+    named = {m.name for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")}
     for hit in context.hits:
         for other in transformations().transformations:
             wanted = {name for slot in other.slots for name in (slot.asset, *slot.accepts)}
             if other.like == hit.fragment.source and len(wanted & named) >= SHARED_REAGENTS:
-                return other
-    known = ", ".join(sorted(other.name for other in transformations().transformations)[:6])
-    raise RefusalError("no-reaction", f"no reaction is recognised in the text; known are for example: {known}")
+                return (other,)
+    return ()
+
+
+def _pressure(clauses: Sequence[Clause]) -> Condition | None:
+    """Return the pressure above that of the air that the text gives, or None.
+
+    Raises:
+        RefusalError: no vessel of the catalogue is built for it.
+    """
+    stated = next((c.pressure for c in clauses if c.pressure is not None and c.pressure.value > BALLOON_BAR), None)
+    if stated is not None and stated.value > VESSEL_BAR:
+        message = f"{stated.text} is {stated.value:.3g} bar; {PRESSURE_VESSEL} is built for {VESSEL_BAR:g} bar"
+        raise RefusalError("infeasible", f"{message}: lower the pressure")
+    return stated
 
 
 def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant]) -> None:
@@ -257,9 +394,7 @@ def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant]) -> None
     strange = [p.asset.name for p in parts if p.when == "add" and p.role not in roles and p.asset.category in DECISIVE]
     missing = [p.asset.name for p in parts if not p.named and p.role in roles and p.asset.category in DECISIVE]
     if strange and missing:
-        message = (
-            f"{strange[0]} has no part in {kind.name!r}, which would need {missing[0]}: describe the reaction further"
-        )
+        message = f"no template uses {strange[0]} as the text does; the nearest, {kind.name!r}, takes {missing[0]}"
         raise RefusalError("no-reaction", message)
 
 
@@ -304,7 +439,7 @@ def _wants_inert(description: ParsedDescription, parts: Sequence[Participant]) -
 
 def _addition_time(clauses: Sequence[Clause]) -> float:
     stated = [c.duration for c in clauses if c.operation and c.operation.action == "Add" and c.duration]
-    return stated[0] if stated else 15.0
+    return stated[0] if stated else ADDITION
 
 
 def _analyse(builder: ProtocolBuilder, kind: Transformation, clauses: Sequence[Clause]) -> None:
@@ -313,7 +448,7 @@ def _analyse(builder: ProtocolBuilder, kind: Transformation, clauses: Sequence[C
     devices = [name for name in names if catalog.get(name).category == "analytical"] or [kind.analysis]
     tube = ("NMRTube",) if any("NMR" in name for name in devices) else ()
     words = " and ".join(short_name(name, catalog) for name in devices)
-    builder.do("Analyze", f"Check identity and purity of the product with the {words}.", device=(*devices, *tube))
+    builder.do("Analyze", f"Check the identity and purity of the product ({words}).", device=(*devices, *tube))
 
 
 def _assumptions(kind: Transformation, parts: Sequence[Participant]) -> list[str]:
@@ -344,6 +479,12 @@ def _protocol(
         ),
         builder.catalog,
     )
+
+
+def _pours(part: Participant) -> bool:
+    """Return whether a reagent is poured: a liquid, or a solid as a solution."""
+    dissolved = is_solid(part.asset) and read_amount(part.amount).volume is not None
+    return is_liquid(part.asset) or dissolved
 
 
 def _role(part: Participant) -> str:

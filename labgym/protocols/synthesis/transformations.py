@@ -114,17 +114,16 @@ def transformations() -> Transformations:
     return Transformations.load(artefacts("assets") / "synthesis" / "transformations.json")
 
 
-def recognise(spoken_of: frozenset[str]) -> Transformation | None:
-    """Return the kind of reaction that a text means, by the assets, concepts and classes it speaks of, or None.
+def recognise(spoken_of: frozenset[str]) -> tuple[Transformation, ...]:
+    """Return the kinds of reaction that a text may mean, best first, by the assets, concepts and classes it speaks of.
 
-    A kind of which there is a sign goes before one without; then the kind with the largest set of cues that are all
-    there wins; of several, the one with more such sets, then the first of the table.
+    A kind with a sign goes before one without; then the kind with the largest complete set of cues; of several, the
+    one with more such sets, then the first of the table.
     """
-    best: tuple[int, int, int] = (0, 0, 0)
-    chosen = None
+    ranked: list[tuple[tuple[int, int, int], Transformation]] = []
     for kind in transformations().transformations:
         sizes = [len(cue) for cue in kind.cues if spoken_of.issuperset(cue)]
         rank = (len(spoken_of.intersection(kind.signs)), max(sizes, default=0), len(sizes))
-        if rank > best:
-            best, chosen = rank, kind
-    return chosen
+        if sizes or rank[0]:
+            ranked.append((rank, kind))
+    return tuple(kind for _, kind in sorted(ranked, key=lambda item: item[0], reverse=True))

@@ -94,10 +94,13 @@ def _compounds(text: str) -> Iterator[tuple[int, int]]:
 def _words(text: str) -> Iterator[tuple[int, int]]:
     common = frozenset(table().unlisted_words)
     for match in _WORD.finditer(text):
-        word = match[0].strip("(),'-").lower()
+        start, end = match.span()
+        while text[end - 1] == ")" and not _balanced(text[start:end]):
+            end -= 1
+        word = text[start:end].strip("(),'-").lower()
         plain = word[0].isdigit() or not (_is_operation(word) or concepts(word))
         if word in common or word.rstrip("s") in common or (plain and _looks_chemical(word)):
-            yield match.span()
+            yield start, end
 
 
 def _looks_chemical(word: str) -> bool:

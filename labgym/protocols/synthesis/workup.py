@@ -2,62 +2,49 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from labgym.assets import Asset, Catalog
+from labgym.protocols.amounts import read_amount
 from labgym.protocols.apparatus import BEAKERS, SUCTION, usual_temperature, vessel_for
 from labgym.protocols.refusals import refusals
 from labgym.protocols.synthesis.builder import ProtocolBuilder
-from labgym.protocols.synthesis.frame import is_solid, short_name
+from labgym.protocols.synthesis.frame import groups_of, is_solid, short_name
+from labgym.protocols.synthesis.phases import Mixture, WorkUpStep, completed
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.roles import ASSUMED, PROTECTIVE_GASES, SOLVENTS, scaled
 from labgym.protocols.synthesis.transformations import Transformation
-from labgym.quantities import ROOM_TEMPERATURE
+from labgym.quantities import ROOM_TEMPERATURE, pressures, temperatures
 
 ALUMINIUM_HYDRIDES = ("LithiumAluminumHydride", "DIBALH")
 PURIFYING = ("Recrystallize", "Crystallize", "Chromatograph", "Distill", "DrySolid", "DryVacuum")
 SOLID = ("Filter", "Recrystallize", "Crystallize")
 WORKING_UP = ("Extract", "Wash", "Filter", "Concentrate", "DrySolution")
+FUNNEL_ROOM, LEAST_WASH = 225.0, 15.0
+"""What the separating funnel takes, and the least that an assumed wash or quench has, mL."""
+COOLED = 40.0
+"""Temperature above which a mixture is left to cool before it is worked up, degrees Celsius."""
+BATH_ABOVE, HOTTEST_BATH = 30.0, 170.0
+"""How much hotter than the vapor the bath of a still is, and the hottest oil bath, degrees Celsius."""
 MAX_SCALE = 2.5
 """Work-up volumes grow with the batch up to this factor."""
 QUENCH_FILL = 0.95
 """Largest share of a beaker that a quench may fill."""
 
 
-@dataclass(frozen=True)
-class WorkUpStep:
-    """An operation after the reaction.
-
-    Attributes:
-        action: name of the action.
-        reagents: with amounts as written, "" where the text has none.
-        temperature: degrees Celsius, if the text gives it.
-        duration: minutes, if the text gives it.
-        devices: instruments that the text names.
-    """
-
-    action: str
-    reagents: tuple[tuple[Asset, str], ...] = ()
-    temperature: float | None = None
-    duration: float | None = None
-    devices: tuple[str, ...] = ()
-
-    def of(self, *categories: str) -> tuple[tuple[Asset, str], ...]:
-        """Return the reagents of some categories."""
-        return tuple(item for item in self.reagents if item[0].category in categories)
-
-
 def work_up_steps(
-    kind: Transformation, clauses: Sequence[Clause], reagents: Sequence[Asset], catalog: Catalog
+    kind: Transformation, clauses: Sequence[Clause], mixture: Mixture, catalog: Catalog
 ) -> tuple[WorkUpStep, ...]:
-    """Return the operations after the reaction: those of the text, completed by those usual for the reaction."""
-    steps = _settled([step for clause in clauses if (step := _step(clause, catalog)) is not None])
+    """Return the operations after the reaction: those of the text, completed by what they and the reaction need."""
+    steps = _settled([step for clause in clauses for step in _steps_of(clause, catalog)])
     usual = _usual(kind, catalog)
     if kind.action == "Distill" and steps and steps[0].action == "Distill":
         steps = steps[1:]
     actions = [step.action for step in steps]
-    isolated = actions[:1] in (["Filter"], ["Concentrate"]) and not any(_is_reactive(reagent) for reagent in reagents)
+    reactive = any(_is_reactive(reagent) for reagent in mixture.reagents)
+    isolated = actions[:1] in (["Filter"], ["Concentrate"], ["Crystallize"]) and not reactive
     if not isolated and not any(action in ("Quench", "Acidify", "Basify") for action in actions):
         steps = [*usual["quench"], *steps]
     if _reducing(kind) and "Quench" not in actions and "Acidify" in actions:
@@ -67,11 +54,26 @@ def work_up_steps(
         at = next((i for i, step in enumerate(steps) if step.action in PURIFYING), len(steps))
         steps = [*steps[:at], *usual["workup"], *steps[at:]]
     if not any(action in PURIFYING for action in actions):
-        steps = [*steps, *usual["purify"]]
-    if "Extract" in [step.action for step in steps] and "Concentrate" not in [step.action for step in steps]:
-        at = max(i for i, step in enumerate(steps) if step.action in ("Extract", "Wash", "DrySolution")) + 1
+        steps = [*steps, *_finish(actions, usual["purify"])]
+    names = [step.action for step in steps]
+    if "Extract" in names and not {"Concentrate", "Distill"} & set(names):
+        at = max(i for i, name in enumerate(names) if name in ("Extract", "Wash", "DrySolution")) + 1
         steps.insert(at, WorkUpStep("Concentrate"))
-    return tuple(steps)
+    extract = _first(usual["workup"], "Extract") or _parsed("extract:EthylAcetate", catalog)
+    dry = _first(usual["workup"], "DrySolution") or _parsed("dry:MagnesiumSulfate", catalog)
+    return tuple(completed(steps, mixture, extract, dry))
+
+
+def _first(steps: Sequence[WorkUpStep], action: str) -> WorkUpStep | None:
+    return next((step for step in steps if step.action == action), None)
+
+
+def _finish(actions: Sequence[str], usual: Sequence[WorkUpStep]) -> Sequence[WorkUpStep]:
+    """Return how the product is finished where the text does not say: its own work-up only needs the product dried."""
+    worked_up = [action for action in actions if action in WORKING_UP]
+    if not worked_up:
+        return usual
+    return [WorkUpStep("DrySolid" if worked_up[-1] == "Filter" else "DryVacuum")]
 
 
 def _reducing(kind: Transformation) -> bool:
@@ -102,10 +104,30 @@ def _step(clause: Clause, catalog: Catalog) -> WorkUpStep | None:
     operation = clause.operation
     if operation is None or operation.action not in _STEPS:
         return None
-    reagents = tuple((catalog.get(name), clause.amounts.get(name, "")) for name in clause.names("reagent"))
+    names = [name for name in clause.names("reagent") if name not in clause.removed]
+    reagents = tuple((catalog.get(name), _amount(clause, name)) for name in names)
     if not reagents and "水洗" in clause.text:
         reagents = ((catalog.get("DeionizedWater"), ""),)
-    return WorkUpStep(operation.action, reagents, clause.temperature, clause.duration, clause.names("instrument"))
+    devices = clause.names("instrument")
+    return WorkUpStep(operation.action, reagents, clause.temperature, clause.duration, devices, clause.text)
+
+
+def _steps_of(clause: Clause, catalog: Catalog) -> tuple[WorkUpStep, ...]:
+    """Return the steps of a clause: an extraction that also names what the layer is washed with is two."""
+    step = _step(clause, catalog)
+    if step is None:
+        return ()
+    if step.action == "Extract" and step.of(*SOLVENTS):
+        washes = tuple(item for item in step.reagents if item not in step.of(*SOLVENTS))
+        wash = (replace(step, action="Wash", reagents=washes, duration=None),) if washes else ()
+        return (replace(step, reagents=step.of(*SOLVENTS)), *wash)
+    return (step,)
+
+
+def _amount(clause: Clause, name: str) -> str:
+    """Return the amount of a reagent in a clause; a strength alone goes with the usual volume."""
+    strength = clause.strengths.get(name, "")
+    return clause.amounts.get(name, "") or (f"40 mL of {strength}{ASSUMED}" if strength else "")
 
 
 def _usual(kind: Transformation, catalog: Catalog) -> dict[str, list[WorkUpStep]]:
@@ -147,20 +169,29 @@ class WorkUp:
     Args:
         builder: the protocol under construction.
         kind: the kind of reaction.
-        volume: of the reaction mixture, mL.
+        mixture: the reaction mixture.
         factor: size of the batch relative to that of the table.
-        vessel: name of the reaction vessel.
+
+    Attributes:
+        assumed: actions that the text does not name, in words.
     """
 
-    def __init__(
-        self, builder: ProtocolBuilder, kind: Transformation, volume: float, factor: float, vessel: str
-    ) -> None:
-        self.builder, self.kind, self.volume, self.vessel = builder, kind, volume, vessel
+    def __init__(self, builder: ProtocolBuilder, kind: Transformation, mixture: Mixture, factor: float) -> None:
+        self.builder, self.kind, self.mixture = builder, kind, mixture
+        self.volume, self.vessel = mixture.volume, mixture.vessel
         self.catalog = builder.catalog
         self.factor = min(factor, MAX_SCALE)
+        self.hot = mixture.hottest > COOLED
+        self.assumed: list[str] = []
 
     def carry_out(self, step: WorkUpStep) -> None:
-        """Append the protocol's steps for a step of the work-up."""
+        """Append the protocol's steps for a step of the work-up; a hot mixture is left to cool first."""
+        if self.hot and step.action != "Distill":
+            text = f"Let the mixture cool to {ROOM_TEMPERATURE:g} C."
+            self.builder.do("Cool", text, (), ROOM_TEMPERATURE, 20.0, vessel=(self.vessel,))
+        self.hot = False
+        if not step.text:
+            self.assumed.append(_IN_WORDS.get(step.action, step.action.lower()))
         _STEPS[step.action](self, step)
 
     def _do(
@@ -177,9 +208,17 @@ class WorkUp:
         """List a step's reagents, or the fallback if it has none, and return their names."""
         reagents = step.reagents or (((self.catalog.get(fallback), ""),) if fallback else ())
         return tuple(
-            self.builder.take(asset, role, stated or scaled(amount, self.factor) + ASSUMED)
+            self.builder.take(asset, role, stated or self._fitting(scaled(amount, self.factor)) + ASSUMED)
             for asset, stated in reagents
         )
+
+    def _fitting(self, amount: str) -> str:
+        """Return an assumed volume, less where the separating funnel would overflow."""
+        room = max(LEAST_WASH, (FUNNEL_ROOM - self.volume) / 2.0)
+        stated = read_amount(amount).volume
+        if stated is None or stated <= room:
+            return amount
+        return scaled(amount, 5.0 * (room // 5.0) / stated)
 
     def _names(self, names: Sequence[str]) -> str:
         return " and ".join(short_name(name, self.catalog) for name in names) or "water"
@@ -209,8 +248,9 @@ class WorkUp:
             self._quench_hydride(names, step)
             return
         words = self._dissolved(names)
+        gas = "; let the gas escape" if self._evolves_gas(names) else ""
         texts = {
-            "Quench": f"Pour the cold mixture slowly onto {words} with ice and let gas escape.",
+            "Quench": f"Pour the mixture slowly, with stirring, onto {words} with {_ice(step.text)}{gas}.",
             "Acidify": f"Pour the mixture onto ice and acidify slowly with {words}; check with pH paper.",
             "Basify": f"Pour the mixture onto ice and basify slowly with {words}; check with pH paper.",
         }
@@ -225,6 +265,13 @@ class WorkUp:
             bath=("IceBath",),
             paper=("PHPaper",) if step.action != "Quench" else (),
         )
+
+    def _evolves_gas(self, names: Sequence[str]) -> bool:
+        """Return whether a quench gives off a gas: a carbonate with acid, or what is left of a hydride."""
+        groups = {group for name in names for group in groups_of(self.catalog.get(name))}
+        present = {group for asset in self.mixture.reagents for group in groups_of(asset)}
+        acidic = bool(present & {"strong_acid", "oxidizing_acid", "carboxylic_acid", "acyl_halide"})
+        return ("carbonate" in groups and acidic) or "metal_hydride" in present
 
     def _quench_hydride(self, names: tuple[str, ...], step: WorkUpStep) -> None:
         """Destroy the rest of a hydride or organometallic in its flask, dropwise in the cold."""
@@ -258,8 +305,24 @@ class WorkUp:
             for asset, stated in step.reagents
             if asset.name not in names
         )
-        text = f"Transfer to the separating funnel, extract twice with {self._names(names)} and combine the organic"
+        portions = max((self._portions(name) for name in names), default=2)
+        times = {1: "once", 2: "twice", 3: "three times"}.get(portions, f"{portions} times")
+        text = f"Transfer to the separating funnel, extract {times} with {self._names(names)} and combine the organic"
         self._do(step, f"{text} layers.", (*names, *rest))
+
+    def _portions(self, name: str) -> int:
+        amounts = [use.amount for use in self.builder.reagents if use.name == name]
+        return read_amount(amounts[0].split(";")[-1]).portions if amounts else 2
+
+    def _dissolve(self, step: WorkUpStep) -> None:
+        solvents = replace(step, reagents=step.of(*SOLVENTS))
+        usual = self._usual_reagent("workup", "Extract", "EthylAcetate")
+        names = self._list(solvents, "solvent of the work-up", "40 mL", usual)
+        text = f"Dissolve the residue in {self._names(names)}."
+        self._do(step, text, names, vessel=("ErlenmeyerFlask",), bath=("MagneticStirrer",))
+
+    def _separate(self, step: WorkUpStep) -> None:
+        self._do(step, "Separate the organic layer from the aqueous one in the separating funnel.")
 
     def _wash(self, step: WorkUpStep) -> None:
         names = self._list(step, "wash", "30 mL aq.", "SodiumChloride")
@@ -273,14 +336,19 @@ class WorkUp:
         aids = tuple(
             self.builder.take(asset, "filter aid", stated or f"5 g{ASSUMED}") for asset, stated in step.of("adsorbent")
         )
+        if "Celite" in step.devices and not aids:
+            aids = (self.builder.take(self.catalog.get("Celite"), "filter aid", f"5 g{ASSUMED}"),)
         rinses = tuple(
-            self.builder.take(asset, "rinse", stated or f"20 mL{ASSUMED}") for asset, stated in step.of(*SOLVENTS)
+            self.builder.take(asset, "rinse", stated or f"20 mL{ASSUMED}")
+            for asset, stated in step.reagents
+            if asset.name not in aids and asset.category in (*SOLVENTS, "inorganic_salt", "inorganic_base")
         )
         text = "Filter by suction" + (f" through {self._names(aids)}" if aids else "")
-        text += f", rinse with {self._names(rinses)}" if rinses else ""
+        text += f", rinse with {self._dissolved(rinses)}" if rinses else ""
+        text += {"filtrate": " and keep the filtrate", "solid": " and collect the solid"}.get(step.keep, "")
         stated = step.temperature
         at = stated if stated is not None and stated < 25.0 else ROOM_TEMPERATURE
-        self._do(step, f"{text} and keep what is wanted.", (*aids, *rinses), at)
+        self._do(step, f"{text}.", (*aids, *rinses), at)
 
     def _concentrate(self, step: WorkUpStep) -> None:
         stated = step.temperature
@@ -300,19 +368,31 @@ class WorkUp:
         names = self._list(step, "crystallization", "30 mL")
         stated = step.temperature
         cold = stated if stated is not None and 0.0 <= stated < 20.0 else usual_temperature("Crystallize")
-        text = "Chill until the product crystallizes, and collect it by suction."
+        text = "Chill until the product crystallizes"
+        text += "." if step.keep == "filtered" else ", and collect it by suction."
         self._do(step, text, names, cold, bath=("IceBath",), suction=SUCTION[:2])
 
     def _distil(self, step: WorkUpStep) -> None:
         stated = step.temperature
-        at = stated if stated is not None and stated > 30.0 else usual_temperature("Distill")
+        vacuum = _VACUUM.search(step.text) is not None or (stated is None and "steam" not in step.text.lower())
+        above = next(iter(temperatures(step.text)), None)
+        at = stated + BATH_ABOVE if stated is not None and stated > 30.0 else usual_temperature("Distill")
+        at = min(at, HOTTEST_BATH)
+        peroxides = any(_forms_peroxides(self.catalog.get(use.name)) for use in self.builder.reagents)
+        text = "Test for peroxides, then distil" if peroxides else "Distil"
+        text += " with steam" if "steam" in step.text.lower() else ""
+        text += " under reduced pressure" if vacuum else ""
+        pressure = next(iter(pressures(step.text)), None)
+        text += f" at {pressure.text}" if pressure is not None else ""
+        text += f" from a bath at {at:g} C"
+        text += f" and collect what comes over at {above.text}" if above is not None else ""
         self._do(
             step,
-            f"Test for peroxides, then distil under reduced pressure from a bath at {at:g} C.",
+            f"{text}.",
             (),
             at,
             vessel=("RoundBottomFlask",),
-            pump=("VacuumPump",),
+            pump=("VacuumPump",) if vacuum else (),
             bath=("OilBath", "MagneticHotplateStirrer"),
         )
 
@@ -337,11 +417,42 @@ class WorkUp:
         self._do(step, "Hold the residue under vacuum, a cold trap before the pump, until its mass is constant.")
 
 
+def _ice(text: str) -> str:
+    """Return the ice of a quench: "100 g of ice" where the text says how much."""
+    stated = _ICE.search(text)
+    return f"{stated[1]} of ice" if stated is not None else "ice"
+
+
+_ICE = re.compile(r"(\d+(?:\.\d+)?\s*(?:g|kg|mL))\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice|碎?冰)", re.IGNORECASE)
+
+
+def _forms_peroxides(asset: Asset) -> bool:
+    return asset.chemistry is not None and asset.chemistry.peroxide_former
+
+
+_VACUUM = re.compile(r"reduced pressure|vacuum|in vacuo|mbar|mm\s?hg|torr|减压|真空", re.IGNORECASE)
+_IN_WORDS = {
+    "Concentrate": "evaporation",
+    "Dissolve": "dissolution of the residue",
+    "DrySolid": "drying",
+    "DrySolution": "drying of the organic layer",
+    "DryVacuum": "drying under vacuum",
+    "Distill": "distillation",
+    "Chromatograph": "chromatography",
+    "Recrystallize": "recrystallization",
+    "Extract": "extraction",
+    "Filter": "filtration",
+    "PhaseSeparation": "separation of the layers",
+    "Quench": "quench",
+    "Wash": "wash",
+}
 _STEPS: dict[str, Callable[[WorkUp, WorkUpStep], None]] = {
     "Quench": WorkUp._quench,
     "Acidify": WorkUp._quench,
     "Basify": WorkUp._quench,
+    "Dissolve": WorkUp._dissolve,
     "Extract": WorkUp._extract,
+    "PhaseSeparation": WorkUp._separate,
     "Wash": WorkUp._wash,
     "DrySolution": WorkUp._dry_solution,
     "Filter": WorkUp._filter,

@@ -1,0 +1,146 @@
+"""Order of addition: the stages of a reaction, each with the reagents that go in and the period that follows.
+
+A text that says what is added to what, "mix A and B, then add C dropwise", is followed in its own order. A text that
+only lists reagents and conditions gets one stage, in the order that is usual for the kind of reaction.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from labgym.protocols.synthesis.reading import Clause
+from labgym.protocols.synthesis.roles import Participant
+
+_ADDED_TO = re.compile(r"\b(?:was|is|were|are|being|,)?\s*(?:added|introduced|dropped|poured|charged)\b", re.IGNORECASE)
+_ADD = re.compile(
+    r"\b(?:add|adding|introduce|charge|drop|run in|(?:dropwise |slow )?addition of|treat(?:ed|ing)?)\b",
+    re.IGNORECASE,
+)
+_DROPWISE = re.compile(r"\b(?:drop-?wise|portion-?wise|in portions|slowly added)\b", re.IGNORECASE)
+_TREAT = re.compile(r"\btreat", re.IGNORECASE)
+_TO = re.compile(r"\s(?:in)?to\s", re.IGNORECASE)
+_WITH = re.compile(r"\swith\s", re.IGNORECASE)
+_TO_FIRST = re.compile(r"^\W*(?:in)?to\s", re.IGNORECASE)
+_ADD_ZH = re.compile(r"滴加|滴入|加入|加到|加至|添加|通入|倒入")
+_INTO_ZH = re.compile(r"^(?:到|至|入|于)|^[^，。；]{0,40}?(?:中|里|溶液)$")
+_IN_ZH = re.compile(r"^[\s]*(?:向|往|在)")
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A part of the reaction.
+
+    Attributes:
+        charged: what goes in at once, before anything is added.
+        added: what is added afterwards, in order.
+        temperature, minutes: of the addition, where the text gives them.
+        periods: clauses that say how the mixture is then kept.
+    """
+
+    charged: tuple[Participant, ...] = ()
+    added: tuple[Participant, ...] = ()
+    temperature: float | None = None
+    minutes: float | None = None
+    periods: tuple[Clause, ...] = ()
+
+
+@dataclass
+class _Draft:
+    charged: list[Participant] = field(default_factory=list)
+    added: list[Participant] = field(default_factory=list)
+    temperature: float | None = None
+    minutes: float | None = None
+    periods: list[Clause] = field(default_factory=list)
+
+    def stage(self) -> Stage:
+        return Stage(tuple(self.charged), tuple(self.added), self.temperature, self.minutes, tuple(self.periods))
+
+
+def stages(
+    clauses: Sequence[Clause], parts: Sequence[Participant], is_period: Callable[[Clause], bool]
+) -> tuple[Stage, ...]:
+    """Return the stages that a text describes; nothing where it gives no order.
+
+    Args:
+        clauses: of the reaction, in order.
+        parts: its participants.
+        is_period: whether a clause keeps the mixture at a temperature for a while.
+    """
+    if not any(_adds(clause) and _newly(clause, parts, ()) for clause in clauses[0:]):
+        return ()
+    drafts = [_Draft()]
+    placed: list[Participant] = []
+    for clause in clauses:
+        fresh = _newly(clause, parts, placed)
+        if fresh and drafts[-1].periods:
+            drafts.append(_Draft())
+        draft = drafts[-1]
+        for part in fresh:
+            late = _adds(clause) and _is_added(clause, part)
+            if late or len(drafts) > 1 or (draft.added and not _adds(clause)):
+                draft.added.append(part)
+            else:
+                draft.charged.append(part)
+        placed += fresh
+        if fresh and _adds(clause) and clause.temperature is not None:
+            draft.temperature = clause.temperature
+        if fresh and _adds(clause) and clause.duration is not None and not is_period(clause):
+            draft.minutes = clause.duration
+        if is_period(clause):
+            draft.periods.append(clause)
+    _place_the_rest(drafts, [part for part in parts if part not in placed])
+    return tuple(draft.stage() for draft in drafts)
+
+
+def _place_the_rest(drafts: Sequence[_Draft], rest: Sequence[Participant]) -> None:
+    """Put what the text does not place where it usually goes: into the flask first, or last of what is added."""
+    for part in rest:
+        if part.when == "add" and drafts[0].charged:
+            drafts[-1].added.append(part)
+        else:
+            drafts[0].charged.append(part)
+    if not drafts[0].charged and len(drafts[0].added) > 1:
+        drafts[0].charged, drafts[0].added = drafts[0].added[:1], drafts[0].added[1:]
+
+
+def _adds(clause: Clause) -> bool:
+    patterns = (_ADD, _ADDED_TO, _DROPWISE, _ADD_ZH)
+    return any(pattern.search(clause.text) is not None for pattern in patterns)
+
+
+def _newly(clause: Clause, parts: Sequence[Participant], placed: Sequence[Participant]) -> list[Participant]:
+    names = clause.names("reagent", "class")
+    fresh = [p for p in parts if p.named and p not in placed and (p.stands_for or p.asset.name) in names]
+    return sorted(fresh, key=lambda part: names.index(part.stands_for or part.asset.name))
+
+
+def _is_added(clause: Clause, part: Participant) -> bool:
+    """Return whether a clause adds a reagent, rather than naming what it is added to."""
+    name = part.stands_for or part.asset.name
+    mention = next(mention for mention in clause.mentions if mention.name == name)
+    at = clause.text.find(mention.text)
+    chinese = _ADD_ZH.search(clause.text)
+    if chinese is not None:
+        before, after = clause.text[: chinese.start()], clause.text[chinese.end() :]
+        into = chinese[0] in ("加到", "加至", "倒入") or after.startswith(("到", "至", "于")) or _ends_inside(after)
+        inverted = _IN_ZH.match(before) is not None or before.rstrip().endswith(("中", "下", "里"))
+        return (at < chinese.start()) if into and not inverted else at >= chinese.start()
+    passive = _ADDED_TO.search(clause.text)
+    active = _ADD.search(clause.text)
+    if active is not None and not (passive is not None and passive.start() < active.start()):
+        marker = _WITH if _TREAT.match(active[0]) else _TO
+        target = marker.search(clause.text, active.end())
+        if _TREAT.match(active[0]):
+            return target is not None and at > target.start()
+        return at >= active.end() and (target is None or at < target.start())
+    if passive is not None:
+        return at < passive.start() and not _TO_FIRST.match(clause.text)
+    return _DROPWISE.search(clause.text) is not None
+
+
+def _ends_inside(after: str) -> bool:
+    """Return whether what follows "add" is what it is added to: 加入苯胺的二氯甲烷溶液中."""
+    head = re.split(r"[，。；,;]", after)[0]
+    return head.rstrip().endswith(("中", "溶液", "里")) and not head.strip().startswith("溶液")
