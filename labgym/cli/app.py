@@ -168,7 +168,7 @@ def eval_(
     Args:
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt or .zip file, or the
             http:// URL of a policy server.
-        suite: Name of a suite (test, val, navdp_compat), or its .json file.
+        suite: Name of a suite (test, also called lab30; val; navdp_compat), or its .json file.
         layouts: Layouts to drive in instead of a suite: .json files or ids of published layouts.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         seed: Random seed of the policy.

@@ -49,3 +49,10 @@ def test_a_field_out_of_order_is_named(tmp_path, change, field):
 def test_a_suite_without_a_split_has_no_layouts_of_its_own():
     with pytest.raises(UnknownNameError, match="split"):
         Suite(name="mine").load_layouts()
+
+
+def test_lab30_is_the_suite_of_the_published_test_layouts():
+    assert load_suite("lab30") == load_suite("test")
+    assert len(load_suite("lab30").load_layouts()) == 30
+    with pytest.raises(UnknownNameError, match="lab30"):
+        load_suite("lab300")
