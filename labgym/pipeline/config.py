@@ -26,7 +26,7 @@ class RunConfig:
         name: Name of the run, which is written to runs/NAME; by default "default", or "seed-SEED" with a seed.
         out: Folder to write to instead of runs/NAME.
         seed: Random seed of 30 new layouts; without it the published test layouts are taken.
-        protocols: Ids of the protocols; by default all 30.
+        protocols: Ids or, with --seed, .json files of the protocols; by default all 30 of the library.
         profile: Thresholds of generation and scores: default, strict or paper.
         policies: Policies to evaluate, in the order of the table; by default astar, online_map, navdp, iplanner, ppo
             and straight, except those whose dependencies are not installed.
@@ -78,7 +78,7 @@ class RunConfig:
         """
         from labgym.layouts.rules.thresholds import profile
         from labgym.policies import make_policy
-        from labgym.protocols import get
+        from labgym.protocols import resolve
 
         if self.workers < 0 or self.views < 0:
             raise OptionError(f"workers ({self.workers}) and views ({self.views}) must not be negative")
@@ -86,6 +86,6 @@ class RunConfig:
             raise OptionError(f"policies {list(self.policies)} name a policy twice; name each policy once")
         profile(self.profile)
         for protocol in self.protocols:
-            get(protocol)
+            resolve(protocol)
         for policy in self.policies:
             make_policy(policy).close()

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from labgym.errors import OptionError
 from labgym.eval import score
 from labgym.layouts import generate, load_published
 from labgym.layouts.splits import manifest
-from labgym.protocols import protocols
+from labgym.protocols import Protocol, protocols, resolve
 from labgym.scenes import write_mjcf
 
 SPLIT = "test"
@@ -28,7 +29,7 @@ class LayoutJob:
     """
 
     id: str
-    protocol: str
+    protocol: Protocol
     seed: int | None
     profile: str
     published: str | None = None
@@ -36,7 +37,8 @@ class LayoutJob:
     @property
     def inputs(self) -> dict[str, Any]:
         """The job as JSON data."""
-        return asdict(self)
+        fields = {name: getattr(self, name) for name in ("id", "seed", "profile", "published")}
+        return {**fields, "protocol": self.protocol.to_json()}
 
     def files(self, folder: Path) -> tuple[Path, Path, Path]:
         """Return the files of layout and score, and the folder of the scene."""
@@ -52,15 +54,26 @@ def layout_jobs(seed: int | None, profile: str, only: Sequence[str] = ()) -> tup
 
     Args:
         profile: thresholds that layouts are scored by, and new ones are generated with.
-        only: protocols to take; empty for all.
+        only: ids or .json files of the protocols; empty for the whole library.
+
+    Raises:
+        OptionError: a protocol is not in the library and there is no seed, or two protocols have the same id.
+        UnknownNameError: the library has no protocol of an id.
+        DocumentError: a file is not a protocol.
     """
-    names = set(only or protocols())
+    chosen = [resolve(name) for name in only or protocols()]
+    by_id = {protocol.id: protocol for protocol in chosen}
+    if len(by_id) != len(chosen):
+        raise OptionError(f"protocols {', '.join(only)} have the ids {', '.join(sorted(by_id))}: give each id once")
     if seed is not None:
-        return tuple(LayoutJob(f"{name}-{seed}", name, seed, profile) for name in sorted(names))
+        return tuple(LayoutJob(f"{name}-{seed}"[:80], by_id[name], seed, profile) for name in sorted(by_id))
+    unpublished = [name for name, protocol in by_id.items() if protocols().get(name) != protocol]
+    if unpublished:
+        raise OptionError(f"protocol {unpublished[0]!r} has no published layout: give --seed to generate one")
     return tuple(
-        LayoutJob(entry.id, entry.protocol, None, profile, entry.hash)
+        LayoutJob(entry.id, by_id[entry.protocol], None, profile, entry.hash)
         for entry in manifest(SPLIT).layouts
-        if entry.protocol in names
+        if entry.protocol in by_id
     )
 
 

@@ -11,7 +11,7 @@ from labgym.artefacts import artefacts
 from labgym.cli import main
 from labgym.errors import DocumentError, LabgymError, MissingDependencyError, OptionError, UnknownNameError
 from labgym.eval import evaluate
-from labgym.layouts import load_published, splits
+from labgym.layouts import Layout, load_published, splits
 from labgym.pipeline import RunConfig
 from labgym.pipeline.layout_stage import layout_jobs, make_layout
 from labgym.pipeline.run import RunOutcome, report_folder, run_pipeline
@@ -131,7 +131,7 @@ def test_a_published_file_that_was_changed_stops_the_run(tmp_path, monkeypatch):
 
 def test_new_layouts_take_the_seed_of_the_run():
     jobs = layout_jobs(7, "strict")
-    assert {job.protocol for job in jobs} == set(protocols())
+    assert {job.protocol.id for job in jobs} == set(protocols())
     assert {(job.seed, job.profile, job.published) for job in jobs} == {(7, "strict", None)}
 
 
@@ -148,3 +148,17 @@ def test_the_command_prints_both_tables_and_where_everything_is(config, outcome,
     for table in outcome.tables:
         assert table.text() in printed
     assert printed.rstrip().endswith("report.html")
+
+
+def test_a_run_takes_files_of_protocols_if_it_has_a_seed(tmp_path):
+    mine = protocols()[PROTOCOL].model_copy(update={"id": "mine"})
+    path = str(mine.save(tmp_path / "mine.json"))
+    (job,) = layout_jobs(5, "default", (path,))
+    make_layout(job, tmp_path / "run")
+    assert Layout.load(job.files(tmp_path / "run")[0]).protocols == (mine,)
+    changed = mine.model_copy(update={"steps": mine.steps[:-1]}).save(tmp_path / "mine.json")
+    assert layout_jobs(5, "default", (str(changed),))[0].inputs != job.inputs
+    with pytest.raises(OptionError, match="'mine' has no published layout: give --seed"):
+        layout_jobs(None, "default", (path,))
+    with pytest.raises(OptionError, match="give each id once"):
+        layout_jobs(5, "default", (path, path))
