@@ -1,4 +1,4 @@
-"""LabForge II: protocols, the experiment library and their validation."""
+"""LabForge II: protocols, experiments, their validation, search and synthesis."""
 
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError

@@ -1,8 +1,8 @@
-"""What is in the vessels while a protocol is carried out: an estimate from below, step by step.
+"""Contents of the vessels during a protocol: a lower estimate, step by step.
 
-Reagents go into the vessel of the step that uses them, in equal shares where several steps use one. The batch moves
-with the work-up: into the separating funnel, the quench's beaker, the filter flask, the rotary evaporator. What the
-protocol leaves open counts nothing, so that a vessel that is too small here is too small indeed.
+Reagents go into the vessel of the step that uses them, divided equally if several steps use one. The batch moves with
+the work-up: into the separating funnel, the beaker of the quench, the filter flask, the rotary evaporator. Unstated
+amounts count as zero, so a vessel that is too small by this estimate is too small in any case.
 """
 
 from __future__ import annotations
@@ -19,27 +19,29 @@ VESSELS = ("flask", "beaker", "reactor", "vessel", "tube", "vial", "dish", "cruc
 SEPARATING, FILTRATE = "SeparatoryFunnel", "FilterFlask"
 WATER = "DeionizedWater"
 STILL = ("Weigh", "Measure", "Prepare", "Monitor", "Analyze", "Clean")
-"""Actions that leave the batch where it is."""
+"""Actions that do not move the batch."""
 CARRYING = (
     *("Extract", "Wash", "PhaseSeparation", "DrySolution", "Quench", "Acidify", "Basify", "Neutralize", "Filter"),
     *("Concentrate", "Transfer", "Dilute", "Distill"),
 )
-"""Actions that take the batch along into another vessel."""
+"""Actions that move the batch into another vessel."""
 SOLID = ("DrySolid", "Recrystallize", "Chromatograph")
-"""Actions that begin with the bare product: liquids of the steps before are gone."""
+"""Actions that start with the bare product, without the liquids of earlier steps."""
 _WATERY = frozenset({"aqueous", "strong_acid", "oxidizing_acid"})
 _QUENCHED = frozenset({"metal_hydride", "organometallic", "alkali_metal", "acyl_halide", "anhydride", "chlorosilane"})
 STRIPPED = 100.0
-"""Evaporation takes along what boils up to this much above the bath's temperature, degrees Celsius."""
+"""Evaporation removes liquids that boil up to this far above the bath temperature, degrees Celsius."""
 
 
 @dataclass(frozen=True)
 class Situation:
-    """A step with what it handles.
+    """A step with the place, vessel, contents and devices that it handles.
 
     Attributes:
-        vessel: what holds the batch; None where no vessel is known.
-        contents: millilitres of each reagent in it at the fullest; 0 for solids and gases.
+        step: the step.
+        place: its location; None if the catalogue lacks it.
+        vessel: the vessel that holds the batch; None if it cannot be determined.
+        contents: mL of each reagent in the vessel at the fullest; 0 for solids and gases.
         added: the reagents that the step itself uses.
         devices: the instruments that it uses.
     """
@@ -53,29 +55,36 @@ class Situation:
 
     @property
     def volume(self) -> float:
-        """Millilitres in the vessel at the fullest, at least."""
+        """Lower estimate of the volume in the vessel at the fullest, mL."""
         return sum(self.contents.values())
 
     def bulk(self, share: float = 0.1) -> tuple[str, ...]:
-        """Return the liquids that make up at least that share of the volume."""
+        """Return the liquids that make up at least a given share of the volume."""
         return tuple(name for name, part in self.contents.items() if part > 0.0 and part >= share * self.volume)
 
 
 def is_vessel(asset: Asset) -> bool:
-    """Tell whether a batch can be in it: flasks, beakers, reactors, tubes, dishes of known size."""
+    """Return whether an asset can hold a batch: flasks, beakers, reactors, tubes and dishes of known capacity."""
     return capacity(asset) is not None and (asset.subtype in VESSELS or asset.name == SEPARATING)
 
 
 def situations(protocol: Protocol, catalog: Catalog) -> tuple[Situation, ...]:
-    """Return what each step handles; names that the catalogue lacks are passed over."""
+    """Return the situation of each step; names that the catalogue lacks are ignored."""
     return tuple(_BatchTracker(protocol, catalog).steps())
 
 
 @dataclass
 class _BatchTracker:
+    """Follows the batch through the steps.
+
+    Attributes:
+        volumes: mL of each reagent by vessel.
+        batch: the vessel that holds the batch, or "".
+    """
+
     protocol: Protocol
     catalog: Catalog
-    held: dict[str, dict[str, float]] = field(default_factory=dict)
+    volumes: dict[str, dict[str, float]] = field(default_factory=dict)
     batch: str = ""
 
     def steps(self) -> Iterator[Situation]:
@@ -91,7 +100,7 @@ class _BatchTracker:
             self._after(step, target, contents, added, devices)
 
     def _target(self, step: Step, devices: tuple[Asset, ...]) -> str:
-        """Return the vessel that the batch is in during a step: the one it was in, else the largest of the step's."""
+        """Return the vessel of the batch during a step: the previous one if it is used, else the largest of the step."""
         names = [asset.name for asset in devices if is_vessel(asset)]
         if SEPARATING in names:
             return SEPARATING
@@ -103,14 +112,14 @@ class _BatchTracker:
         return max(names, key=lambda name: capacity(self.catalog.get(name)) or 0.0)
 
     def _during(self, step: Step, target: str, added: tuple[Asset, ...]) -> dict[str, float]:
-        contents = {} if step.action in SOLID else dict(self.held.get(target, {}))
+        contents = {} if step.action in SOLID else dict(self.volumes.get(target, {}))
         moves = step.action in CARRYING or "pour" in step.text.lower() or "transfer" in step.text.lower()
         if moves and target != self.batch:
-            for name, part in self.held.get(self.batch, {}).items():
+            for name, part in self.volumes.get(self.batch, {}).items():
                 contents[name] = contents.get(name, 0.0) + part
         shares = {reagent.name: self._share(step, target, reagent) for reagent in added}
         if target == SEPARATING:
-            # Washes follow each other, so that only the largest of them is in the funnel at a time.
+            # Washes are consecutive, so only the largest of them is in the funnel at a time.
             washes = [reagent.name for reagent in added if _is_aqueous(reagent)]
             largest = max(washes, key=lambda name: shares[name], default="")
             shares |= {name: 0.0 for name in washes if name != largest}
@@ -121,7 +130,7 @@ class _BatchTracker:
         return contents
 
     def _share(self, step: Step, target: str, reagent: Asset) -> float:
-        """Return the millilitres that a step adds at once; what is only weighed out for a later step adds nothing."""
+        """Return the mL that a step adds at once; a reagent that is weighed out for a later step adds nothing."""
         steps = [other for other in self.protocol.steps if reagent.name in other.uses and other.action not in STILL]
         if step.action in STILL and steps:
             return 0.0
@@ -143,18 +152,20 @@ class _BatchTracker:
     ) -> None:
         if step.action in STILL and not (step.action == "Weigh" and added and target):
             return
-        left = self._left(step, target, contents, added)
+        remaining = self._remaining(step, target, contents, added)
         names = [asset.name for asset in devices if is_vessel(asset) and asset.name != target]
         if target == SEPARATING and names:
             target = names[-1]
         if step.action in CARRYING:
-            self.held.pop(self.batch, None)
+            self.volumes.pop(self.batch, None)
         self.batch = target
         if target:
-            self.held[target] = left
+            self.volumes[target] = remaining
 
-    def _left(self, step: Step, target: str, contents: dict[str, float], added: tuple[Asset, ...]) -> dict[str, float]:
-        """Return what is in the vessel once the step is done."""
+    def _remaining(
+        self, step: Step, target: str, contents: dict[str, float], added: tuple[Asset, ...]
+    ) -> dict[str, float]:
+        """Return the contents of the vessel after the step."""
         if step.action in (*SOLID, "Distill"):
             return {}
         if step.action == "Concentrate":
@@ -179,7 +190,7 @@ class _BatchTracker:
 
 
 def _is_aqueous(reagent: Asset) -> bool:
-    """Tell whether a reagent goes into the water layer: solutions of salts, mineral acids and bases."""
+    """Return whether a reagent goes into the aqueous layer: solutions of salts, mineral acids and bases."""
     chemistry = reagent.chemistry
     if chemistry is None:
         return False

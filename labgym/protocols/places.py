@@ -1,4 +1,4 @@
-"""What the places where steps happen are good for."""
+"""Suitability of places for steps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ BENCH_CATEGORIES = ("furniture", "containment", "safety_equipment")
 
 
 def is_workplace(asset: Asset) -> bool:
-    """Say whether a step can happen there: a bench, hood or glove box with a surface, not a storage cabinet."""
+    """Return whether a step can take place there: a bench, hood or glove box with a surface, not a storage cabinet."""
     return (
         asset.kind == "facility"
         and asset.category in BENCH_CATEGORIES
@@ -18,14 +18,14 @@ def is_workplace(asset: Asset) -> bool:
 
 
 def is_ventilated(asset: Asset) -> bool:
-    """Say whether vapours are carried off there: a fume hood, a glove box, or a bench with local exhaust."""
+    """Return whether a place is ventilated: a fume hood, a glove box, or a bench with local exhaust."""
     return asset.fume_hood or asset.category == "containment" or "local_exhaust" in asset.specs.features
 
 
 def needs_ventilation(reagent: Asset) -> bool:
-    """Say whether an open container of a reagent gives off something toxic or flammable.
+    """Return whether an open container of a reagent releases toxic or flammable vapor.
 
-    Solids do so only when dissolved or heated, so that weighing them on a bench is allowed; see
+    Solids do so only if they are dissolved or heated, so weighing them on a bench is allowed; see
     `labgym.protocols.rules.safety`.
     """
     return reagent.hazards.volatile_or_toxic or reagent.hazards.flammable

@@ -1,4 +1,4 @@
-"""Size of protocols in numbers: reagents, instruments, steps and moves (the paper's table 1)."""
+"""Statistics of protocols: numbers of reagents, instruments, steps and moves (table 1 of the paper)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from labgym.protocols.model import Protocol
 
 @dataclass(frozen=True)
 class Summary:
-    """Mean, extremes and sample standard deviation (n - 1; 0 for a single value) of a count."""
+    """Mean, minimum, maximum and sample standard deviation (n - 1; 0 for a single value) of a count."""
 
     mean: float
     minimum: int
@@ -23,7 +23,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Summaries over a set of protocols; moves are transitions from one location to another."""
+    """Summaries over a set of protocols; a move is a change of location between two steps."""
 
     count: int
     reagents: Summary
@@ -36,7 +36,7 @@ def statistics(protocols: Iterable[Protocol]) -> Statistics:
     """Return the statistics of protocols.
 
     Raises:
-        OptionError: there are none.
+        OptionError: no protocols.
     """
     chosen = list(protocols)
     if not chosen:

@@ -1,4 +1,4 @@
-"""The experiment library: reactions with their equation and the atomic actions that carry them out."""
+"""Experiments: reactions with their equation and atomic actions, and the library of them."""
 
 from labgym.protocols.experiments.library import experiments, get, read_experiments
 from labgym.protocols.experiments.model import Action, Experiment, ExperimentFile, Material, Portion, Rejection

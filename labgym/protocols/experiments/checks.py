@@ -31,22 +31,22 @@ def _incomplete(experiment: Experiment) -> Iterator[str]:
     used = {portion.name for action in experiment.actions for portion in action.takes}
     for material in experiment.materials:
         if material.name not in used:
-            yield f"{material.name} is among the materials, and no action takes it"
+            yield f"{material.name} is listed as a material, but no action takes it"
     names = [material.name for material in experiment.materials]
     for name in sorted({name for name in names if names.count(name) > 1}):
         yield f"{name} is listed twice among the materials"
     parts = experiment.reaction.split(">")
     if len(parts) != 3 or not parts[0] or not parts[2]:
-        yield "the reaction is not written as reactants>agents>products"
+        yield "the reaction SMILES is not of the form reactants>agents>products"
     if experiment.reaction_type is None:
-        yield "it has no reaction type"
+        yield "the reaction type is missing"
     if not experiment.product or len(experiment.description) < 40:
-        yield "it does not say what is made and how"
+        yield "the product is missing, or the description has fewer than 40 characters"
     if len(experiment.synonyms) < 2 or not any(_CHINESE.search(synonym) for synonym in experiment.synonyms):
         yield "it has fewer than two synonyms, or none in Chinese"
     verbs = [action.verb for action in experiment.actions]
     if verbs[-1] != "Yield" or "Analyze" not in verbs:
-        yield "it does not end with an analysis and a yield"
+        yield "it has no analysis, or does not end with the action Yield"
 
 
 def _amounts(experiment: Experiment, catalog: Catalog) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""An experiment: an equation, what goes in, and the atomic actions in order; a protocol before it has a place."""
+"""Experiments: a reaction equation, materials and atomic actions in order, without places or instruments."""
 
 from __future__ import annotations
 
@@ -57,11 +57,12 @@ Smiles = Annotated[str, Field(max_length=2000, pattern=r"^[\x21-\x7e]*$")]
 
 
 class Material(Record):
-    """A substance that the experiment takes.
+    """A substance that an experiment uses.
 
     Attributes:
-        name: canonical asset name in the library; as written in what is imported.
-        smiles: its structure, or "" where unknown or a mixture.
+        name: canonical asset name in the library; as written in imported experiments.
+        role: its role in the reaction.
+        smiles: its structure, or "" if it is unknown or a mixture.
     """
 
     name: SubstanceName
@@ -70,7 +71,7 @@ class Material(Record):
 
 
 class Portion(Record):
-    """How much of a material an action takes, as written: "5.4 g (5.2 mL), 50 mmol", "3 x 30 mL", "10 mL of 2 M"."""
+    """A material of an action with its amount as written: "5.4 g (5.2 mL), 50 mmol", "3 x 30 mL", "10 mL of 2 M"."""
 
     name: SubstanceName
     amount: Annotated[str, Field(max_length=200)] = ""
@@ -80,9 +81,16 @@ class Action(Record):
     """One atomic action.
 
     Attributes:
-        takes: what goes in. keep: which part goes on.
-        temperature: degrees Celsius. duration: minutes. pressure: bar, absolute.
-        atmosphere: the gas above the mixture. manner: how it is added.
+        verb: what is done.
+        takes: materials that are added.
+        temperature: degrees Celsius.
+        duration: minutes.
+        atmosphere: gas above the mixture.
+        manner: how the materials are added.
+        keep: part that is kept.
+        ph: target of a pH adjustment.
+        pressure: bar, absolute.
+        note: remark in words.
     """
 
     verb: Verb
@@ -98,13 +106,15 @@ class Action(Record):
 
 
 class Experiment(Record):
-    """A reaction with what it takes and what is done.
+    """A reaction with its materials and actions.
 
     Attributes:
         reaction: reaction SMILES, reactants>agents>products.
-        product: name and appearance of what is made.
-        synonyms: other names that a search should find it by, in English and Chinese.
-        origin: the library, or the format that it was imported from. license: of the data, "" where not stated.
+        product: name and appearance of the product.
+        synonyms: other names under which a search should find it, in English and Chinese.
+        materials: all substances that its actions use.
+        origin: the library, or the format from which it was imported.
+        license: of the data, or "" if it is not stated.
     """
 
     id: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,127}$")]
@@ -121,16 +131,16 @@ class Experiment(Record):
 
     @model_validator(mode="after")
     def _takes_only_materials(self) -> Self:
-        known = {material.name for material in self.materials}
+        names = {material.name for material in self.materials}
         for number, action in enumerate(self.actions, 1):
             for portion in action.takes:
-                if portion.name not in known:
+                if portion.name not in names:
                     raise ValueError(f"action {number} takes {portion.name[:80]!r}, which is not among the materials")
         return self
 
 
 class ExperimentFile(Document):
-    """Experiments that belong together."""
+    """A file of experiments."""
 
     SCHEMA: ClassVar[str] = "labgym.experiments/1"
 
@@ -139,7 +149,7 @@ class ExperimentFile(Document):
 
 @dataclass(frozen=True)
 class Rejection:
-    """A record that is no usable experiment: where it stands, as file:line or index, and why."""
+    """A record that is not a usable experiment: its place, as file:line or file:index, and the reason."""
 
     place: str
     reason: str
