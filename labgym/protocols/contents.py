@@ -100,7 +100,7 @@ class _BatchTracker:
             self._after(step, target, contents, added, devices)
 
     def _target(self, step: Step, devices: tuple[Asset, ...]) -> str:
-        """Return the vessel of the batch during a step: the previous one if it is used, else the largest of the step."""
+        """Return the vessel of the batch during a step: the previous one if it is used, else the largest."""
         names = [asset.name for asset in devices if is_vessel(asset)]
         if SEPARATING in names:
             return SEPARATING
