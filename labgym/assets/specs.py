@@ -1,7 +1,7 @@
-"""Specifications of an asset: what equipment reaches, withstands and holds, and what a reagent comes in.
+"""Specifications of an asset: limits, capacities and fittings of equipment, and the pack of a reagent.
 
-Each field ends in its unit: `_C` degrees Celsius, `_bar` above the air's pressure, `_mbar` absolute, `_m_s` metres a
-second. `quantity` splits a name into what and unit. A pair is a range from the least to the most.
+Each field name ends in its unit: `_C` degrees Celsius, `_bar` above ambient pressure, `_mbar` absolute, `_m_s` metres
+per second. `quantity` splits a name into quantity and unit. A pair is a range from the least to the greatest value.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model
 
 from labgym.documents import Record
 
-ROOM = 20.0
-"""Where a heating or cooling range begins that starts at the room's temperature, degrees Celsius."""
+ROOM_TEMPERATURE = 20.0
+"""Room temperature, degrees Celsius: where heating and cooling ranges begin."""
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     if not pair[0] < pair[1]:
-        raise ValueError(f"a range goes from the least to the most, not from {pair[0]:g} to {pair[1]:g}")
+        raise ValueError(f"a range must ascend, got {pair[0]:g} to {pair[1]:g}")
     return pair
 
 
-def _given(meaning: str) -> Any:
+def _optional(meaning: str) -> Any:
     return Field(default=None, description=meaning)
 
 
@@ -63,7 +63,7 @@ Feature = Literal[
     "non_combustible_shelves",
     "dry",
 ]
-"""What an asset has or has not: mains power, an exhaust over a bench, a cabinet's own vent, and so on."""
+"""Fittings of an asset: mains power, an exhaust over a bench, a cabinet's own vent, and so on."""
 
 _UNITS = {
     "m3_h": "m3/h",
@@ -85,99 +85,99 @@ _UNITS = {
 
 
 class Specifications(Record):
-    """What is specified of an asset; None or empty where it is not, or where it does not apply."""
+    """Specifications of an asset; None or empty if not specified or not applicable."""
 
-    heating_C: Temperatures | None = _given("What a heat source heats to; from 20 where it begins at the room's.")
-    cooling_C: Temperatures | None = _given("What a bath, chiller, refrigerator or freezer cools to and keeps.")
-    flame_C: Celsius | None = _given("Temperature of a burner's flame.")
-    working_C: Temperatures | None = _given("Temperatures of the contents that a reactor is built for.")
-    measures_C: Temperatures | None = _given("What a thermometer reads.")
-    withstands_C: Celsius | None = _given("Highest temperature that ware which does not heat is used at.")
-    withstands_bar: Bar | None = _given("Highest pressure above the air's that a closed vessel is built for.")
-    delivery_bar: Bar | None = _given("Highest pressure that a liquid pump delivers against.")
-    filling_bar: Bar | None = _given("Pressure of a full gas cylinder at 15 C.")
-    ultimate_mbar: Millibar | None = _given("Lowest pressure that a pump, or a device with one, reaches.")
-    free_flow_m3_h: Flow | None = _given("Air that a vacuum pump moves with its inlet open.")
+    heating_C: Temperatures | None = _optional("Temperatures that a heat source reaches; from 20 if it starts at room temperature.")
+    cooling_C: Temperatures | None = _optional("Temperatures that a bath, chiller, refrigerator or freezer keeps.")
+    flame_C: Celsius | None = _optional("Temperature of a burner's flame.")
+    working_C: Temperatures | None = _optional("Temperatures of the contents that a reactor is rated for.")
+    measures_C: Temperatures | None = _optional("Temperatures that a thermometer reads.")
+    withstands_C: Celsius | None = _optional("Highest temperature at which ware without a heater is used.")
+    withstands_bar: Bar | None = _optional("Highest pressure above ambient that a closed vessel is rated for.")
+    delivery_bar: Bar | None = _optional("Highest pressure that a liquid pump delivers against.")
+    filling_bar: Bar | None = _optional("Pressure of a full gas cylinder at 15 C.")
+    ultimate_mbar: Millibar | None = _optional("Lowest pressure that a pump, or a device with a pump, reaches.")
+    free_flow_m3_h: Flow | None = _optional("Air flow of a vacuum pump with an open inlet.")
 
-    capacity_mL: Millilitres | None = _given("What a vessel, bath or container holds; of a mantle, its flask.")
-    working_mL: Annotated[tuple[Millilitres, Millilitres], Range] | None = _given(
-        "Least and most that it works with, where that is not the usual share of its capacity."
+    capacity_mL: Millilitres | None = _optional("Capacity of a vessel, bath or container; of a mantle, of its flask.")
+    working_mL: Annotated[tuple[Millilitres, Millilitres], Range] | None = _optional(
+        "Least and greatest working volume, if not the usual share of the capacity."
     )
-    stirring_mL: Millilitres | None = _given("Most that a stirrer stirs, as water.")
-    chamber_L: Litres | None = _given("Room inside an oven, furnace, refrigerator or freezer.")
-    storage_L: Litres | None = _given("Liquid in containers that a safety cabinet is approved for.")
-    absorbs_L: Litres | None = _given("Liquid that a spill kit takes up.")
+    stirring_mL: Millilitres | None = _optional("Greatest volume of water that a stirrer stirs.")
+    chamber_L: Litres | None = _optional("Internal volume of an oven, furnace, refrigerator or freezer.")
+    storage_L: Litres | None = _optional("Liquid in containers that a safety cabinet is approved for.")
+    absorbs_L: Litres | None = _optional("Liquid that a spill kit takes up.")
 
-    rotation_rpm: Annotated[tuple[Rpm, Rpm], Range] | None = _given("Speeds of a stirrer, shaker or rotor.")
-    centrifuge_xg: Gravities | None = _given("Greatest relative centrifugal force.")
-    power_W: Watts | None = _given("Electrical power taken.")
-    cooling_W: Watts | None = _given("Heat that a chiller carries off, at 20 C.")
+    rotation_rpm: Annotated[tuple[Rpm, Rpm], Range] | None = _optional("Speeds of a stirrer, shaker or rotor.")
+    centrifuge_xg: Gravities | None = _optional("Greatest relative centrifugal force.")
+    power_W: Watts | None = _optional("Electrical power taken.")
+    cooling_W: Watts | None = _optional("Cooling power of a chiller at 20 C.")
 
-    capacity_g: Grams | None = _given("Most that a balance weighs.")
-    resolution_g: Grams | None = _given("Division of a balance.")
-    measures_pH: Numbers | None = _given("What a pH meter or paper reads.")
-    measures_nD: Numbers | None = _given("Refractive indices that a refractometer reads.")
-    spectrum_nm: Numbers | None = _given("Wavelengths that a spectrometer covers.")
+    capacity_g: Grams | None = _optional("Capacity of a balance.")
+    resolution_g: Grams | None = _optional("Readability of a balance.")
+    measures_pH: Numbers | None = _optional("pH range of a meter or paper.")
+    measures_nD: Numbers | None = _optional("Range of refractive indices of a refractometer.")
+    spectrum_nm: Numbers | None = _optional("Wavelengths that a spectrometer covers.")
     lines_nm: Annotated[tuple[Number, ...], Field(max_length=16)] = Field(
-        default=(), description="Wavelengths that a lamp gives or a polarimeter works at."
+        default=(), description="Wavelengths of a lamp or a polarimeter."
     )
-    spectrum_cm1: Numbers | None = _given("Wavenumbers that an infrared spectrometer covers.")
-    spectrum_mz: Numbers | None = _given("Masses over charge that a mass spectrometer covers.")
-    proton_MHz: Number | None = _given("Frequency at which a nuclear magnetic resonance spectrometer sees protons.")
-    five_gauss_m: Length | None = _given("How far a magnet's field stays above 0.5 mT.")
-    ultrasound_kHz: Number | None = _given("Frequency of an ultrasonic bath.")
-    magnification: Numbers | None = _given("How many times larger a microscope shows things.")
+    spectrum_cm1: Numbers | None = _optional("Wavenumbers that an infrared spectrometer covers.")
+    spectrum_mz: Numbers | None = _optional("Masses over charge that a mass spectrometer covers.")
+    proton_MHz: Number | None = _optional("Proton frequency of a nuclear magnetic resonance spectrometer.")
+    five_gauss_m: Length | None = _optional("Distance up to which a magnet's field exceeds 0.5 mT.")
+    ultrasound_kHz: Number | None = _optional("Frequency of an ultrasonic bath.")
+    magnification: Numbers | None = _optional("Magnification of a microscope.")
 
-    flow_mL_min: Numbers | None = _given("Flow of a liquid that a pump delivers.")
-    water_L_min: Flow | None = _given("Water of an eyewash, a shower or a purifier.")
-    ice_kg_day: Flow | None = _given("Ice that a machine makes.")
-    exhaust_m3_h: Flow | None = _given("Air that an exhaust arm draws off.")
-    face_velocity_m_s: Velocity | None = _given("Mean speed of the air into a fume hood at its working opening.")
-    sash_open_m: Length | None = _given("Height of a fume hood's working opening.")
-    oxygen_ppm: Number | None = _given("Oxygen that a glove box keeps below.")
-    moisture_ppm: Number | None = _given("Water vapour that a glove box keeps below.")
+    flow_mL_min: Numbers | None = _optional("Liquid flow of a pump.")
+    water_L_min: Flow | None = _optional("Water flow of an eyewash, a shower or a purifier.")
+    ice_kg_day: Flow | None = _optional("Output of an ice machine.")
+    exhaust_m3_h: Flow | None = _optional("Air flow of an exhaust arm.")
+    face_velocity_m_s: Velocity | None = _optional("Mean air speed into a fume hood at its working opening.")
+    sash_open_m: Length | None = _optional("Height of a fume hood's working opening.")
+    oxygen_ppm: Number | None = _optional("Oxygen limit of a glove box.")
+    moisture_ppm: Number | None = _optional("Water vapor limit of a glove box.")
 
-    load_kg: Kilograms | None = _given("Load of a bench's top, evenly spread.")
-    shelf_load_kg: Kilograms | None = _given("Load of each shelf, evenly spread.")
-    fire_rating_min: Count | None = _given("How long a cabinet keeps a fire from its contents.")
-    agent: Literal["ABC", "CO2", "class_D"] | None = _given(
+    load_kg: Kilograms | None = _optional("Evenly distributed load of a bench top.")
+    shelf_load_kg: Kilograms | None = _optional("Evenly distributed load of each shelf.")
+    fire_rating_min: Count | None = _optional("Fire rating of a cabinet.")
+    agent: Literal["ABC", "CO2", "class_D"] | None = _optional(
         "Agent of an extinguisher: powder, carbon dioxide, for metals."
     )
-    charge_kg: Kilograms | None = _given("Agent that an extinguisher holds.")
-    blanket_m: tuple[Length, Length] | None = _given("Sides of a fire blanket.")
+    charge_kg: Kilograms | None = _optional("Mass of an extinguisher's agent.")
+    blanket_m: tuple[Length, Length] | None = _optional("Sides of a fire blanket.")
 
-    working_height_m: Heights | None = _given("Heights of a seat, a jack's plate, an eyewash's nozzles, a shower head.")
-    edge_height_m: Length | None = _given("Height above the floor of a window's sill or a basin's rim.")
-    lip_mm: Millimetres | None = _given("Raised edge that keeps bottles or a spill in.")
-    diameter_mm: Millimetres | None = _given("Nominal diameter; of a column its inside.")
-    jacket_mm: Millimetres | None = _given("Length of a condenser's jacket.")
-    joint: Annotated[str, Field(pattern=r"^\d{1,2}/\d{1,2}$")] | None = _given("Ground joint, diameter/length in mm.")
-    bowl_m: tuple[Length, Length, Length] | None = _given("Width, depth and height of a sink's bowl.")
-    reach_m: Length | None = _given("Reach of an arm.")
-    clear_width_m: Length | None = _given("Width of a door's opening.")
-    clear_radius_m: Length | None = _given("Free space around an emergency shower's axis.")
-    collision_radius_m: Length | None = _given("Circle that a robot keeps to on the floor.")
-    screen_in: Number | None = _given("Diagonal of a screen.")
-    places: Count | None = _given("Tubes of a rack, pegs, hooks, sockets, or taps of a manifold.")
-    pieces: Count | None = _given("Gloves or towels of a full dispenser.")
+    working_height_m: Heights | None = _optional("Heights of a seat, a jack's plate, an eyewash's nozzles, a shower head.")
+    edge_height_m: Length | None = _optional("Height above the floor of a window's sill or a basin's rim.")
+    lip_mm: Millimetres | None = _optional("Height of the raised edge that retains bottles or a spill.")
+    diameter_mm: Millimetres | None = _optional("Nominal diameter; of a column its inside.")
+    jacket_mm: Millimetres | None = _optional("Length of a condenser's jacket.")
+    joint: Annotated[str, Field(pattern=r"^\d{1,2}/\d{1,2}$")] | None = _optional("Ground joint, diameter/length in mm.")
+    bowl_m: tuple[Length, Length, Length] | None = _optional("Width, depth and height of a sink's bowl.")
+    reach_m: Length | None = _optional("Reach of an arm.")
+    clear_width_m: Length | None = _optional("Width of a door's opening.")
+    clear_radius_m: Length | None = _optional("Radius of the clear space around an emergency shower's axis.")
+    collision_radius_m: Length | None = _optional("Radius of a robot's footprint.")
+    screen_in: Number | None = _optional("Diagonal of a screen.")
+    places: Count | None = _optional("Tubes of a rack, pegs, hooks, sockets, or taps of a manifold.")
+    pieces: Count | None = _optional("Gloves or towels of a full dispenser.")
 
-    pack_mL: Millilitres | None = _given("Volume that a reagent comes in.")
-    pack_g: Grams | None = _given("Mass that a reagent comes in.")
-    container: Annotated[str, Field(max_length=80)] | None = _given("What a reagent comes in.")
-    nfpa_special: Literal["W", "OX", "SA"] | None = _given("NFPA 704 sign: reacts with water, oxidiser, asphyxiates.")
+    pack_mL: Millilitres | None = _optional("Volume of a reagent's pack.")
+    pack_g: Grams | None = _optional("Mass of a reagent's pack.")
+    container: Annotated[str, Field(max_length=80)] | None = _optional("Container of a reagent.")
+    nfpa_special: Literal["W", "OX", "SA"] | None = _optional("NFPA 704 sign: reacts with water (W), oxidizer (OX), simple asphyxiant (SA).")
 
-    features: tuple[Feature, ...] = Field(default=(), description="What it has, such as mains power or a vent.")
-    notes: Annotated[str, Field(max_length=300)] = Field(default="", description="Where a value is from, or doubtful.")
+    features: tuple[Feature, ...] = Field(default=(), description="Fittings, such as mains power or a vent.")
+    notes: Annotated[str, Field(max_length=300)] = Field(default="", description="Source of a value, or doubts about it.")
 
     @property
     def volume_mL(self) -> float | None:
-        """Millilitres that it holds or, of a reagent, comes in."""
+        """Capacity or, for a reagent, pack size, mL."""
         return self.capacity_mL if self.capacity_mL is not None else self.pack_mL
 
     @model_validator(mode="before")
     @classmethod
-    def _known(cls, data: Any) -> Any:
-        """Name what would have been right where a specification is unknown."""
+    def _has_known_names(cls, data: Any) -> Any:
+        """Refuse unknown specifications with the nearest names."""
         for name in data if isinstance(data, dict) else ():
             if name not in cls.model_fields:
                 raise ValueError(f"no specification {str(name)[:80]!r}; nearest: {', '.join(_nearest(str(name)[:80]))}")
@@ -195,18 +195,18 @@ class Specifications(Record):
 
     @model_serializer(mode="wrap")
     def _brief(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what is not specified."""
+        """Omit what is not specified."""
         return {name: value for name, value in dump(self).items() if value not in (None, (), [], "")}
 
-    def given(self) -> Iterator[tuple[str, Any]]:
-        """Yield name and value of what is specified, in the order of the fields."""
+    def items(self) -> Iterator[tuple[str, Any]]:
+        """Yield the name and value of each specification, in the order of the fields."""
         yield from ((name, value) for name, value in self if value not in (None, (), ""))
 
 
 def quantity(name: str) -> tuple[str, str]:
-    """Return what a field tells in words and its unit: "face_velocity_m_s" is ("face velocity", "m/s").
+    """Return the quantity and the unit of a field: "face_velocity_m_s" gives ("face velocity", "m/s").
 
-    The unit is empty for counts and words.
+    Counts and words have an empty unit.
     """
     for unit in sorted(_UNITS, key=len, reverse=True):
         if name.endswith(f"_{unit}"):
@@ -215,26 +215,26 @@ def quantity(name: str) -> tuple[str, str]:
 
 
 def _nearest(name: str) -> list[str]:
-    """Return the fields that a wrong name may mean: of its unit, else of the nearest spelling, else all."""
+    """Return the fields that a wrong name may mean: the nearest by spelling, else those of its unit, else all."""
     fields, unit = list(Specifications.model_fields), quantity(name)[1]
     alike = difflib.get_close_matches(name, fields, 3, 0.7)
     same = [field for field in fields if unit and quantity(field)[1] == unit]
     return alike or same or difflib.get_close_matches(name, fields, 3, 0.4) or fields
 
 
-def spoken(name: str, value: Any) -> str:
+def value_text(name: str, value: Any) -> str:
     """Return a specification's value with its unit: "50 to 1500 rpm"."""
     unit = quantity(name)[1]
     if isinstance(value, tuple):
-        numeric = [_figure(item) if isinstance(item, int | float) else item.replace("_", " ") for item in value]
+        numeric = [_number_text(item) if isinstance(item, int | float) else item.replace("_", " ") for item in value]
         joined = {"bowl_m": " x ", "blanket_m": " x ", "lines_nm": " and ", "features": ", "}.get(name, " to ")
         text = joined.join(numeric)
     else:
-        text = _figure(value) if isinstance(value, int | float) else str(value)
+        text = _number_text(value) if isinstance(value, int | float) else str(value)
     return f"{text} {unit}".rstrip()
 
 
-def _figure(value: float) -> str:
+def _number_text(value: float) -> str:
     """Write a number without an exponent, to six significant figures."""
     text = f"{value:.6g}"
     return f"{value:.10f}".rstrip("0").rstrip(".") if "e" in text else text

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from labgym.assets import Asset, Catalog, Match, incompatible
 from labgym.assets.inference.bottle import INFERRED
 from labgym.assets.reactivity import Reaction, products, reactions, to_avoid
-from labgym.assets.specs import quantity, spoken
+from labgym.assets.specs import quantity, value_text
 from labgym.protocols import Protocol
 from labgym.table import Table, number
 
@@ -42,7 +42,7 @@ def asset_details(asset: Asset) -> str:
         ("surfaces", ", ".join(f"{s.width:g} x {s.depth:g} m at {s.z:g} m" for s in asset.surfaces)),
         ("clearance", f"{asset.clearance:g} m in front" if asset.clearance else ""),
         *_chemistry(asset),
-        *((quantity(name)[0], spoken(name, value)) for name, value in asset.specs.given()),
+        *((quantity(name)[0], value_text(name, value)) for name, value in asset.specs.items()),
     ]
     return "\n".join([asset.name, asset.description, "", *_facts(facts)])
 

@@ -28,7 +28,7 @@ def wedge() -> trimesh.Trimesh:
 def test_the_front_is_turned_to_y_and_the_origin_is_at_the_bottom_centre(front, tip):
     moved = wedge()
     moved.apply_translation((5, 6, 7))
-    mesh = normalise(mesh_file(moved), front, decompose=False)
+    mesh = normalise(mesh_file(moved), front, hulls_only=True)
     vertices = mesh.parts[0].vertices
     extents = (2.0, 2.0, 3.0)
     assert (mesh.size.width, mesh.size.depth, mesh.size.height) == pytest.approx(extents)
@@ -43,7 +43,7 @@ def test_the_front_of_gltf_is_its_z_axis(tmp_path):
     body = wedge()
     body.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, (0, 1, 0)))
     body.export(tmp_path / "a.glb")
-    vertices = normalise(read_mesh(tmp_path / "a.glb"), decompose=False).parts[0].vertices
+    vertices = normalise(read_mesh(tmp_path / "a.glb"), hulls_only=True).parts[0].vertices
     tips = vertices[vertices[:, 1] > vertices[:, 1].max() - 1e-6]
     np.testing.assert_allclose(np.ptp(tips, axis=0), 0, atol=1e-6)
 
@@ -66,7 +66,7 @@ def test_flat_and_gigantic_things_are_refused_with_the_unit_named():
 
 
 def test_closed_meshes_are_watertight_with_the_volume_of_the_formula():
-    mesh = normalise(mesh_file(trimesh.creation.box(extents=(1, 2, 3)), trimesh.creation.icosphere(4)), decompose=False)
+    mesh = normalise(mesh_file(trimesh.creation.box(extents=(1, 2, 3)), trimesh.creation.icosphere(4)), hulls_only=True)
     assert mesh.watertight
     assert mesh.volume == pytest.approx(6.0 + 4.0 / 3.0 * np.pi, rel=0.01)
 
@@ -82,7 +82,7 @@ def test_open_and_non_manifold_meshes_are_accepted_and_said_not_to_be_watertight
     else:
         vertices = np.vstack([vertices, (3, 3, 3)])
         faces = np.vstack([faces, (*faces[0, :2], 8)])
-    mesh = normalise(mesh_file(trimesh.Trimesh(vertices, faces, process=False)), decompose=False)
+    mesh = normalise(mesh_file(trimesh.Trimesh(vertices, faces, process=False)), hulls_only=True)
     assert not mesh.watertight
     assert mesh.volume is None
     assert mesh.convex

@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from labgym.assets import AssetFile, Catalog, Specifications
-from labgym.assets.specs import quantity, spoken
+from labgym.assets.specs import quantity, value_text
 from labgym.cli.describe import asset_details
 from labgym.errors import DocumentError
 
@@ -71,7 +71,7 @@ def test_an_unknown_specification_in_a_file_is_named_with_its_place():
 
 
 def test_every_specification_says_what_it_is_and_has_a_user_in_the_catalogue():
-    used = {name for asset in CATALOG for name, _ in asset.specs.given()}
+    used = {name for asset in CATALOG for name, _ in asset.specs.items()}
     assert set(Specifications.model_fields) == used
     assert all((field.description or "").endswith(".") for field in Specifications.model_fields.values())
 
@@ -102,7 +102,7 @@ NUMERIC_WITHOUT_UNIT = {"places", "pieces", "magnification"}
 
 def test_every_number_has_a_unit():
     for asset in CATALOG:
-        for name, value in asset.specs.given():
+        for name, value in asset.specs.items():
             numeric = isinstance(value, float | int) or (isinstance(value, tuple) and isinstance(value[0], float | int))
             assert bool(quantity(name)[1]) == (numeric and name not in NUMERIC_WITHOUT_UNIT), name
 
@@ -121,7 +121,7 @@ def test_every_number_has_a_unit():
     ],
 )
 def test_values_are_told_with_units(name, value, text):
-    assert spoken(name, value) == text
+    assert value_text(name, value) == text
 
 
 def test_the_details_of_an_asset_show_its_specifications():

@@ -1,12 +1,12 @@
-"""The caption phase by rules: what it is for, what to mind, where it belongs, in a line."""
+"""The caption phase by rules: one line with the object, its place and its precautions."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from labgym.assets.forge.record import origin
-from labgym.assets.forge.semantic import Draft
-from labgym.assets.forge.words import spoken
+from labgym.assets.forge.semantic import EntryDraft
+from labgym.assets.forge.naming import as_words
 from labgym.assets.model import Hazards
 
 _CARE = {
@@ -34,11 +34,12 @@ def caption(fields: dict[str, Any]) -> str:
         free = f" with {fields['clearance']:g} m free in front" if fields.get("clearance") else ""
         place = _PLACES[fields["placing"]] + free
     return (
-        f"{spoken(fields['name']).capitalize()} ({fields['subtype'].replace('_', ' ')}): {'; '.join([place, *cares])}."
+        f"{as_words(fields['name']).capitalize()} ({fields['subtype'].replace('_', ' ')}): {'; '.join([place, *cares])}."
     )
 
 
-def write_caption(draft: Draft) -> None:
-    """Set the caption, as sure as what it is made from."""
-    sure = min(source.confidence for name, source in draft.origins.items() if name.startswith(("hazards", "kind")))
-    draft.put("caption", caption(draft.fields), origin("rule", "kind, hazards and placing", sure))
+def write_caption(draft: EntryDraft) -> None:
+    """Set the caption, with the least confidence of the fields that it is made from."""
+    sources = [source for name, source in draft.origins.items() if name.startswith(("hazards", "kind"))]
+    confidence = min(source.confidence for source in sources)
+    draft.put("caption", caption(draft.fields), origin("rule", "kind, hazards and placing", confidence))

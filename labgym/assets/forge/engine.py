@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,11 +18,11 @@ from labgym.assets.forge.caption import write_caption
 from labgym.assets.forge.domain import domain
 from labgym.assets.forge.facts import Facts, texts
 from labgym.assets.forge.looks import geometry_of
-from labgym.assets.forge.matching import Match, match
+from labgym.assets.forge.matching import SIZE_RATIO, Resemblance, resemblance
 from labgym.assets.forge.modelled import Annotator, drafted, measured, take
 from labgym.assets.forge.record import Annotation, Physical, Source
 from labgym.assets.forge.scale import check_scale
-from labgym.assets.forge.semantic import Draft, semantic
+from labgym.assets.forge.semantic import EntryDraft, semantic
 from labgym.assets.forge.visual import glb
 from labgym.assets.meshes import MeshError, MeshFile, PhysicalMesh, normalise, read_mesh
 from labgym.assets.meshes.model import LIMITS, Axis
@@ -30,19 +31,20 @@ from labgym.assets.search import normalise as name_key
 from labgym.documents import document_error
 
 Views = Callable[[Asset], Sequence[bytes]]
-"""Pictures of an asset as PNG; a layer that can render gives it."""
+"""Returns PNG pictures of an asset; provided by a layer that can render."""
 _RULES = (sizes_are_plausible, texts_are_given, surfaces_fit, kinds_agree)
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a mesh file is read and what is known of it beforehand.
+    """How a mesh file is read and what the user says about it.
 
     Attributes:
         unit: of the file, such as "mm"; overrides the file's. up: its vertical axis, X, Y or Z; likewise.
-        front: where the front looks in the file's axes, such as "-x".
-        name: canonical name to give. like: published entry, by name or synonym, that it is.
+        front: direction of the front in the file's axes, such as "-x".
+        name: canonical name of the asset. like: published entry, by name or synonym, that the mesh is a model of.
         model: name of the language model that annotates; "" for rules.
+        scale: factor applied after the unit.
     """
 
     unit: str | None = None
@@ -51,9 +53,10 @@ class Options:
     name: str | None = None
     like: str | None = None
     model: str = ""
+    scale: float | None = None
 
-    def given(self) -> dict[str, str]:
-        """Return the options that are set."""
+    def recorded(self) -> dict[str, str]:
+        """Return the options that are set, as text."""
         return {name: str(value) for name, value in vars(self).items() if value}
 
 
@@ -91,26 +94,27 @@ def annotate(
 
     Args:
         path: a USD, GLB, OBJ or STL file.
-        catalog: what it is compared with; the published one by default.
-        annotator: asks a language model; without one rules alone annotate.
+        catalog: catalogue that the mesh is compared with; the published one by default.
+        annotator: asks a language model; without one, rules annotate.
         views: renders the draft for the annotator.
 
     Raises:
-        MeshError: an unusable file, or a size that its category does not allow; names the likely unit.
+        MeshError: an unusable file, or a size that its category does not allow; names the likely unit or scale.
         UnknownNameError: an option names what does not exist.
         MissingDependencyError: a USD file, and usd-core is not installed.
     """
     path, options = Path(path), options or Options()
     published = catalog if catalog is not None else Catalog.published()
     file_digest = source_digest(path)
-    file = read_mesh(path, options.unit, options.up)
-    found = _match(published, file, path.stem, options.like)
-    check_scale(published, file, found)
+    file = read_mesh(path, options.unit, options.up, scale=options.scale)
+    nearest = _nearest(published, file, path.stem, options.like)
+    check_scale(published, file, path.stem, nearest)
     mesh = normalise(file, options.front)
-    facts = Facts(path.stem, file_digest, published, file, mesh, found, options.name)
+    facts = Facts(path.stem, file_digest, published, file, mesh, nearest, options.name)
     if options.name is not None and name_key(options.name) in facts.taken:
-        raise MeshError(path, f"{options.name!r} is what a published asset is called; choose another --name")
+        raise MeshError(path, f"{options.name!r} is a name of a published asset; choose another --name")
     draft = semantic(facts)
+    draft.notes += _doubts(facts)
     domain(facts, draft)
     write_caption(draft)
     content = pack(geometry_of(mesh, draft.fields["category"]))
@@ -128,28 +132,56 @@ def annotate(
         source_unit=file.source_unit,
         unit_from=file.unit_from,
         up_axis=file.up_axis,
-        options=options.given(),
+        up_from=file.up_from,
+        options=options.recorded(),
     )
     annotation = Annotation(
         asset=asset.name,
         source=source,
         physical=_physical(mesh),
-        resembles=found.asset.name if found else None,
+        resembles=facts.like.name if facts.like else None,
         fields=draft.origins,
         notes=tuple(draft.notes),
     )
     return Annotated(asset, annotation, content, glb(mesh))
 
 
-def _match(published: Catalog, file: MeshFile, stem: str, like: str | None) -> Match | None:
+def _nearest(published: Catalog, file: MeshFile, stem: str, like: str | None) -> Resemblance | None:
     if like is not None:
-        return Match(published.find(like), 1.0, "chosen by the user")
+        return Resemblance(published.find(like), 1.0, "chosen by the user")
     low, high = file.bounds
     width, depth, height = (float(side) for side in high - low)
-    return match(published, texts(file, stem), (width, depth, height))
+    return resemblance(published, texts(file, stem), (width, depth, height))
 
 
-def _asset(path: Path, draft: Draft, content: bytes) -> Asset:
+def _doubts(facts: Facts) -> Iterator[str]:
+    """Yield what the user should check: an assumed up axis, an unusual size, and a coarse collision geometry."""
+    file, like = facts.file, facts.like
+    width, depth, height = (round(side, 3) for side in (facts.size.width, facts.size.depth, facts.size.height))
+    if file.up_from == "format default" and not (width == depth == height):
+        other = "Z" if file.up_axis == "Y" else "Y"
+        closer = like is not None and _unlike(like, width, height, depth) < _unlike(like, width, depth, height)
+        closer_to = f", closer to {like.name}" if like is not None and closer else ""
+        yield (
+            f"its up axis is not in the file: {file.up_axis} is assumed, so it is {height:g} m high; with --up {other} "
+            f"it is {depth:g} m high{closer_to}"
+        )
+    if like is not None and like.kind != "reagent":
+        ratio = max(width, depth, height) / max(like.size.width, like.size.depth, like.size.height)
+        if not 1.0 / SIZE_RATIO <= ratio <= SIZE_RATIO:
+            yield f"its longest side is {ratio:.2g} times that of {like.name}: check --unit, or give --scale"
+    if facts.mesh.note:
+        yield facts.mesh.note
+
+
+def _unlike(like: Asset, width: float, depth: float, height: float) -> float:
+    """Return how unlike an entry's an upright shape is: by the ratio of its height to its shorter and longer side."""
+    short, long = sorted((width, depth))
+    ratios = (height / short, height / long), (like.size.height / like.size.short, like.size.height / like.size.long)
+    return math.dist([math.log(ratio) for ratio in ratios[0]], [math.log(ratio) for ratio in ratios[1]])
+
+
+def _asset(path: Path, draft: EntryDraft, content: bytes) -> Asset:
     name, hashed = str(draft.fields["name"]), digest(content)
     shape: dict[str, Any] = {
         "name": SHAPE,

@@ -20,10 +20,10 @@ Words = Annotated[str, Field(min_length=1, max_length=60)]
 
 
 class Description(Record):
-    """What a model says of an object.
+    """A model's description of an object.
 
     Attributes:
-        semantic, domain: how sure it is of name, category and words; and of the hazards, between 0 and 1.
+        semantic, domain: confidence in name, category and words; and in the hazards, between 0 and 1.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9]{1,63}$")]
@@ -46,13 +46,13 @@ def describe(
     draft: Mapping[str, Any],
     pictures: Sequence[bytes] = (),
 ) -> Description:
-    """Return what a language model says of an object; kind, category and subtype are ones that the catalogue has.
+    """Return a language model's description of an object, with a kind, category and subtype of the catalogue.
 
     Args:
         model: the client.
         catalog: its kinds, categories and subtypes are the ones to choose from.
-        measured: what the file says: its name, sizes in metres, materials, colours; foreign text to the model.
-        draft: what the rules make of it.
+        measured: name, sizes in metres, materials and colours from the file; untrusted text to the model.
+        draft: the entry by rules.
         pictures: PNG views of the object.
 
     Raises:
@@ -62,21 +62,21 @@ def describe(
     categories = _categories(catalog.assets)
     question = prompt.fill(pictures, measured=dict(measured), draft=dict(draft), categories=categories)
     reply = model.ask(prompt.label, question, _answer(catalog.assets))
-    said = Description.model_validate(reply.answer.model_dump())
-    if said.subtype not in categories.get(said.kind, {}).get(said.category, []):
-        problem = f"no {said.kind} of the catalogue is of category {said.category!r} and subtype {said.subtype!r}"
+    answer = Description.model_validate(reply.answer.model_dump())
+    if answer.subtype not in categories.get(answer.kind, {}).get(answer.category, []):
+        problem = f"no {answer.kind} of the catalogue has category {answer.category!r} and subtype {answer.subtype!r}"
         raise LanguageModelError("malformed", f"language model: {problem}; ask again with another model", reply.text)
-    return said
+    return answer
 
 
 def _categories(assets: Sequence[Asset]) -> dict[str, dict[str, list[str]]]:
     """Return the subtypes by kind and category, sorted."""
-    found: dict[str, dict[str, set[str]]] = {}
+    by_kind: dict[str, dict[str, set[str]]] = {}
     for asset in assets:
-        found.setdefault(asset.kind, {}).setdefault(asset.category, set()).add(asset.subtype)
+        by_kind.setdefault(asset.kind, {}).setdefault(asset.category, set()).add(asset.subtype)
     return {
         kind: {category: sorted(subtypes) for category, subtypes in sorted(categories.items())}
-        for kind, categories in sorted(found.items())
+        for kind, categories in sorted(by_kind.items())
     }
 
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from labgym.assets.archive import Geometry, Piece
-from labgym.assets.forge.words import words
+from labgym.assets.forge.naming import name_words
 from labgym.assets.meshes import MeshPart, PhysicalMesh
 from labgym.assets.shapes import MATERIALS
 
@@ -51,7 +51,7 @@ LEAST_VERTICES = 4
 
 def substance(name: str | None) -> str | None:
     """Return what a material's name says that it is: glass, metal, ...; None where it says nothing."""
-    said = {word.casefold() for word in words(name or "")} | ({name.casefold()} if name else set())
+    said = {word.casefold() for word in name_words(name or "")} | ({name.casefold()} if name else set())
     return next((kind for kind, known in SUBSTANCES.items() if said & set(known)), None)
 
 

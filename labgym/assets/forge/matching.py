@@ -1,4 +1,4 @@
-"""Which published entry an imported mesh resembles: by its texts, and among equals by size."""
+"""The published entry that an imported mesh resembles: by its texts and, among equals, by size."""
 
 from __future__ import annotations
 
@@ -8,45 +8,56 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from labgym.assets.catalog import Catalog
-from labgym.assets.forge.words import CONTAINERS, is_amount, telling
+from labgym.assets.forge.naming import CONTAINERS, NOISE, is_amount, telling, volume_of
 from labgym.assets.model import Asset
+from labgym.assets.qualifiers import is_neutral, qualifiers
 from labgym.assets.search import normalise, surface_forms
-from labgym.errors import UnknownNameError
 
 Extents = tuple[float, float, float]
 
 MAX_PHRASE = 6
 SHORTEST = 3
-"""Least length of a part of a name that counts as a catalogue name; shorter ones must be the whole."""
+"""Least length of a part of a name that counts as a catalogue name; shorter ones must be the whole name."""
 EXACT, PHRASE, HEAD, MISSPELT = 0.9, 0.8, 0.6, 0.55
-"""How sure a match is: the whole name; words within it; a noun such as flask; a misspelling."""
+"""Confidence by evidence: the whole name; words within it; its last noun, such as flask; a misspelling."""
 SIZE_DOUBT = 0.15
-"""Taken off for each factor of e that the longest side differs from the entry's, beyond the first."""
+"""Confidence lost for each factor of e by which the longest side differs from the entry's, beyond the first."""
+SIZE_RATIO = 2.5
+"""Ratio of longest sides from which a size is reported as unusual."""
+FLOOR = 0.5
+"""Least confidence at which an entry is taken as what a mesh is."""
 
 
 @dataclass(frozen=True)
-class Match:
-    """A published entry that a mesh resembles, how sure that is, and by which text."""
+class Resemblance:
+    """A published entry that a mesh resembles, the confidence in that, and the text that names it."""
 
     asset: Asset
     confidence: float
     why: str
 
+    @property
+    def is_accepted(self) -> bool:
+        """Whether the confidence reaches `FLOOR`."""
+        return self.confidence >= FLOOR
 
-def match(catalog: Catalog, texts: Sequence[tuple[str, str]], extents: Extents) -> Match | None:
-    """Return the entry that the first telling text names, or None.
+
+def resemblance(catalog: Catalog, texts: Sequence[tuple[str, str]], extents: Extents) -> Resemblance | None:
+    """Return the entry that the first telling text names, or None; its confidence may be below `FLOOR`.
 
     Args:
         texts: (where it is from, text), most trusted first.
-        extents: sides of the bounding box in metres: nearest sizes decide among entries that fit equally well.
+        extents: sides of the bounding box in metres; among entries that fit equally well the nearest size decides.
     """
     index = _Index(catalog)
     for search in (index.named, index.headed, index.misspelt):
         for where, text in texts:
-            found, confidence, said = search(telling(text))
-            if found:
-                asset = min(found, key=lambda asset: (size_distance(asset, extents), asset.name))
-                return Match(asset, _doubted(asset, confidence, extents), f"{where} says {said!r}")
+            evidence = search(telling(text))
+            if evidence is not None:
+                alike = index.of_volume(evidence, volume_of(text))
+                asset = min(alike, key=lambda asset: (size_distance(asset, extents), asset.name))
+                confidence = _less_doubt(asset, evidence.confidence, extents)
+                return Resemblance(asset, confidence, f"{where} says {evidence.words!r}")
     return None
 
 
@@ -56,7 +67,7 @@ def size_distance(asset: Asset, extents: Extents) -> float:
     return math.dist([math.log(side) for side in ours], [math.log(max(side, 1e-9)) for side in sorted(extents)])
 
 
-def _doubted(asset: Asset, confidence: float, extents: Extents) -> float:
+def _less_doubt(asset: Asset, confidence: float, extents: Extents) -> float:
     if asset.kind == "reagent":
         return confidence  # a name tells the contents; bottles come in all sizes
     longest = max(asset.size.width, asset.size.depth, asset.size.height)
@@ -64,54 +75,80 @@ def _doubted(asset: Asset, confidence: float, extents: Extents) -> float:
     return max(confidence - SIZE_DOUBT * max(off - 1.0, 0.0), 0.1)
 
 
-Found = tuple[list[Asset], float, str]
-NOTHING: Found = ([], 0.0, "")
+@dataclass(frozen=True)
+class _Evidence:
+    """Entries that words of a text name."""
+
+    assets: list[Asset]
+    confidence: float
+    words: str
 
 
 class _Index:
+    """Names of a catalogue, whole and by their last word.
+
+    A head is the last word of a canonical name, such as flask of RoundBottomFlask. Words such as device or system are
+    none: they name nothing in particular.
+    """
+
     def __init__(self, catalog: Catalog) -> None:
         self._catalog = catalog
         self._forms: dict[str, list[Asset]] = defaultdict(list)
         self._heads: dict[str, list[Asset]] = defaultdict(list)
+        generic = {normalise(word) for word in qualifiers().descriptors}
         for asset in catalog:
             for form in surface_forms(asset):
                 self._forms[normalise(form)].append(asset)
-                if asset.kind != "reagent":
-                    self._heads[_singular(telling(form)[-1])].append(asset)
+            head = _singular(telling(asset.name)[-1])
+            if asset.kind != "reagent" and head.isalpha() and head not in generic:
+                self._heads[head].append(asset)
 
-    def named(self, words: list[str]) -> Found:
-        """Entries that the longest run of words names; a reagent only where the other words say what it is in."""
+    def named(self, words: list[str]) -> _Evidence | None:
+        """Entries that the longest run of words names.
+
+        A reagent is named only if the other words say what it is in; equipment only by the last words, because a vial
+        holder is not a vial. Amounts, materials and the like may follow.
+        """
         for length in range(min(len(words), MAX_PHRASE), 0, -1):
             for start in range(len(words) - length, -1, -1):
-                run, rest = words[start : start + length], words[:start] + words[start + length :]
+                run, before, after = words[start : start + length], words[:start], words[start + length :]
                 form = normalise("".join(run))
-                if not form or is_amount("".join(run)) or (rest and len(form) < SHORTEST and form.isascii()):
+                partial = bool(before or after)
+                if not form or is_amount("".join(run)) or (partial and len(form) < SHORTEST and form.isascii()):
                     continue
-                found = self._forms.get(form) or self._forms.get(_singular(form)) or []
-                if rest and not all(is_amount(word) or word.casefold() in CONTAINERS for word in rest):
-                    found = [asset for asset in found if asset.kind != "reagent"]
-                if found:
-                    return found, EXACT if _amounts(rest) else PHRASE, " ".join(run)
-        return NOTHING
+                named = self._forms.get(form) or self._forms.get(_singular(form)) or []
+                packed = all(is_amount(word) or word.casefold() in CONTAINERS for word in before + after)
+                assets = [
+                    asset for asset in named if (packed if asset.kind == "reagent" else all(map(_is_modifier, after)))
+                ]
+                if assets:
+                    return _Evidence(assets, EXACT if packed else PHRASE, " ".join(run))
+        return None
 
-    def headed(self, words: list[str]) -> Found:
-        """Entries whose names end with a word, the last such word first."""
-        for word in reversed(words):
-            if not is_amount(word) and (found := self._heads.get(_singular(word))):
-                return found, HEAD, word
-        return NOTHING
+    def headed(self, words: list[str]) -> _Evidence | None:
+        """Entries whose canonical names end with the last noun of the words."""
+        nouns = [word for word in words if not _is_modifier(word)]
+        assets = self._heads.get(_singular(nouns[-1])) if nouns else None
+        return _Evidence(assets, HEAD, nouns[-1]) if assets else None
 
-    def misspelt(self, words: list[str]) -> Found:
+    def misspelt(self, words: list[str]) -> _Evidence | None:
         """The entry that the search of the catalogue finds for all words together."""
         text = " ".join(word for word in words if not is_amount(word))
-        try:
-            return [self._catalog.find(text)], MISSPELT, text
-        except UnknownNameError:
-            return NOTHING
+        match = self._catalog.match(text)
+        return None if match is None else _Evidence([self._catalog.get(match.name)], MISSPELT, text)
+
+    def of_volume(self, evidence: _Evidence, millilitres: float | None) -> Iterable[Asset]:
+        """Return the entries that can hold a volume: of "centrifuge 50 ml" the centrifuge tube, not the centrifuge."""
+        if millilitres is None or any(asset.kind == "reagent" or asset.specs.volume_mL for asset in evidence.assets):
+            return evidence.assets
+        stems = tuple(asset.name for asset in evidence.assets)
+        vessels = [asset for asset in self._catalog if asset.name.startswith(stems) and asset.specs.volume_mL]
+        return vessels or evidence.assets
 
 
-def _amounts(rest: Iterable[str]) -> bool:
-    return all(is_amount(word) or word.casefold() in CONTAINERS for word in rest)
+def _is_modifier(word: str) -> bool:
+    """Return whether a word after a name leaves its meaning: amounts, materials, colours, and words such as final."""
+    return is_amount(word) or word.casefold() in NOISE or is_neutral([word])
 
 
 def _singular(word: str) -> str:

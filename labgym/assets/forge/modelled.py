@@ -1,4 +1,4 @@
-"""The semantic and domain phases by a language model: what it says is data, taken where it holds up."""
+"""The semantic and domain phases by a language model: its answer is data, and only valid parts of it are used."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from labgym.assets.checks import MIN_TEXT
 from labgym.assets.forge.caption import write_caption
 from labgym.assets.forge.facts import Facts
 from labgym.assets.forge.record import Share, origin
-from labgym.assets.forge.semantic import Draft, free_name
+from labgym.assets.forge.semantic import EntryDraft, free_name
 from labgym.assets.model import Hazards, Kind
 from labgym.assets.search import normalise
 from labgym.documents import Record
@@ -21,10 +21,10 @@ Words = Annotated[str, Field(min_length=1, max_length=60)]
 
 
 class Described(Record):
-    """What a language model says of an object.
+    """A language model's description of an object.
 
     Attributes:
-        semantic, domain: how sure it is of name, category and words; and of the hazards.
+        semantic, domain: confidence in name, category and words; and in the hazards.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9]{1,63}$")]
@@ -41,11 +41,11 @@ class Described(Record):
 
 
 Annotator = Callable[[Mapping[str, Any], Mapping[str, Any], Sequence[bytes]], Described]
-"""Asks a model: measurements, the rules' draft and PNG views to what it says."""
+"""Asks a model for a description: takes measurements, the draft of the rules and PNG views."""
 
 
 def measured(facts: Facts) -> dict[str, Any]:
-    """Return what a model is told of a mesh: sizes in metres and the file's texts."""
+    """Return the description of a mesh for a model: sizes in metres and the file's texts."""
     size = facts.size
     return {
         "file": facts.stem[:80],
@@ -58,71 +58,69 @@ def measured(facts: Facts) -> dict[str, Any]:
     }
 
 
-def drafted(draft: Draft) -> dict[str, Any]:
-    """Return what a model is told of the rules' draft."""
+def drafted(draft: EntryDraft) -> dict[str, Any]:
+    """Return the draft of the rules for a model."""
     names = ("name", "kind", "category", "subtype", "synonyms_en", "synonyms_zh", "description", "caption")
-    found = {name: draft.fields[name] for name in names}
-    return {**found, "hazards": draft.fields["hazards"].model_dump()}
+    return {**{name: draft.fields[name] for name in names}, "hazards": draft.fields["hazards"].model_dump()}
 
 
-def take(said: Described, facts: Facts, draft: Draft) -> None:
-    """Put what a model says into a draft, as sure as it says it is.
+def take(answer: Described, facts: Facts, draft: EntryDraft) -> None:
+    """Put the answer of a model into a draft, with the confidence that it states.
 
-    The rules keep what a model cannot know: a reagent's chemistry and flags come from the chemistry base, and a model
-    can make nothing a reagent, nor a reagent something else; heat has a class of the entry that it resembles.
+    The rules keep what a model cannot know: a reagent's chemistry and flags come from the chemistry base, a model can
+    neither make an object a reagent nor a reagent something else, and the heat class is that of the resembled entry.
     """
-    chemical = "reagent" in (said.kind, draft.fields["kind"])
-    semantic = origin("model", confidence=said.semantic)
-    if chemical and said.kind != draft.fields["kind"]:
-        draft.notes.append(f"the model takes it for {said.kind} {said.category}; the rules' kind is kept")
+    chemical = "reagent" in (answer.kind, draft.fields["kind"])
+    semantic = origin("model", confidence=answer.semantic)
+    if chemical and answer.kind != draft.fields["kind"]:
+        draft.notes.append(f"the model calls it {answer.kind} {answer.category}; the kind by rules is used")
     elif not chemical:
-        for name, value in (("kind", said.kind), ("category", said.category), ("subtype", said.subtype)):
+        for name, value in (("kind", answer.kind), ("category", answer.category), ("subtype", answer.subtype)):
             draft.put(name, value, semantic)
-        _place(said, facts, draft)
-        _hazards(said, facts, draft)
-    if facts.given_name is None and not chemical:
-        draft.put("name", free_name(facts, said.name[:54], draft.fields["kind"]), semantic)
-    for name, texts in (("synonyms_en", said.synonyms_en), ("synonyms_zh", said.synonyms_zh)):
-        kept = _new(texts, facts, draft.fields[name])
-        if len(kept) > len(draft.fields[name]):
-            draft.put(name, kept, semantic)
-    told = (
-        said.description if len(said.description) >= MIN_TEXT else f"{said.description} {draft.fields['description']}"
-    )
-    draft.put("description", told, semantic)
+        _place(answer, facts, draft)
+        _hazards(answer, facts, draft)
+    if facts.chosen_name is None and not chemical:
+        draft.put("name", free_name(facts, answer.name[:54], draft.fields["kind"]), semantic)
+    for name, texts in (("synonyms_en", answer.synonyms_en), ("synonyms_zh", answer.synonyms_zh)):
+        synonyms = _extended(draft.fields[name], texts, facts)
+        if len(synonyms) > len(draft.fields[name]):
+            draft.put(name, synonyms, semantic)
+    short = len(answer.description) < MIN_TEXT
+    text = f"{answer.description} {draft.fields['description']}" if short else answer.description
+    draft.put("description", text, semantic)
     write_caption(draft)
-    draft.put("caption", f"{said.caption.rstrip('. ')}. {draft.fields['caption']}", semantic)
+    draft.put("caption", f"{answer.caption.rstrip('. ')}. {draft.fields['caption']}", semantic)
 
 
-def _place(said: Described, facts: Facts, draft: Draft) -> None:
-    """Place it as the published entries of that kind, category and subtype are."""
-    alike = [a for a in facts.published if (a.kind, a.category, a.subtype) == (said.kind, said.category, said.subtype)]
+def _place(answer: Described, facts: Facts, draft: EntryDraft) -> None:
+    """Place the object as the published entries of that kind, category and subtype are placed."""
+    alike = [a for a in facts.catalog if (a.kind, a.category, a.subtype) == (answer.kind, answer.category, answer.subtype)]
     if alike and facts.like not in alike:
         near = alike[0]
-        source = origin("catalogue", f"as {near.name}", said.semantic)
+        source = origin("catalogue", f"as {near.name}", answer.semantic)
         draft.put("placing", near.placing, source)
         draft.put("clearance", near.clearance, source)
         draft.put("mount_height", near.mount_height, source)
         draft.fields.pop("surfaces", None)
 
 
-def _hazards(said: Described, facts: Facts, draft: Draft) -> None:
-    flags = said.hazards.model_dump()
+def _hazards(answer: Described, facts: Facts, draft: EntryDraft) -> None:
+    flags = answer.hazards.model_dump()
     if draft.fields["category"] == "glassware":
         flags["glass_container"] = True
     if flags["heat_source"]:
         heats = facts.like.heat_class if facts.like and facts.like.heat_class else "instrument"
-        draft.put("heat_class", heats, origin("model", confidence=said.domain))
+        draft.put("heat_class", heats, origin("model", confidence=answer.domain))
     else:
         draft.fields.pop("heat_class", None)
     draft.fields["hazards"] = Hazards(**flags)
-    draft.origins |= {f"hazards.{flag}": origin("model", confidence=said.domain) for flag in flags}
+    draft.origins |= {f"hazards.{flag}": origin("model", confidence=answer.domain) for flag in flags}
 
 
-def _new(said: Sequence[str], facts: Facts, ours: tuple[str, ...]) -> tuple[str, ...]:
-    """Return our synonyms with those of a model that are no published entry's."""
-    found = {normalise(text): text for text in ours}
-    for text in said[:MAX_SYNONYMS]:
+def _extended(synonyms: tuple[str, ...], texts: Sequence[str], facts: Facts) -> tuple[str, ...]:
+    """Return synonyms with those texts of a model that are not names of a published entry."""
+    forms = {normalise(text): text for text in synonyms}
+    for text in texts[:MAX_SYNONYMS]:
         if normalise(text) and normalise(text) not in facts.taken:
-            found.setdefault(normalise(text), text)
-    return tuple(found.values())
+            forms.setdefault(normalise(text), text)
+    return tuple(forms.values())

@@ -1,4 +1,4 @@
-"""What the annotation engine records beside an asset: where each field comes from and how sure it is."""
+"""The record of an annotation: the origin of each field of an asset, and the confidence in it."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ CONFIDENCE: dict[How, float] = {
     "model": 0.7,
     "default": 0.2,
 }
-"""How sure a field is by where it comes from, where nothing more particular is known."""
+"""Confidence in a field by its origin, unless something more specific is known."""
 
 
 class Origin(Record):
-    """Where a field of an asset comes from.
+    """Origin of a field of an asset.
 
     Attributes:
         how: file (its texts or metadata), measured (geometry), catalogue (a published entry that it resembles), rule
@@ -37,23 +37,24 @@ class Origin(Record):
 
 
 def origin(how: How, why: str = "", confidence: float | None = None) -> Origin:
-    """Return an origin with the confidence that is usual for it, unless told."""
+    """Return an origin, by default with the confidence that is usual for it."""
     return Origin(how=how, why=why, confidence=round(CONFIDENCE[how] if confidence is None else confidence, 3))
 
 
 class Source(Record):
-    """The file that was added, and how it was read; equal sources give equal assets."""
+    """The file that was added and how it was read; equal sources give equal assets."""
 
     file: str
     sha256: str
     source_unit: str
     unit_from: str
     up_axis: str
+    up_from: str = ""
     options: dict[str, str] = Field(default_factory=dict)
 
 
 class Physical(Record):
-    """What was measured, metres and cubic metres; volume is given for closed meshes alone."""
+    """Measurements in metres and cubic metres; only closed meshes have a volume."""
 
     short: float
     long: float
@@ -70,9 +71,9 @@ class Annotation(Document):
     """How an imported asset was annotated.
 
     Attributes:
-        resembles: the published entry that most was taken from, if any.
+        resembles: the published entry that most fields are taken from, if any.
         fields: origin of each field of the asset, by its name; hazards one by one as `hazards.<flag>`.
-        notes: what a user should look at.
+        notes: what the user should check.
     """
 
     SCHEMA: ClassVar[str] = "labgym.annotation/1"

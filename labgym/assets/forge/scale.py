@@ -1,15 +1,22 @@
-"""Sizes that cannot be right, with the unit that was most likely meant."""
+"""Sizes that cannot be right, with the unit or the scale that was most likely meant."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 from labgym.assets.catalog import Catalog
 from labgym.assets.forge.facts import standing
-from labgym.assets.forge.matching import Match, size_distance
+from labgym.assets.forge.matching import Extents, Resemblance, size_distance
+from labgym.assets.forge.naming import volume_of
 from labgym.assets.meshes import UNITS, MeshError, MeshFile
+from labgym.assets.model import Asset
 from labgym.assets.sizes import Bounds, bounds_of
 
 SPREAD = 4.0
 """The longest side may be this many times beyond those of the published entries of the same subtype."""
+HOLDS = (0.7, 30.0)
+"""Volume of the bounding box of a vessel or bottle over the volume in its name, least and greatest."""
 UNIT_NAMES = {
     "m": "metres",
     "dm": "decimetres",
@@ -20,35 +27,65 @@ UNIT_NAMES = {
     "ft": "feet",
     "yd": "yards",
 }
+COMMON_UNITS = ("mm", "m", "cm", "in", "um")
+"""Units in which models are drawn; only these are suggested."""
 
 
-def check_scale(catalog: Catalog, file: MeshFile, match: Match | None) -> None:
-    """Check that a mesh is of a size that its category allows and, unless the unit was named, of that of its like.
+@dataclass(frozen=True)
+class _Limits:
+    """What a mesh may measure.
+
+    Attributes:
+        allowed: sides, by category. usual: longest side, by the entries of the same subtype, or None.
+        volume: of the bounding box, m3, by the volume in the name, or None.
+    """
+
+    allowed: Bounds
+    usual: Bounds | None
+    volume: tuple[float, float] | None
+
+    def admit(self, sides: Extents) -> bool:
+        """Return whether sides in metres are within all limits."""
+        within = all(self.allowed.least <= side <= self.allowed.greatest for side in sides)
+        box = sides[0] * sides[1] * sides[2]
+        return (
+            within
+            and (self.usual is None or self.usual.least <= max(sides) <= self.usual.greatest)
+            and (self.volume is None or self.volume[0] <= box <= self.volume[1])
+        )
+
+
+def check_scale(catalog: Catalog, file: MeshFile, stem: str, nearest: Resemblance | None) -> None:
+    """Check that a mesh has a size that its category allows and, unless the user named the unit, a usual one.
+
+    Args:
+        stem: name of the file, which may give a volume.
+        nearest: the entry that the mesh resembles; it counts even below the floor of confidence if only its size
+            speaks against it, so that a wrong unit is reported rather than a wrong category.
 
     Raises:
-        MeshError: it is not; names the unit that was likely meant.
+        MeshError: it has not; names the unit or the scale that was likely meant.
     """
     low, high = file.bounds
-    width, depth, height = (float(side) for side in high - low)
-    sides = (width, depth, height)
-    like = match.asset if match else None
+    sides = (float(high[0] - low[0]), float(high[1] - low[1]), float(high[2] - low[2]))
+    like = nearest.asset if nearest else None
     kind, category, placing = standing(like, sides)
     gas = bool(like and like.chemistry and like.chemistry.state == "gas")
-    allowed, usual = bounds_of(kind, category, placing, gas), _usual(catalog, match)
-    if _fits(sides, allowed, usual if file.unit_from != "option" else None):
+    allowed = bounds_of(kind, category, placing, gas)
+    limits = _Limits(allowed, _usual(catalog, like), _volume(like, stem))
+    if (_Limits(allowed, None, None) if file.unit_from == "option" else limits).admit(sides):
         return
     shown = " x ".join(f"{side:.3g}" for side in sides)
-    what = f"{category} ({match.why}, like {match.asset.name})" if match else f"{kind} of category {category}"
-    limits = usual if _fits(sides, allowed, None) and usual else allowed
-    expected = f"expected {limits.least:.3g} to {limits.greatest:.3g} m for a {what}"
-    raise MeshError(file.path, f"measures {shown} m, {expected}; {_remedy(file, sides, allowed, usual, match)}")
+    what = f"{category} ({nearest.why}, like {nearest.asset.name})" if nearest else f"{kind} of category {category}"
+    range_ = limits.usual if limits.usual and _Limits(allowed, None, None).admit(sides) else allowed
+    expected = f"expected {range_.least:.3g} to {range_.greatest:.3g} m for a {what}"
+    raise MeshError(file.path, f"measures {shown} m, {expected}; {_remedy(file, sides, limits, like)}")
 
 
-def _usual(catalog: Catalog, match: Match | None) -> Bounds | None:
+def _usual(catalog: Catalog, like: Asset | None) -> Bounds | None:
     """Return bounds of the longest side by the published entries of the same subtype; None for reagents."""
-    if match is None or match.asset.kind == "reagent":
+    if like is None or like.kind == "reagent":
         return None
-    like = match.asset
     longest = [
         max(asset.size.width, asset.size.depth, asset.size.height)
         for asset in catalog
@@ -57,23 +94,33 @@ def _usual(catalog: Catalog, match: Match | None) -> Bounds | None:
     return Bounds(min(longest) / SPREAD, max(longest) * SPREAD)
 
 
-def _fits(sides: tuple[float, ...], allowed: Bounds, usual: Bounds | None) -> bool:
-    within = all(allowed.least <= side <= allowed.greatest for side in sides)
-    return within and (usual is None or usual.least <= max(sides) <= usual.greatest)
+def _volume(like: Asset | None, stem: str) -> tuple[float, float] | None:
+    millilitres = volume_of(stem)
+    if millilitres is None or like is None or like.specs.volume_mL is None:
+        return None
+    return HOLDS[0] * millilitres * 1e-6, HOLDS[1] * millilitres * 1e-6
 
 
-def _remedy(
-    file: MeshFile, sides: tuple[float, float, float], allowed: Bounds, usual: Bounds | None, match: Match | None
-) -> str:
+def _remedy(file: MeshFile, sides: Extents, limits: _Limits, like: Asset | None) -> str:
+    units = list(_fitting_units(file, sides, limits))
+    if units:
+        unit = min(units, key=lambda unit: size_distance(like, _in_unit(file, sides, unit))) if like else units[0]
+        read = UNIT_NAMES.get(file.source_unit, file.source_unit)
+        return f"looks like {UNIT_NAMES[unit]} read as {read} ({file.unit_from}): --unit {unit}"
+    if like is None:
+        return "no common unit makes it fit: give --scale, or --like with the published entry that it is a model of"
+    longest = max(like.size.width, like.size.depth, like.size.height)
+    scale = float(f"{longest / max(sides):.2g}")
+    as_long = f"its longest side {scale * max(sides):.2g} m, as of {like.name}"
+    return f"no common unit makes it fit: --scale {scale:g} makes {as_long}; --like names another entry"
+
+
+def _fitting_units(file: MeshFile, sides: Extents, limits: _Limits) -> Iterator[str]:
+    return (unit for unit in COMMON_UNITS if limits.admit(_in_unit(file, sides, unit)))
+
+
+def _in_unit(file: MeshFile, sides: Extents, unit: str) -> Extents:
+    """Return the sides as they would be if the file were in another unit."""
     read = UNITS.get(file.source_unit) or float(file.source_unit.split()[0])
-    right: list[tuple[float, str]] = []
-    for unit, metres in UNITS.items():
-        width, depth, height = (side * metres / read for side in sides)
-        if _fits((width, depth, height), allowed, usual):
-            off = size_distance(match.asset, (width, depth, height)) if match else float(len(right))
-            right.append((off, unit))
-    if not right:
-        return "no unit makes it fit: name the published entry that it is with --like, or mend the model"
-    unit = min(right)[1]
-    meant = UNIT_NAMES.get(file.source_unit, file.source_unit)
-    return f"looks like {UNIT_NAMES[unit]} read as {meant} ({file.unit_from}): --unit {unit}"
+    width, depth, height = (side * UNITS[unit] / read for side in sides)
+    return width, depth, height

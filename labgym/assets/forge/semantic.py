@@ -1,4 +1,4 @@
-"""The semantic phase by rules: name, kind, category, subtype, synonyms and description, and how they place it."""
+"""The semantic phase by rules: name, kind, category, subtype, synonyms and description, and how the object stands."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Any
 
 from labgym.assets.checks import DENSITY
 from labgym.assets.forge.facts import Facts, standing, top_surface
+from labgym.assets.forge.naming import as_words, camel, is_amount, telling, volume_of
 from labgym.assets.forge.record import Origin, origin
-from labgym.assets.forge.words import camel, is_amount, number_of, spoken, telling
 from labgym.assets.model import Kind, Size
 from labgym.assets.search import normalise
 from labgym.assets.specs import Specifications
 
 VESSEL = "vessel"
 BULK = 300.0
-"""Mass over bounding box of what is unknown, kg/m3."""
+"""Mass over bounding box of an unknown object, kg/m3."""
 HEAVIEST = 5000.0
 INHERITED = (
     *("heating_C", "cooling_C", "flame_C", "rotation_rpm", "power_W", "ultimate_mbar", "water_L_min"),
@@ -23,55 +23,51 @@ INHERITED = (
 )
 """Specifications that a device shares with the entry that it resembles, whatever its size."""
 OF_WARE = ("withstands_C",)
-"""Those that ware shares where it is of the same material."""
-_MILLILITRES = {"ml": 1.0, "l": 1000.0}
+"""Specifications that ware shares with an entry of the same material."""
 
 
 @dataclass
-class Draft:
-    """Fields of an asset under way, where each comes from, and what a user should look at."""
+class EntryDraft:
+    """Fields of an entry that is being annotated, the origin of each, and notes for the user."""
 
     fields: dict[str, Any] = field(default_factory=dict)
     origins: dict[str, Origin] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def put(self, name: str, value: Any, source: Origin) -> None:
-        """Set a field."""
+        """Set a field and its origin."""
         self.fields[name], self.origins[name] = value, source
 
 
-def semantic(facts: Facts) -> Draft:
-    """Return a draft with everything but hazards and caption."""
-    draft = Draft()
+def semantic(facts: Facts) -> EntryDraft:
+    """Return a draft with all fields except hazards and caption."""
+    draft = EntryDraft()
     _classify(facts, draft)
     _name(facts, draft)
     _synonyms(facts, draft)
     _place(facts, draft)
     _specify(facts, draft)
     draft.put("size", _rounded(facts.size), origin("measured"))
-    draft.put(
-        "mass",
-        _mass(facts),
-        origin("catalogue", f"{facts.like.name}, by volume", 0.4) if facts.like else origin("default"),
-    )
+    by_volume = origin("catalogue", f"{facts.like.name}, by volume", 0.4) if facts.like else origin("default")
+    draft.put("mass", _mass(facts), by_volume)
     draft.put("description", description(facts, draft), origin("rule"))
     return draft
 
 
-def description(facts: Facts, draft: Draft) -> str:
-    """Return a sentence of what was measured and, where it resembles an entry, what that is."""
+def description(facts: Facts, draft: EntryDraft) -> str:
+    """Return a sentence with the measurements and, if the object resembles an entry, that entry's description."""
     size, like = facts.size, facts.like
-    made = f" of {' and '.join(facts.substances)}" if facts.substances else ""
+    material = f" of {' and '.join(facts.substances)}" if facts.substances else ""
     box = " x ".join(f"{1000.0 * side:.0f}" for side in (size.width, size.depth, size.height))
-    first = f"{spoken(draft.fields['name']).capitalize()}{made}, {box} mm, imported from a mesh."
-    return f"{first} Like {spoken(like.name)}: {like.description}" if like else first
+    first = f"{as_words(draft.fields['name']).capitalize()}{material}, {box} mm, imported from a mesh."
+    return f"{first} Like {as_words(like.name)}: {like.description}" if like else first
 
 
-def _classify(facts: Facts, draft: Draft) -> None:
-    like, size = facts.like, facts.size
+def _classify(facts: Facts, draft: EntryDraft) -> None:
+    like, size, nearest = facts.like, facts.size, facts.resemblance
     kind, category, placing = standing(like, (size.width, size.depth, size.height))
-    if facts.match and like:
-        source = origin("catalogue", f"{facts.match.why}, like {like.name}", facts.match.confidence)
+    if like and nearest:
+        source = origin("catalogue", f"{nearest.why}, like {like.name}", nearest.confidence)
         subtype = like.subtype
         if category == "glassware" and facts.substances and "glass" not in facts.substances:
             category, source = "plasticware", origin("rule", f"made of {', '.join(facts.substances)}", 0.6)
@@ -79,30 +75,36 @@ def _classify(facts: Facts, draft: Draft) -> None:
         category, subtype, source = "glassware", VESSEL, origin("rule", "made of glass, nothing names it", 0.3)
     else:
         subtype, source = "other", origin("default", "by size alone")
-        draft.notes.append("nothing in the file says what it is; name it with --like, or describe it with --model")
+        draft.notes.append(_unnamed(facts, f"{kind}, {category}"))
     for name, value in (("kind", kind), ("category", category), ("subtype", subtype), ("placing", placing)):
         draft.put(name, value, source)
 
 
-def _name(facts: Facts, draft: Draft) -> None:
-    if facts.given_name:
-        draft.put("name", facts.given_name, origin("file", "chosen by the user", 1.0))
+def _unnamed(facts: Facts, what: str) -> str:
+    nearest = facts.resemblance
+    doubt = f" (closest: {nearest.asset.name}, confidence {nearest.confidence:.2f})" if nearest else ""
+    return f"its texts name no entry of the catalogue{doubt}: entered as {what} by size alone; give --like or --model"
+
+
+def _name(facts: Facts, draft: EntryDraft) -> None:
+    if facts.chosen_name:
+        draft.put("name", facts.chosen_name, origin("file", "chosen by the user", 1.0))
         return
     parts = telling(facts.label)
     amounts = [part for part in parts if is_amount(part)]
-    named = camel([part for part in parts if not is_amount(part)])
+    words = camel([part for part in parts if not is_amount(part)])
     source = origin("file", f"from {facts.label!r}"[:80])
-    if facts.like and (facts.like.kind == "reagent" or len(named) < 2):
-        named, source = facts.like.name, origin("catalogue", f"like {facts.like.name}", 0.7)
-    name = named + camel(["x", *amounts])[1:] if len(named) > 1 else f"Object{facts.digest[:8].upper()}"
+    if facts.like and (facts.like.kind == "reagent" or len(words) < 2):
+        words, source = facts.like.name, origin("catalogue", f"like {facts.like.name}", 0.7)
+    name = words + camel(["x", *amounts])[1:] if len(words) > 1 else f"Object{facts.digest[:8].upper()}"
     draft.put("name", free_name(facts, name, draft.fields["kind"]), source)
 
 
-def _synonyms(facts: Facts, draft: Draft) -> None:
+def _synonyms(facts: Facts, draft: EntryDraft) -> None:
     name, like = draft.fields["name"], facts.like
     taken = facts.taken
-    words = [spoken(name)] + [text for text in (facts.stem, facts.file.name) if text.isascii()]
-    english = _untaken(words, taken) or (f"imported {spoken(name)}",)
+    words = [as_words(name)] + [text for text in (facts.stem, facts.file.name) if text.isascii()]
+    english = _untaken(words, taken) or (f"imported {as_words(name)}",)
     draft.put("synonyms_en", english, origin("file", "names in the file", 0.5))
     chinese = [text for text in (facts.stem, facts.file.name) if not text.isascii()]
     source = origin("file", "names in the file", 0.5)
@@ -115,23 +117,23 @@ def _synonyms(facts: Facts, draft: Draft) -> None:
 
 
 def free_name(facts: Facts, name: str, kind: Kind) -> str:
-    """Return a name that is no published entry's and no synonym of one, with a suffix where it would be."""
+    """Return a name that is not a name or synonym of another entry, with a suffix if it would be."""
     if normalise(name) in facts.taken:
         name += "Bottle" if kind == "reagent" else "Mesh"
     return name + facts.digest[:6].upper() if normalise(name) in facts.taken else name
 
 
 def _untaken(texts: list[str], taken: frozenset[str]) -> tuple[str, ...]:
-    """Return texts that no published entry is called by, each spelling once."""
-    kept: dict[str, str] = {}
+    """Return the texts that are not names of another entry, each spelling once."""
+    free: dict[str, str] = {}
     for text in texts:
         form = normalise(text)
         if form and form not in taken:
-            kept.setdefault(form, text[:60])
-    return tuple(kept.values())
+            free.setdefault(form, text[:60])
+    return tuple(free.values())
 
 
-def _place(facts: Facts, draft: Draft) -> None:
+def _place(facts: Facts, draft: EntryDraft) -> None:
     like = facts.like
     if like is None:
         return
@@ -144,30 +146,30 @@ def _place(facts: Facts, draft: Draft) -> None:
         if surface is not None:
             draft.put("surfaces", (surface,), origin("measured", "a flat top"))
         else:
-            draft.notes.append("its top is not flat, so that nothing can stand on it")
+            draft.notes.append("its top is not flat, so nothing can stand on it")
     if like.cavity is not None:
-        draft.notes.append("its inside is not measured: it is solid and holds nothing")
+        draft.notes.append("its inside is not measured: the asset is solid and holds nothing")
 
 
-def _specify(facts: Facts, draft: Draft) -> None:
-    """What the name says it holds, and of an entry that it resembles what does not depend on size."""
-    like, given = facts.like, {}
+def _specify(facts: Facts, draft: EntryDraft) -> None:
+    """Set the specifications: the volume in the name, and those of the resembled entry that do not depend on size."""
+    like = facts.like
+    specs: dict[str, Any] = {}
     source = origin("default")
     if like is not None and like.kind != "reagent":
         same = like.category == draft.fields["category"]
-        given = {name: value for name, value in like.specs.given() if name in INHERITED or (same and name in OF_WARE)}
+        specs = {name: value for name, value in like.specs.items() if name in INHERITED or (same and name in OF_WARE)}
         source = origin("catalogue", f"like {like.name}", 0.6)
-    found = [number_of(part) for part in telling(facts.label)]
-    volumes = [value * _MILLILITRES[unit] for value, unit in filter(None, found) if unit in _MILLILITRES]
-    if volumes and draft.fields["kind"] != "facility":
-        given["pack_mL" if draft.fields["kind"] == "reagent" else "capacity_mL"] = volumes[0]
+    volume = volume_of(facts.label)
+    if volume and draft.fields["kind"] != "facility":
+        specs["pack_mL" if draft.fields["kind"] == "reagent" else "capacity_mL"] = volume
         source = origin("file", f"from {facts.label!r}"[:80])
-    if given:
-        draft.put("specs", Specifications.model_validate(given), source)
+    if specs:
+        draft.put("specs", Specifications.model_validate(specs), source)
 
 
 def _rounded(size: Size) -> Size:
-    """To a micrometre: files hold single precision."""
+    """Return a size rounded to a micrometre: files hold single precision."""
     return Size(width=round(size.width, 6), depth=round(size.depth, 6), height=round(size.height, 6))
 
 

@@ -1,4 +1,4 @@
-"""What is read from a mesh file, what becomes of it in the physical phase, and how much of it is accepted."""
+"""Meshes as read from a file and as physical bodies, and the limits of what is accepted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Points = NDArray[np.float64]
 Faces = NDArray[np.int64]
 Rgba = tuple[float, float, float, float]
 Axis = Literal["X", "Y", "Z"]
-UnitSource = Literal["file metadata", "option", "format default"]
+OptionSource = Literal["file metadata", "option", "format default"]
 
 MAX_METADATA, MAX_TEXT = 32, 200
 
@@ -40,7 +40,7 @@ class Limits:
     Attributes:
         bytes: of the file, and of all files that a USD stage is composed of. vertices, faces, parts: of the mesh with
             all its instances. layers, prims, depth: of a USD stage; depth also of a glTF's nodes.
-        seconds, memory: wall-clock time and bytes that the process that reads USD or GLB may take.
+        seconds, memory: wall-clock time and bytes that a process for reading USD or for decomposition may take.
     """
 
     bytes: int = 256 * 1024**2
@@ -79,14 +79,15 @@ class RawMesh:
     """Parts in a file's own unit and axes, with its instances and transforms applied.
 
     Attributes:
-        unit: metres per unit as the file says, None where it does not. up_axis: as the file or its format says.
+        unit: metres per unit by the file, None if it does not say. up_axis: by the file or the standard of its format,
+            None if neither says.
         metadata: at most 32 texts of at most 200 characters.
     """
 
     parts: tuple[MeshPart, ...]
     name: str
     unit: float | None
-    up_axis: Axis
+    up_axis: Axis | None
     metadata: dict[str, str] = field(default_factory=dict)
 
 
@@ -97,16 +98,20 @@ class MeshFile:
     Attributes:
         parts: bodies with vertices in metres.
         name: what the file calls its object, else the file's stem. path: the file as it was named.
-        source_unit: name of the file's unit, or "N m" for one without a name. unit_from: who said so.
-        up_axis: the file's own. metadata: at most 32 texts of at most 200 characters; untrusted.
+        source_unit: name of the file's unit, or "N m" for one without a name. unit_from: where the unit is from.
+        up_axis: the file's own vertical axis. up_from: where it is from.
+        scale: additional factor that was applied.
+        metadata: at most 32 texts of at most 200 characters; untrusted.
     """
 
     parts: tuple[MeshPart, ...]
     name: str
     path: str
     source_unit: str
-    unit_from: UnitSource
+    unit_from: OptionSource
     up_axis: Axis
+    up_from: OptionSource
+    scale: float = 1.0
     metadata: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -129,7 +134,7 @@ class PhysicalMesh:
         watertight: whether every part is closed and consistently wound.
         volume: of the parts together in cubic metres, overlaps counted twice; None where not watertight.
         convex: (vertices (n, 3), faces (m, 3)) of convex bodies that together stand for the mesh in collisions.
-        decomposed_by: how they were made.
+        decomposed_by: how they were made. note: why decomposition fell back to hulls, else "".
     """
 
     name: str
@@ -139,6 +144,7 @@ class PhysicalMesh:
     volume: float | None
     convex: tuple[tuple[Points, Faces], ...]
     decomposed_by: Literal["coacd", "convex hull"]
+    note: str = ""
 
 
 def bounded_metadata(pairs: dict[str, object]) -> dict[str, str]:

@@ -63,19 +63,19 @@ def read_obj(path: Path, content: bytes, limits: Limits = LIMITS) -> RawMesh:
         except ValueError as error:
             raise MeshError(path, f"line {number}: {error}; expected a Wavefront OBJ file") from None
         if len(vertices) > limits.vertices or faces > limits.faces:
-            wanted = f"{limits.vertices} vertices and {limits.faces} faces"
-            raise MeshError(path, f"has more than {wanted}; simplify the mesh")
+            most = f"{limits.vertices} vertices and {limits.faces} faces"
+            raise MeshError(path, f"has more than {most}; simplify the mesh")
     points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     parts = [_part(path, points, key, group, colors) for key, group in groups.items()]
-    return RawMesh(tuple(parts), title or path.stem, None, "Y", bounded_metadata({"title": title}))
+    return RawMesh(tuple(parts), title or path.stem, None, None, bounded_metadata({"title": title}))
 
 
 def _index(token: str, count: int) -> int:
     """Return the zero-based vertex of a corner such as "7", "7/1/2" or "-1"."""
-    given = int(token.partition("/")[0])
-    index = given - 1 if given > 0 else count + given
-    if given == 0 or not 0 <= index < count:
-        raise ValueError(f"corner {given} names no vertex, {count} are defined before it")
+    number = int(token.partition("/")[0])
+    index = number - 1 if number > 0 else count + number
+    if number == 0 or not 0 <= index < count:
+        raise ValueError(f"corner {number} names no vertex, {count} are defined before it")
     return index
 
 
@@ -92,25 +92,28 @@ def _part(path: Path, points: np.ndarray, key: tuple[str, str], group: _Group, c
 def _colors(path: Path, name: str) -> dict[str, Rgba]:
     """Return diffuse colour and opacity of each material of an MTL file in the same folder, or nothing."""
     library = path.parent / name
-    if Path(name).name != name or not library.is_file() or library.resolve().parent != path.resolve().parent:
+    try:
+        if Path(name).name != name or not library.is_file() or library.resolve().parent != path.resolve().parent:
+            return {}
+        with library.open("rb") as stream:
+            text = stream.read(MAX_MTL_BYTES).decode("utf-8", "replace")
+    except OSError:  # a name that the file system does not take, or a file that cannot be read: no colours
         return {}
-    with library.open("rb") as stream:
-        text = stream.read(MAX_MTL_BYTES).decode("utf-8", "replace")
-    found: dict[str, Rgba] = {}
+    materials: dict[str, Rgba] = {}
     current = ""
     for line in text.splitlines():
         keyword, _, rest = line.strip().partition(" ")
         values = rest.split()
         if keyword == "newmtl":
             current = printable(rest)
-            found[current] = (0.8, 0.8, 0.8, 1.0)
+            materials[current] = (0.8, 0.8, 0.8, 1.0)
         elif current and keyword == "Kd" and len(values) >= 3:
             red, green, blue = (_share(value) for value in values[:3])
-            found[current] = (red, green, blue, found[current][3])
+            materials[current] = (red, green, blue, materials[current][3])
         elif current and keyword in ("d", "Tr") and values:
             share = _share(values[-1])
-            found[current] = (*found[current][:3], share if keyword == "d" else 1.0 - share)
-    return found
+            materials[current] = (*materials[current][:3], share if keyword == "d" else 1.0 - share)
+    return materials
 
 
 def _share(text: str) -> float:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydantic import ValidationError
 
-from labgym.assets.meshes.convex import decompose as decomposed
-from labgym.assets.meshes.convex import hull
+from labgym.assets.meshes.convex import Decomposition, decompose, hull
 from labgym.assets.meshes.model import Axis, MeshError, MeshFile, MeshPart, PhysicalMesh, Points
 from labgym.assets.meshes.reading import TO_Z_UP
 from labgym.assets.model import Size
@@ -21,16 +20,16 @@ DIRECTIONS: dict[str, tuple[float, float, float]] = {
     "-z": (0.0, 0.0, -1.0),
 }
 FRONTS: dict[Axis, str] = {"X": "+z", "Y": "+z", "Z": "+y"}
-"""Where a file's front looks unless told: as glTF has it with y up, as labgym's own files have it with z up."""
+"""Direction of the front by default: as in glTF with y up, as in labgym's own files with z up."""
 
 
-def normalise(mesh: MeshFile, front: str | None = None, decompose: bool = True) -> PhysicalMesh:
+def normalise(mesh: MeshFile, front: str | None = None, hulls_only: bool = False) -> PhysicalMesh:
     """Return a mesh in an asset's frame: front along +y, origin at the centre of the bottom face, with its physics.
 
     Args:
-        mesh: what `read_mesh` returned.
-        front: where the front looks, in the file's own axes: "+x", "-x", ... "-z".
-        decompose: False takes the convex hull of each part, without coacd.
+        mesh: returned by `read_mesh`.
+        front: direction of the front in the file's own axes: "+x", "-x", ... "-z".
+        hulls_only: take the convex hull of each part, without coacd.
 
     Raises:
         MeshError: the bounding box is flat or beyond the 10 m of an asset, or the front looks up or down.
@@ -50,9 +49,12 @@ def normalise(mesh: MeshFile, front: str | None = None, decompose: bool = True) 
     )
     closed = [trimesh.Trimesh(part.vertices, part.faces) for part in parts]
     watertight = all(body.is_watertight and body.is_winding_consistent for body in closed)
-    convex, by = decomposed(parts) if decompose else (tuple(hull(part.vertices) for part in parts), "convex hull")
+    if hulls_only:
+        bodies = Decomposition(tuple(hull(part.vertices) for part in parts), "convex hull")
+    else:
+        bodies = decompose(parts)
     volume = float(sum(abs(body.volume) for body in closed)) if watertight else None
-    return PhysicalMesh(mesh.name, parts, size, watertight, volume, convex, by)
+    return PhysicalMesh(mesh.name, parts, size, watertight, volume, bodies.bodies, bodies.method, bodies.note)
 
 
 def _heading(mesh: MeshFile, front: str) -> Points:
@@ -74,4 +76,5 @@ def _size(mesh: MeshFile, extents: Points) -> Size:
         shown = f"{width:.4g} x {depth:.4g} x {height:.4g} m"
         read = f"read in {mesh.source_unit} ({mesh.unit_from})"
         problem = f"measures {shown}, {read}; expected each side above 0 and at most 10 m"
-        raise MeshError(mesh.path, f"{problem}: name the right unit or give the model a thickness") from None
+        remedy = "give --unit or --scale, or give the model a thickness"
+        raise MeshError(mesh.path, f"{problem}: {remedy}") from None

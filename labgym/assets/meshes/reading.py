@@ -16,18 +16,22 @@ from labgym.assets.meshes.model import (
     MeshError,
     MeshFile,
     MeshPart,
+    OptionSource,
     Points,
     RawMesh,
-    UnitSource,
 )
 from labgym.assets.meshes.obj import read_obj
 from labgym.assets.meshes.stl import read_stl
-from labgym.errors import UnknownNameError
+from labgym.errors import OptionError, UnknownNameError
 
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "um": 1e-6, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
 """Metres per unit."""
 DEFAULT_UNITS = {".stl": "mm", ".obj": "m", ".glb": "m", ".usd": "cm", ".usda": "cm", ".usdc": "cm", ".usdz": "cm"}
-"""What a file without a unit is taken to be in: by the standards of glTF and USD, by custom for STL and OBJ."""
+"""Unit of a file that does not name it: by the standards of glTF and USD, by custom for STL and OBJ."""
+DEFAULT_UP: dict[str, Axis] = {".stl": "Z", ".obj": "Y", ".usd": "Y", ".usda": "Y", ".usdc": "Y", ".usdz": "Y"}
+"""Vertical axis of a file that does not name it: by the standard of USD, by custom for STL and OBJ."""
+SCALES = (1e-6, 1e6)
+"""Least and greatest scale factor."""
 FORMATS = tuple(DEFAULT_UNITS)
 FAR = 1e6
 """Greatest coordinate in metres."""
@@ -41,22 +45,28 @@ TO_Z_UP: dict[Axis, Points] = {
 """Rotation from axes with that one up to z up."""
 
 
-def read_mesh(path: Path, unit: str | None = None, up: Axis | None = None, limits: Limits = LIMITS) -> MeshFile:
+def read_mesh(
+    path: Path, unit: str | None = None, up: Axis | None = None, limits: Limits = LIMITS, scale: float | None = None
+) -> MeshFile:
     """Read a USD, GLB, OBJ or STL file into metres with z up. No texture and no network address is ever opened.
 
     Args:
-        unit: name in `UNITS`; overrides what the file says.
-        up: axis that points up in the file; overrides what the file or its format says.
+        unit: name in `UNITS`; overrides the file's.
+        up: axis that points up in the file; overrides that of the file or its format.
         limits: how large a file is accepted.
+        scale: factor applied after the unit, for models drawn without a unit; within `SCALES`.
 
     Raises:
         MeshError: missing, of an unknown format, hostile, broken, without faces, or beyond the limits.
         UnknownNameError: no such unit.
+        OptionError: the scale is out of bounds.
         MissingDependencyError: a USD file, and usd-core is not installed.
     """
     path = Path(path)
     if unit is not None and unit not in UNITS:
         raise UnknownNameError("unit", unit, UNITS)
+    if scale is not None and not SCALES[0] <= scale <= SCALES[1]:
+        raise OptionError(f"scale is {scale:g}, expected {SCALES[0]:g} to {SCALES[1]:g}")
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise MeshError(path, f"files of type {suffix or 'without a suffix'!r} are not read; use {', '.join(FORMATS)}")
@@ -68,31 +78,36 @@ def read_mesh(path: Path, unit: str | None = None, up: Axis | None = None, limit
             path, f"{size} bytes, expected 1 to {limits.bytes}; " + ("export it again", "simplify it")[size > 0]
         )
     raw = _READERS[suffix](path, path.read_bytes(), limits) if suffix in _READERS else read_usd(path, limits)
-    return from_raw(path, raw, unit, up)
+    return from_raw(path, raw, unit, up, scale)
 
 
-def from_raw(path: Path, raw: RawMesh, unit: str | None = None, up: Axis | None = None) -> MeshFile:
-    """Return what a format's reader found in a file in metres with z up, after the checks that all formats share.
+def from_raw(
+    path: Path, raw: RawMesh, unit: str | None = None, up: Axis | None = None, scale: float | None = None
+) -> MeshFile:
+    """Return the mesh of a format's reader in metres with z up, after the checks that all formats share.
 
     Raises:
         MeshError: no faces, faces or vertices out of order, or a unit that makes no sense.
     """
-    scale, name, said_by = _unit(path, raw, unit, DEFAULT_UNITS[path.suffix.lower()])
-    axis = up or raw.up_axis
-    parts = tuple(_checked(path, part, scale, TO_Z_UP[axis]) for part in raw.parts if len(part.faces))
+    metres, name, unit_from = _unit(path, raw, unit, DEFAULT_UNITS[path.suffix.lower()])
+    factor = 1.0 if scale is None else scale
+    axis = up or raw.up_axis or DEFAULT_UP[path.suffix.lower()]
+    up_from: OptionSource = "option" if up else "file metadata" if raw.up_axis else "format default"
+    parts = tuple(_checked(path, part, factor * metres, TO_Z_UP[axis]) for part in raw.parts if len(part.faces))
     if not parts:
         raise MeshError(path, "has no faces; export the model's surface as a mesh")
-    return MeshFile(parts, raw.name or path.stem, str(path), name, said_by, axis, raw.metadata)
+    source: OptionSource = unit_from if scale is None else "option"
+    return MeshFile(parts, raw.name or path.stem, str(path), name, source, axis, up_from, factor, raw.metadata)
 
 
-def _unit(path: Path, raw: RawMesh, given: str | None, default: str) -> tuple[float, str, UnitSource]:
-    """Return metres per unit, the unit's name and who said so."""
-    if given is not None:
-        return UNITS[given], given, "option"
+def _unit(path: Path, raw: RawMesh, option: str | None, default: str) -> tuple[float, str, OptionSource]:
+    """Return metres per unit, the unit's name and where it is from."""
+    if option is not None:
+        return UNITS[option], option, "option"
     if raw.unit is None:
         return UNITS[default], default, "format default"
     if not (np.isfinite(raw.unit) and 1e-9 <= raw.unit <= 1e6):
-        raise MeshError(path, f"says that its unit is {raw.unit:g} m; name the right one with the option unit")
+        raise MeshError(path, f"states a unit of {raw.unit:g} m; name the right one with --unit")
     names = [name for name, scale in UNITS.items() if abs(scale - raw.unit) <= 1e-6 * scale]
     return raw.unit, names[0] if names else f"{raw.unit:g} m", "file metadata"
 

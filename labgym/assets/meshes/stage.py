@@ -46,9 +46,9 @@ def read_stage(path: Path, limits: Limits = LIMITS) -> RawMesh:
         if errors:
             more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
             problem = f"cannot be composed: {printable(errors[0])}{more}"
-            raise MeshError(path, f"{problem}; mend the reference or flatten the stage")
+            raise MeshError(path, f"{problem}; fix the reference or flatten the stage")
         unit = float(UsdGeom.GetStageMetersPerUnit(stage)) if stage.HasAuthoredMetadata("metersPerUnit") else None
-        up = str(UsdGeom.GetStageUpAxis(stage))
+        up = str(UsdGeom.GetStageUpAxis(stage)) if stage.HasAuthoredMetadata("upAxis") else None
         root = stage.GetDefaultPrim()
         parts = _parts(path, root if root else stage.GetPseudoRoot(), limits)
         if not parts and root:
@@ -56,7 +56,7 @@ def read_stage(path: Path, limits: Limits = LIMITS) -> RawMesh:
     except Tf.ErrorException as error:
         raise MeshError(path, f"cannot be read as USD ({diagnostics(error)}); export it again") from None
     name = printable(root.GetName()) if root else path.stem
-    return RawMesh(tuple(parts), name, unit, "Z" if up == "Z" else "Y", _metadata(stage, root))
+    return RawMesh(tuple(parts), name, unit, up if up in ("Y", "Z") else None, _metadata(stage, root))
 
 
 def _parts(path: Path, root: Any, limits: Limits) -> list[MeshPart]:

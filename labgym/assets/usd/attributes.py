@@ -76,7 +76,7 @@ def _specification(name: str) -> Attribute:
     meaning = f"{field.description} Unit: {unit}." if unit else str(field.description)
 
     def value(asset: Asset) -> Any:
-        return dict(asset.specs.given()).get(name)
+        return dict(asset.specs.items()).get(name)
 
     return Attribute(f"specs:{name}", _SPEC_TYPES.get(name, "double"), meaning, value)
 
