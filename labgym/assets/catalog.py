@@ -156,6 +156,17 @@ class Catalog:
         """Return the asset that a free text names and how it was found, or None where `find` would refuse."""
         return self._index.match(text)
 
+    def require(self, text: str) -> Match:
+        """Return the asset that a free text means and how it was found.
+
+        Raises:
+            UnknownNameError: nothing is near enough; lists the nearest five.
+        """
+        match = self.match(text)
+        if match is None:
+            raise self._unknown(text)
+        return match
+
     def candidates(self, text: str, count: int = 5) -> tuple[Match, ...]:
         """Return the assets whose names or synonyms are spelt most like a text, best first, with their scores."""
         return self._index.candidates(text, count)

@@ -87,7 +87,9 @@ _UNITS = {
 class Specifications(Record):
     """Specifications of an asset; None or empty if not specified or not applicable."""
 
-    heating_C: Temperatures | None = _optional("Temperatures that a heat source reaches; from 20 if it starts at room temperature.")
+    heating_C: Temperatures | None = _optional(
+        "Temperatures that a heat source reaches; from 20 if it starts at room temperature."
+    )
     cooling_C: Temperatures | None = _optional("Temperatures that a bath, chiller, refrigerator or freezer keeps.")
     flame_C: Celsius | None = _optional("Temperature of a burner's flame.")
     working_C: Temperatures | None = _optional("Temperatures of the contents that a reactor is rated for.")
@@ -146,12 +148,16 @@ class Specifications(Record):
     charge_kg: Kilograms | None = _optional("Mass of an extinguisher's agent.")
     blanket_m: tuple[Length, Length] | None = _optional("Sides of a fire blanket.")
 
-    working_height_m: Heights | None = _optional("Heights of a seat, a jack's plate, an eyewash's nozzles, a shower head.")
+    working_height_m: Heights | None = _optional(
+        "Heights of a seat, a jack's plate, an eyewash's nozzles, a shower head."
+    )
     edge_height_m: Length | None = _optional("Height above the floor of a window's sill or a basin's rim.")
     lip_mm: Millimetres | None = _optional("Height of the raised edge that retains bottles or a spill.")
     diameter_mm: Millimetres | None = _optional("Nominal diameter; of a column its inside.")
     jacket_mm: Millimetres | None = _optional("Length of a condenser's jacket.")
-    joint: Annotated[str, Field(pattern=r"^\d{1,2}/\d{1,2}$")] | None = _optional("Ground joint, diameter/length in mm.")
+    joint: Annotated[str, Field(pattern=r"^\d{1,2}/\d{1,2}$")] | None = _optional(
+        "Ground joint, diameter/length in mm."
+    )
     bowl_m: tuple[Length, Length, Length] | None = _optional("Width, depth and height of a sink's bowl.")
     reach_m: Length | None = _optional("Reach of an arm.")
     clear_width_m: Length | None = _optional("Width of a door's opening.")
@@ -164,10 +170,12 @@ class Specifications(Record):
     pack_mL: Millilitres | None = _optional("Volume of a reagent's pack.")
     pack_g: Grams | None = _optional("Mass of a reagent's pack.")
     container: Annotated[str, Field(max_length=80)] | None = _optional("Container of a reagent.")
-    nfpa_special: Literal["W", "OX", "SA"] | None = _optional("NFPA 704 sign: reacts with water (W), oxidizer (OX), simple asphyxiant (SA).")
+    nfpa_special: Literal["W", "OX", "SA"] | None = _optional(
+        "NFPA 704 sign: reacts with water (W), oxidizer (OX), simple asphyxiant (SA)."
+    )
 
     features: tuple[Feature, ...] = Field(default=(), description="Fittings, such as mains power or a vent.")
-    notes: Annotated[str, Field(max_length=300)] = Field(default="", description="Source of a value, or doubts about it.")
+    notes: Annotated[str, Field(max_length=300)] = Field(default="", description="Source of a value, or a doubt.")
 
     @property
     def volume_mL(self) -> float | None:

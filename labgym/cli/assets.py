@@ -1,39 +1,44 @@
-"""The commands about assets: listing, showing, checking, adding meshes, and their USD files."""
+"""The commands about assets: list, show, check, find, compare, classify, add, and write USD files."""
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
 from labgym.assets.catalog import FOLDER_VARIABLE, Catalog
+from labgym.assets.model import Kind
+from labgym.cli.arguments import OptionalPath, OptionalText, Texts
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, complaints, findings, written
-from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.errors import LabgymError, OptionError
 
 if TYPE_CHECKING:
     from labgym.assets import Asset
-    from labgym.assets.forge import Annotator
+    from labgym.assets.forge import Annotator, OwnAssets
+
+Axis = Literal["X", "Y", "Z"]
+Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
+State = Literal["solid", "liquid", "gas"]
 
 assets_app = CommandGroup("show")
 
 
 @assets_app.command
 def show(
-    name: Positional[str | None] = None,
-    kind: Literal["reagent", "instrument", "facility"] | None = None,
+    name: Positional[Annotated[str | None, arg(metavar="[NAME]", help_behavior_hint="")]] = None,
+    kind: Annotated[Kind | None, arg(help_behavior_hint="")] = None,
     check: bool = False,
 ) -> int:
-    """List the catalogue, describe one asset, or check that the catalogue is plausible.
+    """List the catalogue, describe one asset, or check the catalogue. `labgym assets NAME` works without `show`.
 
     Args:
-        name: Name or synonym of an asset, in English or Chinese; nothing lists all.
-        kind: List the assets of this kind alone.
-        check: Check sizes, hazards and chemistry of every asset; exit 1 where something is wrong.
+        name: Name or synonym of an asset, in English or Chinese; without it all are listed.
+        kind: List only the assets of this kind: reagent, instrument or facility.
+        check: Check sizes, hazards and chemistry of every asset; exit code 1 if a check fails.
     """
     from labgym.cli.describe import asset_details, asset_table
 
@@ -49,30 +54,32 @@ def show(
 
 @assets_app.command
 def add(
-    paths: Positional[tuple[Path, ...]],
-    catalog: Path | None = None,
-    unit: str | None = None,
-    up: Literal["X", "Y", "Z"] | None = None,
-    front: Literal["+x", "-x", "+y", "-y", "+z", "-z"] | None = None,
-    name: str | None = None,
-    like: str | None = None,
+    paths: Positional[Annotated[tuple[Path, ...], arg(metavar="PATH [PATH ...]", help_behavior_hint="(required)")]],
+    catalog: OptionalPath = None,
+    unit: OptionalText = None,
+    scale: Annotated[float | None, arg(metavar="FACTOR", help_behavior_hint="")] = None,
+    up: Annotated[Axis | None, arg(metavar="X|Y|Z", help_behavior_hint="")] = None,
+    front: Annotated[Direction | None, arg(metavar="+x|-x|+y|-y|+z|-z", help_behavior_hint="")] = None,
+    name: OptionalText = None,
+    like: OptionalText = None,
     replace: bool = False,
     model: bool = False,
 ) -> int:
-    """Add USD, GLB, OBJ or STL files to a catalogue of your own, annotated by rules; exit 1 where some fail.
+    """Add USD, GLB, OBJ or STL files to your own catalogue folder, annotated by rules; exit code 1 if some fail.
 
-    The published catalogue stays as it is; the variable LABGYM_CATALOG names the folder that is used beside it.
+    The published catalogue does not change. Every command uses the folder in addition if LABGYM_CATALOG names it.
 
     Args:
-        paths: Files, or folders whose mesh files are added.
-        catalog: Folder of your own assets; by default what LABGYM_CATALOG names, else labgym-assets.
-        unit: Unit of the files, such as mm or in; by default what they say, else the custom of their format.
-        up: Axis that points up in the files; by default what they or their format say.
-        front: Where the front looks, in the files' own axes.
+        paths: Mesh files, or folders whose mesh files are added.
+        catalog: Folder of your own assets; by default the one that LABGYM_CATALOG names, else labgym-assets.
+        unit: Unit of the files, such as mm or in; by default the file's, else mm for STL, cm for USD, m otherwise.
+        scale: Factor applied after the unit, for models that are drawn without a unit.
+        up: Vertical axis of the files; by default the file's, else Z for STL and Y otherwise.
+        front: Direction of the front, in the files' own axes; by default +z with Y up and +y with Z up.
         name: Canonical name in CamelCase, for a single file.
-        like: Published asset, by name or synonym, that it is a model of.
-        replace: Replace what was added under the same name.
-        model: Have the language model that the environment names describe each, with pictures.
+        like: Published asset, by name or synonym, that the file is a model of.
+        replace: Replace an asset of the same name.
+        model: Describe each asset with the configured language model, using rendered images.
     """
     from tqdm import tqdm
 
@@ -81,36 +88,75 @@ def add(
     own = OwnAssets(catalog)
     files = list(mesh_files(paths, own.folder))
     if not files or (name is not None and len(files) > 1):
-        raise OptionError("name a file or a folder to add" if not files else f"name {name!r} is for one file alone")
+        raise OptionError("name a file or a folder to add" if not files else f"--name {name!r} is for a single file")
     annotator, label = _model_annotator() if model else (None, "")
-    options = Options(unit, up, front, name, like, label)
-    failed: list[str] = []
-    for path in tqdm(files, "added", unit="file", disable=len(files) == 1):
-        try:
-            added, outcome = own.add(path, options, replace, annotator, _pictures)
-        except LabgymError as error:
-            if len(files) == 1:
-                raise
-            failed.append(str(error))
+    options = Options(unit, up, front, name, like, label, scale)
+    problems: list[str] = []
+    additions = own.add_files(files, options, replace, annotator, _pictures)
+    for addition in tqdm(additions, "added", len(files), unit="file", disable=True if len(files) == 1 else None):
+        if addition.problem:
+            problems.append(addition.problem)
             continue
-        tqdm.write(f"{outcome} {added}")
-        for note in own.annotation(added).notes if outcome != "unchanged" else ():
-            tqdm.write(f"labgym: {added}: {note}", file=sys.stderr)
+        tqdm.write(f"{addition.outcome} {addition.name}")
+        for note in addition.notes:
+            tqdm.write(f"labgym: {addition.name}: {note}", file=sys.stderr)
+    if len(files) == 1 and problems:
+        raise LabgymError(problems[0])
     if len(files) > 1:
-        print(f"{len(files) - len(failed)} of {len(files)} files are in the catalogue")
-    if os.environ.get(FOLDER_VARIABLE) != str(own.folder):
-        print(f"labgym: to use them: export {FOLDER_VARIABLE}={own.folder.resolve()}", file=sys.stderr)
-    return complaints(failed)
+        print(f"{len(files) - len(problems)} of {len(files)} files are in the catalogue")
+    _activation_hint(own)
+    return complaints(problems)
+
+
+@assets_app.command(name="add-reagent")
+def add_reagent(
+    name: Positional[Annotated[str, arg(metavar="NAME")]],
+    smiles: Annotated[str, arg(metavar="SMILES")],
+    synonyms: Texts = (),
+    state: Annotated[State | None, arg(metavar="solid|liquid|gas", help_behavior_hint="")] = None,
+    density: Annotated[float | None, arg(metavar="G/ML", help_behavior_hint="")] = None,
+    catalog: OptionalPath = None,
+    replace: bool = False,
+) -> int:
+    """Add a reagent to your own catalogue folder from its structure; needs the extra chem.
+
+    Reactive groups, hazard flags and storage class are inferred by rules and marked as inferred; the pack is a 500 mL
+    bottle, a 500 g jar or a gas cylinder. Read the safety data sheet. Every command uses the folder if LABGYM_CATALOG
+    names it.
+
+    Args:
+        name: Name of the substance, such as "2-methylanisole"; its canonical name is made from it.
+        smiles: The structure as SMILES, quoted.
+        synonyms: Other names.
+        state: State at room temperature; by default proposed from the structure.
+        density: Density in g/mL.
+        catalog: Folder of your own assets; by default the one that LABGYM_CATALOG names, else labgym-assets.
+        replace: Replace a reagent of the same name.
+    """
+    from labgym.assets.forge import OwnAssets
+    from labgym.assets.inference import infer
+    from labgym.cli.describe import asset_details
+
+    own = OwnAssets(catalog)
+    reagent = infer(smiles, name, synonyms, state, density)
+    outcome = own.add_reagent(reagent, replace)
+    print(f"{outcome} {reagent.name}\n\n{asset_details(reagent)}")
+    _activation_hint(own)
+    return DONE
 
 
 @assets_app.command
-def build(names: Positional[tuple[str, ...]] = (), out: Path | None = None, check: bool = False) -> int:
+def build(
+    names: Positional[Annotated[tuple[str, ...], arg(metavar="[NAME ...]", help_behavior_hint="")]] = (),
+    out: OptionalPath = None,
+    check: bool = False,
+) -> int:
     """Write assets as USD files with materials, colliders, mass and hazards; needs the extra usd.
 
     Args:
-        names: Names or synonyms of assets; nothing takes the whole published catalogue.
+        names: Names or synonyms of assets; by default the whole published catalogue.
         out: Folder for KIND/NAME.usdc; by default assets/usd of this checkout or installation.
-        check: Write nothing; exit 1 where a file is missing, not current, or not clean under OpenUSD's validators.
+        check: Write nothing; exit code 1 if a file is missing, outdated, or fails OpenUSD's validators.
     """
     from tqdm import tqdm
 
@@ -120,25 +166,28 @@ def build(names: Positional[tuple[str, ...]] = (), out: Path | None = None, chec
     assets = [catalog.find(name) for name in names] or list(Catalog.published())
     own = [asset.name for asset in assets if asset.name not in Catalog.published()]
     if own and out is None:
-        raise OptionError(f"{own[0]!r} is an asset of your own; name a folder for its USD file with --out")
+        raise OptionError(f"{own[0]!r} is one of your own assets; name a folder for its USD file with --out")
     folder = out or usd_folder()
     if check:
-        checked = tqdm(check_files(assets, folder), total=len(assets), desc="checked", unit="asset")
-        problems = [line for _, lines in checked for line in lines]
+        results = tqdm(check_files(assets, folder), total=len(assets), desc="checked", unit="asset", disable=None)
+        problems = [line for _, lines in results for line in lines]
         strays = () if names else stray_files(assets, folder)
         return findings([*problems, *(f"{path} belongs to no asset" for path in strays)])
-    for _ in tqdm(write_files(assets, folder), total=len(assets), desc="written", unit="asset"):
+    for _ in tqdm(write_files(assets, folder), total=len(assets), desc="written", unit="asset", disable=None):
         pass
     return written(folder)
 
 
 @assets_app.command
-def compat(first: Positional[str], second: Positional[str | None] = None) -> int:
-    """Say what happens when two reagents meet, why, by what source, and whether layouts keep them apart.
+def compat(
+    first: Positional[Annotated[str, arg(metavar="REAGENT")]],
+    second: Positional[Annotated[str | None, arg(metavar="[REAGENT]", help_behavior_hint="")]] = None,
+) -> int:
+    """Print what happens when two reagents meet, why, the sources, and whether layouts separate them.
 
     Args:
         first: A reagent, by name, synonym or CAS number, in English or Chinese, or a SMILES (extra chem).
-        second: The other one, which may be the same; nothing lists all that the first must not meet.
+        second: The other reagent, which may be the same; without it, lists all that the first must not meet.
     """
     from labgym.assets.reagents import distinct, reactive_reagent
     from labgym.cli.describe import compatibility_details, compatibility_table
@@ -150,12 +199,15 @@ def compat(first: Positional[str], second: Positional[str | None] = None) -> int
 
 
 @assets_app.command
-def infer(smiles: Positional[str | None] = None, agreement: bool = False) -> int:
+def infer(
+    smiles: Positional[Annotated[str | None, arg(metavar="[SMILES]", help_behavior_hint="")]] = None,
+    agreement: bool = False,
+) -> int:
     """Classify a substance by its structure: reactive groups, hazards, storage; needs the extra chem.
 
     Args:
         smiles: The structure as SMILES, quoted.
-        agreement: Compare what the structures of the catalogue's reagents say with what it says of them.
+        agreement: Compare the classification of the catalogue's reagents with their data instead.
     """
     from labgym.assets.inference import classify, compare, listed
     from labgym.cli.describe import agreement_table, inference_details
@@ -170,30 +222,33 @@ def infer(smiles: Positional[str | None] = None, agreement: bool = False) -> int
 
 
 @assets_app.command
-def find(text: Positional[str], count: int = 0) -> int:
-    """Find the asset that a text means and say how; exit 2 where nothing is near enough.
+def find(text: Positional[Annotated[str, arg(metavar="TEXT")]], count: int = 0) -> int:
+    """Print the asset that a text means and how it was found; exit code 2 if nothing is near enough.
 
-    Exact names come first, then synonyms and CAS numbers, in English and Chinese, then misspellings, of reagents only
-    those that cannot be another substance. Sizes, concentrations and grades may stand beside the name.
+    Exact names come first, then synonyms and CAS numbers, in English and Chinese, then misspellings; for reagents only
+    those that cannot be another substance. Sizes, concentrations, grades and makers may accompany the name.
 
     Args:
-        text: What you would write: "rbf 250 ml", "旋蒸", "conc. HCl", 67-64-1.
-        count: List this many assets that are spelt most like the text instead.
+        text: Free text: "rbf 250 ml", "旋蒸", "conc. HCl", 67-64-1.
+        count: List this many assets that are spelled most like the text instead.
     """
     from labgym.cli.describe import match_details, match_table
 
     if not 0 <= count <= 50:
         raise OptionError(f"count is {count}, expected 0 to 50")
     catalog = Catalog.load()
-    near = catalog.candidates(text, count or 3)
-    if count and near:
+    if count and (near := catalog.candidates(text, count)):
         print(match_table(near))
         return DONE
-    match = catalog.match(text)
-    if match is None:
-        raise UnknownNameError("asset", text, catalog.names, [f"{item.name} ({item.score:.2f})" for item in near])
+    match = catalog.require(text)
     print(match_details(match, catalog.get(match.name)))
     return DONE
+
+
+def _activation_hint(own: OwnAssets) -> None:
+    """Print how to use a folder unless LABGYM_CATALOG names it already."""
+    if not own.is_active:
+        print(f"labgym: to use them: export {FOLDER_VARIABLE}={own.folder.resolve()}", file=sys.stderr)
 
 
 def _model_annotator() -> tuple[Annotator, str]:

@@ -238,7 +238,7 @@ def test_the_command_prints_the_entry_and_how_it_was_found(text, capsys):
     assert main(["assets", "find", text]) == 0
     shown = capsys.readouterr().out
     assert shown.startswith("RoundBottomFlask (instrument, glassware)\n")
-    assert "found by" in shown
+    assert "matched by" in shown
     assert CATALOG.get("RoundBottomFlask").description in shown
 
 

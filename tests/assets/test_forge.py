@@ -114,7 +114,8 @@ def test_what_nothing_names_is_placed_by_size_and_says_that_it_is_a_guess(tmp_pa
     ],
 )
 def test_amounts_in_a_name_are_the_volume(tmp_path, stem, name, volume):
-    asset = annotate(box(tmp_path / f"{stem}.stl", (95, 95, 160))).asset
+    sides = np.multiply((0.8, 0.8, 1.3), (1000.0 * volume) ** (1 / 3) * 1.3)  # mm: twice the volume
+    asset = annotate(box(tmp_path / f"{stem}.stl", sides)).asset
     assert asset.name == name
     assert asset.specs.volume_mL == volume
 

@@ -14,7 +14,7 @@ from labgym.errors import UnknownNameError
 
 def mesh_file(*bodies: trimesh.Trimesh, up="Z") -> MeshFile:
     parts = tuple(MeshPart(f"p{k}", np.array(b.vertices), np.array(b.faces)) for k, b in enumerate(bodies))
-    return MeshFile(parts, "thing", "thing.stl", "m", "option", up)
+    return MeshFile(parts, "thing", "thing.stl", "m", "option", up, "option")
 
 
 def wedge() -> trimesh.Trimesh:

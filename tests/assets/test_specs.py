@@ -18,8 +18,8 @@ CATALOG = Catalog.load()
 @pytest.mark.parametrize(
     ("wrong", "told"),
     [
-        ({"rotation_rpm": (1500, 50)}, "from the least to the most"),
-        ({"heating_C": (20.0, 20.0)}, "from the least to the most"),
+        ({"rotation_rpm": (1500, 50)}, "a range must ascend"),
+        ({"heating_C": (20.0, 20.0)}, "a range must ascend"),
         ({"heating_C": (-300.0, 20.0)}, "-273.15"),
         ({"capacity_mL": 0.0}, "greater than 0"),
         ({"capacity_mL": float("nan")}, "finite"),

@@ -45,15 +45,9 @@ def test_the_committed_files_are_what_the_catalogue_gives_and_clean_under_all_va
 
 @pytest.mark.parametrize("asset", ONE_OF_EACH_SHAPE, ids=lambda asset: asset.shape.name)
 def test_reading_an_exported_asset_gives_its_geometry_within_a_tenth_of_a_millimetre(asset, tmp_path):
-<<<<<<< HEAD
     path = tmp_path / f"{asset.name}.usdc"
     asset_layer(asset).Export(str(path))
-    mesh = normalise(from_raw(path, read_stage(path)), decompose=False)
-=======
-    path = tmp_path / f"{asset.name}.usda"
-    path.write_text(asset_text(asset))
     mesh = normalise(from_raw(path, read_stage(path)), hulls_only=True)
->>>>>>> e7b4464 (wip assets add)
     expected = [tessellate(part) for part in build(asset)]
     everything = np.concatenate([vertices for vertices, _ in expected])
     low, high = everything.min(axis=0), everything.max(axis=0)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from labgym.assets.forge.naming import as_words
 from labgym.assets.forge.record import origin
 from labgym.assets.forge.semantic import EntryDraft
-from labgym.assets.forge.naming import as_words
 from labgym.assets.model import Hazards
 
 _CARE = {
@@ -33,9 +33,8 @@ def caption(fields: dict[str, Any]) -> str:
     else:
         free = f" with {fields['clearance']:g} m free in front" if fields.get("clearance") else ""
         place = _PLACES[fields["placing"]] + free
-    return (
-        f"{as_words(fields['name']).capitalize()} ({fields['subtype'].replace('_', ' ')}): {'; '.join([place, *cares])}."
-    )
+    name, subtype = as_words(fields["name"]).capitalize(), fields["subtype"].replace("_", " ")
+    return f"{name} ({subtype}): {'; '.join([place, *cares])}."
 
 
 def write_caption(draft: EntryDraft) -> None:

@@ -94,7 +94,9 @@ def take(answer: Described, facts: Facts, draft: EntryDraft) -> None:
 
 def _place(answer: Described, facts: Facts, draft: EntryDraft) -> None:
     """Place the object as the published entries of that kind, category and subtype are placed."""
-    alike = [a for a in facts.catalog if (a.kind, a.category, a.subtype) == (answer.kind, answer.category, answer.subtype)]
+    alike = [
+        a for a in facts.catalog if (a.kind, a.category, a.subtype) == (answer.kind, answer.category, answer.subtype)
+    ]
     if alike and facts.like not in alike:
         near = alike[0]
         source = origin("catalogue", f"as {near.name}", answer.semantic)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from labgym.assets.catalog import Catalog
 from labgym.assets.forge.facts import standing
@@ -15,6 +15,8 @@ from labgym.assets.sizes import Bounds, bounds_of
 
 SPREAD = 4.0
 """The longest side may be this many times beyond those of the published entries of the same subtype."""
+HINT_SPREAD = 2.5
+"""The same for a unit to be suggested: a wrong hint is worse than none."""
 HOLDS = (0.7, 30.0)
 """Volume of the bounding box of a vessel or bottle over the volume in its name, least and greatest."""
 UNIT_NAMES = {
@@ -29,6 +31,8 @@ UNIT_NAMES = {
 }
 COMMON_UNITS = ("mm", "m", "cm", "in", "um")
 """Units in which models are drawn; only these are suggested."""
+EXPORTED_UNITS = ("mm", "cm", "m")
+"""Units suggested if the file or its format states one: exporters that write a wrong unit drew in one of these."""
 
 
 @dataclass(frozen=True)
@@ -72,17 +76,22 @@ def check_scale(catalog: Catalog, file: MeshFile, stem: str, nearest: Resemblanc
     kind, category, placing = standing(like, sides)
     gas = bool(like and like.chemistry and like.chemistry.state == "gas")
     allowed = bounds_of(kind, category, placing, gas)
-    limits = _Limits(allowed, _usual(catalog, like), _volume(like, stem))
+    limits = _Limits(allowed, _usual(catalog, like, SPREAD), _volume(like, stem))
     if (_Limits(allowed, None, None) if file.unit_from == "option" else limits).admit(sides):
         return
+    likely = replace(limits, usual=_usual(catalog, like, HINT_SPREAD))
     shown = " x ".join(f"{side:.3g}" for side in sides)
-    what = f"{category} ({nearest.why}, like {nearest.asset.name})" if nearest else f"{kind} of category {category}"
-    range_ = limits.usual if limits.usual and _Limits(allowed, None, None).admit(sides) else allowed
-    expected = f"expected {range_.least:.3g} to {range_.greatest:.3g} m for a {what}"
-    raise MeshError(file.path, f"measures {shown} m, {expected}; {_remedy(file, sides, limits, like)}")
+    what = f"{category} ({nearest.why}, like {nearest.asset.name})" if nearest else f"{category} ({kind}, by size)"
+    if limits.volume and _Limits(allowed, limits.usual, None).admit(sides):
+        least, greatest = (1000.0 * bound for bound in limits.volume)
+        expected = f"expected a bounding box of {least:.2g} to {greatest:.2g} L for the volume in its name"
+    else:
+        bounds = limits.usual if limits.usual and _Limits(allowed, None, None).admit(sides) else allowed
+        expected = f"expected {bounds.least:.3g} to {bounds.greatest:.3g} m for the category {what}"
+    raise MeshError(file.path, f"measures {shown} m, {expected}; {_remedy(file, sides, likely, like)}")
 
 
-def _usual(catalog: Catalog, like: Asset | None) -> Bounds | None:
+def _usual(catalog: Catalog, like: Asset | None, spread: float) -> Bounds | None:
     """Return bounds of the longest side by the published entries of the same subtype; None for reagents."""
     if like is None or like.kind == "reagent":
         return None
@@ -91,7 +100,7 @@ def _usual(catalog: Catalog, like: Asset | None) -> Bounds | None:
         for asset in catalog
         if (asset.kind, asset.category, asset.subtype) == (like.kind, like.category, like.subtype)
     ]
-    return Bounds(min(longest) / SPREAD, max(longest) * SPREAD)
+    return Bounds(min(longest) / spread, max(longest) * spread)
 
 
 def _volume(like: Asset | None, stem: str) -> tuple[float, float] | None:
@@ -116,7 +125,8 @@ def _remedy(file: MeshFile, sides: Extents, limits: _Limits, like: Asset | None)
 
 
 def _fitting_units(file: MeshFile, sides: Extents, limits: _Limits) -> Iterator[str]:
-    return (unit for unit in COMMON_UNITS if limits.admit(_in_unit(file, sides, unit)))
+    units = EXPORTED_UNITS if file.unit_from == "file metadata" else COMMON_UNITS
+    return (unit for unit in units if limits.admit(_in_unit(file, sides, unit)))
 
 
 def _in_unit(file: MeshFile, sides: Extents, unit: str) -> Extents:

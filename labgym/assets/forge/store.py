@@ -1,9 +1,10 @@
-"""A folder of one's own assets on disk: entries, annotations and geometry, changed one entry at a time."""
+"""A user's catalogue folder: entries, annotations and geometry, changed one entry at a time."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -12,8 +13,10 @@ from labgym.assets.forge.engine import Annotated, Options, Views, annotate, sour
 from labgym.assets.forge.modelled import Annotator
 from labgym.assets.forge.record import Annotation, Source
 from labgym.assets.meshes import FORMATS, MeshError
+from labgym.assets.model import Asset
+from labgym.assets.search import normalise, surface_forms
 from labgym.documents import write_bytes
-from labgym.errors import LabgymError
+from labgym.errors import LabgymError, OptionError
 
 Outcome = Literal["added", "replaced", "unchanged"]
 
@@ -21,19 +24,41 @@ DEFAULT_FOLDER = Path("labgym-assets")
 ANNOTATIONS = "annotations"
 
 
+@dataclass(frozen=True)
+class Addition:
+    """The outcome of adding one mesh file.
+
+    Attributes:
+        name: of the asset; "" if the file failed. outcome: what was done; None if the file failed.
+        notes: what the user should check. problem: why the file failed, one line, else "".
+    """
+
+    path: Path
+    name: str = ""
+    outcome: Outcome | None = None
+    notes: tuple[str, ...] = ()
+    problem: str = ""
+
+
 class OwnAssets:
     """A folder that `Catalog.load` merges with the published catalogue, which itself is never changed.
 
-    It holds `assets/NAME.json` (the entry), `annotations/NAME.json` (how each field was obtained), and
+    It holds `assets/NAME.json` (the entry), `annotations/NAME.json` (the origin of each field of an imported mesh), and
     `meshes/NAME-HASH.npz` and `.glb`. The entry is written last, so that a crash leaves the old state or the new.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
         """Open a folder; by default the one that LABGYM_CATALOG names, else ./labgym-assets."""
-        named = os.environ.get(FOLDER_VARIABLE)
-        self.folder = folder or (Path(named) if named else DEFAULT_FOLDER)
+        variable = os.environ.get(FOLDER_VARIABLE)
+        self.folder = folder or (Path(variable) if variable else DEFAULT_FOLDER)
         if self.folder.exists() and not self.folder.is_dir():
             raise LabgymError(f"{self.folder}: not a folder; name another with --catalog")
+
+    @property
+    def is_active(self) -> bool:
+        """Whether LABGYM_CATALOG names this folder, so that every command uses it."""
+        variable = os.environ.get(FOLDER_VARIABLE)
+        return bool(variable) and Path(str(variable)).resolve() == self.folder.resolve()
 
     def names(self) -> tuple[str, ...]:
         """Return the names of its assets, sorted.
@@ -44,7 +69,7 @@ class OwnAssets:
         return tuple(sorted(asset.name for asset in read_own(self.folder))) if self.folder.is_dir() else ()
 
     def annotation(self, name: str) -> Annotation:
-        """Return how an asset was annotated.
+        """Return the annotation of an imported asset.
 
         Raises:
             DocumentError: there is no such record.
@@ -54,9 +79,9 @@ class OwnAssets:
     def find(self, source: str, options: Options) -> str | None:
         """Return the name of the asset that was added from a file of that SHA-256 with those options, or None."""
         for path in sorted((self.folder / ANNOTATIONS).glob("*.json")):
-            made = Annotation.load(path)
-            if _same(made.source, source, options) and self._entry_path(made.asset).is_file():
-                return made.asset
+            annotation = Annotation.load(path)
+            if _is_same(annotation.source, source, options) and self._entry_path(annotation.asset).is_file():
+                return annotation.asset
         return None
 
     def add(
@@ -69,33 +94,74 @@ class OwnAssets:
     ) -> tuple[str, Outcome]:
         """Annotate a mesh file and add its entry; return its name and what was done.
 
-        A file that was added with the same options is unchanged. Nothing is overwritten unless `replace` says so.
+        A file that was added with the same options is unchanged. Nothing is overwritten without `replace`.
 
         Raises:
             MeshError: the file cannot be used, or its name is taken by another file's asset.
             LabgymError: as `annotate`; the folder is then as it was.
         """
         options = options or Options()
-        known = self.find(source_digest(path), options)
-        if known is not None and not replace:
-            return known, "unchanged"
-        made = annotate(path, options, Catalog.published(), annotator, views)
-        name = made.asset.name
+        existing = self.find(source_digest(path), options)
+        if existing is not None and not replace:
+            return existing, "unchanged"
+        result = annotate(path, options, Catalog.published(), annotator, views)
+        name = result.asset.name
         exists = self._entry_path(name).is_file()
         if exists and not replace:
             taken = f"{name!r} exists already in {self.folder}, from another file or with other options"
             raise MeshError(path, f"{taken}; give --replace, or another --name")
-        self._write(made)
+        self._write(result)
         return name, "replaced" if exists else "added"
 
-    def _write(self, made: Annotated) -> None:
-        name = made.asset.name
-        geometry = self.folder / str(made.asset.shape.parameters["file"])
+    def add_files(
+        self,
+        paths: Sequence[Path],
+        options: Options | None = None,
+        replace: bool = False,
+        annotator: Annotator | None = None,
+        views: Views | None = None,
+    ) -> Iterator[Addition]:
+        """Add mesh files one by one and yield the outcome of each; a file that fails does not stop the others."""
+        for path in paths:
+            try:
+                name, outcome = self.add(path, options, replace, annotator, views)
+                notes = self.annotation(name).notes if outcome != "unchanged" else ()
+                yield Addition(path, name, outcome, notes)
+            except LabgymError as error:
+                yield Addition(path, problem=str(error))
+            except Exception as error:  # noqa: BLE001  a reader's defect must not stop a batch
+                problem = " ".join(str(error).split())[:200]
+                yield Addition(path, problem=f"{path}: cannot be read ({type(error).__name__}: {problem})")
+
+    def add_reagent(self, reagent: Asset, replace: bool = False) -> Outcome:
+        """Add a reagent in a standard pack, such as `labgym.assets.inference.infer` returns; return what was done.
+
+        Raises:
+            OptionError: its name, or a synonym, is a published asset's, or it exists already and `replace` is False.
+        """
+        forms = {normalise(form): form for form in surface_forms(reagent)}
+        for asset in Catalog.published():
+            shared = next((forms[key] for form in surface_forms(asset) if (key := normalise(form)) in forms), None)
+            if shared is not None:
+                raise OptionError(f"{shared!r} is a name of the published asset {asset.name}; choose another name")
+        path = self._entry_path(reagent.name)
+        document = AssetFile(assets=(reagent,))
+        exists = path.is_file()
+        if exists and AssetFile.load(path) == document:
+            return "unchanged"
+        if exists and not replace:
+            raise OptionError(f"{reagent.name!r} exists already in {self.folder}; give --replace, or another name")
+        document.save(path)
+        return "replaced" if exists else "added"
+
+    def _write(self, result: Annotated) -> None:
+        name = result.asset.name
+        geometry = self.folder / str(result.asset.shape.parameters["file"])
         visual = geometry.with_suffix(".glb")
-        write_bytes(geometry, made.geometry)
-        write_bytes(visual, made.visual)
-        made.annotation.save(self._annotation_path(name))
-        AssetFile(assets=(made.asset,)).save(self._entry_path(name))
+        write_bytes(geometry, result.geometry)
+        write_bytes(visual, result.visual)
+        result.annotation.save(self._annotation_path(name))
+        AssetFile(assets=(result.asset,)).save(self._entry_path(name))
         for old in geometry.parent.glob(f"{name}-*"):
             if old not in (geometry, visual):
                 old.unlink()
@@ -107,11 +173,11 @@ class OwnAssets:
         return self.folder / ANNOTATIONS / f"{name}.json"
 
 
-def mesh_files(paths: Sequence[Path], but: Path | None = None) -> Iterator[Path]:
+def mesh_files(paths: Sequence[Path], exclude: Path | None = None) -> Iterator[Path]:
     """Yield the mesh files that paths name: files as they are, of folders all files of a readable format, sorted.
 
     Args:
-        but: folder within them that is passed over: where they are added to.
+        exclude: folder that is skipped: the one that they are added to.
 
     Raises:
         MeshError: a folder holds none.
@@ -120,17 +186,17 @@ def mesh_files(paths: Sequence[Path], but: Path | None = None) -> Iterator[Path]
         if not path.is_dir():
             yield path
             continue
-        found = [
+        files = [
             file
             for file in sorted(path.rglob("*"))
             if file.suffix.lower() in FORMATS
             and file.is_file()
-            and not (but is not None and file.resolve().is_relative_to(but.resolve()))
+            and not (exclude is not None and file.resolve().is_relative_to(exclude.resolve()))
         ]
-        if not found:
+        if not files:
             raise MeshError(path, f"holds no mesh files ({', '.join(FORMATS)})")
-        yield from found
+        yield from files
 
 
-def _same(made: Source, source: str, options: Options) -> bool:
-    return made.sha256 == source and made.options == options.given()
+def _is_same(source: Source, digest: str, options: Options) -> bool:
+    return source.sha256 == digest and source.options == options.recorded()

@@ -1,8 +1,9 @@
-"""A catalogue entry for a substance that is known by its structure alone: a standard pack, every field inferred."""
+"""A catalogue entry for a substance of which only the structure is known: a standard pack, every field inferred."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from labgym.assets.inference.classify import Inference, State, classify
@@ -10,8 +11,12 @@ from labgym.assets.model import Asset, Chemistry, Hazards, Shape, Size
 from labgym.errors import OptionError
 
 MAX_NAME = 200
+DENSITIES = (1e-4, 25.0)
+"""Least and greatest density of a substance, g/mL: hydrogen gas to osmium."""
+CATEGORY = "inferred_reagent"
 INFERRED = "inferred from structure"
-"""How the notes of an inferred entry begin."""
+"""Beginning of the notes of an inferred entry."""
+STATED = "stated by the user"
 
 _PACKS: dict[State, dict[str, Any]] = {
     "liquid": {
@@ -33,50 +38,69 @@ _PACKS: dict[State, dict[str, Any]] = {
         "specs": {"container": "47 L steel cylinder", "filling_bar": 150},
     },
 }
-"""The packs that the catalogue's reagents come in most."""
+"""The most frequent packs of the catalogue's reagents."""
 
 
-def infer(smiles: str, name: str = "") -> Asset:
-    """Return a reagent for a structure, in a standard pack; its chemistry is of low confidence and says so.
+def infer(
+    smiles: str,
+    name: str = "",
+    synonyms: Sequence[str] = (),
+    state: State | None = None,
+    density: float | None = None,
+) -> Asset:
+    """Return a reagent for a structure, in a standard pack; its chemistry has low confidence and a note says why.
 
     Args:
-        name: what the substance is called, free text; its formula by default.
+        smiles: the structure.
+        name: name of the substance, free text; its formula by default.
+        synonyms: other names.
+        state: solid, liquid or gas, if known; otherwise proposed from the structure.
+        density: g/mL, if known.
 
     Raises:
-        StructureError: no valid SMILES, or too large.
+        StructureError: not a valid SMILES, or too large.
         MissingDependencyError: RDKit is not installed.
-        OptionError: the name is too long.
+        OptionError: a name is too long, or the density is not within 0.0001 and 25 g/mL.
     """
-    if len(name) > MAX_NAME:
-        raise OptionError(f"name of {len(name)} characters; at most {MAX_NAME} are taken")
-    found = classify(smiles)
-    called = " ".join("".join(char if char.isprintable() else " " for char in name).split()) or found.formula
-    flags: dict[str, bool] = dict.fromkeys(found.flags, True)
-    mine = {"water_reactive", "peroxide_former"}
+    if any(len(text) > MAX_NAME for text in (name, *synonyms)):
+        raise OptionError(f"a name has {max(map(len, (name, *synonyms)))} characters, expected at most {MAX_NAME}")
+    if density is not None and not DENSITIES[0] <= density <= DENSITIES[1]:
+        raise OptionError(f"density is {density:g} g/mL, expected {DENSITIES[0]:g} to {DENSITIES[1]:g} g/mL")
+    inference = classify(smiles, state)
+    title = _printable(name) or inference.formula
+    flags: dict[str, bool] = dict.fromkeys(inference.flags, True)
+    chemical = {"water_reactive", "peroxide_former"}
+    facts = "; ".join(f"{key} {STATED}" for key, value in (("state", state), ("density", density)) if value is not None)
     chemistry = Chemistry(
-        smiles=found.smiles,
-        formula=found.formula,
-        molar_mass=found.molar_mass,
-        state=found.state,
-        groups=tuple(found.groups),
-        storage_class=found.storage_class,
+        smiles=inference.smiles,
+        formula=inference.formula,
+        molar_mass=inference.molar_mass,
+        state=inference.state,
+        density=density,
+        groups=tuple(inference.groups),
+        storage_class=inference.storage_class,
         confidence="low",
-        notes=_notes(found),
-        **{flag: value for flag, value in flags.items() if flag in mine},
+        notes="; ".join(filter(None, (_notes(inference), facts)))[:1000],
+        **{flag: value for flag, value in flags.items() if flag in chemical},
     )
     return Asset(
-        name=canonical_name(called),
+        name=canonical_name(title),
         kind="reagent",
-        category="inferred_reagent",
-        subtype=next(iter(found.groups), "unknown"),
-        synonyms_en=(called,),
-        description=f"{called} ({found.formula}), classified from its structure by rules; nothing of it was measured.",
-        caption=f"Check the safety data sheet first. Kept as {found.storage_class}: {found.storage_reason}.",
+        category=CATEGORY,
+        subtype=next(iter(inference.groups), "unknown"),
+        synonyms_zh=(f"推断试剂 {title}",),
+        synonyms_en=tuple(dict.fromkeys((title, *filter(None, map(_printable, synonyms))))),
+        description=f"{title} ({inference.formula}), classified from its structure by rules; nothing was measured.",
+        caption=f"Read the safety data sheet first. Stored as {inference.storage_class}: {inference.storage_reason}.",
         placing="desktop",
-        hazards=Hazards(**{flag: value for flag, value in flags.items() if flag not in mine}),
+        hazards=Hazards(**{flag: value for flag, value in flags.items() if flag not in chemical}),
         chemistry=chemistry,
-        **_PACKS[found.state],
+        **_PACKS[inference.state],
     )
+
+
+def _printable(text: str) -> str:
+    return " ".join("".join(char if char.isprintable() else " " for char in text).split())
 
 
 def canonical_name(text: str) -> str:
@@ -86,6 +110,6 @@ def canonical_name(text: str) -> str:
     return (joined if joined[:1].isalpha() and len(joined) > 1 else f"Reagent{joined}")[:64]
 
 
-def _notes(found: Inference) -> str:
-    said = "; ".join(f"{name}: {', '.join(reason.why for reason in why)}" for name, why in found.groups.items())
-    return f"{INFERRED}: {said or 'no known group'}"[:1000]
+def _notes(inference: Inference) -> str:
+    groups = "; ".join(f"{name}: {', '.join(reason.why for reason in why)}" for name, why in inference.groups.items())
+    return f"{INFERRED}: {groups or 'no known group'}"

@@ -61,7 +61,7 @@ class Inference(Record):
     storage_reason: str
 
 
-def classify(smiles: str) -> Inference:
+def classify(smiles: str, state: State | None = None) -> Inference:
     """Return what the structure says of a substance; every spelling of it gives the same.
 
     Raises:
@@ -73,7 +73,7 @@ def classify(smiles: str) -> Inference:
 
     groups = _gathered(reasons(found, substructures().groups))
     boiling = boiling_point(found)
-    state = _state(found, boiling, groups)
+    state = state or _state(found, boiling, groups)
     flags = _flags(found, groups, boiling, state)
     storage, why = _storage(groups, flags, state)
     return Inference(

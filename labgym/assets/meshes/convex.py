@@ -24,7 +24,7 @@ MAX_FACES = 20_000
 """Meshes with more faces, convex parts apart, have hulls only: coacd would take minutes."""
 HULLS_A_PART = 16
 """Most convex bodies of a part."""
-CPU_SECONDS, WALL_SECONDS, MEMORY = 60, 600, 6 * 1024**3
+CPU_SECONDS, WALL_SECONDS, MEMORY = 40, 400, 6 * 1024**3
 """Limits of the process that decomposes a mesh: processor time, wall-clock time (s) and memory (bytes)."""
 THIN = 1e-4
 """Least thickness of a convex body, metres: flat parts become plates."""

@@ -13,7 +13,14 @@ import sys
 
 import numpy as np
 
-_OPTIONS = {"threshold": 0.05, "resolution": 500, "mcts_nodes": 10, "mcts_iterations": 60, "mcts_max_depth": 2, "seed": 0}
+_OPTIONS = {
+    "threshold": 0.05,
+    "resolution": 500,
+    "mcts_nodes": 10,
+    "mcts_iterations": 60,
+    "mcts_max_depth": 2,
+    "seed": 0,
+}
 """A search of two seconds per part; coacd's own settings take eight times as long for bodies that are no tighter."""
 
 

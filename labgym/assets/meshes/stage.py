@@ -56,7 +56,7 @@ def read_stage(path: Path, limits: Limits = LIMITS) -> RawMesh:
     except Tf.ErrorException as error:
         raise MeshError(path, f"cannot be read as USD ({diagnostics(error)}); export it again") from None
     name = printable(root.GetName()) if root else path.stem
-    return RawMesh(tuple(parts), name, unit, up if up in ("Y", "Z") else None, _metadata(stage, root))
+    return RawMesh(tuple(parts), name, unit, "Y" if up == "Y" else "Z" if up == "Z" else None, _metadata(stage, root))
 
 
 def _parts(path: Path, root: Any, limits: Limits) -> list[MeshPart]:
