@@ -137,17 +137,19 @@ def view(
     Args:
         layout: A layout's .json file, or the id of a published layout.
         out: The picture: .png; for topdown also .svg or .pdf.
-        camera: topdown for a plan with goal poses, or a camera of the scene, such as overview.
+        camera: topdown for a plan with goal poses and violations, or a camera of the scene, such as overview.
         width: Width of a rendered view in pixels.
         height: Height of a rendered view in pixels.
         protocol: Id or .json file of the protocol whose goal poses are drawn; by default the layout's.
     """
     from labgym.envs.tasks import resolve_layout
     from labgym.eval.drawing import pictures
+    from labgym.layouts.rules import evaluate_layout
 
     scene = resolve_layout(layout, protocol)
     if camera == "topdown":
-        return written(pictures.save_picture(pictures.topdown(scene, scene.protocol), out))
+        violations = evaluate_layout(scene, scene.protocol, navigation=True).violations.items
+        return written(pictures.save_picture(pictures.topdown(scene, scene.protocol, violations=violations), out))
     return written(pictures.save_view(scene, out, camera, width, height))
 
 

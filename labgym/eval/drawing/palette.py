@@ -1,4 +1,4 @@
-"""Colours of the pictures and the report: what a category of object, a storage class or a policy looks like."""
+"""Colors of pictures and reports by category of object, storage class and policy."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ GRID = "#e9e7e1"
 DOOR = "#a9885f"
 HEAT = "#d1420f"
 FLAME = "#b3001b"
+ALARM = "#e0002d"
 
 
 @dataclass(frozen=True)
 class Swatch:
-    """A legend entry: fill and edge colour, and what it stands for."""
+    """A legend entry: label, fill color and edge color."""
 
     label: str
     fill: str
@@ -45,7 +46,7 @@ _BY_CATEGORY = {
     "waste": WASTE,
 }
 
-# The colours that safety cabinets commonly have, and the hazard diamonds' where there is no such custom.
+# The usual colors of safety cabinets; those of hazard diamonds for classes without a usual cabinet color.
 STORAGE_COLOURS = {
     "Flammable": "#f0b400",
     "Acid": "#2f6fb7",
@@ -60,12 +61,12 @@ STORAGE_COLOURS = {
     "Waste": "#8a5a44",
 }
 
-# Okabe and Ito's palette, told apart with any colour vision.
+# Okabe and Ito's palette, distinguishable with any color vision.
 _POLICY_COLOURS = ("#0072b2", "#d55e00", "#7d8790", "#cc79a7", "#009e73", "#e69f00", "#56b4e9")
 
 
 def swatch(asset: Asset) -> Swatch:
-    """Return how an object is drawn."""
+    """Return the swatch that an object is drawn with."""
     if asset.fume_hood:
         return HOOD
     if asset.kind == "instrument":
@@ -74,5 +75,5 @@ def swatch(asset: Asset) -> Swatch:
 
 
 def policy_colours(policies: Sequence[str]) -> dict[str, str]:
-    """Return a colour for each policy, by its place in the list."""
+    """Return a color for each policy, by its index in the sequence."""
     return {policy: _POLICY_COLOURS[index % len(_POLICY_COLOURS)] for index, policy in enumerate(policies)}

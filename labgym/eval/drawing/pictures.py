@@ -1,4 +1,4 @@
-"""Top-down pictures of layouts: room, objects, hazards, goal poses and the traces that policies drove."""
+"""Top-down pictures of layouts: room, objects, hazards, goal poses, traces of policies and violations."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from scipy.spatial.distance import cdist
 from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.eval.drawing import palette
-from labgym.eval.drawing.plan_drawing import Trace, draw_goals, draw_objects, draw_room, draw_traces
+from labgym.eval.drawing.plan_drawing import Trace, draw_goals, draw_objects, draw_room, draw_traces, draw_violations
 from labgym.eval.drawing.plan_panel import PANEL_INCHES, Panel
 from labgym.layouts.model import Layout
+from labgym.layouts.rules import Violation
 from labgym.navigation import goal_poses
 from labgym.protocols import Protocol
 
@@ -27,13 +28,18 @@ MARGIN_INCHES = 0.25
 DPI = 150
 
 
-def topdown(layout: Layout, protocol: Protocol | None = None, traces: Sequence[Trace] = ()) -> Figure:
+def topdown(
+    layout: Layout,
+    protocol: Protocol | None = None,
+    traces: Sequence[Trace] = (),
+    violations: Sequence[Violation] = (),
+) -> Figure:
     """Draw a layout from above, with a panel that explains it.
 
     Args:
-        layout: what to draw.
-        protocol: numbers its locations as goal poses; None leaves them out.
-        traces: paths to draw; policies take their colours in the order in which they first occur.
+        protocol: the protocol whose locations are drawn as numbered goal poses; None draws none.
+        traces: paths to draw; policies get colors in the order in which they first occur.
+        violations: violations to mark in red and list in the panel.
 
     Returns:
         A matplotlib figure; `save_picture` writes it.
@@ -44,37 +50,43 @@ def topdown(layout: Layout, protocol: Protocol | None = None, traces: Sequence[T
     span = (room.width + 2 * room.wall_thickness, room.depth + 2 * room.wall_thickness)
     scale = PLAN_INCHES / max(span[0], min(span[1], 1.25 * span[0]))
     plan = (span[0] * scale, span[1] * scale)
-    size = (plan[0] + PANEL_INCHES + 3 * MARGIN_INCHES, plan[1] + 2 * MARGIN_INCHES)
-    figure = Figure(figsize=size, facecolor="#ffffff")
-    axes = figure.add_axes(
-        (MARGIN_INCHES / size[0], MARGIN_INCHES / size[1], plan[0] / size[0], plan[1] / size[1]), frameon=False
-    )
+    figure = Figure(facecolor="#ffffff")
+    axes, beside = (figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False, label=label) for label in ("plan", "panel"))
     axes.set_xlim(-room.wall_thickness, room.width + room.wall_thickness)
     axes.set_ylim(-room.wall_thickness, room.depth + room.wall_thickness)
     axes.set_axis_off()
     poses = goal_poses(layout, protocol) if protocol else {}
     colours = palette.policy_colours(list(dict.fromkeys(trace.policy for trace in traces)))
     draw_room(axes, room)
-    draw_objects(axes, layout, 72.0 * scale)
+    draw_objects(axes, layout, 72.0 * scale, poses.values())
     draw_traces(axes, traces, colours)
     draw_goals(axes, poses)
-    left = (plan[0] + 2 * MARGIN_INCHES) / size[0]
-    beside = figure.add_axes((left, MARGIN_INCHES / size[1], PANEL_INCHES / size[0], plan[1] / size[1]), frameon=False)
-    panel = Panel(beside, plan[1])
+    draw_violations(axes, layout, violations)
+    panel = Panel(beside)
     panel.title(layout, protocol)
     if poses:
         panel.stops(list(poses))
     if colours:
         panel.traces(traces, colours)
+    if violations:
+        panel.violations(violations)
     panel.legend(layout)
+    # The figure is as tall as the plan or the panel; both begin at its top.
+    inner = max(plan[1], panel.y)
+    width, height = plan[0] + PANEL_INCHES + 3 * MARGIN_INCHES, inner + 2 * MARGIN_INCHES
+    figure.set_size_inches(width, height)
+    left, right = MARGIN_INCHES / width, (plan[0] + 2 * MARGIN_INCHES) / width
+    axes.set_position((left, (MARGIN_INCHES + inner - plan[1]) / height, plan[0] / width, plan[1] / height))
+    beside.set_position((right, MARGIN_INCHES / height, PANEL_INCHES / width, inner / height))
+    beside.set_ylim(inner, 0.0)
     return figure
 
 
 def save_picture(figure: Figure, path: str | Path) -> Path:
-    """Write a figure as PNG, SVG or PDF, by the path's ending; the same figure gives the same bytes.
+    """Write a figure as PNG, SVG or PDF, by the path's suffix; the same figure gives the same bytes.
 
     Raises:
-        OptionError: another ending.
+        OptionError: the path has another suffix.
     """
     path = Path(path)
     if path.suffix not in (".png", ".svg", ".pdf"):
@@ -86,8 +98,8 @@ def save_view(layout: Layout, path: str | Path, camera: str = "overview", width:
     """Render a view of a layout's scene and write it as PNG.
 
     Raises:
-        OptionError: the path ends in something else than .png.
-        UnknownNameError: the scene has no such camera.
+        OptionError: the path does not end in .png.
+        UnknownNameError: the camera does not exist.
     """
     from PIL import Image
 
@@ -117,7 +129,7 @@ def picture_bytes(figure: Figure, kind: str = "png") -> bytes:
 
 
 def _with_palette(png: io.BytesIO) -> bytes:
-    """Return a PNG of the picture's 255 commonest colours, a quarter of the size: a plan has few but for soft edges."""
+    """Return a PNG with the picture's 255 most frequent colors, which is a quarter of the size."""
     from PIL import Image
 
     pixels = np.asarray(Image.open(png).convert("RGBX")).view("<u4")[:, :, 0]

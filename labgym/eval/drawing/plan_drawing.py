@@ -1,11 +1,11 @@
-"""The parts of a top-down picture: room, furniture, what stands on it, goal poses and traces."""
+"""The parts of a top-down picture: room, furniture, carried objects, goal poses, traces and violations."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +15,17 @@ from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_labels import FONT, label_furniture
 from labgym.geometry import OrientedBox
 from labgym.layouts.model import FLOOR, WALL, Door, Layout, Room
+from labgym.layouts.rules import Violation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ON_TOP = 40
-"""Drawing order from which traces and goal poses lie above every object."""
+"""Drawing order from which traces and goal poses are above every object."""
+MARK = 0.3
+"""Distance below which violations share a mark, metres."""
+ARROW = 0.42
+"""Length of the arrow along a goal pose's heading, metres."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +33,9 @@ class Trace:
     """A path to draw.
 
     Attributes:
-        policy: whose path it is.
+        policy: name of the policy.
         points: (n, 2) positions of the robot's centre, metres, room frame.
-        success: whether it arrived; a cross marks where it ended if not.
+        success: whether the robot reached the goal; a cross marks the end of a path that did not.
     """
 
     policy: str
@@ -55,7 +60,7 @@ def draw_room(axes: Axes, room: Room) -> None:
 
 
 def _draw_door(axes: Axes, room: Room, door: Door) -> None:
-    """Draw the opening in the wall and the leaf, open at a right angle into the room, with its sweep."""
+    """Draw the opening in the wall, the leaf at a right angle to it, and the sweep of the leaf."""
     from matplotlib.patches import Rectangle
 
     origin, along, inward = _wall_frame(room, door.wall)
@@ -72,7 +77,7 @@ def _draw_door(axes: Axes, room: Room, door: Door) -> None:
 
 
 def _wall_frame(room: Room, wall: str) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return a wall's start on the interior side, the direction of offsets along it, and the way into the room."""
+    """Return a wall's start on the interior side, the direction of offsets along it, and the inward direction."""
     x, y = np.array([1.0, 0.0]), np.array([0.0, 1.0])
     start = np.zeros(2)
     return {
@@ -83,13 +88,14 @@ def _wall_frame(room: Room, wall: str) -> tuple[NDArray[np.float64], NDArray[np.
     }[wall]
 
 
-def draw_objects(axes: Axes, layout: Layout, scale: float) -> None:
-    """Draw placements, lower ones first, with front edges, names where they fit, and hazards.
+def draw_objects(axes: Axes, layout: Layout, scale: float, poses: Iterable[tuple[float, float, float]] = ()) -> None:
+    """Draw placements, lower ones first, with front edges, names and hazards.
 
-    Of what is in storage cabinets only the reagents are shown.
+    Of the contents of storage cabinets only reagents are drawn.
 
     Args:
-        scale: points of the picture that a metre takes, to fit names into furniture.
+        scale: points of the picture per metre.
+        poses: goal poses, which names do not cover.
     """
     for placement in sorted(layout.placements, key=lambda p: (p.support != FLOOR, layout.box(p.id).z1, p.id)):
         asset, box = layout.asset(placement.id), layout.box(placement.id)
@@ -99,7 +105,53 @@ def draw_objects(axes: Axes, layout: Layout, scale: float) -> None:
             _draw_furniture(axes, asset, box)
         elif placement.support == WALL or layout.asset(placement.support).storage_class is None:
             _draw_item(axes, asset, box, hanging=placement.support == WALL)
-    label_furniture(axes, layout, scale)
+    occupied = [_swing(layout.room, door) for door in layout.room.doors]
+    for x, y, yaw in poses:
+        ends = np.array([(x, y), (x + ARROW * math.cos(yaw), y + ARROW * math.sin(yaw))])
+        low, high = ends.min(axis=0) - 0.13, ends.max(axis=0) + 0.13
+        occupied.append((low[0], low[1], high[0], high[1]))
+    label_furniture(axes, layout, scale, occupied)
+
+
+def _swing(room: Room, door: Door) -> tuple[float, float, float, float]:
+    """Return the square that a door's leaf sweeps: x0, y0, x1, y1."""
+    origin, along, inward = _wall_frame(room, door.wall)
+    hinge = origin + (door.offset - door.width / 2.0) * along
+    corners = np.array([hinge, hinge + door.width * (along + inward)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def draw_violations(axes: Axes, layout: Layout, violations: Sequence[Violation]) -> None:
+    """Outline the placements of each violation in red, with the violation's number."""
+    from matplotlib.patches import Polygon
+
+    for placement_id in dict.fromkeys(name for violation in violations for name in violation.ids):
+        outline = layout.box(placement_id).corners()
+        axes.add_patch(Polygon(outline, closed=True, fill=False, edgecolor=palette.ALARM, linewidth=1.8, zorder=33))
+    places: dict[tuple[float, float], list[int]] = {}
+    for number, violation in enumerate(violations, start=1):
+        if violation.ids:
+            middle = _middle(layout, violation)
+            shared = next((place for place in places if math.dist(place, middle) < MARK), middle)
+            places.setdefault(shared, []).append(number)
+    for (x, y), numbers in places.items():
+        style: dict[str, Any] = {
+            "boxstyle": "round,pad=0.25",
+            "facecolor": palette.ALARM,
+            "edgecolor": "#ffffff",
+            "linewidth": 0.8,
+        }
+        text = ", ".join(map(str, numbers))
+        font: dict[str, Any] = {"fontsize": 6.6, "family": FONT, "weight": "bold", "color": "#ffffff"}
+        axes.text(x, y, text, **font, bbox=style, ha="center", va="center", zorder=ON_TOP + 30)
+
+
+def _middle(layout: Layout, violation: Violation) -> tuple[float, float]:
+    """Return the middle of the overlap of a violation's placements, or of the gap between them."""
+    bounds = np.array([layout.box(placement_id).bounds() for placement_id in violation.ids])
+    x, y = (bounds[:, :2].max(axis=0) + bounds[:, 2:].min(axis=0)) / 2.0
+    return float(x), float(y)
 
 
 def _draw_furniture(axes: Axes, asset: Asset, box: OrientedBox) -> None:
@@ -108,7 +160,7 @@ def _draw_furniture(axes: Axes, asset: Asset, box: OrientedBox) -> None:
     look = palette.swatch(asset)
     corners = box.corners()
     axes.add_patch(Polygon(corners, closed=True, facecolor=look.fill, edgecolor=look.edge, linewidth=0.8, zorder=8))
-    # Corners 3 and 2 end the side that the object looks out of.
+    # Corners 3 and 2 are the ends of the front edge.
     front = np.array([corners[3], corners[2]])
     stripe = palette.STORAGE_COLOURS.get(asset.storage_class or "", look.edge)
     axes.plot(*front.T, color=stripe, linewidth=2.6, solid_capstyle="butt", zorder=9)
@@ -137,7 +189,7 @@ def _draw_reagent(axes: Axes, asset: Asset, box: OrientedBox) -> None:
 
 
 def draw_traces(axes: Axes, traces: Sequence[Trace], colours: dict[str, str]) -> None:
-    """Draw paths, later ones below earlier ones, a cross where one ended short of its goal."""
+    """Draw paths, those of the first policy on top; a cross marks the end of a path that missed its goal."""
     for depth, policy in enumerate(colours):
         for trace in traces:
             if trace.policy != policy:
@@ -161,7 +213,7 @@ def draw_traces(axes: Axes, traces: Sequence[Trace], colours: dict[str, str]) ->
 def draw_goals(axes: Axes, poses: dict[str, tuple[float, float, float]]) -> None:
     """Draw numbered goal poses in the order of the mapping, an arrow along each heading."""
     for number, (x, y, yaw) in enumerate(poses.values(), start=1):
-        tip = (x + 0.42 * math.cos(yaw), y + 0.42 * math.sin(yaw))
+        tip = (x + ARROW * math.cos(yaw), y + ARROW * math.sin(yaw))
         arrow = {"arrowstyle": "-|>,head_width=0.22,head_length=0.4", "color": palette.INK, "linewidth": 1.3}
         axes.annotate("", xy=tip, xytext=(x, y), arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0}, zorder=ON_TOP + 20)
         axes.plot(

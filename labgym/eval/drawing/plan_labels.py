@@ -1,16 +1,19 @@
-"""Names of furniture in a top-down picture: wrapped, shrunk and turned to fit, aside of what stands there."""
+"""Names of furniture in a top-down picture: placed where they cover nothing, inside the outline or next to it."""
 
 from __future__ import annotations
 
-import math
+import itertools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.eval.drawing import palette
+from labgym.geometry import OrientedBox
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 
 if TYPE_CHECKING:
@@ -18,25 +21,101 @@ if TYPE_CHECKING:
 
 FONT = "DejaVu Sans"
 SIZES = (7.0, 6.3, 5.6, 5.0)
-"""Sizes that a name may have, points: the largest that fits is taken, and none is written where none fits."""
-
+"""Font sizes of names, points; the largest that fits is taken."""
 LINE = 1.25
-"""Height of a line of text over its size."""
+"""Height of a line of text relative to its font size."""
+GAPS = (0.07, 0.3)
+"""Distances of a name from its furniture if it is outside, metres; the larger one is for names in front."""
+MARGIN = 0.03
+"""Distance of a name from its furniture's outline if it is inside, metres."""
+DOT = 0.07
+"""Half the width of a reagent's dot, metres."""
+STEPS = 13
+"""Number of positions that are tried along each axis."""
+
+_DIRECTIONS = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
+Rectangle = tuple[float, float, float, float]
+"""x0, y0, x1, y1 in metres."""
 
 
-def label_furniture(axes: Axes, layout: Layout, scale: float) -> None:
-    """Write the names of what stands on the floor.
+@dataclass(frozen=True)
+class Label:
+    """A name in the picture: its centre in metres, font size in points, and whether it reads upwards."""
+
+    text: str
+    x: float
+    y: float
+    size: float
+    upright: bool
+
+    def rectangle(self, scale: float) -> Rectangle:
+        """Return the space that the text takes; `scale` is points per metre."""
+        width, height = _extent(self.text, self.size)
+        across, up = (height, width) if self.upright else (width, height)
+        across, up = across / scale / 2.0, up / scale / 2.0
+        return self.x - across, self.y - up, self.x + across, self.y + up
+
+
+def label_furniture(axes: Axes, layout: Layout, scale: float, occupied: Sequence[Rectangle] = ()) -> None:
+    """Write the names of the placements on the floor.
 
     Args:
-        scale: points of the picture that a metre takes.
+        scale: points of the picture per metre.
+        occupied: rectangles on the floor that names must not cover, such as goal poses.
     """
-    carried: dict[str, list[Placement]] = {}
+    from matplotlib.patheffects import withStroke
+
+    for placement_id, label in furniture_labels(layout, scale, occupied).items():
+        outside = not _inside(layout.box(placement_id), np.array([label.rectangle(scale)]))[0]
+        fill = palette.FLOOR if outside else palette.swatch(layout.asset(placement_id)).fill
+        style: dict[str, Any] = {
+            "fontsize": label.size,
+            "family": FONT,
+            "color": palette.MUTED if outside else palette.INK,
+            "linespacing": 1.05,
+            "zorder": 30,
+            "path_effects": [withStroke(linewidth=1.6, foreground=fill)],
+        }
+        turn: dict[str, Any] = {
+            "rotation": 90 if label.upright else 0,
+            "rotation_mode": "anchor",
+            "ha": "center",
+            "va": "center",
+        }
+        axes.text(label.x, label.y, label.text, **style, **turn)
+
+
+def furniture_labels(layout: Layout, scale: float, occupied: Sequence[Rectangle] = ()) -> dict[str, Label]:
+    """Return a label for each placement on the floor that has room for one, by id.
+
+    A label inside its furniture covers nothing that stands on it. Furniture without room for that has its label on
+    the free floor next to it, in front if possible.
+    """
+    furniture = [placement for placement in layout.placements if placement.support == FLOOR]
+    carried: dict[str, list[Rectangle]] = {placement.id: [] for placement in furniture}
+    hanging: list[Rectangle] = []
     for placement in layout.placements:
-        if placement.support not in (FLOOR, WALL):
-            carried.setdefault(layout.root(placement.id).id, []).append(placement)
-    for placement in layout.placements:
-        if placement.support == FLOOR:
-            _label(axes, layout, placement, carried.get(placement.id, []), scale)
+        bounds = layout.box(placement.id).bounds()
+        if layout.asset(placement.id).kind == "reagent":
+            x, y, _ = placement.position
+            bounds = (x - DOT, y - DOT, x + DOT, y + DOT)
+        if placement.support == WALL:
+            hanging.append(bounds)
+        elif placement.support != FLOOR and _drawn(layout, placement):
+            carried[layout.root(placement.id).id].append(bounds)
+    labels: dict[str, Label] = {}
+    for placement in furniture:
+        label = _label_inside(layout, placement, scale, (carried[placement.id] + hanging, carried[placement.id]))
+        if label is not None:
+            labels[placement.id] = label
+    taken = [layout.box(placement.id).bounds() for placement in furniture] + list(occupied)
+    for placement in furniture:
+        if placement.id not in labels:
+            label = _label_outside(layout, placement, scale, taken)
+            if label is not None:
+                labels[placement.id] = label
+                taken.append(label.rectangle(scale))
+    return labels
 
 
 def readable_name(name: str) -> str:
@@ -46,53 +125,103 @@ def readable_name(name: str) -> str:
     return " ".join([parts[0], *rest]) if parts else name
 
 
-def _label(axes: Axes, layout: Layout, placement: Placement, carried: Sequence[Placement], scale: float) -> None:
-    from matplotlib.patheffects import withStroke
+def _drawn(layout: Layout, placement: Placement) -> bool:
+    """Return whether a carried placement is drawn: of the contents of storage cabinets only reagents are."""
+    return layout.asset(placement.id).kind == "reagent" or layout.asset(placement.support).storage_class is None
 
+
+def _label_inside(
+    layout: Layout, placement: Placement, scale: float, obstacles: Iterable[Sequence[Rectangle]]
+) -> Label | None:
+    """Return the largest label inside a placement's outline; the first sequence of obstacles that allows one counts."""
     box = layout.box(placement.id)
     x0, y0, x1, y1 = box.bounds()
-    upright = (y1 - y0) > 1.3 * (x1 - x0)
-    length, breadth = ((y1 - y0), (x1 - x0)) if upright else ((x1 - x0), (y1 - y0))
-    fitted = _fitted(readable_name(placement.asset), length * scale, breadth * scale)
-    if fitted is None:
-        return
-    text, size = fitted
-    centres = [(layout.box(item.id).x - box.x, layout.box(item.id).y - box.y) for item in carried]
-    across = [dx if upright else dy for dx, dy in centres]
-    shift = _aside(across, breadth - _extent(text, size)[1] / scale)
-    x, y = (box.x + shift, box.y) if upright else (box.x, box.y + shift)
-    halo = [withStroke(linewidth=1.6, foreground=palette.swatch(layout.asset(placement.id)).fill)]
-    style: dict[str, Any] = {
-        "fontsize": size,
-        "family": FONT,
-        "color": palette.INK,
-        "linespacing": 1.05,
-        "zorder": 30,
-        "path_effects": halo,
-    }
-    turn: dict[str, Any] = {"rotation": 90 if upright else 0, "rotation_mode": "anchor", "ha": "center", "va": "center"}
-    axes.text(x, y, text, **style, **turn)
-
-
-def _aside(across: Sequence[float], play: float) -> float:
-    """Return how far to move a name off the middle, towards the side that carries less, with `play` to move in."""
-    if not across or play <= 0.0:
-        return 0.0
-    heavier = sum(across) / len(across)
-    return -math.copysign(0.4 * play, heavier)
-
-
-def _fitted(text: str, length: float, breadth: float) -> tuple[str, float] | None:
-    """Return the wrapped text and size that fit a rectangle given in points, or None."""
-    for size in SIZES:
-        for wrapped in _wrappings(text):
-            width, height = _extent(wrapped, size)
-            if width <= 0.96 * length and height <= 0.96 * breadth:
-                return wrapped, size
+    for rectangles in obstacles:
+        for text, size, upright in _styles(readable_name(placement.asset), tall=(y1 - y0) > 1.3 * (x1 - x0)):
+            label = Label(text, 0.0, 0.0, size, upright)
+            reach = label.rectangle(scale)[2:]
+            x, y = _positions((x0 + reach[0], x1 - reach[0]), (y0 + reach[1], y1 - reach[1]))
+            candidates = np.column_stack([x - reach[0], y - reach[1], x + reach[0], y + reach[1]])
+            free = _inside(box, candidates) & ~_overlaps(candidates, rectangles)
+            if free.any():
+                off_centre = np.where(free, np.hypot(x - box.x, y - box.y), np.inf)
+                nearest = int(off_centre.argmin())
+                return Label(text, float(x[nearest]), float(y[nearest]), size, upright)
     return None
 
 
-def _wrappings(text: str) -> Iterable[str]:
+def _label_outside(layout: Layout, placement: Placement, scale: float, taken: Sequence[Rectangle]) -> Label | None:
+    """Return the largest horizontal label on the free floor next to a placement."""
+    box, room = layout.box(placement.id), layout.room
+    x0, y0, x1, y1 = box.bounds()
+    front = np.array(box.corners()[2:4]).mean(axis=0) - (box.x, box.y)
+    for text, size, upright in _styles(readable_name(placement.asset), tall=False):
+        if upright:
+            continue
+        label = Label(text, 0.0, 0.0, size, upright)
+        reach = np.array(label.rectangle(scale)[2:])
+        half = np.array([(x1 - x0) / 2.0, (y1 - y0) / 2.0])
+        places = [
+            (direction, along, gap)
+            for direction, along, gap in itertools.product(_DIRECTIONS, np.linspace(-0.6, 0.6, STEPS), GAPS)
+            if gap == GAPS[0] or np.dot(direction, front) > 0.0
+        ]
+        # The centre of the name stays next to its furniture.
+        centres = np.array(
+            [
+                (x0 + half[0], y0 + half[1])
+                + direction * (half + reach + gap)
+                + direction[::-1] ** 2 * along * np.minimum(half, np.abs(half - reach))
+                for direction, along, gap in places
+            ]
+        )
+        candidates = np.column_stack([centres - reach, centres + reach])
+        free = ~_overlaps(candidates, taken)
+        free &= (candidates[:, :2] >= 0.0).all(axis=1) & (candidates[:, 2:] <= (room.width, room.depth)).all(axis=1)
+        if free.any():
+            # In front first, then as near to the middle of a side as possible.
+            cost = [-float(np.dot(direction, front)) + 0.4 * abs(along) + gap for direction, along, gap in places]
+            best = int(np.where(free, cost, np.inf).argmin())
+            return Label(text, float(centres[best, 0]), float(centres[best, 1]), size, upright)
+    return None
+
+
+def _styles(text: str, tall: bool) -> Iterator[tuple[str, float, bool]]:
+    """Yield wrapped texts with font sizes and orientations, the best first."""
+    styles = itertools.product(_wrappings(text), SIZES, (False, True))
+    turned = 0.5 if tall else 1.5
+    # Costs are in points of size.
+    yield from sorted(styles, key=lambda style: SIZES[0] - style[1] + turned * style[2] + 0.23 * style[0].count("\n"))
+
+
+def _positions(x: tuple[float, float], y: tuple[float, float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a grid of points over two intervals as flat arrays; none if an interval is empty."""
+    if x[0] > x[1] or y[0] > y[1]:
+        return np.zeros(0), np.zeros(0)
+    grid = np.meshgrid(np.linspace(*x, STEPS), np.linspace(*y, STEPS))
+    return grid[0].ravel(), grid[1].ravel()
+
+
+def _inside(box: OrientedBox, rectangles: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which rectangles (n, 4) lie inside a box's outline, with a margin, shape (n,)."""
+    corners = rectangles[:, [0, 1, 2, 1, 2, 3, 0, 3]].reshape(-1, 4, 2) - (box.x, box.y)
+    cosine, sine = np.cos(box.yaw), np.sin(box.yaw)
+    local = np.abs(corners @ np.array([[cosine, -sine], [sine, cosine]]))
+    limits = np.maximum(np.array([box.width, box.depth]) / 2.0 - MARGIN, 0.0)
+    inside: NDArray[np.bool_] = np.logical_and.reduce(local <= limits, axis=(1, 2))
+    return inside
+
+
+def _overlaps(candidates: NDArray[np.float64], rectangles: Sequence[Rectangle]) -> NDArray[np.bool_]:
+    """Return which candidates (n, 4) overlap any rectangle, shape (n,)."""
+    others = np.array(rectangles, dtype=np.float64).reshape(-1, 4)
+    low = np.maximum(candidates[:, None, :2], others[None, :, :2])
+    high = np.minimum(candidates[:, None, 2:], others[None, :, 2:])
+    overlap: NDArray[np.bool_] = np.logical_and.reduce(low < high - 1e-9, axis=2)
+    return np.asarray(np.logical_or.reduce(overlap, axis=1))
+
+
+def _wrappings(text: str) -> Iterator[str]:
     """Yield a text on one line, then on two and three, broken as evenly as its words allow."""
     parts = text.split(" ")
     yield text
@@ -109,7 +238,7 @@ def _extent(text: str, size: float) -> tuple[float, float]:
 
 @cache
 def _width(line: str) -> float:
-    """Return a line's width over its size."""
+    """Return a line's width relative to its font size."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 

@@ -1,4 +1,4 @@
-"""The column beside a top-down picture: what is shown, where the protocol goes, and what the colours mean."""
+"""The panel next to a top-down picture: title, stops of the protocol, routes, violations and legend."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_drawing import Trace
 from labgym.eval.drawing.plan_labels import FONT, readable_name
 from labgym.layouts.model import Layout
+from labgym.layouts.rules import Violation
 from labgym.protocols import Protocol
 
 if TYPE_CHECKING:
@@ -18,17 +19,17 @@ if TYPE_CHECKING:
 PANEL_INCHES = 2.5
 TEXT = 7.5
 LINE = 0.165
-"""Size of the running text in points, and the height of its lines in inches."""
+"""Font size of the text in points, and the height of its lines in inches."""
+MOST_VIOLATIONS = 6
 
 
 class Panel:
-    """A column of text and swatches, written from the top downwards; `y` counts inches from the top."""
+    """A column of text and swatches, written from top to bottom; `y` is the distance from the top in inches."""
 
-    def __init__(self, axes: Axes, inches: float) -> None:
+    def __init__(self, axes: Axes) -> None:
         self.axes = axes
         self.y = 0.0
         axes.set_xlim(0.0, PANEL_INCHES)
-        axes.set_ylim(inches, 0.0)
         axes.set_axis_off()
 
     def title(self, layout: Layout, protocol: Protocol | None) -> None:
@@ -56,19 +57,31 @@ class Panel:
             self._text(readable_name(location), indent=0.3)
 
     def traces(self, traces: Sequence[Trace], colours: dict[str, str]) -> None:
-        """List the policies and how many of their drives arrived."""
+        """List the policies with their numbers of successful drives."""
         self._heading("Routes")
         for policy, colour in colours.items():
-            mine = [trace for trace in traces if trace.policy == policy]
-            self._line(colour, f"{policy}: {sum(trace.success for trace in mine)} of {len(mine)} arrive")
+            drives = [trace for trace in traces if trace.policy == policy]
+            self._line(colour, f"{policy}: {sum(trace.success for trace in drives)} of {len(drives)} reach the goal")
+
+    def violations(self, violations: Sequence[Violation]) -> None:
+        """List the violations with their numbers."""
+        self._heading(f"Violations: {len(violations)}")
+        for number, violation in enumerate(violations[:MOST_VIOLATIONS], start=1):
+            mark: dict[str, Any] = {"family": FONT, "weight": "bold", "color": palette.ALARM, "ha": "center"}
+            self.axes.text(0.1, self.y + LINE / 2.0, str(number), fontsize=TEXT, va="center_baseline", **mark)
+            lines = textwrap.wrap(violation.message, 42)
+            for line in [*lines[:2], "..."][: len(lines)] if len(lines) > 3 else lines:
+                self._text(line, size=6.3, indent=0.3, line=0.14)
+        if len(violations) > MOST_VIOLATIONS:
+            self._text(f"and {len(violations) - MOST_VIOLATIONS} more: see `labgym score`", size=6.3, indent=0.3)
 
     def legend(self, layout: Layout) -> None:
-        """Explain the colours that occur in the layout."""
+        """Explain the colors that occur in the layout."""
         assets = [layout.asset(placement.id) for placement in layout.placements]
         self._heading("Objects")
-        seen = {palette.swatch(asset).label: palette.swatch(asset) for asset in assets if asset.kind != "reagent"}
-        for label in sorted(seen):
-            self._box(seen[label].fill, seen[label].edge, label)
+        swatches = {palette.swatch(asset).label: palette.swatch(asset) for asset in assets if asset.kind != "reagent"}
+        for label in sorted(swatches):
+            self._box(swatches[label].fill, swatches[label].edge, label)
         if any(asset.heat_class for asset in assets):
             self._box("#ffffff", palette.HEAT, "heat source")
         classes = {

@@ -8,14 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from matplotlib.image import imread
 
 from labgym.errors import OptionError
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.pictures import picture_bytes, save_picture, topdown
 from labgym.eval.drawing.plan_drawing import Trace
-from labgym.eval.drawing.plan_labels import readable_name
-from labgym.layouts import Door, Layout, Placement, Room
+from labgym.eval.drawing.plan_labels import furniture_labels, readable_name
+from labgym.layouts import Door, Layout, Placement, Room, load_published
+from labgym.layouts.rules import evaluate_layout
 
 ROOM = Room(name="picture", width=6.0, depth=4.0, doors=(Door(wall="front", offset=1.0),))
 
@@ -80,7 +82,7 @@ def test_pictures_are_written_as_png_or_svg_and_nothing_else(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "text"),
     [
         ("FumeHood1800", "Fume hood 1800"),
         ("PreparationBench", "Preparation bench"),
@@ -88,5 +90,65 @@ def test_pictures_are_written_as_png_or_svg_and_nothing_else(tmp_path):
         ("NMRTube", "NMR tube"),
     ],
 )
-def test_camel_case_names_are_read_as_words(name, said):
-    assert readable_name(name) == said
+def test_camel_case_names_are_read_as_words(name, text):
+    assert readable_name(name) == text
+
+
+@pytest.mark.parametrize(("split", "name"), [("test", "test-sub_01"), ("test", "test-fgt_02"), ("val", "val-red_03")])
+def test_names_cover_nothing_and_nearly_all_furniture_has_one(split, name):
+    """Overlaps are computed by shapely from the layout's boxes."""
+    laboratory = load_published(split, name)
+    scale = 50.0
+    labels = furniture_labels(laboratory, scale)
+    outlines = {p.id: shapely.Polygon(laboratory.box(p.id).corners()) for p in laboratory.placements}
+    furniture = {p.id for p in laboratory.placements if p.support == "floor"}
+    hidden = {
+        p.id
+        for p in laboratory.placements
+        if p.support in laboratory.by_id
+        and laboratory.asset(p.support).storage_class
+        and laboratory.asset(p.id).kind != "reagent"
+    }
+    spaces = {placement_id: shapely.box(*label.rectangle(scale)) for placement_id, label in labels.items()}
+    assert len(labels) >= 0.9 * len(furniture)
+    for placement_id, space in spaces.items():
+        if outlines[placement_id].contains(space):
+            on_it = {p.id for p in laboratory.placements if laboratory.root(p.id).id == placement_id}
+            covered = on_it - hidden - {placement_id}
+        else:
+            covered = furniture
+            others = [other for key, other in spaces.items() if key != placement_id]
+            assert not any(space.intersection(other).area > 1e-6 for other in others)
+        assert [other for other in covered if space.intersection(outlines[other]).area > 1e-6] == []
+
+
+def test_what_violates_a_rule_is_outlined_in_red_and_listed():
+    bench, hood = layout().placements
+    moved = hood.model_copy(update={"position": (3.2, 2.6, 0.0)})
+    colliding = layout().replace(placements=(bench, moved))
+    violations = evaluate_layout(colliding).violations.items
+    assert [violation.kind for violation in violations] == ["collision"]
+    red = [int(palette.ALARM[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    # The right edge of the hood, which is 1.5 m wide.
+    edge = (3.2 + 0.75, 2.6)
+    assert pixel(picture_bytes(topdown(colliding, violations=violations)), *edge) == pytest.approx(red, abs=0.05)
+    assert pixel(picture_bytes(topdown(colliding)), *edge) != pytest.approx(red, abs=0.05)
+    text = picture_text(topdown(colliding, violations=violations))
+    assert "Violations: 1" in text
+    assert violations[0].ids[0] in text
+
+
+def picture_text(figure) -> str:
+    return " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
+
+
+def test_a_long_list_of_violations_ends_with_their_number_and_the_panel_stays_in_the_picture():
+    (bench, _) = layout().placements
+    stack = tuple(bench.model_copy(update={"id": f"bench_{k}"}) for k in range(5))
+    crowded = layout().replace(placements=stack)
+    violations = evaluate_layout(crowded).violations.items
+    assert len(violations) == 10
+    figure = topdown(crowded, violations=violations)
+    assert "and 4 more" in picture_text(figure)
+    panel = figure.axes[1]
+    assert all(panel.get_ylim()[1] <= text.get_position()[1] <= panel.get_ylim()[0] for text in panel.texts)
