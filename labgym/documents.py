@@ -18,6 +18,8 @@ MAX_BYTES = 32 * 1024 * 1024
 MAX_DEPTH = 32
 MAX_MAGNITUDE = 1e9
 MAX_INTEGER = 2**53
+MAX_CONTAINERS = 1_000_000
+"""Largest number of lists and objects in a document: empty ones need thirty times their size in memory."""
 
 
 class Record(BaseModel):
@@ -98,7 +100,8 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
 
     Raises:
         DocumentError: the file is missing, not a regular file, too large, not UTF-8 or not JSON; a number is not
-            finite or exceeds 1e9 in magnitude (2^53 for integers); or the nesting exceeds 32 levels.
+            finite or exceeds 1e9 in magnitude (2^53 for integers); the nesting exceeds 32 levels; or there are more
+            than a million lists and objects.
     """
     path = Path(path)
     if not path.is_file():
@@ -114,11 +117,13 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
 
 
 def parse_json(raw: bytes, source: object) -> Any:
-    """Return the plain data of JSON bytes that came from `source`, within bounds of depth and magnitude.
+    """Return the data in JSON bytes from `source`, within bounds of depth, magnitude and number of containers.
 
     Raises:
         DocumentError: as `read_json`; names the source.
     """
+    if raw.count(b"[") + raw.count(b"{") > MAX_CONTAINERS:
+        raise DocumentError(source, "", f"more than {MAX_CONTAINERS} lists and objects")
     try:
         data = json.loads(raw.decode("utf-8"), parse_constant=float)
     except RecursionError:
@@ -199,18 +204,27 @@ def _naming(error: OSError, path: Path) -> OSError:
 
 
 def _check_bounds(data: Any, source: object) -> None:
-    stack: list[tuple[Any, str, int]] = [(data, "", 1)]
-    while stack:
-        value, field, depth = stack.pop()
-        if depth > MAX_DEPTH:
-            raise DocumentError(source, field[:80], f"nested deeper than {MAX_DEPTH} levels")
-        if isinstance(value, dict):
-            stack.extend((item, f"{field}.{key}"[:200].lstrip("."), depth + 1) for key, item in value.items())
-        elif isinstance(value, list):
-            stack.extend((item, f"{field}.{index}"[:200].lstrip("."), depth + 1) for index, item in enumerate(value))
-        elif isinstance(value, int | float) and not isinstance(value, bool):
-            limit = MAX_INTEGER if isinstance(value, int) else MAX_MAGNITUDE
-            if not abs(value) <= limit:
-                raise DocumentError(
-                    source, field, f"number {str(value)[:40]} is not finite or exceeds {limit:g} in magnitude"
-                )
+    fault = _first_fault(data, 1)
+    if fault is not None:
+        path, problem = fault
+        raise DocumentError(source, ".".join(reversed(path))[:200], problem)
+
+
+def _first_fault(value: Any, depth: int) -> tuple[list[str], str] | None:
+    """Return the first value out of bounds: its path, innermost key first, and the problem; None if there is none.
+
+    The path is built only for a fault, so that checking a large document takes no memory.
+    """
+    if depth > MAX_DEPTH:
+        return [], f"nested deeper than {MAX_DEPTH} levels"
+    if isinstance(value, dict | list):
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            fault = _first_fault(item, depth + 1)
+            if fault is not None:
+                fault[0].append(str(key)[:80])
+                return fault
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        limit = MAX_INTEGER if isinstance(value, int) else MAX_MAGNITUDE
+        if not abs(value) <= limit:
+            return [], f"number {str(value)[:40]} is not finite or exceeds {limit:g} in magnitude"
+    return None

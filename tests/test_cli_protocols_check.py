@@ -8,7 +8,7 @@ from labgym.cli import main
 from labgym.protocols import get
 
 
-def test_a_sound_protocol_is_told_to_be_so_with_its_advice(capsys):
+def test_a_sound_protocol_is_reported_to_be_so_with_its_advice(capsys):
     assert main(["protocols", "check", "red_02"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) >= 2
@@ -16,16 +16,17 @@ def test_a_sound_protocol_is_told_to_be_so_with_its_advice(capsys):
     assert lines[-1] == f"no faults, {len(lines) - 1} pieces of advice"
 
 
-def test_a_fault_is_told_with_its_step_and_a_way_out_and_ends_in_1(capsys, tmp_path):
+def test_a_fault_is_reported_with_its_step_and_a_way_out_and_ends_in_1(capsys, tmp_path):
     protocol = get("sub_01")
     reagents = tuple(
         use.model_copy(update={"amount": "900 mL"}) if use.name == "Acetone" else use for use in protocol.reagents
     )
     file = protocol.model_copy(update={"reagents": reagents}).save(tmp_path / "large.json")
     assert main(["protocols", "check", str(file)]) == 1
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     assert (
-        "fault: step 2 (Add) has about 456 mL in RoundBottomFlask of 250 mL; use ThreeNeckFlask [vessel-volume]" in told
+        "fault: step 2 (Add) has about 456 mL in RoundBottomFlask of 250 mL; use ThreeNeckFlask [vessel-volume]"
+        in printed
     )
 
 

@@ -134,7 +134,7 @@ def test_a_request_that_is_rejected_in_every_form_ends_with_the_servers_words(lo
     assert len(loopback.requests) == 3
 
 
-def test_a_wrong_model_name_is_told(loopback, model_at):
+def test_a_wrong_model_name_is_reported(loopback, model_at):
     loopback.sends(404, {"error": {"message": "model 'test-model' does not exist"}})
     error = failure(model_at())
     assert error.reason == "rejected"
@@ -142,14 +142,16 @@ def test_a_wrong_model_name_is_told(loopback, model_at):
     assert len(loopback.requests) == 1
 
 
-def test_a_wrong_key_is_told_without_the_key(loopback, model_at, caplog):
+def test_a_wrong_key_is_reported_without_the_key(loopback, model_at, caplog):
     caplog.set_level(logging.DEBUG)
     loopback.sends(401, {"error": {"message": f"Incorrect API key provided: {KEY}"}})
     error = failure(model_at())
     assert error.reason == "unauthorized"
     assert "LABGYM_LLM_API_KEY" in str(error)
-    told = "".join(traceback.format_exception(error)) + caplog.text + repr(error.__dict__) + repr(pickle.dumps(error))
-    assert KEY not in told
+    printed = (
+        "".join(traceback.format_exception(error)) + caplog.text + repr(error.__dict__) + repr(pickle.dumps(error))
+    )
+    assert KEY not in printed
     assert len(loopback.requests) == 1, "a wrong key is not tried again"
 
 
@@ -238,7 +240,7 @@ def test_a_connection_lost_in_the_middle_is_tried_again(loopback, model_at, wait
     assert waits == [1.0]
 
 
-def test_no_server_at_the_address_is_told(model_at):
+def test_no_server_at_the_address_is_reported(model_at):
     error = failure(model_at(base_url="http://127.0.0.1:9/v1", retries=1))
     assert error.reason == "unreachable"
     assert "LABGYM_LLM_BASE_URL" in str(error)
@@ -256,7 +258,7 @@ def test_the_key_follows_no_redirect(loopback, model_at):
     "body",
     [b"<html>hello</html>", b'{"choices": ', b"[]", b"\xff\xfe", b"[" * 100_000, b'{"choices": [{"message": 1}]}'],
 )
-def test_what_is_no_completion_is_told(loopback, model_at, body):
+def test_what_is_no_completion_is_reported(loopback, model_at, body):
     loopback.sends(200, body)
     error = failure(model_at())
     assert error.reason == "malformed"
@@ -371,12 +373,12 @@ def test_a_request_that_is_not_recorded_is_named_and_nothing_is_sent(loopback, m
     assert loopback.requests == []
 
 
-def test_replay_without_a_folder_is_told(model_at):
+def test_replay_without_a_folder_is_reported(model_at):
     with pytest.raises(LanguageModelError, match="LABGYM_LLM_CACHE"):
         model_at(replay=True)
 
 
-def test_a_damaged_recording_is_told_and_not_used(loopback, model_at, tmp_path):
+def test_a_damaged_recording_is_reported_and_not_used(loopback, model_at, tmp_path):
     loopback.says(GOOD)
     key = ask(model_at(cache=tmp_path)).key
     file = next(tmp_path.rglob("*.json"))
@@ -422,7 +424,7 @@ def test_the_environment_configures_a_model(monkeypatch, tmp_path):
     assert KEY not in repr(config) + str(config) + config.model_dump_json()
 
 
-def test_nothing_configured_is_told_with_the_variables_to_set():
+def test_nothing_configured_is_reported_with_the_variables_to_set():
     assert not LanguageModelConfig.configured({})
     with pytest.raises(LanguageModelError, match="LABGYM_LLM_BASE_URL and LABGYM_LLM_MODEL") as caught:
         LanguageModelConfig.from_environment({})

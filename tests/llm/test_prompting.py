@@ -65,7 +65,7 @@ def test_slots_and_data_have_to_match():
         prompt.fill(a=1, b=2, c=3)
 
 
-def test_a_datum_that_is_too_long_is_told():
+def test_a_datum_that_is_too_long_is_reported():
     with pytest.raises(OptionError, match="too long"):
         data_block("text", "x" * (MAX_DATUM + 1))
 
@@ -80,7 +80,7 @@ def test_the_package_has_its_prompts():
 
 
 @pytest.mark.parametrize("text", ["", "# Role\nx\n# Question\ny", "---\nversion: 1\n---\n# Role\n{{a}}\n# Question\nb"])
-def test_a_file_that_is_no_prompt_is_told(tmp_path, text):
+def test_a_file_that_is_no_prompt_is_reported(tmp_path, text):
     (tmp_path / "odd.md").write_text(text)
     with pytest.raises(DocumentError, match="not a prompt"):
         load_prompt(tmp_path / "odd.md")

@@ -164,7 +164,7 @@ class _Episode:
         begin = time.perf_counter()
         try:
             return call(argument)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             reason = " ".join(f"{type(error).__name__}: {error}".split())
             raise PolicyError(reason[:500]) from error
         finally:

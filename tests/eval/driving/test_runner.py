@@ -65,7 +65,7 @@ def users_module(tmp_path, monkeypatch) -> str:
 
 
 class Listener(Policy):
-    """Drives in an arc and keeps what it is told."""
+    """Drives in an arc and keeps what it is printed."""
 
     def __init__(self) -> None:
         self.starts: list[EpisodeStart] = []
@@ -222,6 +222,15 @@ def test_what_is_no_action_fails_the_episode_with_a_reason(layouts, action):
 
     report = evaluate(Odd(), [layouts[0]], progress=False)
     assert all("expected two" in row.error for row in report.rows)
+
+
+def test_a_policy_that_exits_fails_its_episode_and_not_the_evaluation(layouts):
+    class Exiting(Still):
+        def act(self, observation):
+            raise SystemExit(7)
+
+    report = evaluate(Exiting(), [layouts[0]], progress=False)
+    assert {row.error for row in report.rows} == {"SystemExit: 7"}
 
 
 def test_time_runs_out_where_the_suite_says(layouts):

@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+import errno
+import json
+import tracemalloc
+
+import pytest
+
+from labgym.documents import MAX_CONTAINERS, append_text, parse_json, read_json, write_bytes
+from labgym.errors import DocumentError
+
+
+@pytest.mark.parametrize(
+    ("data", "field"),
+    [
+        ({"a": [0, {"b": 1e300}]}, "a.1.b"),
+        ([0, [2**60]], "1.0"),
+        ({"x": float("inf")}, "x"),
+        ({"deep": json.loads("[" * 40 + "]" * 40)}, "deep.0.0"),
+    ],
+)
+def test_a_value_out_of_bounds_is_named_by_its_path(data, field):
+    with pytest.raises(DocumentError) as error:
+        parse_json(json.dumps(data).encode(), "a.json")
+    assert error.value.field.startswith(field)
+
+
+def test_a_file_of_empty_lists_takes_little_memory():
+    raw = b"[" + b"[]," * (4 * MAX_CONTAINERS) + b"[]]"
+    tracemalloc.start()
+    with pytest.raises(DocumentError, match="more than 1000000 lists and objects"):
+        parse_json(raw, "a.json")
+    assert tracemalloc.get_traced_memory()[1] < 2**20
+    tracemalloc.stop()
+
+
+def test_a_large_document_is_read(tmp_path):
+    data = {"rows": [[index, 0.5] for index in range(200_000)]}
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(data))
+    assert read_json(path) == data
+
+
+def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OSError, match="No space left") as error:
+        append_text(tmp_path / "rows.jsonl", "x")
+    assert error.value.filename == str(tmp_path / "rows.jsonl")
+
+    class Full:
+        def __init__(self, handle, mode):
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *details):
+            return None
+
+        def write(self, data):
+            full(0)
+
+    monkeypatch.setattr("os.fdopen", Full)
+    with pytest.raises(OSError, match="No space left") as error:
+        write_bytes(tmp_path / "a.json", b"x")
+    assert error.value.filename == str(tmp_path / "a.json")
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".a.json")]
