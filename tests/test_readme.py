@@ -14,7 +14,6 @@ SMALLER = (
     ("total_timesteps=1_000_000", "total_timesteps=8"),
     ("n_envs=8", "n_envs=1"),
     ("n_steps=512, batch_size=256", "n_steps=8, batch_size=8"),
-    (", vec_env_cls=SubprocVecEnv", ""),
     ('suite="test"', 'suite=[load_published("test", published("test")[0])]'),
     ("import numpy as np\n", "import numpy as np\nfrom labgym.layouts import load_published, published\n"),
 )

@@ -98,7 +98,7 @@ Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, s
 
 
 def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:
-    """Return a Markdown table of evaluations, one per row, and which of them cannot be told from the first.
+    """Return a Markdown table of evaluations, one per row, and a sentence on the effects that they show.
 
     Args:
         folder: with one evaluation's folder per variant.

@@ -228,9 +228,23 @@ def test_a_model_acts_as_stable_baselines3_does(trained):
     assert policy.observation == "lidar"
     seen = observation()
     model = stable_baselines3.PPO.load(trained, device="cpu")
-    wanted, _ = model.predict({key: seen[key] for key in ("goal", "velocity", "lidar")}, deterministic=True)
+    expected, _ = model.predict({key: seen[key] for key in ("goal", "velocity", "lidar")}, deterministic=True)
     policy.reset(start())
-    assert policy.act(seen) == pytest.approx(np.clip(wanted, -1.0, 1.0))
+    assert policy.act(seen) == pytest.approx(np.clip(expected, -1.0, 1.0))
+
+
+def test_a_model_can_sample_its_actions_from_the_episodes_generator(trained):
+    policy = make_policy(str(trained), trust=True, deterministic=False)
+    torch.manual_seed(1)
+    untouched = torch.rand(1)
+    torch.manual_seed(1)
+    drives = []
+    for seed in (3, 3, 4):
+        policy.reset(EpisodeStart(goal=(2.0, 0.0), rng=np.random.default_rng(seed)))
+        drives.append([policy.act(observation()).tolist() for _ in range(4)])
+    assert drives[0] == drives[1] != drives[2]
+    assert len({tuple(action) for action in drives[0]}) > 1
+    assert torch.equal(torch.rand(1), untouched)
 
 
 def test_a_model_of_flat_observations_gets_them_in_gymnasiums_order(tmp_path):

@@ -22,7 +22,7 @@ from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.http.client import HttpPolicy, enlarged
 from labgym.policies.http.connection import MAX_ANSWER, Connection, ServerError
 from labgym.policies.http.forms import decode_form
-from labgym.policies.http.wire import decode_colour, decode_depth
+from labgym.policies.http.wire import decode_color, decode_depth
 
 Answer = Callable[[str, bytes, str], tuple[int, bytes]]
 
@@ -142,7 +142,7 @@ def test_the_camera_is_sent_as_the_benchmark_has_it():
     assert reset["batch_size"] == 1
     assert reset["intrinsic"][0][0] == pytest.approx(320.0 / math.tan(math.radians(34.0)))
     form = script.form()
-    picture, depth = decode_colour(form["image"], 1)[0], decode_depth(form["depth"], 1)[0]
+    picture, depth = decode_color(form["image"], 1)[0], decode_depth(form["depth"], 1)[0]
     seen = observation()
     assert picture.shape == (360, 640, 3)
     assert np.abs(picture[2::5, 2::5].astype(int) - seen["rgb"]).max() <= 6
@@ -330,7 +330,7 @@ def test_a_server_that_is_slow_or_drips_is_cut_off_and_not_asked_again(drip):
             connection.sendall(drip)
 
     with raw_server(talk) as (url, count):
-        with pytest.raises(ServerError, match=r"no whole answer within 0\.4 s"):
+        with pytest.raises(ServerError, match=r"no complete answer within 0\.4 s"):
             HttpPolicy(url, reset_timeout=0.4).reset(start())
         gone.set()
         assert count[0] == 1
@@ -347,6 +347,10 @@ def test_a_server_that_is_slow_or_drips_is_cut_off_and_not_asked_again(drip):
         "http://user:secret@127.0.0.1:8888",
         "http://127.0.0.1:8888/?a=1",
         "http://[::1",
+        "http://a b",
+        "http://host\0",
+        f"http://{'a' * 300}",
+        "http://127.0.0.1:8888/two words",
     ],
 )
 def test_what_is_no_url_is_refused_before_anything_is_sent(url):

@@ -30,7 +30,7 @@ from labgym.policies.http.client import HttpPolicy, enlarged
 from labgym.policies.http.forms import encode_form
 from labgym.policies.http.served import Frame, resampled_view, rolled_out
 from labgym.policies.http.server import MAX_BATCH, MAX_BODY, NavigationServer
-from labgym.policies.http.wire import encode_colour, encode_depth, intrinsic_matrix
+from labgym.policies.http.wire import encode_color, encode_depth, intrinsic_matrix
 
 K = intrinsic_matrix(640, 360, ROBOT.camera_hfov).tolist()
 
@@ -121,7 +121,7 @@ def frames(batch: int = 1, state: object = None, **changes: object) -> tuple[byt
     if state is not None:
         fields["state_data"] = json.dumps(state)
     files = {
-        "image": ("image.jpg", "image/jpeg", encode_colour(pictures)),
+        "image": ("image.jpg", "image/jpeg", encode_color(pictures)),
         "depth": ("depth.png", "image/png", encode_depth(depth)),
     }
     for name, value in changes.items():
@@ -335,7 +335,7 @@ class Ranger(Diary):
 
 @pytest.mark.parametrize(
     ("make", "reason"),
-    [(Ranger, "asks for 'lidar'"), (lambda: make_policy("astar"), "needs the map")],
+    [(Ranger, "needs 'lidar'"), (lambda: make_policy("astar"), "needs the map")],
 )
 def test_what_cannot_be_served_is_refused_at_the_start(make, reason):
     with pytest.raises(LabgymError, match=reason):

@@ -17,9 +17,9 @@ from PIL import Image
 from labgym.policies.http.forms import MAX_PARTS, decode_form, encode_form
 from labgym.policies.http.wire import (
     WireError,
-    decode_colour,
+    decode_color,
     decode_depth,
-    encode_colour,
+    encode_color,
     encode_depth,
     intrinsic_matrix,
 )
@@ -45,19 +45,19 @@ def smooth(batch: int = 1, height: int = 90, width: int = 160) -> np.ndarray:
 def test_a_red_picture_reaches_the_benchmarks_servers_red_and_looks_blue_in_a_viewer():
     red = np.zeros((1, 48, 64, 3), np.uint8)
     red[..., 0] = 255
-    data = encode_colour(red)
+    data = encode_color(red)
     np.testing.assert_allclose(benchmark_picture(data, 1).mean(axis=(0, 1, 2)), [255, 0, 0], atol=3)
     np.testing.assert_allclose(np.asarray(Image.open(io.BytesIO(data))).mean(axis=(0, 1)), [0, 0, 255], atol=3)
-    np.testing.assert_allclose(decode_colour(data, 1).mean(axis=(0, 1, 2)), [255, 0, 0], atol=3)
+    np.testing.assert_allclose(decode_color(data, 1).mean(axis=(0, 1, 2)), [255, 0, 0], atol=3)
 
 
 @pytest.mark.parametrize("batch", [1, 3])
 def test_pictures_are_the_bytes_that_the_benchmarks_client_sends(batch):
     pictures = smooth(batch)
     expected = cv2.imencode(".jpg", np.concatenate(list(pictures), axis=0))[1].tobytes()
-    assert encode_colour(pictures) == expected
+    assert encode_color(pictures) == expected
     assert np.abs(benchmark_picture(expected, batch).astype(int) - pictures).mean() < 3.0
-    np.testing.assert_array_equal(decode_colour(expected, batch), benchmark_picture(expected, batch))
+    np.testing.assert_array_equal(decode_color(expected, batch), benchmark_picture(expected, batch))
 
 
 def test_depth_is_cut_off_at_a_tenth_of_a_millimetre_and_saturates():
@@ -97,7 +97,7 @@ def png_of(width: int, height: int) -> bytes:
     [
         b"",
         b"nothing of the kind",
-        encode_colour(smooth())[:40],
+        encode_color(smooth())[:40],
         encode_depth(np.ones((1, 36, 64))),
         cv2.imencode(".bmp", smooth()[0])[1].tobytes(),
     ],
@@ -105,14 +105,14 @@ def png_of(width: int, height: int) -> bytes:
 )
 def test_what_is_no_jpeg_is_refused(data):
     with pytest.raises(WireError):
-        decode_colour(data, 1)
+        decode_color(data, 1)
 
 
 @pytest.mark.parametrize(
     "data",
     [
         b"",
-        encode_colour(smooth()),
+        encode_color(smooth()),
         cv2.imencode(".png", smooth()[0])[1].tobytes(),
         cv2.imencode(".png", smooth()[0][..., 0])[1].tobytes(),
         png_of(60_000, 60_000),
@@ -126,8 +126,8 @@ def test_what_is_no_depth_is_refused(data):
 
 
 def test_a_picture_that_is_no_stack_of_the_batch_is_refused():
-    with pytest.raises(WireError, match="no stack of 7"):
-        decode_colour(encode_colour(smooth()), 7)
+    with pytest.raises(WireError, match="not a stack of 7"):
+        decode_color(encode_color(smooth()), 7)
 
 
 def test_the_intrinsic_matrix_sees_the_field_of_view():

@@ -1,1 +1,1 @@
-"""Policies from files that other tools write: stable-baselines3, TorchScript, ONNX."""
+"""Policies in files of other tools: stable-baselines3, TorchScript, ONNX."""

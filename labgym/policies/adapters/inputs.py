@@ -1,4 +1,4 @@
-"""How an observation becomes the inputs of a network that came in a file: by their names."""
+"""Inputs of a network in a file, filled from the observation by name."""
 
 from __future__ import annotations
 
@@ -21,51 +21,51 @@ SHAPES: dict[str, tuple[int, ...]] = {
     "depth": (1, 1, *IMAGE_SHAPE),
     "rgb": (1, 3, *IMAGE_SHAPE),
 }
-"""What a network may ask for, float32 with a batch of one: metres and radians as observed, colours in [0, 1]."""
+"""Shapes of the possible inputs, float32 with a batch of one: meters and radians as observed, colors in [0, 1]."""
 
 
 class Inputs:
     """The observations that a network takes, in its order.
 
     Args:
-        names: its inputs.
-        renamed: which observation an input is, where its own name does not say it.
+        names: of the inputs.
+        renamed: observation by input, for inputs with other names than the observation.
         source: the file, for errors.
 
     Attributes:
-        sensors: what the environment must give for them.
+        sensors: that the environment must have for them.
 
     Raises:
-        UnknownNameError: an input is no observation.
-        OptionError: something is renamed that is no input, or the inputs need both lidar and camera.
+        UnknownNameError: an input is not an observation.
+        OptionError: a renamed input does not exist, or the inputs need both lidar and camera.
     """
 
     def __init__(self, names: Sequence[str], renamed: Mapping[str, str] | None, source: str) -> None:
         renamed = dict(renamed or {})
-        strange = sorted(renamed.keys() - set(names))
-        if strange:
-            raise OptionError(f"{source}: has no input {strange[0]!r} to rename; its inputs: {', '.join(names)}")
+        unknown = sorted(renamed.keys() - set(names))
+        if unknown:
+            raise OptionError(f"{source}: there is no input {unknown[0]!r} to rename; its inputs: {', '.join(names)}")
         self.names = tuple(names)
         self._observed = tuple(renamed.get(name, name) for name in names)
         for name in self._observed:
             if name not in SHAPES:
-                raise UnknownNameError(f"{source}: observation for an input", name, SHAPES)
+                raise UnknownNameError(f"{source}: observation of an input", name, SHAPES)
         self.sensors = sensors_for(self._observed, source)
 
     def arrays(self, observation: Observation) -> list[NDArray[np.float32]]:
-        """Return the inputs for an observation, shapes as in `SHAPES`."""
+        """Return the inputs for an observation, with the shapes of `SHAPES`."""
         return [_array(name, observation) for name in self._observed]
 
 
 def sensors_for(names: Sequence[str], source: str) -> Sensors:
-    """Return the environment's `observation` that has all of some keys.
+    """Return the environment's `observation` that contains all of some keys.
 
     Raises:
-        OptionError: none has both lidar and camera.
+        OptionError: they need both lidar and camera, which no observation has.
     """
     camera: Sensors | None = "rgbd" if "rgb" in names else "depth" if "depth" in names else None
     if camera and "lidar" in names:
-        raise OptionError(f"{source}: asks for lidar and camera; the environment gives one of them")
+        raise OptionError(f"{source}: needs lidar and camera; the environment gives only one of them")
     return camera or "lidar"
 
 
@@ -73,7 +73,7 @@ def checked_file(path: str | Path) -> Path:
     """Return the path of a policy's file.
 
     Raises:
-        LabgymError: there is none.
+        LabgymError: the file does not exist.
     """
     path = Path(path)
     if not path.is_file():
@@ -85,7 +85,7 @@ def checked_action(output: object, source: str) -> NDArray[np.float64]:
     """Return a network's output as an action (2,), clipped to [-1, 1].
 
     Raises:
-        LabgymError: it is not two finite numbers.
+        LabgymError: the output is not two finite numbers.
     """
     try:
         action = np.asarray(output, dtype=np.float64).ravel()

@@ -15,18 +15,18 @@ from labgym.policies.policy import EpisodeStart, Observation, Policy
 
 
 class OnnxPolicy(Policy):
-    """Acts with an ONNX graph, by onnxruntime on one core of the CPU.
+    """Acts with an ONNX graph, run by onnxruntime on one CPU core.
 
-    Its inputs are observations by name (`labgym.policies.adapters.inputs.SHAPES`), float32; its first output is the
-    action: two numbers in [-1, 1]. It keeps no state from step to step.
+    The inputs are observations by name (`labgym.policies.adapters.inputs.SHAPES`), float32. The first output is the
+    action, two numbers in [-1, 1]. No state is kept between steps.
 
     Args:
-        path: the file.
-        inputs: observation by input, where the inputs have other names.
+        path: of the file.
+        inputs: observation by input, for inputs with other names.
 
     Raises:
-        LabgymError: the file is no ONNX graph.
-        UnknownNameError: an input is no observation.
+        LabgymError: the file is not an ONNX graph.
+        UnknownNameError: an input is not an observation.
         MissingDependencyError: onnxruntime is not installed.
     """
 
@@ -45,18 +45,18 @@ class OnnxPolicy(Policy):
             self._session = onnxruntime.InferenceSession(str(self._path), options, ["CPUExecutionProvider"])
         except Exception as error:
             reason = " ".join(str(error).split())[:120]
-            raise LabgymError(f"policy {str(path)!r} is no ONNX graph that onnxruntime runs ({reason})") from error
+            raise LabgymError(f"policy {str(path)!r} is not an ONNX graph for onnxruntime ({reason})") from error
         self._inputs = Inputs([entry.name for entry in self._session.get_inputs()], inputs, str(path))
         self.observation = self._inputs.sensors  # type: ignore[misc] # the file decides, not the class
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Nothing to forget."""
+        """Do nothing: there is no state."""
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Run the graph.
 
         Raises:
-            LabgymError: it returns what is no action.
+            LabgymError: the output is not an action.
         """
         feed = dict(zip(self._inputs.names, self._inputs.arrays(observation), strict=True))
         return checked_action(self._session.run(None, feed)[0], str(self._path))

@@ -1,4 +1,4 @@
-"""A model that stable-baselines3 saved, as a policy."""
+"""A model saved by stable-baselines3, as a policy."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from labgym.policies.adapters.inputs import checked_action, checked_file, sensor
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 
 ALGORITHMS = ("A2C", "DDPG", "PPO", "SAC", "TD3")
-"""Those of stable-baselines3 whose actions are continuous."""
+"""Algorithms of stable-baselines3 with continuous actions."""
 
 SHAPES: dict[str, tuple[tuple[int, ...], ...]] = {
     "goal": ((3,),),
@@ -26,54 +26,68 @@ SHAPES: dict[str, tuple[tuple[int, ...], ...]] = {
     "depth": ((IMAGE_SHAPE[0] * IMAGE_SHAPE[1],),),
     "rgb": ((*IMAGE_SHAPE, 3), (3, *IMAGE_SHAPE)),
 }
-"""Shapes of the environment's observations; a model that was trained on pictures has them channels first."""
+"""Shapes of the environment's observations; models trained on images have them channels first."""
 
 FLAT: dict[Sensors, tuple[str, ...]] = {"lidar": ("goal", "lidar", "velocity"), "depth": ("depth", "goal", "velocity")}
-"""Keys in the order in which `gymnasium.wrappers.FlattenObservation` joins them."""
+"""Keys in the order in which `gymnasium.wrappers.FlattenObservation` concatenates them."""
 
 
 class StableBaselines3Policy(Policy):
-    """Acts with a model's deterministic action.
+    """Acts with a model of stable-baselines3.
 
-    It must have been trained on `LabPointNav-v0`, on its `Dict` of observations (or some of its keys) or on the flat
-    vector that `FlattenObservation` makes of it, without normalisation outside of the model.
+    The model must be trained on `LabPointNav-v0`: on its `Dict` of observations (or some of its keys) or on the vector
+    of `FlattenObservation`, without normalization outside of the model.
 
-    stable-baselines3 unpickles parts of the file, and a pickle can run any code. A file from anywhere but the policies
-    that come with labgym is therefore refused unless `trust` says that its author is trusted.
+    stable-baselines3 unpickles parts of the file, and a pickle can run any code. A file from outside labgym is
+    therefore refused unless `trust` is set.
 
     Args:
-        path: the .zip file.
+        path: of the .zip file.
         algorithm: "A2C", "DDPG", "PPO", "SAC" or "TD3".
-        trust: load it although loading may run code that is in it.
+        trust: load the file although loading may run code that is in it.
+        deterministic: act with the mean of the model's distribution; False samples from it.
 
     Raises:
         LabgymError: the file is foreign and not trusted, or cannot be loaded.
-        OptionError: it was trained on other observations or actions.
+        OptionError: the model was trained on other observations or actions.
         MissingDependencyError: stable-baselines3 is not installed.
     """
 
     name: ClassVar[str] = "sb3"
 
-    def __init__(self, path: str | Path, algorithm: str = "PPO", trust: bool = False) -> None:
+    def __init__(
+        self, path: str | Path, algorithm: str = "PPO", trust: bool = False, deterministic: bool = True
+    ) -> None:
         if algorithm not in ALGORITHMS:
             raise UnknownNameError("stable-baselines3 algorithm", algorithm, ALGORITHMS)
         self._path = checked_file(path)
         _check_trust(self._path, trust)
         self._model = _load(self._path, algorithm)
         if not isinstance(self._model.action_space, spaces.Box) or self._model.action_space.shape != (2,):
-            raise OptionError(f"{path}: acts in {self._model.action_space}, expected a Box of shape (2,)")
+            raise OptionError(f"{path}: its action space is {self._model.action_space}, expected a Box of shape (2,)")
+        self._deterministic, self._rng = deterministic, np.random.default_rng(0)
         self._keys, self._flat = _keys(self._model.observation_space, str(path))
         self.observation = sensors_for(self._keys, str(path))  # type: ignore[misc] # the file decides, not the class
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Nothing to forget."""
+        """Take over the episode's generator."""
+        self._rng = episode.rng
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
-        """Return the model's deterministic action."""
-        seen: Any = {key: np.asarray(observation[key]) for key in self._keys}
+        """Return the model's mean or sampled action, clipped.
+
+        Raises:
+            LabgymError: the model's output is not an action.
+        """
+        import torch
+
+        inputs: Any = {key: np.asarray(observation[key]) for key in self._keys}
         if self._flat:
-            seen = np.concatenate([np.ravel(seen[key]) for key in self._keys]).astype(np.float32)
-        action, _ = self._model.predict(seen, deterministic=True)
+            inputs = np.concatenate([np.ravel(inputs[key]) for key in self._keys]).astype(np.float32)
+        with torch.random.fork_rng(devices=[], enabled=not self._deterministic):
+            if not self._deterministic:
+                torch.manual_seed(int(self._rng.integers(2**62)))
+            action, _ = self._model.predict(inputs, deterministic=self._deterministic)
         return checked_action(action, str(self._path))
 
     def files(self) -> tuple[Path, ...]:
@@ -86,10 +100,10 @@ def _check_trust(path: Path, trust: bool) -> None:
         return
     if not trust:
         raise LabgymError(
-            f"policy {str(path)!r}: stable-baselines3 unpickles parts of this file, which can run any code; where you "
-            "trust its author, say so with the option trust=true, or export the network to ONNX"
+            f"policy {str(path)!r}: stable-baselines3 unpickles parts of this file, which can run any code; if you "
+            "trust its author, pass the option trust=true; otherwise export the network to ONNX"
         )
-    warnings.warn(f"{path}: stable-baselines3 unpickles parts of this foreign file, as you asked", stacklevel=3)
+    warnings.warn(f"{path}: stable-baselines3 unpickles parts of this foreign file, because trust is set", stacklevel=3)
 
 
 def _load(path: Path, algorithm: str) -> Any:
@@ -101,11 +115,11 @@ def _load(path: Path, algorithm: str) -> Any:
         return getattr(stable_baselines3, algorithm).load(path, device="cpu")
     except Exception as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
-        raise LabgymError(f"policy {str(path)!r} is no {algorithm} model of stable-baselines3 ({reason})") from error
+        raise LabgymError(f"policy {str(path)!r} is not a {algorithm} model of stable-baselines3 ({reason})") from error
 
 
 def _keys(space: spaces.Space[Any], source: str) -> tuple[tuple[str, ...], bool]:
-    """Return the observations that a model takes, and whether it takes them as one vector."""
+    """Return the observations that a model takes and whether it takes them as one vector."""
     if isinstance(space, spaces.Dict):
         for key, part in space.spaces.items():
             if key not in SHAPES:
@@ -116,4 +130,4 @@ def _keys(space: spaces.Space[Any], source: str) -> tuple[tuple[str, ...], bool]
     for keys in FLAT.values():
         if space.shape == (sum(SHAPES[key][0][0] for key in keys),):
             return keys, True
-    raise OptionError(f"{source}: observes {str(space)[:80]}, expected the observations of LabPointNav-v0")
+    raise OptionError(f"{source}: its observation space is {str(space)[:80]}, expected that of LabPointNav-v0")

@@ -15,19 +15,19 @@ from labgym.policies.policy import EpisodeStart, Observation, Policy
 
 
 class TorchScriptPolicy(Policy):
-    """Acts with a module that `torch.jit.save` wrote.
+    """Acts with a module written by `torch.jit.save`.
 
     Its `forward` takes observations by the names of its arguments (`labgym.policies.adapters.inputs.SHAPES`) and
-    returns the action: two numbers in [-1, 1]. It runs on the CPU and keeps no state from step to step. Pickled
-    checkpoints (`torch.save`) are refused: to load one is to run whatever is in it.
+    returns the action, two numbers in [-1, 1]. It runs on the CPU; no state is kept between steps. Pickled checkpoints
+    (`torch.save`) are refused, because loading one can run any code in it.
 
     Args:
-        path: the file.
-        inputs: observation by argument, where the arguments have other names.
+        path: of the file.
+        inputs: observation by argument, for arguments with other names.
 
     Raises:
-        LabgymError: the file is no TorchScript.
-        UnknownNameError: an argument is no observation.
+        LabgymError: the file is not TorchScript.
+        UnknownNameError: an argument is not an observation.
         MissingDependencyError: torch is not installed.
     """
 
@@ -41,23 +41,23 @@ class TorchScriptPolicy(Policy):
         self._path = checked_file(path)
         try:
             self._module = torch.jit.load(str(self._path), map_location="cpu").eval()  # type: ignore[no-untyped-call]
-        except (RuntimeError, ValueError, OSError) as error:
-            reason = str(error).strip().splitlines()[0][:120] if str(error).strip() else type(error).__name__
+        except Exception as error:  # noqa: BLE001 - torch raises many types for a damaged file
+            reason = " ".join(f"{type(error).__name__}: {error}".split())[:120]
             raise LabgymError(
-                f"policy {str(path)!r} is no TorchScript file ({reason}); write it with torch.jit.save, or export ONNX"
+                f"policy {str(path)!r} is not TorchScript ({reason}); write it with torch.jit.save, or export ONNX"
             ) from None
         arguments = [argument.name for argument in self._module.forward.schema.arguments[1:]]
         self._inputs = Inputs(arguments, inputs, str(path))
         self.observation = self._inputs.sensors  # type: ignore[misc] # the file decides, not the class
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Nothing to forget."""
+        """Do nothing: there is no state."""
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Run the module.
 
         Raises:
-            LabgymError: it returns what is no action.
+            LabgymError: the output is not an action.
         """
         import torch
 

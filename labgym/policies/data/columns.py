@@ -1,7 +1,7 @@
-"""The columns of the parquet files, and how images get into them and out again.
+"""Columns of the parquet files, and encoding and decoding of their images.
 
-Names follow LeRobot's (`observation.*`, `action`, `episode_index`, `frame_index`); images are the `{bytes, path}`
-structs that Hugging Face readers decode.
+Names follow LeRobot (`observation.*`, `action`, `episode_index`, `frame_index`); images are the `{bytes, path}` structs
+that Hugging Face readers decode.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 JPEG_QUALITY = 92
-MILLIMETRES = 1000.0
+MILLIMETERS = 1000.0
 
 
 def arrow() -> Any:
@@ -41,13 +41,13 @@ def arrow() -> Any:
 def sample_schema() -> pa.Schema:
     """Return the columns of a sample file.
 
-    - `index`: of the sample. `episode_index`: of its drive's first sample. `frame_index`: of the sample in its drive,
-      which goes on from row to row; `timestamp`: since the drive's start, seconds.
-    - `map_index`: row of its layout in the map file of the same number. `kind`: how its pose was drawn.
-    - `observation.images.rgb`: JPEG. `observation.images.depth`: 16-bit PNG, millimetres, planar, at most 10 m.
+    - `index`: of the sample. `episode_index`: of the first sample of its drive. `frame_index`: of the sample in its
+      drive, whose samples are consecutive rows. `timestamp`: since the start of the drive, seconds.
+    - `map_index`: row of its layout in the map file of the same number. `kind`: where its drive began.
+    - `observation.images.rgb`: JPEG. `observation.images.depth`: 16-bit PNG, millimeters, planar, at most 10 m.
     - `observation.state`: x, y (m) and yaw (rad) in the room frame. `observation.goal`: x, y in the robot frame, m.
-    - `action`: the expert path in the robot frame, x and y of 64 points in turn, metres.
-    - `path_length`, `path_clearance`: of the expert path, metres.
+    - `action`: the expert path in the robot frame, x and y of 64 points in turn, meters.
+    - `path_length`, `path_clearance`: of the expert path, meters.
     """
     pa = arrow()
     image = pa.struct([("bytes", pa.binary()), ("path", pa.string())])
@@ -71,7 +71,7 @@ def sample_schema() -> pa.Schema:
 
 
 def map_schema() -> pa.Schema:
-    """Return the columns of a map file: a layout a row; `cost` and `distance` are row by row from the origin."""
+    """Return the columns of a map file, one layout per row; `cost` and `distance` are row by row from the origin."""
     pa = arrow()
     return pa.schema(
         [
@@ -89,7 +89,7 @@ def map_schema() -> pa.Schema:
 
 
 def sample_row(situation: Situation, rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> dict[str, Any]:
-    """Return a row of the sample file but for its place in the dataset."""
+    """Return a row of the sample file, without its numbers in the dataset."""
     return {
         "frame_index": situation.frame,
         "timestamp": situation.frame * PERIOD,
@@ -121,46 +121,46 @@ def map_row(maps: Maps, index: int, layout: str, digest: str) -> dict[str, Any]:
 
 
 def _floats(count: int) -> Any:
-    """Return the type of a list of that many floats, -1 for any; parquet calls what is in it `element`."""
+    """Return the type of a list of `count` floats, -1 for any number; parquet calls the items `element`."""
     pa = arrow()
     return pa.list_(pa.field("element", pa.float32()), count)
 
 
 def jpeg(rgb: NDArray[np.uint8]) -> bytes:
-    """Return a picture (h, w, 3) as JPEG."""
+    """Return an image (h, w, 3) as JPEG."""
     done, data = cv2.imencode(".jpg", rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     return _encoded(done, data)
 
 
 def depth_png(depth: NDArray[np.float32]) -> bytes:
-    """Return depth (h, w) in metres as a 16-bit PNG of millimetres, rounded."""
-    millimetres = np.rint(np.clip(depth * MILLIMETRES, 0.0, 65535.0)).astype(np.uint16)
-    done, data = cv2.imencode(".png", millimetres, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    """Return depth (h, w), meters, as a 16-bit PNG in millimeters, rounded."""
+    millimeters = np.rint(np.clip(depth * MILLIMETERS, 0.0, 65535.0)).astype(np.uint16)
+    done, data = cv2.imencode(".png", millimeters, [cv2.IMWRITE_PNG_COMPRESSION, 1])
     return _encoded(done, data)
 
 
 def depth_of(png: bytes) -> NDArray[np.uint16]:
-    """Return the millimetres (h, w) of a 16-bit PNG.
+    """Return the depth (h, w), millimeters, of a 16-bit PNG.
 
     Raises:
-        LabgymError: it is none.
+        LabgymError: the data are not a 16-bit PNG.
     """
-    found = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
-    if found is None or found.dtype != np.uint16 or found.ndim != 2:
-        raise LabgymError("a depth image is no 16-bit PNG; make the dataset anew with: labgym data")
-    return np.asarray(found, dtype=np.uint16)
+    depth = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
+    if depth is None or depth.dtype != np.uint16 or depth.ndim != 2:
+        raise LabgymError("a depth image is not a 16-bit PNG; make the dataset again with: labgym data")
+    return np.asarray(depth, dtype=np.uint16)
 
 
 def rgb_of(jpeg_bytes: bytes) -> NDArray[np.uint8]:
-    """Return the picture (h, w, 3) of a JPEG.
+    """Return the image (h, w, 3), RGB, of a JPEG.
 
     Raises:
-        LabgymError: it is none.
+        LabgymError: the data are not a JPEG.
     """
-    found = cv2.imdecode(np.frombuffer(jpeg_bytes, np.uint8), cv2.IMREAD_COLOR)
-    if found is None:
-        raise LabgymError("an RGB image is no JPEG; make the dataset anew with: labgym data")
-    return np.ascontiguousarray(found[..., ::-1], dtype=np.uint8)
+    bgr = cv2.imdecode(np.frombuffer(jpeg_bytes, np.uint8), cv2.IMREAD_COLOR)
+    if bgr is None:
+        raise LabgymError("an RGB image is not a JPEG; make the dataset again with: labgym data")
+    return np.ascontiguousarray(bgr[..., ::-1], dtype=np.uint8)
 
 
 def _encoded(done: bool, data: NDArray[np.uint8]) -> bytes:

@@ -1,4 +1,4 @@
-"""A dataset made shard by shard, in processes, going on where it was stopped."""
+"""Make a dataset shard by shard, in several processes; an interrupted run resumes."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from labgym.policies.data.shard import make_shard
 
 MANIFEST = "manifest.json"
 RECORDED = ("embreex", "numpy", "opencv-python-headless", "ortools", "pyarrow", "scipy")
-"""Packages whose version can change the bytes of a dataset."""
+"""Packages whose versions can change the bytes of a dataset."""
 
 
 def make_dataset(
     folder: str | Path, options: DataOptions | None = None, workers: int = 1, progress: bool = True
 ) -> DatasetManifest:
-    """Make a dataset, or what is missing of it, and return its manifest.
+    """Make a dataset, or the missing shards of one, and return its manifest.
 
     The bytes depend on the options and the recorded versions alone, not on the number of workers.
 
     Args:
-        folder: where `manifest.json`, `samples/*.parquet` and `maps/*.parquet` go.
-        options: how many samples, and the seed.
-        workers: processes, each of which makes a shard at a time.
+        folder: for `manifest.json`, `samples/*.parquet` and `maps/*.parquet`.
+        options: number of samples, seed and sizes.
+        workers: number of processes, each of which makes one shard at a time.
         progress: whether to show a progress bar.
 
     Raises:
@@ -44,26 +44,26 @@ def make_dataset(
     """
     folder, options = Path(folder), options or DataOptions()
     if workers < 1:
-        raise OptionError(f"workers is {workers}, expected a whole number of at least 1")
-    done = {shard.index: shard for shard in _kept(folder, options)}
+        raise OptionError(f"workers is {workers}, expected at least 1")
+    done = {shard.index: shard for shard in _finished(folder, options)}
     missing = [index for index in range(options.shards) if index not in done]
     with tqdm(total=options.samples, initial=_count(done), desc="data", unit="", disable=not progress) as bar:
-        for shard in _made(folder, options, missing, workers):
+        for shard in _make_shards(folder, options, missing, workers):
             done[shard.index] = shard
             _manifest(options, done).save(folder / MANIFEST)
             bar.update(shard.samples)
-    finished = _manifest(options, done)
-    finished.save(folder / MANIFEST)
-    return finished
+    manifest = _manifest(options, done)
+    manifest.save(folder / MANIFEST)
+    return manifest
 
 
-def _made(folder: Path, options: DataOptions, indices: list[int], workers: int) -> Iterator[Shard]:
-    """Yield shards as they are made."""
+def _make_shards(folder: Path, options: DataOptions, indices: list[int], workers: int) -> Iterator[Shard]:
+    """Make shards and yield each when it is finished."""
     if workers == 1 or len(indices) < 2:
         for index in indices:
             yield make_shard(options, index, folder)
         return
-    # Spawned, not forked: OR-Tools and OpenCV keep threads.
+    # Spawned, not forked: OR-Tools and OpenCV have threads.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(workers, len(indices)), mp_context=context, initializer=_ignore_interrupts)
     try:
@@ -71,28 +71,30 @@ def _made(folder: Path, options: DataOptions, indices: list[int], workers: int) 
             yield future.result()
     except BrokenProcessPool as error:
         raise LabgymError(
-            "a worker process died while it made a shard (out of memory?); run again to make what is missing"
+            "a worker process died while it made a shard (out of memory?); run the command again to resume"
         ) from error
     finally:
         pool.shutdown(cancel_futures=True)
 
 
 def _ignore_interrupts() -> None:
-    """Leave Ctrl-C to the main process, which lets the shards under way end."""
+    """Leave Ctrl-C to the main process, which waits for the current shards."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _kept(folder: Path, options: DataOptions) -> list[Shard]:
-    """Return the shards that are there and whose files have the hashes of the manifest."""
+def _finished(folder: Path, options: DataOptions) -> list[Shard]:
+    """Return the finished shards whose files have the hashes of the manifest."""
     if not (folder / MANIFEST).exists():
         return []
-    found = DatasetManifest.load(folder / MANIFEST)
-    if found.options != options or found.versions != _versions():
+    manifest = DatasetManifest.load(folder / MANIFEST)
+    if manifest.options != options or manifest.versions != _versions():
         raise OptionError(
-            f"{folder} holds a dataset of other options or versions ({found.options.samples} samples, "
-            f"seed {found.options.seed}); choose another folder or remove it"
+            f"{folder} holds a dataset of other options or versions ({manifest.options.samples} samples, "
+            f"seed {manifest.options.seed}); choose another folder or remove it"
         )
-    return [shard for shard in found.shards if all(_matches(folder / n, digest) for n, digest in shard.files.items())]
+    return [
+        shard for shard in manifest.shards if all(_matches(folder / n, digest) for n, digest in shard.files.items())
+    ]
 
 
 def _matches(path: Path, digest: str) -> bool:

@@ -1,4 +1,4 @@
-"""What a dataset says of itself: options, columns, and for each shard its layouts and the hashes of its files."""
+"""Manifest of a dataset: options, columns, and for each shard its layouts and the hashes of its files."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 class DataOptions(Record):
-    """What decides every byte of a dataset, beside the versions of the package and of its dependencies.
+    """Options that determine every byte of a dataset, given the versions of the package and of its dependencies.
 
     Attributes:
-        samples: how many.
+        samples: number of samples.
         seed: shard i draws from `SeedSequence([seed, i])`.
-        shard, layout, drive: samples in a shard, in one layout of it, and at most in one drive there; the last of each
-            have what is left.
+        shard: samples per shard.
+        layout: samples per layout.
+        drive: largest number of samples per drive. The last shard, layout and drive take the remainder.
     """
 
     samples: Annotated[int, Field(ge=1, le=100_000_000)] = 50_000
@@ -29,7 +30,7 @@ class DataOptions(Record):
 
     @property
     def shards(self) -> int:
-        """How many shards there are."""
+        """Number of shards."""
         return -(-self.samples // self.shard)
 
     def size(self, index: int) -> int:
@@ -38,7 +39,7 @@ class DataOptions(Record):
 
 
 class DatasetLayout(Record):
-    """A layout that samples were taken in."""
+    """A layout of the samples."""
 
     id: str
     protocol: str
@@ -48,7 +49,7 @@ class DatasetLayout(Record):
 
 
 class Shard(Record):
-    """Two parquet files with one number: samples, and the maps of the layouts that they were taken in.
+    """Two parquet files with one number: samples, and the maps of their layouts.
 
     Attributes:
         files: SHA-256 by path relative to the dataset's folder.
@@ -64,9 +65,9 @@ class DatasetManifest(Document):
     """`manifest.json` of a dataset.
 
     Attributes:
-        columns: the sample files' columns and their Arrow types.
-        map_columns: likewise of the map files.
-        complete: whether all shards are there.
+        columns: Arrow types of the sample files by column.
+        map_columns: Arrow types of the map files by column.
+        complete: whether all shards are finished.
     """
 
     SCHEMA: ClassVar[str] = "labgym.dataset/1"

@@ -1,4 +1,4 @@
-"""The privileged maps of a layout: what a path costs by where it goes, and how far it is to the nearest obstacle."""
+"""Privileged maps of a layout: the cost of a path at each cell, and the distance to the nearest obstacle."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from labgym.policies.grid_planner import clearance_field
 Floats = NDArray[np.float32]
 
 CLEARANCE = 0.35
-"""Cells whose centre is nearer to an obstacle count as non-free, metres: the planning radius and one cell."""
+"""Cells whose center is nearer to an obstacle count as non-free, meters: the planning radius plus one cell."""
 
 BLUR = 2.0
 """Standard deviation of the Gaussian that smooths the cost map, cells."""
 
 MARGIN = 20
-"""Cells of wall around the room, so that the way back is known to a path that leaves it."""
+"""Cells of wall around the room, so that the cost of a path that leaves the room has a gradient back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +30,9 @@ class Maps:
 
     Attributes:
         cost: (ny, nx), log(1 + blurred depth inside the non-free space in cells): about 0 where the robot fits.
-        distance: (ny, nx), from the cell's centre to the nearest obstacle, metres.
-        origin: room coordinates of the outer corner of cell [0, 0], metres.
-        resolution: side of a cell, metres.
+        distance: (ny, nx), from the cell's center to the nearest obstacle, meters.
+        origin: room coordinates of the outer corner of cell [0, 0], meters.
+        resolution: side of a cell, meters.
     """
 
     cost: Floats
@@ -56,7 +56,7 @@ def privileged_maps(plan: FloorPlan) -> Maps:
 
 
 def cost_map(blocked: NDArray[np.bool_]) -> Floats:
-    """Return the cost of being in each cell, (ny, nx): zero away from what is blocked, deeper inside it costs more."""
+    """Return the cost of each cell, (ny, nx): zero away from blocked cells, and higher deeper inside them."""
     depth = cv2.distanceTransform(blocked.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     smooth = gaussian_filter(depth.astype(np.float64), BLUR, mode="nearest")
     return np.asarray(np.log1p(smooth), dtype=np.float32)

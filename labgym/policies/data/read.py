@@ -1,4 +1,4 @@
-"""A dataset read back into arrays."""
+"""Reading a dataset into arrays."""
 
 from __future__ import annotations
 
@@ -20,16 +20,17 @@ from labgym.policies.data.situations import PATH_POINTS
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """What a planner that sees depth learns from; n samples.
+    """A dataset of n samples, without colors.
 
     Attributes:
-        depth: (n, 72, 128) uint16, planar, millimetres.
+        depth: (n, 72, 128) uint16, planar, millimeters.
         pose: (n, 3) x, y, yaw in the room frame.
-        goal: (n, 2) in the robot frame, metres.
-        path: (n, 64, 2) expert paths in the robot frame, metres. length: (n,) of the paths, metres.
-        place: (n,) index of the sample's maps.
-        drive: (n,) number of the sample's drive, whose samples lie together in the order of time.
-        maps: of each layout.
+        goal: (n, 2) in the robot frame, meters.
+        path: (n, 64, 2) expert paths in the robot frame, meters.
+        length: (n,) of the paths, meters.
+        place: (n,) index of each sample's maps.
+        drive: (n,) number of each sample's drive; the samples of a drive are consecutive.
+        maps: one per layout.
     """
 
     depth: NDArray[np.uint16]
@@ -46,11 +47,15 @@ class Dataset:
 
 
 def load_dataset(folder: str | Path, samples: int | None = None) -> Dataset:
-    """Return the finished shards of a dataset, or as many of the first as hold a number of samples.
+    """Return the finished shards of a dataset.
+
+    Args:
+        folder: of the dataset.
+        samples: number of samples to read, the first ones; None reads all.
 
     Raises:
         DocumentError: there is no manifest, or it is broken.
-        OptionError: it has no finished shard.
+        OptionError: no shard is finished.
         MissingDependencyError: pyarrow is not installed.
     """
     pa, folder = arrow(), Path(folder)
@@ -65,7 +70,7 @@ def load_dataset(folder: str | Path, samples: int | None = None) -> Dataset:
         places.append(table["map_index"].to_numpy() + len(maps))
         maps += _maps(pa.parquet.read_table(folder / f"maps/{shard.index:05d}.parquet"))
     if not tables:
-        raise OptionError(f"{folder} has no finished shard; make some with: labgym data --out {folder}")
+        raise OptionError(f"{folder} has no finished shard; make the dataset with: labgym data --out {folder}")
     images = (image["bytes"] for table in tables for image in table["observation.images.depth"].to_pylist())
     return Dataset(
         depth=np.stack([depth_of(image) for image in images])[:samples],
@@ -80,7 +85,7 @@ def load_dataset(folder: str | Path, samples: int | None = None) -> Dataset:
 
 
 def pictures(folder: str | Path, samples: int) -> Iterator[NDArray[np.uint8]]:
-    """Yield the RGB pictures (72, 128, 3) of a dataset's first samples.
+    """Yield the RGB images (72, 128, 3) of a dataset's first samples.
 
     Raises:
         DocumentError: there is no manifest, or it is broken.

@@ -1,4 +1,4 @@
-"""One shard: its layouts generated, its samples drawn and seen, its two files written."""
+"""Making one shard: generate layouts, draw samples, render images, write two files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Row = dict[str, Any]
 def make_shard(options: DataOptions, index: int, folder: Path) -> Shard:
     """Make a shard, write its files and return its entry for the manifest.
 
-    It depends on the options and the index alone.
+    The shard depends on the options and the index alone.
     """
     sequence = np.random.SeedSequence([options.seed, index])
     counts = _split(options.size(index), options.layout)
@@ -38,8 +38,8 @@ def make_shard(options: DataOptions, index: int, folder: Path) -> Shard:
         layout = train_layout(rng)
         layouts.append(_entry(layout))
         maps.append(map_row(privileged_maps(layout), number, layout.id, layout.hash))
-        drawn = _seen(layout, rng, _split(count, options.drive))
-        rows += [{"map_index": number, **row} for row in drawn]
+        samples = _samples(layout, rng, _split(count, options.drive))
+        rows += [{"map_index": number, **row} for row in samples]
     _number(rows, index * options.shard)
     files = {
         f"samples/{index:05d}.parquet": _parquet(rows, sample_schema()),
@@ -51,8 +51,8 @@ def make_shard(options: DataOptions, index: int, folder: Path) -> Shard:
     return Shard(index=index, samples=len(rows), layouts=tuple(layouts), files=digests)
 
 
-def _seen(layout: Layout, rng: np.random.Generator, drives: list[int]) -> list[Row]:
-    """Return the samples of drives in a layout, of as many samples each as `drives` says."""
+def _samples(layout: Layout, rng: np.random.Generator, drives: list[int]) -> list[Row]:
+    """Return the samples of drives in a layout; `drives` are the numbers of samples per drive."""
     situations, rays, camera = Situations(layout), RayScene(layout), Camera()
     rows: list[Row] = []
     for count in drives:
@@ -63,7 +63,7 @@ def _seen(layout: Layout, rng: np.random.Generator, drives: list[int]) -> list[R
 
 
 def _number(rows: list[Row], first: int) -> None:
-    """Number samples from `first` on, and their drives by their first sample."""
+    """Number samples, beginning with `first`, and drives by their first sample."""
     episode = first
     for place, row in enumerate(rows, first):
         episode = place if row["frame_index"] == 0 else episode
@@ -71,22 +71,22 @@ def _number(rows: list[Row], first: int) -> None:
 
 
 def _entry(layout: Layout) -> DatasetLayout:
-    """Return the manifest's entry of a layout that may be trained on.
+    """Return the manifest's entry of a training layout.
 
     Raises:
-        LabgymError: it is published for evaluation, or its seed is not a training seed.
+        LabgymError: the layout is published for evaluation, or its seed is not a training seed.
     """
     seed = layout.provenance.seed
     held_out = {entry.hash for split in FIRST_SEED for entry in manifest(split).layouts}
     if seed is None or not 0 <= seed < TRAIN_SEEDS or layout.hash in held_out:
-        raise LabgymError(f"layout {layout.id!r} with seed {seed} is held out for evaluation; it may not be trained on")
+        raise LabgymError(f"layout {layout.id!r} with seed {seed} is held out for evaluation and cannot be trained on")
     return DatasetLayout(
         id=layout.id, protocol=str(layout.protocol_id), room=layout.room.name, seed=seed, hash=layout.hash
     )
 
 
 def _split(count: int, size: int) -> list[int]:
-    """Return a count as a list of sizes, the last of them what is left."""
+    """Split a count into parts of a size; the last part is the remainder."""
     return [min(size, count - begin) for begin in range(0, count, size)]
 
 

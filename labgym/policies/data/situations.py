@@ -1,4 +1,4 @@
-"""Where the robot is put for a sample, what it is to reach from there, and how an expert would go."""
+"""Poses of the samples, with goals and expert paths."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ Array = NDArray[np.float64]
 Kind = Literal["route", "tight", "anywhere"]
 
 PATH_POINTS = 64
-"""Points that an expert path is given by, evenly spaced from the robot to the goal."""
+"""Points of an expert path, evenly spaced from the robot to the goal."""
 
 COMFORT = 0.40
-"""Clearance that an expert keeps where it can, metres; elsewhere it is the planning radius."""
+"""Preferred clearance of an expert path, meters; where it does not fit, the planning radius is used."""
 
 SHORTEST = 0.6
-"""Situations nearer to their goal than this teach nothing, metres."""
+"""Shortest way to a goal, meters; nearer goals teach nothing."""
 
 PLACES_SHARE = 0.7
-"""Share of a drive's ends that are goal poses of the layout's protocol; the others lie anywhere."""
+"""Share of the drives' ends that are goal poses of the layout's protocol; the others are random."""
 
 KINDS: tuple[tuple[Kind, float], ...] = (("route", 0.7), ("tight", 0.15), ("anywhere", 0.15))
 ATTEMPTS = 200
@@ -36,16 +36,16 @@ PERIOD = 0.5
 """Time between two frames of a drive, seconds."""
 
 STRIDES = 0.12, 0.45
-"""How far a drive gets from one frame to the next, least and most, metres."""
+"""Smallest and largest distance between two frames of a drive, meters."""
 
 TURN = 0.75
-"""How far it turns at most meanwhile, radians: half a second at 1.5 rad/s."""
+"""Largest turn between two frames, radians: half a second at 1.5 rad/s."""
 
 WANDER = 0.25
-"""Standard deviation of the heading about the expert's, radians: what is learned from must hold beside the path too."""
+"""Standard deviation of the heading from the expert's, radians: samples have to cover places off the path."""
 
 TURN_IN_PLACE = 1.0
-"""Error of the heading from which on a drive turns without moving, radians."""
+"""Heading error above which a drive turns without moving, radians."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +54,13 @@ class Situation:
 
     Attributes:
         pose: (x, y, yaw) in the room frame; the robot's planning disc is free there.
-        goal: (x, y) in the robot frame, metres.
-        path: (64, 2) in the robot frame: the shortest way of a disc from the robot to the goal.
-        length: of that way, metres.
-        clearance: of that way's centre line to the nearest obstacle or wall, metres.
-        kind: of the place that the drive began at: "route" beside the way between two ends, "tight" near obstacles,
-            "anywhere" in free space.
-        frame: number of the sample in its drive, `PERIOD` seconds after the one before.
+        goal: (x, y) in the robot frame, meters.
+        path: (64, 2) in the robot frame, meters: the shortest way of a disc from the robot to the goal.
+        length: of that way, meters.
+        clearance: from the center line of that way to the nearest obstacle or wall, meters.
+        kind: where the drive began: "route" near the way between two ends, "tight" near obstacles, "anywhere" in free
+            space.
+        frame: number of the sample in its drive, `PERIOD` seconds after the previous one.
     """
 
     pose: Pose
@@ -76,10 +76,10 @@ class Situations:
     """Draws situations in one layout.
 
     Args:
-        layout: where; its protocol's goal poses attract drives.
+        layout: many drives go to goal poses of its protocol.
 
     Raises:
-        LabgymError: when nothing can be drawn, because the robot fits nowhere.
+        LabgymError: nothing can be drawn, because the robot fits nowhere.
     """
 
     def __init__(self, layout: Layout) -> None:
@@ -90,14 +90,14 @@ class Situations:
         self._places = poses[self._space.holds(poses)]
 
     def drive(self, rng: np.random.Generator, count: int) -> list[Situation]:
-        """Return the frames of drives in turn, `count` in all; a drive goes on until its goal is near.
+        """Return `count` frames of consecutive drives; a drive ends near its goal.
 
-        A drive follows the expert's way from wherever it is, with a heading that wanders about the expert's.
+        A drive follows the expert's way from its present place, with a heading that deviates from the expert's.
         """
-        found: list[Situation] = []
-        while len(found) < count:
-            found += self._drive(rng, count - len(found))
-        return found
+        frames: list[Situation] = []
+        while len(frames) < count:
+            frames += self._drive(rng, count - len(frames))
+        return frames
 
     def _drive(self, rng: np.random.Generator, most: int) -> list[Situation]:
         """Return the frames of one drive."""
@@ -108,32 +108,32 @@ class Situations:
         while way is not None and way.length > SHORTEST and len(frames) < most:
             if yaw is None:
                 yaw = _heading(rng, resampled(way.points, PATH_POINTS) - place, way.length)
-            frames.append(self._seen_from(place, yaw, goal, way, kind, len(frames)))
-            place, yaw = self._moved(rng, place, yaw, way)
+            frames.append(self._situation(place, yaw, goal, way, kind, len(frames)))
+            place, yaw = self._next_pose(rng, place, yaw, way)
             way = self._way(place, goal)
         return frames
 
     def _begin(self, rng: np.random.Generator) -> tuple[Array, Array, Kind]:
-        """Draw a place that a goal can be reached from, the goal and the kind of the place."""
+        """Draw a place from which a goal can be reached, the goal, and the kind of the place."""
         names, weights = zip(*KINDS, strict=True)
         for _ in range(ATTEMPTS):
             route = self._way(self._end(rng), goal := self._end(rng))
             if route is None or route.length <= 2.0 * SHORTEST:
                 continue
             kind: Kind = names[int(rng.choice(len(names), p=weights))]
-            place = self._beside(rng, route) if kind == "route" else self._free(rng, tight=kind == "tight")
+            place = self._near(rng, route) if kind == "route" else self._free(rng, tight=kind == "tight")
             way = self._way(place, goal) if self._space.holds(place[None])[0] else None
             if way is not None and way.length > SHORTEST:
                 return place, goal, kind
-        raise LabgymError(f"layout {self._layout.id!r}: {ATTEMPTS} drives drawn and none is feasible")
+        raise LabgymError(f"layout {self._layout.id!r}: none of {ATTEMPTS} random drives is feasible")
 
-    def _moved(self, rng: np.random.Generator, place: Array, yaw: float, way: ShortestPath) -> tuple[Array, float]:
-        """Return where a drive is `PERIOD` later: a little off the way, or on it where nothing beside it is free."""
+    def _next_pose(self, rng: np.random.Generator, place: Array, yaw: float, way: ShortestPath) -> tuple[Array, float]:
+        """Return the pose of a drive `PERIOD` later: a little off the way, or on it if that place is not free."""
         near = _along(way.points, 0.3) - place
         error = wrap_angle(math.atan2(near[1], near[0]) - yaw)
-        turned = float(np.clip(error + rng.normal(0.0, WANDER), -TURN, TURN))
+        turn = float(np.clip(error + rng.normal(0.0, WANDER), -TURN, TURN))
         stride = float(rng.uniform(*STRIDES)) if abs(error) < TURN_IN_PLACE else 0.0
-        heading = wrap_angle(yaw + turned)
+        heading = wrap_angle(yaw + turn)
         there = place + stride * np.array([math.cos(heading), math.sin(heading)])
         if self._space.holds(there[None])[0]:
             return there, heading
@@ -142,7 +142,7 @@ class Situations:
             there = place
         return there, wrap_angle(yaw + float(np.clip(error, -TURN, TURN)))
 
-    def _seen_from(self, place: Array, yaw: float, goal: Array, way: ShortestPath, kind: Kind, frame: int) -> Situation:
+    def _situation(self, place: Array, yaw: float, goal: Array, way: ShortestPath, kind: Kind, frame: int) -> Situation:
         return Situation(
             pose=(float(place[0]), float(place[1]), yaw),
             goal=rotate(float(goal[0] - place[0]), float(goal[1] - place[1]), -yaw),
@@ -154,7 +154,7 @@ class Situations:
         )
 
     def _way(self, start: Array, goal: Array) -> ShortestPath | None:
-        """Return the shortest way that keeps the most clearance on offer."""
+        """Return the shortest way with the preferred clearance, or else with the planning radius."""
         ways = (expert.path(tuple(start), tuple(goal)) for expert in self._experts)
         return next((way for way in ways if way is not None), None)
 
@@ -163,14 +163,14 @@ class Situations:
             return np.asarray(self._places[int(rng.integers(len(self._places)))])
         return self._free(rng, tight=False)
 
-    def _beside(self, rng: np.random.Generator, route: ShortestPath) -> Array:
-        """Return a point near a drawn place on a route; it need not be free."""
+    def _near(self, rng: np.random.Generator, route: ShortestPath) -> Array:
+        """Return a point near a random place on a route; it may not be free."""
         along = resampled(route.points, PATH_POINTS)
         place = along[int(rng.integers(PATH_POINTS - 4))]
         return np.asarray(place + rng.normal(0.0, 0.12, 2))
 
     def _free(self, rng: np.random.Generator, tight: bool) -> Array:
-        """Return a free point: any, or the one with the least clearance among eight."""
+        """Return a random free point, or the one with the least clearance of eight."""
         room = self._layout.room
         for _ in range(ATTEMPTS):
             points = rng.random((64, 2)) * (room.width, room.depth)
@@ -178,7 +178,7 @@ class Situations:
             if len(free):
                 near = self._space.obstacles.nearest(free[:8])
                 return np.asarray(free[int(np.argmin(near)) if tight else 0])
-        raise LabgymError(f"layout {self._layout.id!r} has no room for a disc of {PLANNING_RADIUS} m")
+        raise LabgymError(f"layout {self._layout.id!r} has no space for a disc of {PLANNING_RADIUS} m")
 
     def _clearance(self, points: Array) -> float:
         room = self._layout.room
@@ -188,7 +188,7 @@ class Situations:
 
 
 def resampled(points: Array, count: int) -> Array:
-    """Return a polyline (n, 2) as `count` points at even distances along it, ends kept."""
+    """Return `count` points at even distances along a polyline (n, 2), its ends included."""
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     steps = np.linspace(0.0, lengths[-1], count)
     return np.column_stack([np.interp(steps, lengths, points[:, axis]) for axis in range(2)])
@@ -201,9 +201,12 @@ def _along(points: Array, distance: float) -> Array:
 
 
 def _heading(rng: np.random.Generator, ahead: Array, length: float) -> float:
-    """Draw a heading: mostly along the way as while driving, else towards the goal as at a start, else any.
+    """Return a random heading: mostly along the way, sometimes towards the goal, sometimes any.
 
-    `ahead` are the way's points relative to the robot.
+    Args:
+        rng: generator.
+        ahead: (n, 2) points of the way relative to the robot, meters.
+        length: of the way, meters.
     """
     draw = rng.random()
     if draw < 0.6:

@@ -1,1 +1,1 @@
-"""Policies over HTTP, by the protocol of the NavDP benchmark: drive its servers, and serve ours to its clients."""
+"""Policies over HTTP with the NavDP benchmark's protocol: a client for its servers and a server for its clients."""

@@ -1,4 +1,4 @@
-"""multipart/form-data, written and read (RFC 7578); reading is bounded and knows nothing that the protocol does not."""
+"""Encoding and bounded decoding of multipart/form-data (RFC 7578), as far as the protocol uses it."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def encode_form(fields: Mapping[str, str], files: Mapping[str, tuple[str, str, b
 
 
 def decode_form(content_type: str, body: bytes) -> dict[str, bytes]:
-    """Return the content of each part by its name; of two parts of one name the last.
+    """Return the content of each part by its name; the last of several parts with one name.
 
     Raises:
-        WireError: it is no form, a part has no name, or there are too many.
+        WireError: the body is not a form, a part has no name, or there are too many parts.
     """
     header = Message()
     header["Content-Type"] = content_type
@@ -46,14 +46,14 @@ def decode_form(content_type: str, body: bytes) -> dict[str, bytes]:
         raise WireError(f"expected multipart/form-data with a boundary, got {content_type[:80]!r}")
     pieces = (b"\r\n" + body).split(b"\r\n--" + boundary.encode("latin-1", "replace"), MAX_PARTS + 1)
     if len(pieces) < 2 or not pieces[-1].startswith(b"--"):
-        raise WireError(f"a form that does not end, or has more than {MAX_PARTS} parts")
+        raise WireError(f"the form is incomplete or has more than {MAX_PARTS} parts")
     return dict(_part(piece) for piece in pieces[1:-1])
 
 
 def _part(piece: bytes) -> tuple[str, bytes]:
     head, gap, data = piece.partition(b"\r\n\r\n")
     if not gap or len(head) > MAX_HEADER:
-        raise WireError("a part of the form has no header, or one that is too long")
+        raise WireError(f"a part of the form has no header or one of more than {MAX_HEADER} bytes")
     header = Message()
     for line in head.decode("latin-1").split("\r\n"):
         name, _, value = line.partition(":")

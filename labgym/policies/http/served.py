@@ -1,4 +1,4 @@
-"""A policy as the servers of the NavDP benchmark see one: frames and a goal in, a trajectory out."""
+"""A policy behind the NavDP benchmark's protocol: from frames and a goal to a trajectory."""
 
 from __future__ import annotations
 
@@ -20,30 +20,31 @@ from labgym.policies.http.wire import FULL_SCALE, intrinsic_matrix
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 
 POINTS = 24
-"""Points of a trajectory; the first is the first step."""
+"""Points of a trajectory; the first point is one step ahead."""
 SPACING = 0.1
-"""Distance between them, metres, where the path is long enough."""
+"""Distance between the points, meters, if the path is long enough."""
 TURN_TIME = 1.0
-"""How long a turn in place is looked ahead, seconds: the trajectory leads off in the direction faced then."""
+"""Look-ahead of a turn in place, seconds: the trajectory points in the direction that the robot faces then."""
 STILL = 0.05
-"""Speed (m/s) and turn rate (rad/s) below which a command is rest."""
+"""Speed (m/s) and turn rate (rad/s) below which a command counts as standing still."""
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One request's share of one robot.
+    """The part of a request that belongs to one robot.
 
     Attributes:
-        colour: (H, W, 3) RGB. depth: (H, W) planar, metres.
-        goal: (x, y) in the camera's ground frame, metres.
+        color: (H, W, 3) RGB.
+        depth: (H, W) planar, meters.
+        goal: (x, y) in the camera's ground frame, meters.
         intrinsic: camera matrix (3, 3), pixels.
-        pose: the robot's (x, y, yaw) in any fixed frame, None where the client does not say.
+        pose: the robot's (x, y, yaw) in any fixed frame; None if the client does not send it.
         velocity: forward, m/s, and turn, rad/s.
     """
 
-    colour: NDArray[np.uint8]
+    color: NDArray[np.uint8]
     depth: NDArray[np.float32]
     goal: tuple[float, float]
     intrinsic: Array
@@ -51,22 +52,22 @@ class Frame:
     velocity: tuple[float, float] = (0.0, 0.0)
 
 
-class _Seen(dict[str, NDArray[Any]]):
-    """An observation that says what is not in it."""
+class _ServedObservation(dict[str, NDArray[Any]]):
+    """An observation whose missing keys raise an error that names them."""
 
     def __missing__(self, key: str) -> NDArray[Any]:
-        raise LabgymError(f"the policy asks for {key!r}; the NavDP benchmark's protocol carries {', '.join(self)}")
+        raise LabgymError(f"the policy needs {key!r}; the NavDP benchmark's protocol has only {', '.join(self)}")
 
 
 class ServedPolicy:
     """One policy for one robot.
 
-    With the client's pose the policy drives an episode as in the evaluator. Without one its odometry is unknown: each
-    frame then begins an episode of its own, and the policy remembers nothing.
+    If the client sends the robot's pose, the policy drives an episode as in the evaluator. Otherwise the odometry is
+    unknown: each frame begins a new episode, and the policy remembers nothing.
 
     Args:
-        policy: who drives; not privileged.
-        entropy: of the policy's randomness.
+        policy: not privileged.
+        entropy: source of the policy's randomness.
     """
 
     def __init__(self, policy: Policy, entropy: np.random.SeedSequence) -> None:
@@ -78,7 +79,7 @@ class ServedPolicy:
         self._origin = None
 
     def trajectory(self, frame: Frame) -> Array:
-        """Return where to drive, (24, 3): x and y in the camera's ground frame, metres, and the heading, radians."""
+        """Return a trajectory (24, 3): x and y in the camera's ground frame, meters, and the heading, radians."""
         goal = _within_range(frame.goal[0] + ROBOT.camera_forward, frame.goal[1])
         if self._origin is None or frame.pose is None:
             self._origin = frame.pose
@@ -96,15 +97,15 @@ class ServedPolicy:
         return _with_headings(to_camera_frame(_ahead(path, pose), pose, ROBOT.camera_forward))
 
     def close(self) -> None:
-        """Free what the policy holds."""
+        """Close the policy."""
         self._policy.close()
 
 
 def rolled_out(v: float, w: float) -> Array:
     """Return the trajectory (24, 3) of a robot that keeps a velocity for 2.4 s, in the camera's ground frame.
 
-    A turn in place, which moves no point of the axis, becomes a straight metre in the direction that the robot faces
-    in a second, at least 0.5 and at most 1.57 rad aside: whoever follows it has to turn. Rest is 24 times the lens.
+    A turn in place moves no point of the axis. It becomes a straight meter in the direction that the robot faces after
+    one second, 0.5 to 1.57 rad aside, so that a client has to turn to follow it. Standing still is 24 times the lens.
 
     Args:
         v, w: m/s and rad/s.
@@ -119,17 +120,17 @@ def rolled_out(v: float, w: float) -> Array:
     elif abs(w) < 1e-6:
         points = np.column_stack([v * times, np.zeros(POINTS)])
     else:
-        # Further round than a half circle an arc comes back: what follows paths would cut across it.
-        turned = np.clip(w * times, -math.pi, math.pi)
-        points = v / w * np.column_stack([np.sin(turned), 1.0 - np.cos(turned)])
+        # Beyond a half circle an arc comes back, and path trackers would cut across it.
+        angles = np.clip(w * times, -math.pi, math.pi)
+        points = v / w * np.column_stack([np.sin(angles), 1.0 - np.cos(angles)])
     return _with_headings(points - (ROBOT.camera_forward, 0.0))
 
 
 def resampled_view(frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-    """Return picture (72, 128, 3) and depth (72, 128) as our camera would have them, by the frame's intrinsic matrix.
+    """Return the image (72, 128, 3) and depth (72, 128) of our camera, cropped from a frame by its intrinsic matrix.
 
-    Each of our pixels takes the nearest one of theirs; what their camera does not see takes the edge's. Saturated
-    depth means that nothing is near: it becomes our camera's range.
+    Each pixel takes the nearest pixel of the frame; pixels outside of the frame take the edge's. Saturated depth means
+    that nothing is near, and becomes our camera's range.
     """
     rows, columns = IMAGE_SHAPE
     ours = intrinsic_matrix(columns, rows, ROBOT.camera_hfov)
@@ -140,13 +141,13 @@ def resampled_view(frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.float32]
     down = np.clip(np.floor(v), 0, height - 1).astype(np.intp)
     depth = frame.depth[np.ix_(down, across)]
     far = np.round(depth * 10_000.0) >= FULL_SCALE
-    return frame.colour[np.ix_(down, across)], np.where(far, np.float32(RANGE), depth)
+    return frame.color[np.ix_(down, across)], np.where(far, np.float32(RANGE), depth)
 
 
 def blank_frame() -> Frame:
-    """Return a frame that shows nothing, with a goal 3 m ahead: to see whether a policy can be served at all."""
+    """Return an empty frame with a goal 3 m ahead, to test whether a policy can be served."""
     return Frame(
-        colour=np.zeros((360, 640, 3), np.uint8),
+        color=np.zeros((360, 640, 3), np.uint8),
         depth=np.full((360, 640), 3.0, np.float32),
         goal=(3.0, 0.0),
         intrinsic=intrinsic_matrix(640, 360, ROBOT.camera_hfov),
@@ -155,25 +156,25 @@ def blank_frame() -> Frame:
 
 
 def _within_range(x: float, y: float) -> tuple[float, float]:
-    """Return a goal no farther than the environment tells: a policy may map everything as far as its goal."""
+    """Return a goal, shortened to the environment's largest distance: policies may allocate maps as large as it."""
     shrink = min(1.0, GOAL_RANGE / max(math.hypot(x, y), 1e-9))
     return shrink * x, shrink * y
 
 
 def _observation(frame: Frame, goal: tuple[float, float], pose: Pose) -> Observation:
     bearing = math.atan2(goal[1], goal[0])
-    colour, depth = resampled_view(frame)
-    return _Seen(
+    color, depth = resampled_view(frame)
+    return _ServedObservation(
         goal=np.array([math.hypot(*goal), math.cos(bearing), math.sin(bearing)], np.float32),
         velocity=np.array(frame.velocity, np.float32),
         odometry=np.array(pose, np.float64),
         depth=depth.ravel(),
-        rgb=colour,
+        rgb=color,
     )
 
 
 def _ahead(path: Array, pose: Pose) -> Array:
-    """Return the next 24 points of a path from the place on it that is nearest to the robot."""
+    """Return the next 24 points of a path after the point nearest to the robot."""
     points = np.asarray(path, dtype=np.float64)
     if len(points) == 1:
         return np.repeat(points, POINTS, axis=0)

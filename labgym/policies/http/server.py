@@ -1,4 +1,4 @@
-"""Serves any policy by the NavDP benchmark's protocol, to its clients and to policies named by a URL alike."""
+"""Serve a policy with the NavDP benchmark's protocol, to its clients and to other labgyms."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from labgym.documents import parse_json
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.policies.http.forms import decode_form
 from labgym.policies.http.served import Frame, ServedPolicy, blank_frame
-from labgym.policies.http.wire import WireError, decode_colour, decode_depth
+from labgym.policies.http.wire import WireError, decode_color, decode_depth
 from labgym.policies.policy import Policy
 
 MAX_BODY = 64 * 1024 * 1024
-"""Bytes of a request."""
+"""Largest request, bytes."""
 MAX_BATCH = 16
-"""Robots that one server drives."""
+"""Largest number of robots of one server."""
 MAX_CONNECTIONS = 32
-"""Requests that are dealt with at a time; further ones are turned away."""
+"""Largest number of open connections; further ones are closed."""
 IDLE = 30.0
 """Seconds without a byte after which a connection is closed."""
 LARGEST = 1e5
-"""Numbers beyond this are no goal, no place and no focal length."""
+"""Largest number in a request: goals, positions and focal lengths beyond it are refused."""
 
 Array = NDArray[np.float64]
 
@@ -38,17 +38,17 @@ Array = NDArray[np.float64]
 class NavigationServer(ThreadingHTTPServer):
     """Answers `/navigator_reset`, `/navigator_reset_env` and `/pointgoal_step`; one request drives at a time.
 
-    Each robot of a batch has a policy of its own. `stop_threshold` is taken and not used: our policies have thresholds
-    of their own. There is one candidate a robot, with the value 0.
+    Each robot of a batch has its own policy. `stop_threshold` is accepted and ignored: our policies have their own
+    thresholds. An answer has one trajectory per robot, with the value 0.
 
     Args:
         make: returns a new policy.
-        host, port: where to listen; port 0 takes a free one, `url` says which.
-        seed: of the policies' randomness.
+        host, port: address to listen on; port 0 takes a free one, which `url` contains.
+        seed: random seed of the policies.
 
     Raises:
-        LabgymError: the policy needs the map, or fails on a blank frame.
-        OptionError: nothing can listen there.
+        LabgymError: the policy needs the map, or fails on an empty frame.
+        OptionError: the address is not available.
     """
 
     daemon_threads = True
@@ -64,45 +64,45 @@ class NavigationServer(ThreadingHTTPServer):
             super().__init__((host, port), _Handler)
         except OSError as error:
             raise OptionError(
-                f"cannot listen on {host}:{port} ({error.strerror or error}); take another port"
+                f"cannot listen on {host}:{port} ({error.strerror or error}); choose another port"
             ) from None
 
     @property
     def url(self) -> str:
-        """Where it answers."""
+        """URL of the server."""
         host, port = self.server_address[:2]
         return f"http://{host if isinstance(host, str) else host.decode()}:{port}"
 
     def server_bind(self) -> None:
-        """Bind, without asking a name server for the host's name as `HTTPServer` does."""
+        """Bind without the name lookup of `HTTPServer`."""
         TCPServer.server_bind(self)
         self.server_name, self.server_port = str(self.server_address[0]), int(self.server_address[1])
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Take a connection on, or turn it away where there are too many."""
+        """Accept a connection, or close it if there are too many."""
         if not self._slots.acquire(blocking=False):
             self.shutdown_request(request)
             return
         super().process_request(request, client_address)
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Serve a connection and free its slot."""
+        """Serve a connection and release its slot."""
         try:
             super().process_request_thread(request, client_address)
         finally:
             self._slots.release()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing where a client has gone away."""
+        """Ignore clients that have disconnected."""
 
     def server_close(self) -> None:
-        """Stop listening and free the policies."""
+        """Stop listening and close the policies."""
         super().server_close()
         self.fleet.close()
 
 
 class _Fleet:
-    """The policies of one server, a robot each; used by one request at a time."""
+    """The policies of one server, one per robot; one request at a time uses them."""
 
     def __init__(self, make: Callable[[], Policy], seed: int) -> None:
         self._make, self._lock = make, threading.Lock()
@@ -110,7 +110,7 @@ class _Fleet:
         self._intrinsic: Array | None = None
         first = make()
         if first.privileged:
-            raise LabgymError(f"policy {first.name!r} needs the map, which no client sends; it cannot be served")
+            raise LabgymError(f"policy {first.name!r} cannot be served: it needs the map, which clients do not send")
         self.name = first.name
         served = ServedPolicy(first, self._seed.spawn(1)[0])
         try:
@@ -122,10 +122,10 @@ class _Fleet:
         self._robots = [served]
 
     def reset(self, content: dict[str, Any]) -> None:
-        """Begin with a camera and a number of robots."""
+        """Set the camera and the number of robots, and start new episodes."""
         intrinsic = _numbers(content.get("intrinsic"), "intrinsic")
         if intrinsic.shape not in ((3, 3), (4, 4)) or intrinsic[0, 0] <= 0.0 or intrinsic[1, 1] <= 0.0:
-            raise WireError("intrinsic must be a camera matrix of 3 x 3 with focal lengths above 0")
+            raise WireError("intrinsic is not a camera matrix of 3 x 3 with focal lengths above 0")
         batch = content.get("batch_size", 1)
         if isinstance(batch, bool) or not isinstance(batch, int) or not 1 <= batch <= MAX_BATCH:
             raise WireError(f"batch_size is {str(batch)[:40]}, expected a whole number from 1 to {MAX_BATCH}")
@@ -139,7 +139,7 @@ class _Fleet:
             self._intrinsic = intrinsic[:3, :3]
 
     def reset_one(self, content: dict[str, Any]) -> None:
-        """Let one robot forget."""
+        """Start a new episode of one robot."""
         index = content.get("env_id")
         with self._lock:
             if isinstance(index, bool) or not isinstance(index, int) or not 0 <= index < len(self._robots):
@@ -150,13 +150,14 @@ class _Fleet:
         """Return the answer to a form."""
         with self._lock:
             if self._intrinsic is None:
-                raise WireError("no camera is known; call /navigator_reset first")
+                raise WireError("the camera is unknown; call /navigator_reset first")
             frames = _frames(parts, len(self._robots), self._intrinsic)
-            found = np.stack([robot.trajectory(frame) for robot, frame in zip(self._robots, frames, strict=True)])
+            trajectories = [robot.trajectory(frame) for robot, frame in zip(self._robots, frames, strict=True)]
+        answer = np.stack(trajectories)
         return {
-            "trajectory": found.tolist(),
-            "all_trajectory": found[:, None].tolist(),
-            "all_values": [[0.0]] * len(found),
+            "trajectory": answer.tolist(),
+            "all_trajectory": answer[:, None].tolist(),
+            "all_values": [[0.0]] * len(answer),
         }
 
     def close(self) -> None:
@@ -186,26 +187,26 @@ class _Handler(BaseHTTPRequestHandler):
             elif self.path == "/pointgoal_step":
                 self._answer(HTTPStatus.OK, fleet.step(decode_form(self.headers.get("Content-Type", ""), body)))
             else:
-                self._refuse(HTTPStatus.NOT_FOUND, "no such place; POST /navigator_reset, then /pointgoal_step")
+                self._refuse(HTTPStatus.NOT_FOUND, "no such path; POST /navigator_reset, then /pointgoal_step")
         except (WireError, DocumentError) as error:
             self._refuse(HTTPStatus.BAD_REQUEST, str(error))
         except OSError:
             self.close_connection = True
-        except Exception as error:  # noqa: BLE001 - the policy is anyone's; its failure is the client's to know
+        except Exception as error:  # noqa: BLE001 - a policy may raise anything, and the client must learn of it
             self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, f"policy {fleet.name!r}: {_one_line(error)}")
 
     def do_GET(self) -> None:
-        """Say what is served."""
+        """Return the name of the policy and the version."""
         self._answer(HTTPStatus.OK, {"algo": self.server.fleet.name, "version": __version__})
 
     def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002
-        """Keep quiet: a line a frame helps nobody."""
+        """Log nothing: there would be a line per frame."""
 
     def _body(self) -> bytes:
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or len(length) > 12 or "Transfer-Encoding" in self.headers:
             self.close_connection = True
-            raise WireError("the request must say its Content-Length")
+            raise WireError("the request has no valid Content-Length")
         if int(length) > MAX_BODY:
             self.close_connection = True
             raise WireError(f"the request has {length} bytes; at most {MAX_BODY} are read")
@@ -239,27 +240,26 @@ def _frames(parts: dict[str, bytes], batch: int, intrinsic: Array) -> list[Frame
     for name in ("image", "depth", "goal_data"):
         if name not in parts:
             raise WireError(f"the form has no {name}; expected files image and depth and the field goal_data")
-    colour, depth = decode_colour(parts["image"], batch), decode_depth(parts["depth"], batch)
-    if colour.shape[:3] != depth.shape:
-        raise WireError(f"image has shape {colour.shape[:3]} and depth {depth.shape}; expected the same")
+    color, depth = decode_color(parts["image"], batch), decode_depth(parts["depth"], batch)
+    if color.shape[:3] != depth.shape:
+        raise WireError(f"image has shape {color.shape[:3]} and depth {depth.shape}; expected equal shapes")
     data = _object(parts["goal_data"], "goal_data")
     goals = np.column_stack([_column(data.get(key), key, batch) for key in ("goal_x", "goal_y")])
     states = _states(parts.get("state_data"), batch)
     return [
-        Frame(colour[k], depth[k], (float(goals[k, 0]), float(goals[k, 1])), intrinsic, *states[k])
-        for k in range(batch)
+        Frame(color[k], depth[k], (float(goals[k, 0]), float(goals[k, 1])), intrinsic, *states[k]) for k in range(batch)
     ]
 
 
 def _states(raw: bytes | None, batch: int) -> list[tuple[tuple[float, float, float] | None, tuple[float, float]]]:
-    """Return pose and velocity of each robot; no pose where `state_data` is not there."""
+    """Return pose and velocity of each robot; without `state_data` the poses are None."""
     data = _object(raw, "state_data") if raw else {}
     if "robot_pos" not in data or "robot_quat" not in data:
         return [(None, (0.0, 0.0))] * batch
     places, turns = _numbers(data["robot_pos"], "robot_pos"), _numbers(data["robot_quat"], "robot_quat")
     speeds = _numbers(data["velocity"], "velocity") if "velocity" in data else np.zeros((batch, 2))
     if places.shape not in ((batch, 2), (batch, 3)) or turns.shape != (batch, 4) or speeds.shape != (batch, 2):
-        raise WireError("state_data must hold robot_pos (B, 3), robot_quat (B, 4) and, perhaps, velocity (B, 2)")
+        raise WireError("state_data has wrong shapes; expected robot_pos (B, 3), robot_quat (B, 4) and velocity (B, 2)")
     yaws = np.arctan2(
         2.0 * (turns[:, 3] * turns[:, 2] + turns[:, 0] * turns[:, 1]),
         1.0 - 2.0 * (turns[:, 1] ** 2 + turns[:, 2] ** 2),
@@ -270,21 +270,21 @@ def _states(raw: bytes | None, batch: int) -> list[tuple[tuple[float, float, flo
     ]
 
 
-def _column(given: object, name: str, batch: int) -> Array:
-    column = _numbers(given, name)
+def _column(content: object, name: str, batch: int) -> Array:
+    column = _numbers(content, name)
     if column.shape != (batch,):
         raise WireError(f"{name} has shape {column.shape}, expected a list of {batch}")
     return column
 
 
-def _numbers(given: object, name: str) -> Array:
+def _numbers(content: object, name: str) -> Array:
     try:
-        found = np.asarray(given, dtype=np.float64)
+        numbers = np.asarray(content, dtype=np.float64)
     except (TypeError, ValueError):
-        found = np.array(np.nan)
-    if not np.isfinite(found).all() or np.abs(found).max(initial=0.0) > LARGEST:
-        raise WireError(f"{name} must be finite numbers of at most {LARGEST:g}")
-    return found
+        numbers = np.array(np.nan)
+    if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) > LARGEST:
+        raise WireError(f"{name} is not finite numbers of at most {LARGEST:g}")
+    return numbers
 
 
 def _one_line(error: Exception) -> str:
