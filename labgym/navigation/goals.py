@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from labgym import protocols
-from labgym.errors import LabgymError, UnknownNameError
+from labgym.errors import LabgymError
 from labgym.geometry import OrientedBox, wrap_angle
 from labgym.navigation.plan import STAND_OFF, FloorPlan
 from labgym.protocols import Protocol
@@ -61,13 +61,13 @@ def location_pose(plan: FloorPlan, location: str) -> Pose:
     """Return the goal pose of the first placement of an asset.
 
     Raises:
-        UnknownNameError: the asset is not placed.
+        LabgymError: the asset is not placed.
     """
-    placed = plan.find(location)
-    if placed is None:
-        raise UnknownNameError("location placed in the layout", location, ())
-    root = plan.root(placed.id)
-    return goal_pose(plan.box(placed.id), None if root.id == placed.id else plan.box(root.id))
+    target = plan.find(location)
+    if target is None:
+        raise LabgymError(f"{location} is a location of the protocol and not placed in the layout: place it")
+    root = plan.root(target.id)
+    return goal_pose(plan.box(target.id), None if root.id == target.id else plan.box(root.id))
 
 
 def goal_poses(plan: FloorPlan, protocol: Protocol | str | None = None) -> dict[str, Pose]:
@@ -78,8 +78,8 @@ def goal_poses(plan: FloorPlan, protocol: Protocol | str | None = None) -> dict[
         protocol: a protocol, its id or its .json file; by default the layout's first.
 
     Raises:
-        UnknownNameError: a location is not placed, or no protocol of the library has that id.
-        LabgymError: no protocol is given and the layout has none.
+        UnknownNameError: no protocol of the library has that id.
+        LabgymError: a location is not placed, or no protocol is given and the layout has none.
     """
     return {location: location_pose(plan, location) for location in resolve_protocol(plan, protocol).locations}
 
