@@ -102,7 +102,7 @@ def score(
     from labgym.cli.describe import layout_score
     from labgym.envs.tasks import resolve_layout
 
-    report = labgym.eval.score(resolve_layout(layout), protocols.resolve(protocol) if protocol else None, profile)
+    report = labgym.eval.score(resolve_layout(layout), protocol, profile)
     print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
     return FAILED if check and (report.violations or report.missing) else DONE
 

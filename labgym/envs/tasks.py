@@ -15,7 +15,7 @@ from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.splits import load_published, published, train_layout
-from labgym.navigation import GoalPair, goal_pairs
+from labgym.navigation import GoalPair, goal_pairs, resolve_protocol
 from labgym.protocols import Protocol
 
 SPLITS = ("train", "val", "test")
@@ -67,7 +67,7 @@ class TaskSource:
         resolve_profile(profile)
         self._split, self._profile = split, profile
         self._layout = None if layout is None else resolve_layout(layout)
-        self._protocol = None if protocol is None else protocols.resolve(protocol)
+        self._protocol = None if protocol is None else _resolved_protocol(self._layout, protocol)
         self._episodes_per_layout = episodes_per_layout
         self._generated: Layout | None = None
         self._episodes_left = 0
@@ -88,8 +88,10 @@ class TaskSource:
         for name in options:
             if name not in OPTIONS:
                 raise UnknownNameError("reset option", name, OPTIONS)
-        protocol = self._protocol if options.get("protocol") is None else protocols.resolve(options["protocol"])
         layout = self._layout if options.get("layout") is None else resolve_layout(options["layout"])
+        protocol = (
+            self._protocol if options.get("protocol") is None else _resolved_protocol(layout, options["protocol"])
+        )
         if layout is None:
             layout = self._drawn_layout(rng, protocol, fresh)
         protocol = protocol or layout.protocol
@@ -117,7 +119,7 @@ def resolve_layout(layout: Layout | str | Path, protocol: Protocol | str | Path 
 
     Args:
         layout: a `Layout`, a path or an id.
-        protocol: a protocol, its id or its `.json` file, to be the layout's first; by default its own stay as they are.
+        protocol: a protocol, its id or its `.json` file, which becomes the layout's first; None changes nothing.
 
     Raises:
         UnknownNameError: no published layout, or no protocol, has that id.
@@ -125,7 +127,11 @@ def resolve_layout(layout: Layout | str | Path, protocol: Protocol | str | Path 
         OptionError: the argument is something else.
     """
     layout = _resolved(layout)
-    return layout if protocol is None else layout.for_protocol(protocols.resolve(protocol))
+    return layout if protocol is None else layout.for_protocol(resolve_protocol(layout, protocol))
+
+
+def _resolved_protocol(layout: Layout | None, protocol: Protocol | str | Path) -> Protocol:
+    return protocols.resolve(protocol) if layout is None else resolve_protocol(layout, protocol)
 
 
 def _resolved(layout: object) -> Layout:

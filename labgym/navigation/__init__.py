@@ -1,7 +1,7 @@
 """Occupancy, grid search, exact shortest paths, and the goal poses and goal pairs of a protocol."""
 
 from labgym.navigation.feasibility import Transition, feasibility, transitions
-from labgym.navigation.goals import GoalPair, Pose, goal_pairs, goal_pose, goal_poses
+from labgym.navigation.goals import GoalPair, Pose, goal_pairs, goal_pose, goal_poses, resolve_protocol
 from labgym.navigation.grid_search import astar, distance_field
 from labgym.navigation.occupancy import RESOLUTION, OccupancyGrid, occupancy
 from labgym.navigation.plan import OBSTACLE_HEIGHT, PLANNING_RADIUS, STAND_OFF, FloorPlan
@@ -26,6 +26,7 @@ __all__ = [
     "goal_pose",
     "goal_poses",
     "occupancy",
+    "resolve_protocol",
     "shortest_path",
     "transitions",
 ]

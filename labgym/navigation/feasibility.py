@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import Literal
 
 from labgym.navigation.goals import GoalPair, Pose, location_pose, resolve_protocol, same_place
@@ -66,7 +67,7 @@ def feasibility(
 
 def transitions(
     plan: FloorPlan,
-    protocol: Protocol | str | None = None,
+    protocol: Protocol | str | Path | None = None,
     radius: float = PLANNING_RADIUS,
     resolution: float = RESOLUTION,
 ) -> tuple[Transition, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 
 from labgym import protocols
 from labgym.errors import LabgymError
@@ -70,7 +71,7 @@ def location_pose(plan: FloorPlan, location: str) -> Pose:
     return goal_pose(plan.box(target.id), None if root.id == target.id else plan.box(root.id))
 
 
-def goal_poses(plan: FloorPlan, protocol: Protocol | str | None = None) -> dict[str, Pose]:
+def goal_poses(plan: FloorPlan, protocol: Protocol | str | Path | None = None) -> dict[str, Pose]:
     """Return the goal pose of each of a protocol's locations, in the order of their first visit.
 
     Args:
@@ -78,13 +79,13 @@ def goal_poses(plan: FloorPlan, protocol: Protocol | str | None = None) -> dict[
         protocol: a protocol, its id or its .json file; by default the layout's first.
 
     Raises:
-        UnknownNameError: no protocol of the library has that id.
+        UnknownNameError: neither the layout nor the library has a protocol of that id.
         LabgymError: a location is not placed, or no protocol is given and the layout has none.
     """
     return {location: location_pose(plan, location) for location in resolve_protocol(plan, protocol).locations}
 
 
-def goal_pairs(plan: FloorPlan, protocol: Protocol | str | None = None) -> tuple[GoalPair, ...]:
+def goal_pairs(plan: FloorPlan, protocol: Protocol | str | Path | None = None) -> tuple[GoalPair, ...]:
     """Return the goal pairs of consecutive steps; pairs of zero length are dropped.
 
     Args and errors as in `goal_poses`.
@@ -104,13 +105,22 @@ def same_place(start: Pose, goal: Pose) -> bool:
     return math.dist(start[:2], goal[:2]) <= SAME_PLACE
 
 
-def resolve_protocol(plan: FloorPlan, protocol: Protocol | str | None) -> Protocol:
-    """Return a protocol: the argument, the one of that id or file, or by default the plan's first.
+def resolve_protocol(plan: FloorPlan, protocol: Protocol | str | Path | None) -> Protocol:
+    """Return the protocol that an argument names.
+
+    Args:
+        plan: the layout.
+        protocol: a `Protocol`, the id of one of the plan's protocols or of the library, or a .json file; None for the
+            plan's first.
 
     Raises:
-        UnknownNameError: no protocol of the library has that id.
-        LabgymError: none is given and the plan has none.
+        UnknownNameError: neither the plan nor the library has a protocol of that id.
+        DocumentError: the file is not a protocol.
+        LabgymError: `protocol` is None and the plan has none.
     """
+    embedded = next((one for one in plan.protocols if one.id == protocol), None)
+    if embedded is not None:
+        return embedded
     if protocol is not None:
         return protocols.resolve(protocol)
     if plan.protocol is None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Protocol
+from typing import Protocol as Interface
 
-from labgym import protocols
 from labgym.geometry import OrientedBox
+from labgym.protocols import Protocol
 
 PLANNING_RADIUS = 0.30
 """Radius of the disc that paths are planned for, metres: the chassis (0.27 m) and 3 cm for tracking errors."""
@@ -18,7 +18,7 @@ OBSTACLE_HEIGHT = 1.40
 """Objects whose bottom is below this height are obstacles, metres: the robot (1.32 m, `RobotSpec.height`) and 8 cm."""
 
 
-class Extent(Protocol):
+class Extent(Interface):
     """The room's interior: x in [0, width], y in [0, depth], metres."""
 
     @property
@@ -32,7 +32,7 @@ class Extent(Protocol):
         ...
 
 
-class Placed(Protocol):
+class Placed(Interface):
     """A placed object: its id and its asset."""
 
     @property
@@ -46,7 +46,7 @@ class Placed(Protocol):
         ...
 
 
-class FloorPlan(Protocol):
+class FloorPlan(Interface):
     """The part of a layout that navigation reads; `labgym.layouts.Layout` is one."""
 
     @property
@@ -55,7 +55,12 @@ class FloorPlan(Protocol):
         ...
 
     @property
-    def protocol(self) -> protocols.Protocol | None:
+    def protocols(self) -> tuple[Protocol, ...]:
+        """The protocols that are carried out there."""
+        ...
+
+    @property
+    def protocol(self) -> Protocol | None:
         """The protocol that navigation takes by default."""
         ...
 

@@ -13,6 +13,7 @@ from pydantic import Field, ValidationError
 from labgym.artefacts import artefacts
 from labgym.assets import Catalog
 from labgym.assets.model import Size
+from labgym.envs.tasks import resolve_layout
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.geometry import OrientedBox
 from labgym.layouts import Door, Floor, Layout, Placement, Room, generate, load_published, published, version1
@@ -20,7 +21,7 @@ from labgym.layouts.floor import Opening, Rectangle, Space
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.splits import manifest
-from labgym.navigation import goal_pairs
+from labgym.navigation import goal_pairs, resolve_protocol
 from labgym.protocols import get
 
 ENTRIES = [(split, entry) for split in ("val", "test") for entry in manifest(split).layouts]
@@ -121,6 +122,17 @@ def test_a_layout_embeds_its_protocols(tmp_path):
     assert again.protocol == OWN
     assert again.hash == layout.hash
     assert json.loads((tmp_path / "own.json").read_text())["protocols"][0]["schema"] == "labgym.protocol/1"
+
+
+def test_a_protocol_is_named_by_its_id_among_those_of_the_layout_or_of_the_library():
+    changed = get("sub_01").model_copy(update={"steps": get("sub_01").steps[:2]})
+    layout = small(protocols=(OWN, changed))
+    assert resolve_protocol(layout, None) == resolve_protocol(layout, "mine") == OWN
+    assert resolve_protocol(layout, "sub_01") == changed
+    assert resolve_protocol(layout, "alk_03") == get("alk_03")
+    assert resolve_layout(layout, "sub_01").protocols == (changed, OWN)
+    with pytest.raises(UnknownNameError, match="'other' not found"):
+        resolve_protocol(layout, "other")
 
 
 def test_generate_writes_version_2_with_its_protocol():

@@ -29,7 +29,8 @@ class Plan:
     named: dict[str, OrientedBox] = field(default_factory=dict)
     on: dict[str, str] = field(default_factory=dict)
     room: Extent = Extent()
-    protocol: str | None = None
+    protocols: tuple[Protocol, ...] = ()
+    protocol: Protocol | None = None
 
     def obstacles(self, below: float) -> Iterator[OrientedBox]:
         floor = [box for name, box in self.named.items() if name not in self.on]

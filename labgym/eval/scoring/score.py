@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 from dataclasses import asdict
+from pathlib import Path
 
 from labgym.eval.scoring.consistency import consistency_proxy
 from labgym.eval.scoring.layout_report import (
@@ -24,8 +25,8 @@ from labgym.layouts.rules.satisfaction import mean, penalised, worst_mean
 from labgym.layouts.rules.separation import contained
 from labgym.layouts.rules.storage import in_own_class
 from labgym.layouts.rules.thresholds import OVERLAP_VOLUME, PENETRATION, VERSION, Profile
+from labgym.navigation import resolve_protocol
 from labgym.protocols import Protocol
-from labgym.protocols import resolve as resolve_protocol
 
 CHEMISTRY_POINTS = 35.0
 """Points of S_chem, in equal shares of the scores that apply."""
@@ -42,7 +43,10 @@ PROXY = ("realism", "layout", "completeness", "total")
 
 
 def score(
-    layout: Layout, protocol: Protocol | str | None = None, profile: str | Profile = "default", contacts: bool = True
+    layout: Layout,
+    protocol: Protocol | str | Path | None = None,
+    profile: str | Profile = "default",
+    contacts: bool = True,
 ) -> LayoutReport:
     """Return the LabTouchstone metrics of a layout.
 
@@ -57,7 +61,7 @@ def score(
         DocumentError: the layout names an asset or a support that does not exist, or is inconsistent.
     """
     layout.check_references()
-    target = layout.protocol if protocol is None else resolve_protocol(protocol)
+    target = layout.protocol if protocol is None else resolve_protocol(layout, protocol)
     assessment = evaluate_layout(layout, target, profile, navigation=True)
     flam, incomp = worst_mean(assessment.flammable), worst_mean(assessment.incompatible)
     store, glass = mean(assessment.storage), mean(assessment.glass)
