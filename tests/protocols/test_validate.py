@@ -61,6 +61,11 @@ BROKEN = {
     "empty description": (with_fields(description=""), "field-complete", None),
     "empty product": (with_fields(product=""), "field-complete", None),
     "empty role": (with_fields(reagents=(reagent("Phenol", role=""), *BASE.reagents[1:])), "field-complete", None),
+    "unknown unit": (
+        with_fields(reagents=(reagent("Phenol", amount="3 spoons"), *BASE.reagents[1:])),
+        "amount-unit",
+        None,
+    ),
     "empty amount": (with_fields(reagents=(reagent("Phenol", amount=""), *BASE.reagents[1:])), "field-complete", None),
     "empty action": (with_step(4, action=""), "field-complete", 4),
     "empty text": (with_step(4, text="  "), "field-complete", 4),

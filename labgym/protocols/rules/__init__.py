@@ -1,4 +1,4 @@
-"""The validation suite's rules, by theme; each is a function of a case: a protocol and the catalogue."""
+"""The rules of the validation suite, by theme; a rule is a function of a case: a protocol and the catalogue."""
 
 from labgym.protocols.rules import (
     conditions,
@@ -16,6 +16,6 @@ from labgym.protocols.rules.finding import Case, Finding, Severity
 ALL = (*grounding.RULES, *sequence.RULES, *safety.RULES, *constraints.RULES)
 """The paper's suite."""
 EQUIPMENT = (*vessels.RULES, *temperatures.RULES, *hazards.RULES, *machines.RULES, *conditions.RULES)
-"""What equipment can do, against what the steps ask of it."""
+"""Rules about equipment, hazards and conditions."""
 
 __all__ = ["ALL", "EQUIPMENT", "Case", "Finding", "Severity"]

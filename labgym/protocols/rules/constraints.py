@@ -1,4 +1,4 @@
-"""Constraints speak of what the protocol has, and say what the catalogue says (paper, appendix B, check iv)."""
+"""Constraints refer to the protocol's own assets and agree with the catalogue (paper, appendix B, check iv)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from labgym.protocols.rules.finding import Case, Finding
 
 
 def chemical_constraints_refer(case: Case) -> Iterator[Finding]:
-    """A chemical constraint's subject is a reagent of the protocol and its object exists and makes sense."""
+    """The subject of a chemical constraint is a reagent of the protocol, and its object exists and fits its kind."""
     reagents = [use.name for use in case.protocol.reagents]
     for constraint in case.protocol.chemical_constraints:
         if constraint.subject not in reagents:
-            message = f"{constraint.kind} names {constraint.subject!r}, which is no reagent of the protocol"
+            message = f"{constraint.kind} names {constraint.subject!r}, which is not a reagent of the protocol"
             yield Finding("constraint-refers", None, message, f"choose one of: {', '.join(reagents)}")
         problem = _object_problem(constraint, case)
         if problem is not None:
@@ -25,7 +25,7 @@ def chemical_constraints_refer(case: Case) -> Iterator[Finding]:
 
 
 def spatial_constraints_refer(case: Case) -> Iterator[Finding]:
-    """A spatial constraint speaks of instruments, reagents and locations; things stand on locations."""
+    """A spatial constraint names instruments, reagents and locations of the protocol; objects stand on locations."""
     things = {use.name for use in case.protocol.reagents} | set(case.protocol.instruments)
     places = set(case.protocol.locations)
     for constraint in case.protocol.spatial_constraints:
@@ -43,29 +43,35 @@ def spatial_constraints_refer(case: Case) -> Iterator[Finding]:
 
 
 def _object_problem(constraint: ChemicalConstraint, case: Case) -> tuple[str, str] | None:
-    """Return what is wrong with a chemical constraint's object and how to mend it, or None."""
-    given = constraint.object
+    """Return the problem with a chemical constraint's object and its remedy, or None."""
+    name = constraint.object
     if constraint.kind == "separate_heat":
-        asset = case.asset(given)
-        if given not in case.protocol.instruments or asset is None or not asset.hazards.heat_source:
-            return f"from {given!r}: no heat source of the protocol", "name one of its heating instruments"
+        asset = case.asset(name)
+        if name not in case.protocol.instruments or asset is None or not asset.hazards.heat_source:
+            return f"from {name!r}, which is not a heat source of the protocol", "name one of its heating instruments"
     elif constraint.kind == "separate_incompatible":
-        if given not in [use.name for use in case.protocol.reagents] or given == constraint.subject:
-            return f"from {given!r}: no other reagent of the protocol", "name another reagent of the protocol"
+        if name not in [use.name for use in case.protocol.reagents] or name == constraint.subject:
+            return (
+                f"from {name!r}, which is not another reagent of the protocol",
+                "name another reagent of the protocol",
+            )
     elif constraint.kind == "store":
         return _storage_problem(constraint, case)
-    elif given not in case.protocol.locations or (place := case.asset(given)) is None or not is_ventilated(place):
-        return f"at {given!r}: no ventilated location of the protocol", "name a hood, glove box or exhausted bench"
+    elif name not in case.protocol.locations or (place := case.asset(name)) is None or not is_ventilated(place):
+        return (
+            f"at {name!r}, which is not a ventilated location of the protocol",
+            "name a hood, glove box or exhausted bench",
+        )
     return None
 
 
 def _storage_problem(constraint: ChemicalConstraint, case: Case) -> tuple[str, str] | None:
-    given = constraint.object
-    if given not in get_args(StorageClass):
-        return f"in {given!r}: no storage class", f"choose one of: {', '.join(get_args(StorageClass))}"
+    storage = constraint.object
+    if storage not in get_args(StorageClass):
+        return f"in {storage!r}, which is not a storage class", f"choose one of: {', '.join(get_args(StorageClass))}"
     asset = case.asset(constraint.subject)
-    if asset is not None and asset.chemistry is not None and asset.chemistry.storage_class != given:
-        return f"in {given!r} contradicts the catalogue", f"store it in {asset.chemistry.storage_class!r}"
+    if asset is not None and asset.chemistry is not None and asset.chemistry.storage_class != storage:
+        return f"in {storage!r} contradicts the catalogue", f"store it in {asset.chemistry.storage_class!r}"
     return None
 
 

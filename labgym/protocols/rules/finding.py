@@ -1,4 +1,4 @@
-"""What a validation rule looks at and what it reports."""
+"""The input and the output of validation rules: cases and findings."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ Severity = Literal["fault", "advice"]
 
 @dataclass(frozen=True)
 class Finding:
-    """A breach of a rule.
+    """A violation of a rule.
 
     Attributes:
         rule: name of the rule, kebab-case.
-        step: index of the step at fault, or None where the whole protocol is.
-        message: what is wrong, naming the object and the value.
-        suggestion: how to mend it.
-        severity: fault where the step cannot be done so or must not; advice where it can be done better.
+        step: index of the step, or None if the finding concerns the whole protocol.
+        message: what is wrong, with the object and the value.
+        suggestion: the remedy.
+        severity: "fault" if the step cannot or must not be carried out as written; "advice" if there is a better way.
     """
 
     rule: str
@@ -34,16 +34,16 @@ class Finding:
 
 @dataclass(frozen=True)
 class Case:
-    """A protocol and the catalogue that its names are grounded in."""
+    """A protocol and the catalogue that holds its assets."""
 
     protocol: Protocol
     catalog: Catalog
 
     def asset(self, name: str) -> Asset | None:
-        """Return the asset of exactly that name, or None."""
+        """Return the asset with that canonical name, or None."""
         return self.catalog.get(name) if name in self.catalog else None
 
     @cached_property
     def situations(self) -> tuple[Situation, ...]:
-        """What each step handles, in the order of the steps."""
+        """The situation of each step, in the order of the steps."""
         return situations(self.protocol, self.catalog)

@@ -1,4 +1,4 @@
-"""Every name in the protocol is an asset of the right kind, named once and used (paper, appendix B, check i)."""
+"""Every name in the protocol is an asset of the right kind, listed once and used (paper, appendix B, check i)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from labgym.protocols.rules.finding import Case, Finding
 
 
 def assets_exist(case: Case) -> Iterator[Finding]:
-    """Reagents, instruments and locations resolve to catalogue entries of their kind."""
+    """Reagents, instruments and locations are catalogue entries of their kind."""
     named: list[tuple[str, str, int | None]] = [(use.name, "reagent", None) for use in case.protocol.reagents]
     named += [(name, "instrument", None) for name in dict.fromkeys(case.protocol.instruments)]
     named += [(step.location, "facility", step.index) for step in case.protocol.steps]
@@ -23,17 +23,17 @@ def assets_exist(case: Case) -> Iterator[Finding]:
 
 
 def locations_are_workplaces(case: Case) -> Iterator[Finding]:
-    """Each step happens at a bench, hood or glove box (check iii)."""
+    """Each step takes place at a bench, hood or glove box (check iii)."""
     for step in case.protocol.steps:
         asset = case.asset(step.location)
         if asset is not None and asset.kind == "facility" and not is_workplace(asset):
             places = ", ".join(item.name for item in case.catalog if is_workplace(item))
-            message = f"step {step.index} happens at {step.location!r}, where nobody can work"
+            message = f"step {step.index} takes place at {step.location!r}, which is not a workplace"
             yield Finding("location-legal", step.index, message, f"choose one of: {places}")
 
 
 def reagents_are_distinct(case: Case) -> Iterator[Finding]:
-    """A reagent is listed once; several uses are told in its role and amount."""
+    """A reagent is listed once, with all its roles and amounts."""
     names = [use.name for use in case.protocol.reagents]
     for name in dict.fromkeys(name for name in names if names.count(name) > 1):
         message = f"reagent {name!r} is listed {names.count(name)} times"
@@ -41,13 +41,13 @@ def reagents_are_distinct(case: Case) -> Iterator[Finding]:
 
 
 def uses_are_listed(case: Case) -> Iterator[Finding]:
-    """Steps use only what the protocol lists."""
+    """Steps use only listed reagents and instruments."""
     listed = {use.name for use in case.protocol.reagents} | set(case.protocol.instruments)
     for step in case.protocol.steps:
         for name in step.uses:
             if name not in listed:
                 message = f"step {step.index} uses {name!r}, which is neither reagent nor instrument of the protocol"
-                yield Finding("use-listed", step.index, message, "add it to the list, or take it out of the step")
+                yield Finding("use-listed", step.index, message, "add it to the list, or remove it from the step")
 
 
 def everything_is_used(case: Case) -> Iterator[Finding]:
@@ -56,7 +56,7 @@ def everything_is_used(case: Case) -> Iterator[Finding]:
     for name in dict.fromkeys([*(use.name for use in case.protocol.reagents), *case.protocol.instruments]):
         if name not in used:
             message = f"{name!r} is listed but no step uses it"
-            yield Finding("all-used", None, message, "name it in the step that uses it, or take it off the list")
+            yield Finding("all-used", None, message, "name it in the step that uses it, or remove it from the list")
 
 
 def _nearest(name: str, case: Case) -> str:

@@ -39,7 +39,7 @@ WATER_ADDED = re.compile(r"\b(?:add|adding|dilute|diluting|dilution)\b[^.;]{0,60
 CONCENTRATED = frozenset({"oxidizing_acid"})
 TOXIC_GAS = ("acid_with_toxic_gas_former", "acid_with_hypochlorite", "hypochlorite_with_ammonia_or_amine")
 """Pairs of the segregation rules that give off a toxic gas when they meet."""
-VIOLENT = (
+VIOLENT_PAIRS = (
     (frozenset({"alkali_metal"}), frozenset({"halogenated_solvent"}), "can detonate"),
     (frozenset({"azide"}), frozenset({"halogenated_solvent"}), "form explosive polyazides"),
 )
@@ -50,7 +50,7 @@ SCRUBBERS = ("GasWashBottle", "ColdTrap")
 
 
 def flames_are_away_from_flammables(case: Case) -> Iterator[Finding]:
-    """No flame or glowing element in a step that handles something flammable, nor where another step handles it."""
+    """No flame or glowing element is used with a flammable reagent, or at a place where another step opens one."""
     for situation in case.situations:
         for flame in (asset for asset in situation.devices if _is_flame(asset)):
             near = [name for name in situation.contents if case.catalog.get(name).hazards.flammable]
@@ -62,7 +62,7 @@ def flames_are_away_from_flammables(case: Case) -> Iterator[Finding]:
 
 
 def carried_vapours_are_ventilated(case: Case) -> Iterator[Finding]:
-    """A batch that still holds something volatile or toxic is not handled open where nothing carries it off."""
+    """A batch that still contains a volatile or toxic reagent is handled only at ventilated places."""
     for situation in case.situations:
         step, place = situation.step, situation.place
         if place is None or is_ventilated(place) or step.action in STILL or situation.vessel is None:
@@ -78,7 +78,7 @@ def carried_vapours_are_ventilated(case: Case) -> Iterator[Finding]:
 
 
 def hoods_draw_enough(case: Case) -> Iterator[Finding]:
-    """What is volatile or toxic is opened in a hood that draws; what can kill, not at a bench with an exhaust arm."""
+    """Volatile or toxic reagents are opened in a hood with sufficient air flow; fatal ones only in a hood."""
     for situation in case.situations:
         step, place = situation.step, situation.place
         if place is None or step.action in STILL or place.category == "containment":
@@ -89,9 +89,9 @@ def hoods_draw_enough(case: Case) -> Iterator[Finding]:
         velocity = place.specs.face_velocity_m_s
         if not opened or (place.fume_hood and (velocity is None or velocity >= FACE_VELOCITY)):
             continue
-        told = f"draws {velocity:g} m/s" if place.fume_hood else "is no hood"
-        why = "can kill" if fatal else "is volatile or toxic"
-        message = f"step {step.index} opens {opened[0]}, which {why}, at {place.name}, which {told}"
+        problem = f"draws only {velocity:g} m/s" if place.fume_hood else "is not a hood"
+        why = "is fatal" if fatal else "is volatile or toxic"
+        message = f"step {step.index} opens {opened[0]}, which {why}, at {place.name}, which {problem}"
         yield Finding(
             "hood-draws", step.index, message, f"use a hood with at least {FACE_VELOCITY:g} m/s, such as FumeHood"
         )
@@ -144,7 +144,7 @@ def pyrophorics_see_no_air(case: Case) -> Iterator[Finding]:
 
 
 def toxic_gases_are_caught(case: Case) -> Iterator[Finding]:
-    """Reagents that give off a toxic gas together are brought together with a scrubber."""
+    """Reagents that form a toxic gas are combined with a scrubber."""
     for situation in case.situations:
         added = [asset.name for asset in situation.added]
         caught = any(asset.name in SCRUBBERS for asset in situation.devices)
@@ -160,25 +160,25 @@ def toxic_gases_are_caught(case: Case) -> Iterator[Finding]:
 
 
 def violent_mixtures_are_not_made(case: Case) -> Iterator[Finding]:
-    """Reagents that detonate together are not in one vessel, whatever the experiment."""
-    told: set[tuple[str, str]] = set()
+    """Reagents that detonate together are never in one vessel."""
+    reported: set[tuple[str, str]] = set()
     for situation in case.situations:
         if situation.step.action in STILL:
             continue
         together = [case.catalog.get(name) for name in situation.contents]
         for first, second in permutations(together, 2):
             how = _violence(first, second)
-            if how is not None and (first.name, second.name) not in told:
-                told.add((first.name, second.name))
+            if how is not None and (first.name, second.name) not in reported:
+                reported.add((first.name, second.name))
                 message = f"step {situation.step.index} brings {first.name} and {second.name} together, which {how}"
                 yield Finding(
-                    "violent-mixture", situation.step.index, message, f"take another solvent than {second.name}"
+                    "violent-mixture", situation.step.index, message, f"use another solvent instead of {second.name}"
                 )
 
 
 def _violence(first: Asset, second: Asset) -> str | None:
     a, b = (set() if asset.chemistry is None else set(asset.chemistry.groups) for asset in (first, second))
-    for one, other, how in VIOLENT:
+    for one, other, how in VIOLENT_PAIRS:
         if a & one and b & other:
             return how
     return "can explode" if a >= NITRIC and b & FUEL else None
@@ -199,12 +199,12 @@ def _flame_in_the_room(case: Case, situation: Situation, flame: Asset) -> Iterat
 
 
 def _flameless(case: Case, situation: Situation) -> str:
-    wanted = situation.step.temperature if situation.step.temperature is not None else 100.0
+    temperature = situation.step.temperature if situation.step.temperature is not None else 100.0
     fit = [
         (limit, asset.name)
         for asset in case.catalog.of_kind("instrument")
         if asset.category == "heating" and asset.heat_class in ("bath", "hot_surface") and not _is_flame(asset)
-        if (limit := heats_to(asset)) is not None and limit >= wanted + 10.0
+        if (limit := heats_to(asset)) is not None and limit >= temperature + 10.0
     ]
     return f"use {min(fit)[1]}" if fit else "use MuffleFurnace in another room"
 

@@ -1,4 +1,4 @@
-"""Pumps, stirrers, lamps, balances and benches do what the steps ask of them."""
+"""Pumps, stirrers, lamps, balances and benches are used within their limits."""
 
 from __future__ import annotations
 
@@ -31,47 +31,47 @@ from labgym.quantities import pressure
 _VACUUM = re.compile(r"\b(?:vacuum|reduced pressure|in vacuo|evacuate)\b", re.I)
 EVACUATED = ("pump", "rotavap", "lyophilizer", "manifold", "oven")
 AMBIENT, PRESSED = 1000.0, 1500.0
-"""Below the first a pressure is a vacuum, above the second the vessel is built for it, mbar."""
-DIVISIONS = 10.0
-"""A mass is at least this many divisions of the balance, so that it is known to a tenth."""
+"""Pressures in mbar: below the first is a vacuum; above the second, a vessel needs a pressure rating."""
+READABLE = 10.0
+"""Smallest mass that is weighed to within 10 %, as a multiple of the balance's resolution."""
 
 
 def vacuum_is_reached(case: Case) -> Iterator[Finding]:
-    """A pressure that a step states is one that its pump reaches; what is done under vacuum has a pump."""
+    """A step under vacuum has a pump, which reaches the stated pressure."""
     for situation in case.situations:
         step = situation.step
         pumps = [asset for asset in situation.devices if evacuates_to(asset) is not None]
-        wanted = _stated_mbar(step.text)
-        if wanted is not None and wanted < AMBIENT and pumps:
+        stated = _stated_mbar(step.text)
+        if stated is not None and stated < AMBIENT and pumps:
             best = min(pumps, key=lambda asset: evacuates_to(asset) or 0.0)
-            reached = evacuates_to(best) or 0.0
-            if reached > wanted:
-                name = alternative(case.catalog, best, evacuates_to, partial(operator.ge, wanted))
-                message = f"step {step.index} wants {wanted:g} mbar, {best.name} reaches {reached:g} mbar"
+            limit = evacuates_to(best) or 0.0
+            if limit > stated:
+                name = alternative(case.catalog, best, evacuates_to, partial(operator.ge, stated))
+                message = f"step {step.index} needs {stated:g} mbar, but {best.name} reaches {limit:g} mbar"
                 suggestion = f"use {name}" if name else "distil at a higher pressure"
                 yield Finding("vacuum-reach", step.index, message, suggestion)
         elif step.action in ("Distill", "DryVacuum") and (_VACUUM.search(step.text) or step.action == "DryVacuum"):
             if not any(asset.subtype in EVACUATED for asset in situation.devices):
                 message = f"step {step.index} ({step.action}) works under vacuum without a pump"
-                yield Finding("vacuum-source", step.index, message, "name VacuumPump or RotaryVanePump in its uses")
+                yield Finding("vacuum-source", step.index, message, "add VacuumPump or RotaryVanePump to its uses")
 
 
 def pressures_are_withstood(case: Case) -> Iterator[Finding]:
-    """A pressure above the air's that a step states is one that its vessel is built for, or its pump delivers."""
+    """A stated pressure above ambient is within the rating of the vessel or of the pump."""
     for situation in case.situations:
-        step, wanted = situation.step, _stated_mbar(situation.step.text)
+        step, stated = situation.step, _stated_mbar(situation.step.text)
         limits = [
             (limit, asset.name)
             for asset in situation.devices
             if (limit := withstands(asset) or delivers(asset)) is not None
         ]
-        if wanted is None or wanted <= PRESSED:
+        if stated is None or stated <= PRESSED:
             continue
-        held = situation.vessel.name if situation.vessel is not None else "its apparatus"
+        vessel = situation.vessel.name if situation.vessel is not None else "its apparatus"
         balloon = next((asset.name for asset in situation.devices if asset.subtype == "gas"), "")
-        bar, (limit, name) = wanted / 1000.0, max(limits, default=(0.0, balloon or held))
+        bar, (limit, name) = stated / 1000.0, max(limits, default=(0.0, balloon or vessel))
         if bar - 1.0 > limit:
-            message = f"step {step.index} wants {bar:.3g} bar, {name} is built for {limit:g} bar above the air's"
+            message = f"step {step.index} needs {bar:.3g} bar, but {name} is rated for {limit:g} bar above ambient"
             others = sorted((withstands(a) or 0.0, a.name) for a in case.catalog.of_kind("instrument"))
             fit = next((other for most, other in others if most >= bar - 1.0), None)
             yield Finding("pressure-reach", step.index, message, f"use {fit}" if fit else "work at a lower pressure")
@@ -79,11 +79,13 @@ def pressures_are_withstood(case: Case) -> Iterator[Finding]:
 
 @dataclass(frozen=True)
 class Setting:
-    """A quantity that a step's text may ask of a device.
+    """A setting of a device that a step's text can state.
 
     Attributes:
-        rule: name of the finding. unit: as messages tell it. stated: finds the number in a text.
-        spans: what a device can be set to, from the least to the most; empty where it has no such setting.
+        rule: name of the finding.
+        unit: as messages show it.
+        stated: pattern of the number in a text.
+        spans: ranges that a device can be set to; empty if it has no such setting.
     """
 
     rule: str
@@ -101,26 +103,28 @@ SETTINGS = (
 
 
 def settings_are_reached(case: Case) -> Iterator[Finding]:
-    """A speed, a force, a flow or a wavelength that a step states is one that a device of the step has."""
+    """A stated speed, force, flow or wavelength is within the range of a device of the step."""
     for situation in case.situations:
         for setting in SETTINGS:
             stated = setting.stated.search(situation.step.text)
             devices = [asset for asset in situation.devices if setting.spans(asset)]
             if stated is None or not devices:
                 continue
-            wanted = float(stated[1].replace(",", ""))
-            if not any(_has(setting, asset, wanted) for asset in devices):
+            value = float(stated[1].replace(",", ""))
+            if not any(_has(setting, asset, value) for asset in devices):
                 spans = " or ".join(f"{low:g} to {high:g}" for low, high in setting.spans(devices[0]))
                 unit, index = setting.unit, situation.step.index
-                message = f"step {index} wants {wanted:g} {unit}, {devices[0].name} has {spans} {unit}"
-                options = [asset for asset in case.catalog.of_kind("instrument") if _has(setting, asset, wanted)]
+                message = f"step {index} needs {value:g} {unit}, but {devices[0].name} has {spans} {unit}"
+                options = [asset for asset in case.catalog.of_kind("instrument") if _has(setting, asset, value)]
                 near = [asset.name for asset in options if asset.category == devices[0].category]
-                suggestion = f"use {[*near, *(a.name for a in options)][0]}" if options else "choose one that it has"
+                suggestion = (
+                    f"use {[*near, *(a.name for a in options)][0]}" if options else "choose a value in its range"
+                )
                 yield Finding(setting.rule, index, message, suggestion)
 
 
 def stirrers_move_the_batch(case: Case) -> Iterator[Finding]:
-    """A batch is not larger than what its stirrer moves."""
+    """A batch is not too large for its stirrer."""
     for situation in case.situations:
         stirring = [(most, asset.name) for asset in situation.devices if (most := stirs(asset)) is not None]
         if situation.step.action in STILL or not stirring or situation.volume <= max(stirring)[0]:
@@ -135,7 +139,7 @@ def stirrers_move_the_batch(case: Case) -> Iterator[Finding]:
 
 
 def balances_weigh_what_they_get(case: Case) -> Iterator[Finding]:
-    """What is weighed is not too much for the balance, nor too little for its divisions."""
+    """A mass is within the capacity of its balance and can be weighed to within 10 %."""
     amounts = {use.name: read_amount(use.amount) for use in case.protocol.reagents}
     for situation in case.situations:
         for balance in situation.devices:
@@ -144,7 +148,7 @@ def balances_weigh_what_they_get(case: Case) -> Iterator[Finding]:
                 continue
             for reagent in situation.added:
                 mass = amounts[reagent.name].mass if reagent.name in amounts else None
-                if mass is not None and not DIVISIONS * limits[0] <= mass <= limits[1]:
+                if mass is not None and not READABLE * limits[0] <= mass <= limits[1]:
                     message = (
                         f"step {situation.step.index} weighs {mass:g} g of {reagent.name} on {balance.name} "
                         f"({limits[0]:g} to {limits[1]:g} g)"
@@ -153,7 +157,7 @@ def balances_weigh_what_they_get(case: Case) -> Iterator[Finding]:
 
 
 def benches_carry_their_load(case: Case) -> Iterator[Finding]:
-    """The instruments that the steps at a bench use are no heavier than its top carries."""
+    """The instruments on a bench are within its load limit."""
     loads: dict[str, dict[str, float]] = defaultdict(dict)
     for situation in case.situations:
         place = situation.place
@@ -165,7 +169,7 @@ def benches_carry_their_load(case: Case) -> Iterator[Finding]:
         after, most = sum(load.values()), place.specs.load_kg
         if before <= most < after:
             heaviest = max(load, key=lambda name: load[name])
-            message = f"by step {situation.step.index} {place.name} carries {after:.0f} kg, its top takes {most:g} kg"
+            message = f"by step {situation.step.index} {place.name} carries {after:.0f} kg; its limit is {most:g} kg"
             suggestion = f"use {heaviest} ({load[heaviest]:g} kg) at another bench"
             yield Finding("bench-load", situation.step.index, message, suggestion, "advice")
 
@@ -175,14 +179,14 @@ def _stated_mbar(text: str) -> float | None:
     return None if bar is None else 1000.0 * bar
 
 
-def _has(setting: Setting, asset: Asset, wanted: float) -> bool:
-    return any(low <= wanted <= high for low, high in setting.spans(asset))
+def _has(setting: Setting, asset: Asset, value: float) -> bool:
+    return any(low <= value <= high for low, high in setting.spans(asset))
 
 
 def _balance(case: Case, mass: float) -> str:
     for asset in case.catalog.of_kind("instrument"):
         limits = weighs(asset)
-        if limits is not None and DIVISIONS * limits[0] <= mass <= limits[1]:
+        if limits is not None and READABLE * limits[0] <= mass <= limits[1]:
             return f"use {asset.name}"
     return "weigh it in portions"
 

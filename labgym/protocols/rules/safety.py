@@ -1,4 +1,4 @@
-"""Hazardous work happens where it may, with devices that can do it (paper, appendix B, check iii)."""
+"""Hazardous steps take place at suitable locations with suitable devices (paper, appendix B, check iii)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ REMEDY = "move the step to FumeHood, GloveBox or a bench with local exhaust"
 
 
 def vapours_are_carried_off(case: Case) -> Iterator[Finding]:
-    """Volatile, toxic or flammable reagents are opened only where it is ventilated; solids may be weighed."""
+    """Volatile, toxic or flammable reagents are opened only at ventilated places; solids may be weighed anywhere."""
     for step, reagents in _open_steps(case):
         for reagent in reagents:
             chemistry = reagent.chemistry
@@ -32,7 +32,7 @@ def vapours_are_carried_off(case: Case) -> Iterator[Finding]:
 
 
 def incompatible_reagents_meet_in_the_hood(case: Case) -> Iterator[Finding]:
-    """Reagents that react violently are brought together only where it is ventilated; weighing keeps them apart."""
+    """Reagents that react violently are combined only at ventilated places; weighing does not combine them."""
     for step, reagents in _open_steps(case):
         distinct = {asset.name: asset for asset in reagents}
         for a, b in combinations(sorted(distinct), 2) if step.action not in PREPARATION else ():
@@ -43,16 +43,16 @@ def incompatible_reagents_meet_in_the_hood(case: Case) -> Iterator[Finding]:
 
 
 def heat_has_a_source(case: Case) -> Iterator[Finding]:
-    """A step that heats uses a heat source, and each of its sources reaches the temperature."""
+    """A heated step uses a heat source, and each of its heat sources reaches the temperature."""
     for step in case.protocol.steps:
         used = [asset for name in step.uses if (asset := case.asset(name)) is not None]
         sources = [asset for asset in used if asset.hazards.heat_source]
         if step.action in HEATED_ACTIONS and not sources:
             message = f"step {step.index} ({step.action}) uses no heat source"
-            yield Finding("heat-source", step.index, message, "name the bath, mantle, hotplate or oven in its uses")
+            yield Finding("heat-source", step.index, message, "add a bath, mantle, hotplate or oven to its uses")
         limits = [limit for asset in sources if (limit := heats_to(asset)) is not None]
         if step.temperature is not None and limits and step.temperature > min(limits):
-            message = f"step {step.index} wants {step.temperature:g} C, its heat source reaches {min(limits):g} C"
+            message = f"step {step.index} needs {step.temperature:g} C, but its heat source reaches {min(limits):g} C"
             yield Finding("heat-source", step.index, message, _hotter(case, step.temperature))
 
 
@@ -68,7 +68,7 @@ def _hotter(case: Case, temperature: float) -> str:
 
 
 def _danger(a: Asset, b: Asset) -> str | None:
-    """Return why two reagents are kept apart, or how they gas, burn or explode; None where they do neither."""
+    """Return the rule or the reaction that makes two reagents dangerous together, or None."""
     rule = incompatible(a, b)
     if rule is not None:
         return rule.kind
@@ -77,7 +77,7 @@ def _danger(a: Asset, b: Asset) -> str | None:
 
 
 def _open_steps(case: Case) -> Iterator[tuple[Step, list[Asset]]]:
-    """Yield steps at places without ventilation, with the reagents that they use."""
+    """Yield the steps at places without ventilation, with their reagents."""
     for step in case.protocol.steps:
         place = case.asset(step.location)
         if place is not None and not is_ventilated(place):

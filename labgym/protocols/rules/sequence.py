@@ -1,9 +1,10 @@
-"""The protocol is complete and its steps come in order (paper, appendix B, check ii and hard constraints)."""
+"""The protocol is complete and its steps are in order (paper, appendix B, check ii and hard constraints)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from labgym.protocols.amounts import read_amount
 from labgym.protocols.rules.finding import Case, Finding
 
 PREPARATION = ("Weigh", "Measure", "Prepare")
@@ -13,7 +14,7 @@ HOT_ACTIONS = ("Heat", "Reflux", "Distill", "Recrystallize", "DrySolid", "Concen
 
 
 def fields_are_filled(case: Case) -> Iterator[Finding]:
-    """Names, roles, amounts, actions, texts and durations are given; hot steps say how hot."""
+    """Names, roles, amounts, actions, texts and durations are present; heated steps have a temperature."""
     for field in ("name", "description", "product"):
         if not getattr(case.protocol, field).strip():
             yield Finding("field-complete", None, f"{field} is empty", f"give the {field}")
@@ -30,14 +31,22 @@ def fields_are_filled(case: Case) -> Iterator[Finding]:
                 )
         if step.duration is None or step.duration <= 0.0:
             message = f"step {step.index} has no duration"
-            yield Finding("field-complete", step.index, message, "give it in minutes, more than 0")
+            yield Finding("field-complete", step.index, message, "give a duration above 0 minutes")
         if step.action in HOT_ACTIONS and step.temperature is None:
             message = f"step {step.index} ({step.action}) has no temperature"
-            yield Finding("field-complete", step.index, message, "give it in degrees Celsius")
+            yield Finding("field-complete", step.index, message, "give a temperature in degrees Celsius")
+
+
+def amounts_are_readable(case: Case) -> Iterator[Finding]:
+    """Amounts have units that `labgym.quantities` knows."""
+    for use in case.protocol.reagents:
+        for text in read_amount(use.amount).unread:
+            message = f"{text!r} of reagent {use.name!r} has a unit that is not known"
+            yield Finding("amount-unit", None, message, "use a unit such as g, mL or mmol")
 
 
 def indices_are_consecutive(case: Case) -> Iterator[Finding]:
-    """Steps count 1, 2, 3, ..."""
+    """Steps are numbered 1, 2, 3, ..."""
     for expected, step in enumerate(case.protocol.steps, start=1):
         if step.index != expected:
             message = f"step at position {expected} has index {step.index}"
@@ -46,7 +55,7 @@ def indices_are_consecutive(case: Case) -> Iterator[Finding]:
 
 
 def preparation_comes_first(case: Case) -> Iterator[Finding]:
-    """The first step prepares the reagents at the preparation place."""
+    """The first step prepares the reagents at a preparation bench or balance table."""
     first = case.protocol.steps[0]
     if first.action not in PREPARATION or first.location not in PREPARATION_PLACES:
         message = f"the first step is {first.action} at {first.location}, not the preparation of reagents"
@@ -55,16 +64,22 @@ def preparation_comes_first(case: Case) -> Iterator[Finding]:
 
 
 def analysis_and_cleaning_come_last(case: Case) -> Iterator[Finding]:
-    """The product is analysed, and the last step cleans up at the sink."""
+    """The product is analyzed, and the last step is cleaning at the sink."""
     last = case.protocol.steps[-1]
     if last.action != CLEANING or last.location != "SinkBench":
         message = f"the last step is {last.action} at {last.location}, not cleaning"
         yield Finding("cleaning-last", last.index, message, f"end with {CLEANING} at SinkBench")
     if not any(step.action == ANALYSIS for step in case.protocol.steps):
-        message = "no step analyses the product"
+        message = "no step analyzes the product"
         yield Finding(
             "analysis-present", None, message, f"add an {ANALYSIS} step at ValidationPlatform before cleaning"
         )
 
 
-RULES = (fields_are_filled, indices_are_consecutive, preparation_comes_first, analysis_and_cleaning_come_last)
+RULES = (
+    fields_are_filled,
+    amounts_are_readable,
+    indices_are_consecutive,
+    preparation_comes_first,
+    analysis_and_cleaning_come_last,
+)

@@ -1,4 +1,4 @@
-"""Vessels hold what is put into them, fit what heats them, and stand the pressure."""
+"""Vessels are large enough, fit their heater, and withstand the pressure."""
 
 from __future__ import annotations
 
@@ -12,50 +12,50 @@ from labgym.protocols.contents import Situation, is_vessel
 from labgym.protocols.rules.finding import Case, Finding
 
 HEADROOM = {"Heat": 2.0 / 3.0, "Reflux": 2.0 / 3.0, "Distill": 2.0 / 3.0, "Concentrate": 0.5}
-"""How full a vessel may be that is heated: two thirds, and half on the rotary evaporator."""
+"""Largest filling of a heated vessel: two thirds, and half on the rotary evaporator."""
 FLAT = ("ErlenmeyerFlask", "Beaker", "LargeBeaker", "VolumetricFlask", "CrystallizingDish")
-"""Thin glass with a flat bottom, which vacuum can crush."""
+"""Thin flat-bottomed glassware, which vacuum can crush."""
 SPECIAL = ("FilterFlask", "VolumetricFlask")
-"""Flasks that stand in for no other."""
+"""Flasks that cannot replace another flask."""
 WORKING = ("Stir", "Heat", "Reflux", "Cool", "Distill")
-"""Actions in which what is in a reactor has to reach its stirrer and its sensor."""
+"""Actions in which the mixture in a reactor has to reach its stirrer and its sensor."""
 CLOSED = re.compile(r"\b(?:stopper(?:ed)?|seal(?:ed)?|closed|cap(?:ped)?|screw\s+cap)\b", re.I)
 OPENED = re.compile(
     r"\b(?:unstoppered|unsealed|not\s+(?:sealed|closed|stoppered)|closed\s+bottle|vent(?:ing|ed)?)\b", re.I
 )
 PRESSURISED = 50.0
-"""A closed vessel below this temperature builds up little pressure, degrees Celsius."""
+"""Temperature below which the pressure in a closed vessel is negligible, degrees Celsius."""
 TROUTON, TROUTON_ASSOCIATED = 10.6, 13.1
 """Entropy of vaporisation over the gas constant: of most liquids by Trouton's rule (88 J/(mol K)), and of water and
 alcohols (109 J/(mol K))."""
 
 
 def vessels_hold_their_contents(case: Case) -> Iterator[Finding]:
-    """No vessel gets more than it holds; where something is heated there is room above it."""
+    """No vessel holds more than its capacity; heated vessels have headroom."""
     worst: set[tuple[str, str]] = set()
     for situation in case.situations:
         step, vessel = situation.step, situation.vessel
         holds = None if vessel is None else capacity(vessel)
         if vessel is None or holds is None or ("vessel-volume", vessel.name) in worst:
             continue
-        told = f"step {step.index} ({step.action})"
+        subject = f"step {step.index} ({step.action})"
         limit = HEADROOM.get(step.action, 1.0) * holds
         need = situation.volume / HEADROOM.get(step.action, 1.0)
         if situation.volume > holds:
             worst.add(("vessel-volume", vessel.name))
-            message = f"{told} has about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL"
+            message = f"{subject} has about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL"
             yield Finding("vessel-volume", step.index, message, _larger(case, vessel, need))
         elif situation.volume > limit and ("vessel-headroom", vessel.name) not in worst:
             worst.add(("vessel-headroom", vessel.name))
             message = (
-                f"{told} heats about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL; "
+                f"{subject} heats about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL; "
                 f"fill it to {limit:.0f} mL at most"
             )
             yield Finding("vessel-headroom", step.index, message, _larger(case, vessel, need), "advice")
 
 
 def vessels_are_filled_enough(case: Case) -> Iterator[Finding]:
-    """A vessel with a least working volume, such as a stirred reactor, holds it once it is stirred or heated."""
+    """A vessel with a smallest working volume, such as a stirred reactor, holds it when it is stirred or heated."""
     for situation in case.situations:
         step, vessel = situation.step, situation.vessel
         working = None if vessel is None else vessel.specs.working_mL
@@ -70,7 +70,7 @@ def vessels_are_filled_enough(case: Case) -> Iterator[Finding]:
 
 
 def additions_fit_the_funnel(case: Case) -> Iterator[Finding]:
-    """What is dropped in fits the dropping funnel, or is told to come in portions."""
+    """An addition fits the dropping funnel, or the text says that it is in portions."""
     for situation in case.situations:
         for funnel in situation.devices:
             holds = capacity(funnel)
@@ -84,7 +84,7 @@ def additions_fit_the_funnel(case: Case) -> Iterator[Finding]:
 
 
 def vessels_fit_their_heater(case: Case) -> Iterator[Finding]:
-    """A heating mantle takes round flasks of its size."""
+    """A heating mantle holds round flasks of its size."""
     for situation in case.situations:
         for mantle in situation.devices:
             takes = capacity(mantle) if mantle.subtype == "mantle" else None
@@ -105,7 +105,7 @@ def vessels_fit_their_heater(case: Case) -> Iterator[Finding]:
 
 
 def closed_vessels_stand_the_pressure(case: Case) -> Iterator[Finding]:
-    """What is heated closed is built for it, and the vapour's pressure stays below what it is built for."""
+    """A vessel that is heated closed has a pressure rating, and the vapor pressure stays below it."""
     for situation in case.situations:
         step, temperature = situation.step, situation.step.temperature
         if temperature is None or temperature < PRESSURISED or situation.vessel is None:
@@ -117,20 +117,18 @@ def closed_vessels_stand_the_pressure(case: Case) -> Iterator[Finding]:
             if pressure - 1.0 > limit:
                 message = (
                     f"step {step.index} heats {liquid} to {temperature:g} C in {vessels[0].name}: about "
-                    f"{pressure:.0f} bar of vapour, it is built for {limit:g} bar"
+                    f"{pressure:.0f} bar of vapor; it is rated for {limit:g} bar"
                 )
                 suggestion = _stronger(case, vessels[0], pressure)
                 yield Finding("vessel-pressure", step.index, message, suggestion)
         elif CLOSED.search(step.text) and not OPENED.search(step.text) and situation.volume > 0.0:
-            message = (
-                f"step {step.index} heats {situation.vessel.name} closed to {temperature:g} C; it is not built for it"
-            )
+            message = f"step {step.index} heats {situation.vessel.name} closed to {temperature:g} C; it has no pressure rating"
             suggestion = "heat it open under RefluxCondenser, or closed in PressureTube"
             yield Finding("sealed-vessel", step.index, message, suggestion)
 
 
 def vacuum_spares_flat_glass(case: Case) -> Iterator[Finding]:
-    """Thin glass with a flat bottom is not evacuated."""
+    """Thin flat-bottomed glassware is not evacuated."""
     for situation in case.situations:
         pumps = [asset for asset in situation.devices if evacuates_to(asset) is not None and asset.category == "vacuum"]
         flat = [asset for asset in situation.devices if asset.name in FLAT]
@@ -141,11 +139,12 @@ def vacuum_spares_flat_glass(case: Case) -> Iterator[Finding]:
 
 
 def vapour_pressure(boiling_point: float, temperature: float, associated: bool) -> float:
-    """Return the pressure of a liquid's vapour in bar by Clausius and Clapeyron with Trouton's entropy.
+    """Return the vapor pressure of a liquid in bar by the Clausius-Clapeyron equation with Trouton's entropy.
 
     Args:
-        boiling_point: at 1.013 bar, degrees Celsius. temperature: degrees Celsius.
-        associated: whether it holds together by hydrogen bonds, as water and alcohols do.
+        boiling_point: at 1.013 bar, degrees Celsius.
+        temperature: degrees Celsius.
+        associated: whether the liquid has hydrogen bonds, as water and alcohols do.
     """
     entropy = TROUTON_ASSOCIATED if associated else TROUTON
     return 1.013 * math.exp(entropy * (1.0 - (boiling_point + 273.15) / (temperature + 273.15)))
@@ -160,12 +159,12 @@ def _pressures(case: Case, situation: Situation, temperature: float) -> Iterator
 
 
 def _all_known(case: Case, situation: Situation) -> bool:
-    """Tell whether the amount of every liquid in the vessel is known, so that its volume is no underestimate."""
+    """Return whether the amount of every liquid in the vessel is stated, so that its volume is not an underestimate."""
     chemistry = {name: case.catalog.get(name).chemistry for name in situation.contents}
     return all(
         part > 0.0
         for name, part in situation.contents.items()
-        if (known := chemistry[name]) is not None and known.state == "liquid"
+        if (item := chemistry[name]) is not None and item.state == "liquid"
     )
 
 
@@ -183,7 +182,7 @@ def _larger(case: Case, vessel: Asset, volume: float) -> str:
 
 
 def _smaller(case: Case, volume: float) -> str:
-    """Return the smallest flask that is not too full with a volume."""
+    """Return the smallest flask that a volume does not overfill."""
     flasks = sorted(
         (capacity(asset) or 0.0, asset.name)
         for asset in case.catalog.of_kind("instrument")
@@ -198,7 +197,7 @@ def _stronger(case: Case, vessel: Asset, pressure: float) -> str:
         (withstands(a) or 0.0, a.name) for a in case.catalog.of_kind("instrument") if a.subtype == "reactor"
     )
     fit = next((name for limit, name in others if limit >= pressure - 1.0 and name != vessel.name), None)
-    return f"use {fit}" if fit else "lower the temperature, or take a solvent that boils higher"
+    return f"use {fit}" if fit else "lower the temperature, or use a solvent with a higher boiling point"
 
 
 RULES = (

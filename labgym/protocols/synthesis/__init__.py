@@ -1,4 +1,4 @@
-"""Synthesis: protocols from free text, by templates or by a writer of one's own."""
+"""Synthesis: protocols from free text, by templates or by another writer."""
 
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.synthesis.reading import ParsedDescription, read
