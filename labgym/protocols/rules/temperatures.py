@@ -54,7 +54,9 @@ def ware_stands_the_heat(case: Case) -> Iterator[Finding]:
         for asset in situation.devices:
             limit = stands_to(asset)
             if temperature is not None and limit is not None and temperature > limit:
-                message = f"step {step.index} ({step.action}) is at {temperature:g} C; the limit of {asset.name} is {limit:g} C"
+                message = (
+                    f"step {step.index} ({step.action}) is at {temperature:g} C, {asset.name} withstands {limit:g} C"
+                )
                 yield Finding("temperature-limit", step.index, message, _hardier(case, asset, temperature, limit))
 
 

@@ -122,7 +122,8 @@ def closed_vessels_stand_the_pressure(case: Case) -> Iterator[Finding]:
                 suggestion = _stronger(case, vessels[0], pressure)
                 yield Finding("vessel-pressure", step.index, message, suggestion)
         elif CLOSED.search(step.text) and not OPENED.search(step.text) and situation.volume > 0.0:
-            message = f"step {step.index} heats {situation.vessel.name} closed to {temperature:g} C; it has no pressure rating"
+            name = situation.vessel.name
+            message = f"step {step.index} heats {name} closed to {temperature:g} C; it has no pressure rating"
             suggestion = "heat it open under RefluxCondenser, or closed in PressureTube"
             yield Finding("sealed-vessel", step.index, message, suggestion)
 
