@@ -159,7 +159,7 @@ _DROPS = re.compile(
 )
 _STRENGTH = r"(\d{1,3}(?:\.\d+)?)\s*(%|wt\s?%|M|N|mol/L)"
 _STRENGTH_BEFORE = re.compile(
-    rf"(?<![\w.]){_STRENGTH}\s*(?:\(?(?:aq\.?|aqueous|w/w|w/v|v/v)\)?\s*|的)?(?:dilute |cold |ice-cold )?$"
+    rf"(?<![A-Za-z0-9.]){_STRENGTH}\s*(?:\(?(?:aq\.?|aqueous|w/w|w/v|v/v)\)?\s*|的)?(?:dilute |cold |ice-cold )?$"
 )
 _STRENGTH_AFTER = re.compile(rf"\s*(?:solution|溶液)?\s*[(（]\s*(?:[^()（）]*?,\s*)?{_STRENGTH}(?![a-z])")
 _SINGLE = re.compile(

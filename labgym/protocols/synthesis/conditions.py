@@ -16,6 +16,8 @@ from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
 COLD, WARM = ROOM_RANGE
 BATH_ABOVE = 60.0
 """A stated temperature up to this much above the boiling point is that of the bath, degrees Celsius."""
+_GRADUAL = re.compile(r"\bover\b|\bduring\b|\bwithin\b|drop-?wise|portion|slowly|滴加|分批|缓慢|内加", re.IGNORECASE)
+"""A duration with these words is that of the addition."""
 _CLOSED = re.compile(
     r"\b(?:sealed|pressure (?:tube|vessel)|autoclave|closed vessel|microwave vial)\b|密闭|封管|高压釜", re.IGNORECASE
 )
@@ -84,14 +86,33 @@ def holds(
         return (Hold(_action(kind, None, temperature, boiling), temperature, precedent.duration),)
     if not stated:
         return (hold(kind, None, parts, _stated_addition(clauses)),)
-    return tuple(hold(kind, clause, parts, _stated_addition(clauses)) for clause in stated)
+    return periods(kind, stated, parts, _stated_addition(clauses))
+
+
+def periods(
+    kind: Transformation, clauses: Sequence[Clause], parts: Sequence[Participant], start: float | None
+) -> tuple[Hold, ...]:
+    """Return the periods of clauses in order; one without a temperature keeps that of the one before.
+
+    Args:
+        start: temperature before the first, degrees Celsius, where the text gives one.
+    """
+    at, stretches = start, []
+    for position, clause in enumerate(clauses):
+        following = clauses[position + 1] if position + 1 < len(clauses) else None
+        passing = clause.warmed and clause.duration is None and following is not None and following.temperature is None
+        if not passing:
+            stretches.append(hold(kind, clause, parts, at))
+        at = ROOM_TEMPERATURE if clause.warmed else clause.temperature if clause.temperature is not None else at
+    return tuple(stretches)
 
 
 def is_period(clause: Clause) -> bool:
     """Return whether a clause keeps the mixture at a temperature or for a time."""
     action = clause.operation.action if clause.operation else None
     timed = clause.temperature is not None or clause.duration is not None or clause.warmed
-    return action in HOLDING and (timed or _is(clause, "Reflux"))
+    treated = action == "Add" and clause.duration is not None and not _GRADUAL.search(clause.text)
+    return treated or (action in HOLDING and (timed or _is(clause, "Reflux")))
 
 
 def addition_temperature(kind: Transformation, clauses: Sequence[Clause]) -> float:

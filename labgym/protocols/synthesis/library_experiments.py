@@ -9,6 +9,7 @@ from labgym.errors import LabgymError
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Experiment, experiments
 from labgym.protocols.synthesis.fidelity import unkept
+from labgym.protocols.synthesis.roles import moles_of, scaled
 from labgym.protocols.synthesis.staging import stage
 from labgym.protocols.synthesis.writer import Commission, WriterResult
 
@@ -25,7 +26,7 @@ def from_library(commission: Commission, name: str) -> WriterResult:
     differences: list[str] = []
     for experiment in _experiments_of(name):
         try:
-            protocol = stage(experiment, commission.catalog)
+            protocol = stage(_scaled(experiment, commission), commission.catalog)
         except LabgymError:
             continue
         lost = tuple(dict.fromkeys(unkept(commission.description, protocol, commission.catalog)))
@@ -40,6 +41,34 @@ def from_library(commission: Commission, name: str) -> WriterResult:
         message = f"there is no template for {name!r}; the library has {'; '.join(differences[:2])}"
         raise RefusalError("no-reaction", f"{message}: take it as it is with labgym protocols stage")
     raise RefusalError("no-reaction", f"there is no template for a reaction called {name!r}, and no experiment")
+
+
+def _scaled(experiment: Experiment, commission: Commission) -> Experiment:
+    """Return an experiment at the size that the text's first amount of one of its reagents gives it."""
+    amounts = {portion.name: portion.amount for action in experiment.actions for portion in action.takes}
+    for clause in commission.description.clauses:
+        for name, amount in clause.amounts.items():
+            if name not in amounts or name not in commission.catalog:
+                continue
+            asset = commission.catalog.get(name)
+            ours, theirs = moles_of(asset, amount), moles_of(asset, amounts[name])
+            if ours and theirs:
+                return _resized(experiment, ours / theirs)
+    return experiment
+
+
+def _resized(experiment: Experiment, factor: float) -> Experiment:
+    actions = [
+        action.model_copy(
+            update={
+                "takes": tuple(
+                    portion.model_copy(update={"amount": scaled(portion.amount, factor)}) for portion in action.takes
+                )
+            }
+        )
+        for action in experiment.actions
+    ]
+    return experiment.model_copy(update={"actions": tuple(actions)})
 
 
 def _experiments_of(name: str) -> Iterator[Experiment]:

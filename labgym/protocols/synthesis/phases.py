@@ -105,7 +105,9 @@ def completed(steps: Sequence[WorkUpStep], mixture: Mixture, extract: WorkUpStep
     done: list[WorkUpStep] = []
     for position, step in enumerate(steps):
         rest = steps[position + 1 :]
-        for needed in _needed(step, state, extract, dry):
+        if step.action == "Quench" and state.residue:
+            step = replace(step, keep="residue")
+        for needed in _needed(step, rest, state, extract, dry):
             _apply(needed, state)
             done.append(needed)
         if step.action == "Crystallize" and rest and rest[0].action == "Filter":
@@ -119,7 +121,9 @@ def completed(steps: Sequence[WorkUpStep], mixture: Mixture, extract: WorkUpStep
     return done
 
 
-def _needed(step: WorkUpStep, state: _State, extract: WorkUpStep, dry: WorkUpStep) -> list[WorkUpStep]:
+def _needed(
+    step: WorkUpStep, rest: Sequence[WorkUpStep], state: _State, extract: WorkUpStep, dry: WorkUpStep
+) -> list[WorkUpStep]:
     """Return what has to be done before a step."""
     needed: list[WorkUpStep] = []
     action = step.action
@@ -131,7 +135,9 @@ def _needed(step: WorkUpStep, state: _State, extract: WorkUpStep, dry: WorkUpSte
         needed.append(extract)
     steam = action == "Distill" and "steam" in step.text.lower()
     oil = action in ("Distill", "Chromatograph", "DryVacuum") and not steam
-    if (oil or action == "Concentrate") and state.water and not state.wet and not state.solid:
+    later = any(item.action in ("Extract", "Filter", "Acidify", "Quench", "Crystallize") for item in rest)
+    stripped = action == "Concentrate" and not later
+    if (oil or stripped) and state.water and not state.wet and not state.solid:
         separable = state.layer
         needed.append(WorkUpStep("PhaseSeparation") if separable else extract)
         needed.append(dry)

@@ -266,7 +266,10 @@ def _assign(
         gap_after = text[quantity.end : after.start] if after else None
         gap_before = text[before.end : quantity.start] if before else None
         behind = gap_before is not None and _BEHIND.fullmatch(gap_before)
-        ahead = gap_after is not None and _AHEAD.fullmatch(gap_after)
+        ahead = gap_after is not None and _AHEAD.fullmatch(gap_after) and not _JOINED.search(gap_after)
+        adjacent = gap_before is not None and not gap_before.strip() and (gap_after or "").strip() not in ("of", "的")
+        if adjacent and (gap_after is None or gap_after.strip() or _names_first(text, substances)):
+            ahead = None
         of_product = any(b <= quantity.start <= b + 12 or 0 <= a - quantity.end <= 6 for a, b in spans)
         if within(quantity.start, spans) or (of_product and not ahead and not behind):
             continue
@@ -282,6 +285,15 @@ def _assign(
         elif not _OF_VESSEL.match(text, quantity.end) and not _YIELD.search(text, 0, quantity.start):
             unassigned.append(text[quantity.start : quantity.end].strip())
     return assigned, tuple(dict.fromkeys(unassigned))
+
+
+def _names_first(text: str, substances: Sequence[Mention]) -> bool:
+    """Return whether a text gives names before amounts, "benzaldehyde 10.6 g", by its first amount."""
+    first = next(iter(amounts(text)), None)
+    return first is not None and bool(substances) and substances[0].end <= first.start
+
+
+_JOINED = re.compile(r"\b(?:and|with|in|to|or|then|plus|into|from)\b")
 
 
 def _solute(text: str, solvent: Mention, substances: Sequence[Mention]) -> Mention | None:

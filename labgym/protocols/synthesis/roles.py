@@ -109,7 +109,7 @@ def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> C
             if like:
                 rest.remove(like)
                 chosen[position] = like
-    _refuse_assumed_substrate(kind, chosen)
+    _refuse_assumed_substrate(kind, chosen, [item.name for item in rest])
     factor = _scale(kind, chosen, catalog)
     parts = [
         _part(slot, chosen.get(i), factor, catalog)
@@ -120,7 +120,7 @@ def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> C
     return Cast(tuple(_weighed_out(part, parts) for part in everything), factor)
 
 
-def _refuse_assumed_substrate(kind: Transformation, chosen: Collection[int]) -> None:
+def _refuse_assumed_substrate(kind: Transformation, chosen: Collection[int], rest: Sequence[str]) -> None:
     """Pass a cast whose substrates the text names.
 
     Raises:
@@ -130,7 +130,9 @@ def _refuse_assumed_substrate(kind: Transformation, chosen: Collection[int]) -> 
         if is_substrate(slot.role) and not slot.optional and position not in chosen:
             classes = " or ".join(f"{'an' if name[0] in 'aeiou' else 'a'} {name}" for name in slot.classes)
             what = f"the {slot.role}" + (f" ({classes})" if classes else "")
-            message = f"{kind.name!r} needs {what}, which the text does not name: name it, such as {slot.asset}"
+            accepted = ", ".join(dict.fromkeys((slot.asset, *slot.accepts)))
+            others = f" among {', '.join(rest)}" if rest else ""
+            message = f"the template {kind.name!r} finds no {what.removeprefix('the ')}{others}; it takes {accepted}"
             raise RefusalError("no-reaction", message)
 
 
@@ -169,7 +171,7 @@ def scaled(amount: str, factor: float) -> str:
 def _rounded(match: re.Match[str]) -> str:
     """Return a volume as one measures it: by 5 mL from 20 mL on, by 1 mL from 5 mL on."""
     value = float(match[1])
-    step = 5.0 if value >= 20.0 else 1.0 if value >= 5.0 else 0.0
+    step = 5.0 if value >= 20.0 else 1.0 if value >= 5.0 else 0.5 if value >= 1.0 else 0.0
     return f"{_figure(round(value / step) * step if step else value)}{match[2]}"
 
 

@@ -12,7 +12,7 @@ from labgym.protocols.errors import RefusalError
 from labgym.protocols.language import language_of
 from labgym.protocols.language.vocabulary import unmeasured
 from labgym.protocols.model import Protocol
-from labgym.protocols.refusals import refuse_mixture, refuse_solvent, refuse_wish
+from labgym.protocols.refusals import refusals, refuse_mixture, refuse_solvent, refuse_wish
 from labgym.protocols.retrieval import SearchResults
 from labgym.protocols.synthesis.fidelity import refuse_unfaithful
 from labgym.protocols.synthesis.precedents import context_of
@@ -24,6 +24,7 @@ from labgym.protocols.synthesis.writer import Commission, Writer
 from labgym.protocols.validate import ProtocolError, examine
 
 MAX_TEXT = 4000
+_GRIGNARD = re.compile(r"grignard|magnesium (?:bromide|chloride|iodide)|格氏|格利雅", re.IGNORECASE)
 ALKALI_METALS = ("Sodium", "Potassium", "Lithium")
 TYPING_ERROR = 0.88
 """Similarity from which a name is taken for a misspelling of another."""
@@ -130,6 +131,12 @@ def _refuse_water(description: ParsedDescription) -> None:
             return
         names = clause.names("reagent")
         refuse_solvent(names, clause.media())
+        if _GRIGNARD.search(description.text):
+            protic = [name for name in names if name in refusals().protic]
+            if protic:
+                raise RefusalError(
+                    "unsafe", f"{protic[0]} destroys a Grignard reagent: name a dry ether as the solvent"
+                )
         metals = [name for name in names if name in ALKALI_METALS]
         if metals and "DeionizedWater" in names:
             raise RefusalError(

@@ -20,9 +20,9 @@ from labgym.protocols.synthesis.conditions import (
     Hold,
     addition_temperature,
     boiling_point,
-    hold,
     holds,
     is_period,
+    periods,
 )
 from labgym.protocols.synthesis.frame import (
     clean_up,
@@ -62,6 +62,8 @@ QUENCHES = frozenset(
 """Reagents that end a reaction when they are added after its reaction time."""
 CANDIDATES = 4
 """Number of kinds of reaction that are tried on a text, best first."""
+FORMATION, COLD_ADDITION = 30.0, 5.0
+"""Time in which a Grignard reagent forms, minutes; temperature at which its substrate is added, degrees Celsius."""
 ADDITION = 15.0
 """Usual duration of an addition, minutes."""
 BALLOON, PRESSURE_VESSEL = "HydrogenBalloon", "HydrogenationApparatus"
@@ -175,17 +177,21 @@ class _Reaction:
 
     def _staged_holds(self, usual: Sequence[Hold]) -> tuple[Hold, ...]:
         """Return the periods of all stages; the usual one where the text gives none."""
-        periods = tuple(
-            hold(self.kind, clause, self.parts, stage.temperature) for stage in self.stages for clause in stage.periods
+        stretches = tuple(
+            period
+            for stage in self.stages
+            for period in periods(self.kind, stage.periods, self.parts, stage.temperature)
         )
-        return periods or tuple(usual)
+        return stretches or tuple(usual)
 
     def carry_out(self) -> None:
         """Append the steps."""
         for part in self.parts:
             self.builder.take(part.asset, _role(part), part.amount)
         self._protect()
-        if self.stages:
+        if self._forms_reagent():
+            self._carry_out_organometallic()
+        elif self.stages:
             self._carry_out_stages()
         else:
             charged = tuple(part for part in self.parts if part.when != "add")
@@ -202,8 +208,26 @@ class _Reaction:
         if any(clause.operation and clause.operation.action == "Monitor" for clause in self.clauses):
             self.builder.do("Monitor", "Follow the reaction by TLC until the starting material is gone.")
 
+    def _forms_reagent(self) -> bool:
+        """Return whether an organometallic reagent forms first, and the text leaves open for how long."""
+        metal = any(part.role == "metal" for part in self.parts)
+        return metal and not any(stage.periods for stage in self.stages[:-1])
+
+    def _carry_out_organometallic(self) -> None:
+        """Append the steps of a Grignard reaction: the reagent forms before the substrate is added."""
+        late = [part for part in self.parts if part.when == "add"]
+        halides = [part for part in late if part.role == "halide"]
+        self._charge([part for part in self.parts if part.when != "add"], ROOM_TEMPERATURE)
+        self._add(halides, ROOM_TEMPERATURE, ADDITION)
+        point = boiling_point(self.parts)
+        boiling = point[0] if point is not None else ROOM_TEMPERATURE
+        self._hold(Hold("Reflux", round(boiling, 1), FORMATION))
+        self._add([part for part in late if part not in halides], min(self.adding, COLD_ADDITION), ADDITION)
+        for period in self.holds:
+            self._hold(period)
+
     def _carry_out_stages(self) -> None:
-        periods = any(stage.periods for stage in self.stages)
+        timed = any(stage.periods for stage in self.stages)
         for stage in self.stages:
             at = stage.temperature
             if at is None and stage.added and not any(clause.temperature is not None for clause in self.clauses):
@@ -211,9 +235,9 @@ class _Reaction:
             at = at if at is not None else min(self.adding, ROOM_TEMPERATURE) if stage.added else ROOM_TEMPERATURE
             self._charge(stage.charged, at if stage.added else None)
             self._add(stage.added, at, stage.minutes or ADDITION)
-            for clause in stage.periods:
-                self._hold(hold(self.kind, clause, self.parts, stage.temperature))
-        if not periods:
+            for period in periods(self.kind, stage.periods, self.parts, stage.temperature):
+                self._hold(period)
+        if not timed:
             for period in self.holds:
                 self._hold(period)
 
@@ -379,8 +403,10 @@ def _pressure(clauses: Sequence[Clause]) -> Condition | None:
     """
     stated = next((c.pressure for c in clauses if c.pressure is not None and c.pressure.value > BALLOON_BAR), None)
     if stated is not None and stated.value > VESSEL_BAR:
-        message = f"{stated.text} is {stated.value:.3g} bar; {PRESSURE_VESSEL} is built for {VESSEL_BAR:g} bar"
-        raise RefusalError("infeasible", f"{message}: lower the pressure")
+        message = (
+            f"{stated.text} is above the {VESSEL_BAR:g} bar that {PRESSURE_VESSEL} is built for: lower the pressure"
+        )
+        raise RefusalError("infeasible", message)
     return stated
 
 
@@ -391,7 +417,8 @@ def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant]) -> None
         RefusalError: the text names a decisive reagent that has no part in it, while one that has is missing.
     """
     roles = {slot.role for slot in kind.slots}
-    strange = [p.asset.name for p in parts if p.when == "add" and p.role not in roles and p.asset.category in DECISIVE]
+    extra = [p.asset for p in parts if p.when == "add" and p.role not in roles]
+    strange = [asset.name for asset in extra if asset.category in DECISIVE or asset.name == "Hydrogen"]
     missing = [p.asset.name for p in parts if not p.named and p.role in roles and p.asset.category in DECISIVE]
     if strange and missing:
         message = f"no template uses {strange[0]} as the text does; the nearest, {kind.name!r}, takes {missing[0]}"

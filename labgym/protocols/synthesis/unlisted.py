@@ -10,6 +10,7 @@ from labgym.protocols.language import Mention, concepts
 from labgym.protocols.language.concepts import lexicon
 from labgym.protocols.language.vocabulary import is_ordinary, is_particle, is_verbal_ending, ordinary_chinese
 from labgym.protocols.synthesis.operations import operation_stem, operations, table
+from labgym.quantities import UNITS
 
 SHORTEST = 6
 _METALS = (
@@ -63,6 +64,7 @@ def unlisted(text: str, mentioned: Sequence[Mention]) -> tuple[tuple[int, int], 
     Names that look like chemistry count wherever they are; other unknown words only where a substance would be.
     """
     names = [*_compounds(text), *_words(text), *_formulas(text), *_salts(text, mentioned), *_unknown(text, mentioned)]
+    names += [match.span() for match in _NUMBERED.finditer(text)]
     spans: list[tuple[int, int]] = []
     for start, end in sorted((*names, *_chinese(text, mentioned)), key=lambda span: (span[0] - span[1], span[0])):
         covered = any(m.start <= start and end <= m.end for m in mentioned)
@@ -171,7 +173,7 @@ def _balanced(token: str) -> bool:
 
 
 def _is_known(token: str) -> bool:
-    if is_ordinary(token) or token in table().group_formulas:
+    if is_ordinary(token) or token in table().group_formulas or token.lower() in _UNITS:
         return True
     lowered = token.lower()
     stems = (operation_stem(lowered), *(c.english.match(lowered) for c in lexicon().values()))
@@ -184,6 +186,13 @@ def _with_radicals(text: str, start: int) -> int:
     return match.start() if match is not None else start
 
 
+_NUMBERED = re.compile(
+    r"\b(?:compound|substrate|intermediate|ketone|aldehyde|alcohol|amine|acid|ester|bromide|diol|olefin|alkene|product)"
+    r"\s+\(?\d{1,2}[a-z]?\)?(?![\w.]*\s*(?:g\b|mg|mmol|mol|m?L\b|°|%|equiv|eq|h\b|min|C\b))(?![\d.])",
+    re.IGNORECASE,
+)
+"""A substance by its number in another text: "compound 3", "the ketone 5a"."""
+_UNITS = frozenset(spelling for units in UNITS.values() for spellings in units.values() for spelling in spellings)
 _CHUNK = re.compile(r"[^\s\u3000-\u303f\u3400-\u9fff\uff00-\uffef;→]+")
 _PIECE = re.compile(r"(?:[^/,+=]|(?<=\d),(?=[\dNO])|(?<=[NO]),(?=[NO]))+")
 _QUANTITY = re.compile(
@@ -202,7 +211,7 @@ _N = r"\d+(?:\.\d+)?\s*(?:[mkµu]?g|[mµu]?l|m?mol|equiv|eq|oz|cc|lb|grams?|drop
 _AMOUNT_AFTER = re.compile(rf"\s*[(（]\s*{_N}|\s*,\s*{_N}", re.IGNORECASE)
 _AMOUNT_BEFORE = re.compile(rf"{_N}\s+(?:of\s+)?(?:crude\s+|the\s+|dry\s+)?$", re.IGNORECASE)
 _MODIFIER = (
-    r"(?:(?:an?|the|some|any|crude|pure|dry|fresh|excess|little|solid|liquid|commercial|cold|hot|dilute|aqueous|more)"
+    r"(?:(?:[a-z]*yl|an?|the|some|any|crude|pure|dry|fresh|excess|little|solid|liquid|commercial|cold|hot|dilute|aqueous|more)"
     r"\s+)*"
 )
 _POSITION = re.compile(

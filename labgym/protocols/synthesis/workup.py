@@ -28,8 +28,8 @@ COOLED = 40.0
 """Temperature above which a mixture is left to cool before it is worked up, degrees Celsius."""
 BATH_ABOVE, HOTTEST_BATH = 30.0, 170.0
 """How much hotter than the vapor the bath of a still is, and the hottest oil bath, degrees Celsius."""
-MAX_SCALE = 2.5
-"""Work-up volumes grow with the batch up to this factor."""
+MIN_SCALE, MAX_SCALE = 0.5, 2.5
+"""Work-up volumes follow the batch between these factors."""
 QUENCH_FILL = 0.95
 """Largest share of a beaker that a quench may fill."""
 
@@ -180,7 +180,7 @@ class WorkUp:
         self.builder, self.kind, self.mixture = builder, kind, mixture
         self.volume, self.vessel = mixture.volume, mixture.vessel
         self.catalog = builder.catalog
-        self.factor = min(factor, MAX_SCALE)
+        self.factor = min(max(factor, MIN_SCALE), MAX_SCALE)
         self.hot = mixture.hottest > COOLED
         self.assumed: list[str] = []
 
@@ -238,6 +238,8 @@ class WorkUp:
     def _quench(self, step: WorkUpStep) -> None:
         usual = self.kind.quench
         fallback = usual.asset if usual is not None else "SodiumBicarbonate" if step.action == "Quench" else ""
+        if _NEUTRALIZING.search(step.text):
+            fallback = "HydrochloricAcid" if self._is_basic() else "SodiumBicarbonate"
         fallback = fallback or {"Acidify": "HydrochloricAcid", "Basify": "SodiumHydroxide"}[step.action]
         chosen = [asset.name for asset, _ in step.reagents] or [fallback]
         spare = "40 mL" if step.action == "Quench" else "40 mL of 3 M aq."
@@ -248,6 +250,9 @@ class WorkUp:
             self._quench_hydride(names, step)
             return
         words = self._dissolved(names)
+        if step.keep == "residue":
+            self._do(step, f"Take up the residue in {words}.", names, ROOM_TEMPERATURE, beaker=("Beaker",))
+            return
         gas = "; let the gas escape" if self._evolves_gas(names) else ""
         texts = {
             "Quench": f"Pour the mixture slowly, with stirring, onto {words} with {_ice(step.text)}{gas}.",
@@ -265,6 +270,11 @@ class WorkUp:
             bath=("IceBath",),
             paper=("PHPaper",) if step.action != "Quench" else (),
         )
+
+    def _is_basic(self) -> bool:
+        groups = [set(groups_of(asset)) for asset in self.mixture.reagents]
+        bases = any(item & {"strong_base", "carbonate", "basic_salt"} for item in groups)
+        return bases and not any(item & {"strong_acid", "oxidizing_acid"} for item in groups)
 
     def _evolves_gas(self, names: Sequence[str]) -> bool:
         """Return whether a quench gives off a gas: a carbonate with acid, or what is left of a hydride."""
@@ -423,6 +433,7 @@ def _ice(text: str) -> str:
     return f"{stated[1]} of ice" if stated is not None else "ice"
 
 
+_NEUTRALIZING = re.compile(r"neutrali|中和", re.IGNORECASE)
 _ICE = re.compile(r"(\d+(?:\.\d+)?\s*(?:g|kg|mL))\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice|碎?冰)", re.IGNORECASE)
 
 
