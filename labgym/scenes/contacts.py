@@ -1,4 +1,4 @@
-"""Collisions as MuJoCo sees them: which placements' solids interpenetrate in the compiled scene."""
+"""Collisions by MuJoCo: pairs of placements whose solids interpenetrate in the compiled scene."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Contact:
 
     Attributes:
         a, b: ids in the layout's order.
-        depth: the least distance that would part the deepest pair of their solids, metres.
+        depth: smallest translation that separates the pair of their solids that overlap most, metres.
     """
 
     a: str
@@ -27,11 +27,11 @@ class Contact:
 
 
 def contacts(layout: Layout, depth: float = 0.001) -> tuple[Contact, ...]:
-    """Return the pairs of placements that interpenetrate deeper than `depth` in the compiled scene.
+    """Return the pairs of placements that interpenetrate by more than `depth` metres in the compiled scene.
 
-    MuJoCo makes no contacts between static bodies, so its distance between geoms is asked instead: every pair of
-    solids whose axis-aligned bounds overlap goes through `mj_geomDistance`, which is negative inside. Standing on a
-    support is no contact. This is the collision count CN_mj: it shares no code with `labgym.geometry`.
+    MuJoCo computes no contacts between static bodies. Therefore `mj_geomDistance`, which is negative for overlapping
+    geoms, is evaluated for every pair of solids whose axis-aligned bounds overlap. A placement does not count as
+    touching its support. The number of pairs is the metric CN_mj; it shares no code with `labgym.geometry`.
     """
     model = to_mjcf(layout, visible=False).compile()
     data = mujoco.MjData(model)
@@ -51,11 +51,11 @@ def contacts(layout: Layout, depth: float = 0.001) -> tuple[Contact, ...]:
             key = (min(pair), max(pair))
             deepest[key] = max(overlap, deepest.get(key, 0.0))
     ids = [placement.id for placement in layout.placements]
-    return tuple(Contact(ids[a], ids[b], found) for (a, b), found in sorted(deepest.items()))
+    return tuple(Contact(ids[a], ids[b], overlap) for (a, b), overlap in sorted(deepest.items()))
 
 
 def _candidates(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> NDArray[np.int64]:
-    """Pairs of geoms of different bodies whose axis-aligned bounds overlap, shape (n, 2)."""
+    """Return the pairs of geoms of different bodies whose axis-aligned bounds overlap, shape (n, 2)."""
     rotation = data.geom_xmat[geoms].reshape(-1, 3, 3)
     reach = np.einsum("nij,nj->ni", np.abs(rotation), model.geom_aabb[geoms, 3:])
     middle = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", rotation, model.geom_aabb[geoms, :3])

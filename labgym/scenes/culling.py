@@ -29,8 +29,8 @@ def in_view(model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera
     local = (data.geom_xpos - eye) @ axes.T
     radius = model.geom_rbound
     tall = math.tan(math.radians(model.vis.global_.fovy) / 2.0)
-    seen = local[:, 2] > -radius
+    inside = local[:, 2] > -radius
     for axis, slope in ((0, tall * aspect), (1, tall)):
-        seen &= np.abs(local[:, axis]) - local[:, 2] * slope < radius * math.hypot(1.0, slope)
-    visible: NDArray[np.bool_] = seen | (model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
+        inside &= np.abs(local[:, axis]) - local[:, 2] * slope < radius * math.hypot(1.0, slope)
+    visible: NDArray[np.bool_] = inside | (model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
     return visible

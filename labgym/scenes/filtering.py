@@ -1,7 +1,7 @@
-"""Edge-avoiding smoothing of light, so that few rays a pixel make a quiet picture.
+"""Edge-avoiding filter of ray-traced light, which removes the noise of few rays per pixel.
 
 The à-trous wavelet filter of Dammertz, Sewtz, Hanika and Lensch (High-Performance Graphics 2010), guided by normals
-and distances: rounds of a 5-point kernel whose points stand twice as far apart each time.
+and distances: rounds of a 5-point kernel whose spacing doubles in each round.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _pass(light: Floats, normal: Floats, distance: Floats, step: int, axis: int,
 
 
 def _windows(length: int, shift: int, axis: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """Slices of the pixels that have a neighbour `shift` further along an axis, and of those neighbours."""
+    """Return slices of the pixels that have a neighbor at distance `shift` along an axis, and of those neighbors."""
     reach = min(abs(shift), length)
     low, high = slice(0, length - reach), slice(reach, length)
     here, there = (low, high) if shift >= 0 else (high, low)

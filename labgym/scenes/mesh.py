@@ -58,14 +58,14 @@ class SceneMesh:
 
     @property
     def rgba(self) -> NDArray[np.float64]:
-        """Colour of each face, shape (m, 4), in [0, 1]."""
+        """Color of each face, shape (m, 4), in [0, 1]."""
         return np.array([MATERIALS[name].rgba for name in MATERIAL_NAMES])[self.material]
 
     def trimesh(self) -> trimesh.Trimesh:
-        """Return the mesh as trimesh's, with face colours and the face attribute `owner`."""
-        colours = np.rint(self.rgba * 255.0).astype(np.uint8)
+        """Return the mesh as trimesh's, with face colors and the face attribute `owner`."""
+        colors = np.rint(self.rgba * 255.0).astype(np.uint8)
         owner: dict[str, Any] = {"owner": self.owner}
-        return trimesh.Trimesh(self.vertices, self.faces, face_colors=colours, process=False, face_attributes=owner)
+        return trimesh.Trimesh(self.vertices, self.faces, face_colors=colors, process=False, face_attributes=owner)
 
 
 @dataclass(frozen=True)

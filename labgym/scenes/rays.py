@@ -1,4 +1,4 @@
-"""Rays against a static scene by Embree: distances, what they hit, and its colour, without OpenGL."""
+"""Ray casting in a static scene by Embree: distances, faces and colors, without OpenGL."""
 
 from __future__ import annotations
 
@@ -15,51 +15,51 @@ from labgym.scenes.mesh import SceneMesh, scene_mesh, solid_mesh
 
 Geometry = Literal["visual", "solid"]
 SKY = np.array([205, 214, 224], dtype=np.uint8)
-"""Colour of a ray that hits nothing."""
+"""Color of rays that hit nothing."""
 _SUN = np.array([0.35, 0.45, -0.82]) / np.linalg.norm([0.35, 0.45, -0.82])
 
 
 class RayScene:
-    """A layout as a static ray-tracing scene, built once and asked many times.
+    """A layout as a static scene for ray casting; build it once and cast many rays.
 
     Attributes:
-        mesh: the triangles; hits are indices of its faces.
+        mesh: the triangles; `cast` returns indices of its faces.
     """
 
     def __init__(self, layout: Layout, geometry: Geometry = "visual") -> None:
         """Build the scene.
 
         Args:
-            geometry: "visual" for what is seen (glass counts as solid); "solid" for what is bumped into: the boxes
-                that collide, so that a range finder sees the room as the physics does.
+            geometry: "visual" for the visible parts (glass is opaque); "solid" for the solids that collide, so that a
+                range finder agrees with the physics.
 
         Raises:
-            OptionError: another geometry.
+            OptionError: unknown geometry.
         """
         if geometry not in ("visual", "solid"):
             raise OptionError(f"geometry must be 'visual' or 'solid', got {str(geometry)[:40]!r}")
         self.mesh: SceneMesh = scene_mesh(layout) if geometry == "visual" else solid_mesh(layout)
         self._scene = EmbreeScene()
         vertices = np.ascontiguousarray(self.mesh.vertices, dtype=np.float32)
-        # The buffers are kept: Embree reads them for as long as the scene lives.
+        # Embree reads the buffers as long as the scene lives.
         self._buffers = TriangleMesh(self._scene, vertices, np.ascontiguousarray(self.mesh.faces, dtype=np.int32))
         corners = self.mesh.vertices[self.mesh.faces]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         self._normals = normals.astype(np.float32)
-        self._colours = _flat_colours(self.mesh)
+        self._colors = _flat_colors(self.mesh)
 
     def cast(
         self, origins: NDArray[np.floating], directions: NDArray[np.floating], max_range: float = 10.0
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Return the distance to the first hit along each ray, and the face that it hits.
+        """Return the distance to the first hit of each ray, and the face that it hits.
 
         Args:
             origins: (n, 3) metres in the room frame. directions: (n, 3) unit vectors.
-            max_range: distance of a ray that hits nothing nearer, metres.
+            max_range: distance that is returned for rays that hit nothing nearer, metres.
 
         Returns:
-            Distances (n,) float32 and face indices (n,) int32, -1 where nothing is hit.
+            Distances (n,) float32 and face indices (n,) int32, -1 for rays that hit nothing.
         """
         starts = np.ascontiguousarray(origins, dtype=np.float32)
         along = np.ascontiguousarray(directions, dtype=np.float32)
@@ -68,25 +68,25 @@ class RayScene:
         return hits["tfar"], hits["primID"]
 
     def color(self, faces: NDArray[np.integer], directions: NDArray[np.floating]) -> NDArray[np.uint8]:
-        """Return the colour seen along rays: the face's own, lit from above and from the viewer, shape (n, 3).
+        """Return the color seen along rays, shape (n, 3): the face's own, lit from above and from the viewer.
 
         Args:
             faces: (n,) face indices from `cast`, -1 for the sky. directions: (n, 3) unit vectors.
         """
         hit = faces >= 0
-        known = np.where(hit, faces, 0)
-        normals = self._normals[known]
+        index = np.where(hit, faces, 0)
+        normals = self._normals[index]
         facing = np.einsum("ij,ij->i", normals, np.asarray(directions, dtype=np.float32))
         sunlit = np.abs(normals @ _SUN.astype(np.float32)) * (normals @ _SUN * facing > 0.0)
         light = 0.45 + 0.25 * np.abs(facing) + 0.30 * sunlit
-        lit = np.clip(self._colours[known] * light[:, None], 0.0, 255.0)
-        colours: NDArray[np.uint8] = lit.astype(np.uint8)
-        colours[~hit] = SKY
-        return colours
+        lit = np.clip(self._colors[index] * light[:, None], 0.0, 255.0)
+        colors: NDArray[np.uint8] = lit.astype(np.uint8)
+        colors[~hit] = SKY
+        return colors
 
 
-def _flat_colours(mesh: SceneMesh) -> NDArray[np.float32]:
-    """Face colours (m, 3) in [0, 255]; translucent ones blended over a light grey."""
+def _flat_colors(mesh: SceneMesh) -> NDArray[np.float32]:
+    """Return face colors (m, 3) in [0, 255]; translucent ones are blended with a light grey."""
     rgba = mesh.rgba
     opacity = rgba[:, 3:]
     return (255.0 * (rgba[:, :3] * opacity + 0.82 * (1.0 - opacity))).astype(np.float32)

@@ -29,16 +29,16 @@ def render(
 ) -> NDArray[np.uint8]:
     """Return a picture of a layout, shape (height, width, 3).
 
-    Walls between the camera and the room are left out, with what hangs on them.
+    Walls between the camera and the room are omitted, together with the placements mounted on them.
 
     Args:
         camera: a name of `labgym.scenes.views.views`: overview, topdown, door, or a workplace's placement id.
-        renderer: "traced" has soft light and needs no OpenGL; "opengl" is MuJoCo's own, faster on a graphics card.
+        renderer: "traced" has soft light and needs no OpenGL; "opengl" is MuJoCo's own and faster on a GPU.
 
     Raises:
-        UnknownNameError: there is no such camera or renderer.
-        OptionError: a size that is not positive, or beyond 3840 x 2160; by OpenGL, beyond 2560 x 1440.
-        MissingRendererError: there is no OpenGL and it was asked for.
+        UnknownNameError: the camera or the renderer does not exist.
+        OptionError: a size that is not positive, or larger than 3840 x 2160 (OpenGL: 2560 x 1440).
+        MissingRendererError: the renderer is "opengl" and there is no OpenGL.
     """
     if renderer not in RENDERERS:
         raise UnknownNameError("renderer", renderer, RENDERERS)
@@ -47,16 +47,16 @@ def render(
 
 
 def asset_sheet(assets: Sequence[Asset], columns: int = 8, tile: int = 220) -> NDArray[np.uint8]:
-    """Return a picture of assets in rows, each filling its tile, with its name.
+    """Return a picture of assets in rows of square tiles, each with its name.
 
     Args:
-        columns: tiles in a row. tile: side of a tile, pixels.
+        columns: number of tiles in a row. tile: side of a tile, pixels.
 
     Returns:
         A picture of shape (rows * tile, columns * tile, 3).
 
     Raises:
-        OptionError: no assets.
+        OptionError: there are no assets.
     """
     if not assets:
         raise OptionError("an asset sheet needs at least one asset")
@@ -70,7 +70,7 @@ def asset_sheet(assets: Sequence[Asset], columns: int = 8, tile: int = 220) -> N
 
 
 def _portrait(asset: Asset, side: int) -> NDArray[np.uint8]:
-    """A square picture of an asset from its front left, above."""
+    """Return a square picture of an asset from the front left and above."""
     w, d, h = asset.size.width, asset.size.depth, asset.size.height
     reach = 0.5 * math.sqrt(w * w + d * d + h * h)
     eye = (1.9 * reach, 3.1 * reach, h / 2.0 + 1.7 * reach)

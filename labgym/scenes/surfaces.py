@@ -1,4 +1,4 @@
-"""A scene's surfaces for tracing pictures: opaque and clear ones, with smooth normals and the looks of materials."""
+"""Surfaces of a scene for ray-traced pictures: opaque and translucent, with smooth normals and materials."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ FAR = np.float32(1e4)
 
 @dataclass(frozen=True)
 class Look:
-    """Materials as arrays over `MATERIAL_NAMES`: linear colours, opacity, glow, mirror strength and metal."""
+    """Materials as arrays over `MATERIAL_NAMES`: linear colors, opacity, glow, mirror strength and metal."""
 
-    colour: Floats
+    color: Floats
     opacity: Floats
     glow: Floats
     mirror: Floats
@@ -32,11 +32,11 @@ class Look:
 def looks() -> Look:
     """Return the looks of all materials."""
     materials = [MATERIALS[name] for name in MATERIAL_NAMES]
-    colour = np.array([material.rgba[:3] for material in materials], dtype=np.float32) ** np.float32(2.2)
+    color = np.array([material.rgba[:3] for material in materials], dtype=np.float32) ** np.float32(2.2)
     polish = np.array([material.specular * material.shininess for material in materials], dtype=np.float32)
     floor = np.array([0.5 * (name == "floor_vinyl") for name in MATERIAL_NAMES], dtype=np.float32)
     return Look(
-        colour=colour,
+        color=color,
         opacity=np.array([material.rgba[3] for material in materials], dtype=np.float32),
         glow=np.array([1.6 * material.emission for material in materials], dtype=np.float32),
         mirror=np.where(polish > 0.1, 0.04, 0.0).astype(np.float32) + 0.06 * floor,
@@ -56,7 +56,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class Hits:
-    """Where rays hit, (n,): whether, how far, face and smooth normal towards the ray (n, 3), material."""
+    """Hits of n rays: whether one exists, distance, face normal and smooth normal towards the ray (n, 3), material."""
 
     hit: NDArray[np.bool_]
     distance: Floats
@@ -66,37 +66,37 @@ class Hits:
 
 
 class Surfaces:
-    """Some faces of a mesh that rays can be cast at."""
+    """A subset of a mesh's faces in an Embree scene."""
 
-    def __init__(self, mesh: SceneMesh, chosen: NDArray[np.int64]) -> None:
-        faces = mesh.faces[chosen]
+    def __init__(self, mesh: SceneMesh, subset: NDArray[np.int64]) -> None:
+        faces = mesh.faces[subset]
         self._scene = EmbreeScene()
         self._vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
         self._empty = len(faces) == 0
         if not self._empty:
             self._mesh = TriangleMesh(self._scene, self._vertices, np.ascontiguousarray(faces, dtype=np.int32))
             self._normals = corner_normals(mesh.vertices, faces).astype(np.float32)
-            self._material = mesh.material[chosen]
+            self._material = mesh.material[subset]
 
     def cast(self, origins: Floats, directions: Floats, reach: Floats | None = None) -> Hits:
-        """Find the first hit of rays, no further than `reach` (n,)."""
+        """Return the first hits of rays within the distances `reach` (n,)."""
         count = len(origins)
         limit = np.full(count, FAR) if reach is None else reach.astype(np.float32)
         if self._empty or count == 0:
             nowhere = np.zeros((count, 3), dtype=np.float32)
             return Hits(np.zeros(count, dtype=bool), limit, nowhere, nowhere, np.zeros(count, dtype=np.int64))
-        found = self._scene.run(origins, directions, dists=limit.copy(), output=1)
-        hit = found["primID"] >= 0
-        face = np.where(hit, found["primID"], 0)
-        side = facing(-directions, found["Ng"] / np.maximum(norms(found["Ng"]), 1e-12))
-        u, v = found["u"][:, None], found["v"][:, None]
+        result = self._scene.run(origins, directions, dists=limit.copy(), output=1)
+        hit = result["primID"] >= 0
+        face = np.where(hit, result["primID"], 0)
+        side = facing(-directions, result["Ng"] / np.maximum(norms(result["Ng"]), 1e-12))
+        u, v = result["u"][:, None], result["v"][:, None]
         corners = self._normals[face]
         normal = (1.0 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
         normal = facing(side, normal / np.maximum(norms(normal), 1e-9))
-        return Hits(hit, found["tfar"], side, normal, self._material[face])
+        return Hits(hit, result["tfar"], side, normal, self._material[face])
 
     def blocked(self, origins: Floats, directions: Floats) -> NDArray[np.bool_]:
-        """Tell which rays hit anything."""
+        """Return which rays hit a face, shape (n,)."""
         if self._empty or len(origins) == 0:
             return np.zeros(len(origins), dtype=bool)
         return np.asarray(self._scene.run(origins, directions, query="OCCLUDED") == 0)
@@ -108,6 +108,6 @@ def norms(vectors: Floats) -> Floats:
 
 
 def facing(side: Floats, vectors: Floats) -> Floats:
-    """Return vectors (n, 3), turned round where they point away from `side` (n, 3)."""
+    """Return vectors (n, 3), reversed if they point away from `side` (n, 3)."""
     flip = np.where(np.einsum("ij,ij->i", vectors, side) < 0.0, np.float32(-1.0), np.float32(1.0))
     return np.asarray(vectors * flip[:, None], dtype=np.float32)

@@ -1,8 +1,12 @@
-"""Pictures by ray tracing on the processor: soft light, no OpenGL, the same on every machine.
+"""Pictures by ray tracing on the CPU.
 
-Each sample of a pixel follows one ray through glass to the first opaque surface. There light comes from a lamp in
-the ceiling with a soft edge (one shadow ray), from the bright ceiling itself or one bounce off what hides it (one
-ray, cosine-distributed), and on polished surfaces from what they mirror (one ray). Light is filtered, colour is not.
+Why labgym has a ray tracer of its own: documentation and reports need pictures that are reproducible and look good on
+machines without OpenGL. MuJoCo's renderer needs OpenGL, its pictures depend on the driver, and it has neither soft
+shadows nor ambient occlusion. The tracer needs only Embree, which the sensors use anyway.
+
+Each sample of a pixel follows one ray through glass to the first opaque surface. The light there is the sum of three
+terms, one ray each: a lamp in the ceiling with soft shadows; the bright ceiling, or one bounce off the surface that
+hides it (cosine-distributed); and the mirror image on polished surfaces. Light is filtered, color is not.
 """
 
 from __future__ import annotations
@@ -25,20 +29,20 @@ LARGEST = (3840, 2160)
 """Largest picture, pixels; a larger one takes gigabytes of memory."""
 
 SUN = np.array([-0.20, -0.28, 0.94], dtype=np.float32) / np.float32(np.linalg.norm([-0.20, -0.28, 0.94]))
-SUN_COLOUR = np.array([0.66, 0.64, 0.60], dtype=np.float32)
+SUN_COLOR = np.array([0.66, 0.64, 0.60], dtype=np.float32)
 SUN_SPREAD = 0.10
-"""Radius of the lamp as seen from a surface at unit distance: how soft shadows are."""
-SKY_COLOUR = np.array([0.80, 0.82, 0.85], dtype=np.float32)
+"""Radius of the lamp at unit distance; a larger lamp makes softer shadows."""
+SKY_COLOR = np.array([0.80, 0.82, 0.85], dtype=np.float32)
 BOUNCE = 0.58
-"""Light that leaves a surface met by an ambient ray, as a share of its colour."""
+"""Light from a surface that an ambient ray hits, relative to the surface's color."""
 BACKDROP = (np.array([0.80, 0.85, 0.90], dtype=np.float32), np.array([0.46, 0.54, 0.63], dtype=np.float32))
-"""Background of pictures from outside, linear colours at its top and bottom."""
+"""Background of pictures from outside: linear colors at its top and bottom."""
 EXPOSURE = 0.84
 LAYERS = 5
-"""Panes of glass that a ray passes before it stops."""
+"""Largest number of translucent surfaces that a ray passes."""
 CHUNK = 1 << 17
 NUDGE = np.float32(2e-4)
-"""Distance from a surface at which rays leave it, metres."""
+"""Distance between a surface and the origins of the rays that leave it, metres."""
 
 
 def trace(
@@ -48,11 +52,11 @@ def trace(
 
     Args:
         camera: a name of `labgym.scenes.views.views`: overview, topdown, door, or a workplace's placement id.
-        samples: rays a pixel; more are smoother and slower in proportion.
+        samples: rays per pixel; noise falls and time rises with the number.
 
     Raises:
-        UnknownNameError: there is no such camera.
-        OptionError: a size that is not between 1 and LARGEST, or a number of samples that is not positive.
+        UnknownNameError: the camera does not exist.
+        OptionError: the size is not between 1x1 and LARGEST, or the number of samples is not positive.
     """
     if not (1 <= width <= LARGEST[0] and 1 <= height <= LARGEST[1]):
         raise OptionError(f"picture size {width}x{height} is not between 1x1 and {LARGEST[0]}x{LARGEST[1]}")
@@ -66,7 +70,7 @@ def trace(
 def trace_mesh(
     mesh: SceneMesh, place: View, width: int, height: int, samples: int, ceiling: float = math.inf
 ) -> NDArray[np.uint8]:
-    """Return a ray-traced picture of a mesh from a view; rays that rise above `ceiling` metres see a ceiling."""
+    """Return a ray-traced picture of a mesh; rays that rise above `ceiling` metres hit a ceiling with lamps."""
     scene = Scene(mesh)
     image = _Image(width * height)
     pixels = np.arange(width * height)
@@ -81,10 +85,10 @@ def trace_mesh(
 
 
 class _Image:
-    """Sums over samples of what a pixel needs: (n, 3) colour, light and rest, normals, and (n,) distances."""
+    """Sums over the samples of n pixels: color, light, remaining light and normals (n, 3), and distances (n,)."""
 
     def __init__(self, pixels: int) -> None:
-        self.colour = np.zeros((pixels, 3), dtype=np.float32)
+        self.color = np.zeros((pixels, 3), dtype=np.float32)
         self.light = np.zeros((pixels, 3), dtype=np.float32)
         self.rest = np.zeros((pixels, 3), dtype=np.float32)
         self.normal = np.zeros((pixels, 3), dtype=np.float32)
@@ -92,19 +96,19 @@ class _Image:
 
 
 class _Noise:
-    """Two evenly spread numbers in [0, 1) for each pixel, sample and purpose, without a random generator."""
+    """Two evenly distributed numbers in [0, 1) for each pixel, sample and purpose, without a random generator."""
 
     def __init__(self, x: NDArray[np.int64], y: NDArray[np.int64], sample: int) -> None:
         self._x, self._y, self._sample = x.astype(np.float64), y.astype(np.float64), sample
 
     def pair(self, purpose: int) -> tuple[Floats, Floats]:
-        """Interleaved gradient noise over the picture, shifted from sample to sample by the plastic number."""
-        found = []
+        """Return interleaved gradient noise over the picture, shifted from sample to sample by the plastic number."""
+        numbers = []
         for axis, step in ((0, 0.7548776662466927), (1, 0.5698402909980532)):
             shift = 5.588238 * (2 * purpose + axis)
             gradient = 52.9829189 * np.modf(0.06711056 * (self._x + shift) + 0.00583715 * (self._y + 1.7 * shift))[0]
-            found.append(np.modf(gradient + step * self._sample)[0].astype(np.float32))
-        return found[0], found[1]
+            numbers.append(np.modf(gradient + step * self._sample)[0].astype(np.float32))
+        return numbers[0], numbers[1]
 
 
 def _camera_rays(place: View, width: int, height: int, pixels: NDArray[np.int64], noise: _Noise) -> Floats:
@@ -130,35 +134,35 @@ def _sample(
     """Add one sample of each pixel to the image."""
     look = scene.look
     hits = scene.opaque.cast(origins, directions)
-    veil, passed = _glass(scene, origins, directions, hits.distance)
-    seen = np.flatnonzero(hits.hit)
-    points = origins[seen] + directions[seen] * hits.distance[seen, None] + hits.side[seen] * NUDGE
-    normals, material = hits.normal[seen], hits.material[seen]
-    colour, metal = look.colour[material] * _joints(points, material)[:, None], look.metal[material]
+    veil, through = _glass(scene, origins, directions, hits.distance)
+    first = np.flatnonzero(hits.hit)
+    points = origins[first] + directions[first] * hits.distance[first, None] + hits.side[first] * NUDGE
+    normals, material = hits.normal[first], hits.material[first]
+    color, metal = look.color[material] * _joints(points, material)[:, None], look.metal[material]
     light = _lamp_light(scene, points, normals, noise) + _ambient_light(scene, points, normals, noise)
-    mirrored = _mirrored(scene, points, normals, directions[seen], material, noise, ceiling)
-    diffuse = colour * np.where(metal, 0.55, 1.0)[:, None]
+    mirrored = _mirrored(scene, points, normals, directions[first], material, noise, ceiling)
+    diffuse = color * np.where(metal, 0.55, 1.0)[:, None]
     rest = _surroundings(origins, directions, ceiling)
-    rest[seen] = mirrored + colour * look.glow[material][:, None]
-    image.rest[pixels] += veil + passed[:, None] * rest
-    image.colour[pixels[seen]] += passed[seen, None] * diffuse
-    image.light[pixels[seen]] += light
+    rest[first] = mirrored + color * look.glow[material][:, None]
+    image.rest[pixels] += veil + through[:, None] * rest
+    image.color[pixels[first]] += through[first, None] * diffuse
+    image.light[pixels[first]] += light
     image.normal[pixels] += hits.normal
     image.distance[pixels] += np.minimum(hits.distance, 60.0)
 
 
 def _joints(points: Floats, material: NDArray[np.int64]) -> Floats:
-    """Darkening (n,) of the joints between floor tiles."""
+    """Return the factors (n,) that darken the joints between floor tiles."""
     across = np.abs(np.mod(points[:, :2] / TILE + 0.5, 1.0) - 0.5).min(axis=1) * TILE
     joint = (material == MATERIAL_NAMES.index("floor_vinyl")) & (across < 0.003)
     return np.where(joint, 0.72, 1.0).astype(np.float32)
 
 
 def _glass(scene: Scene, origins: Floats, directions: Floats, reach: Floats) -> tuple[Floats, Floats]:
-    """Return the light that panes in front of a distance add (n, 3), and the share of light they let through (n,)."""
+    """Return the light that translucent surfaces before a distance add (n, 3), and their transmittance (n,)."""
     look = scene.look
     veil = np.zeros_like(directions)
-    passed = np.ones(len(directions), dtype=np.float32)
+    through = np.ones(len(directions), dtype=np.float32)
     alive = np.arange(len(directions))
     start, left = origins, reach
     for _ in range(LAYERS):
@@ -172,16 +176,16 @@ def _glass(scene: Scene, origins: Floats, directions: Floats, reach: Floats) -> 
         opacity = look.opacity[material]
         opacity = opacity + (1.0 - opacity) * 0.55 * edge
         shade = 0.60 + 0.30 * np.maximum(normals[:, 2], 0.0) + 0.25 * edge
-        veil[rays] += (passed[rays] * opacity * shade)[:, None] * look.colour[material]
-        passed[rays] *= 1.0 - opacity
+        veil[rays] += (through[rays] * opacity * shade)[:, None] * look.color[material]
+        through[rays] *= 1.0 - opacity
         start = start[struck] + directions[rays] * (hits.distance[struck] + NUDGE)[:, None]
         left = left[struck] - hits.distance[struck] - NUDGE
         alive = rays
-    return veil, passed
+    return veil, through
 
 
 def _lamp_light(scene: Scene, points: Floats, normals: Floats, noise: _Noise) -> Floats:
-    """Light of the lamp through one shadow ray towards a random point of it."""
+    """Return the light of the lamp by one shadow ray towards a random point on it, shape (n, 3)."""
     u, v = noise.pair(1)
     count = len(points)
     radius, angle = np.sqrt(u[:count]) * SUN_SPREAD, 2.0 * math.pi * v[:count]
@@ -191,18 +195,18 @@ def _lamp_light(scene: Scene, points: Floats, normals: Floats, noise: _Noise) ->
     towards = np.ascontiguousarray(towards / norms(towards), dtype=np.float32)
     facing = np.maximum(np.einsum("ij,ij->i", normals, towards), 0.0)
     lit = np.zeros(count, dtype=np.float32)
-    asked = np.flatnonzero(facing > 0.0)
-    lit[asked] = ~scene.opaque.blocked(points[asked], towards[asked])
-    return np.asarray((facing * lit)[:, None] * SUN_COLOUR, dtype=np.float32)
+    front = np.flatnonzero(facing > 0.0)
+    lit[front] = ~scene.opaque.blocked(points[front], towards[front])
+    return np.asarray((facing * lit)[:, None] * SUN_COLOR, dtype=np.float32)
 
 
 def _ambient_light(scene: Scene, points: Floats, normals: Floats, noise: _Noise) -> Floats:
-    """Light from all around through one cosine-distributed ray: the sky, or what stands before it."""
+    """Return the ambient light by one cosine-distributed ray: the sky, or the surface that hides it, shape (n, 3)."""
     u, v = noise.pair(2)
     towards = _around(normals, u[: len(points)], v[: len(points)])
     hits = scene.opaque.cast(points, towards)
-    colour = scene.look.colour[hits.material] * (BOUNCE + scene.look.glow[hits.material])[:, None]
-    return np.where(hits.hit[:, None], colour, _sky(towards)).astype(np.float32)
+    color = scene.look.color[hits.material] * (BOUNCE + scene.look.glow[hits.material])[:, None]
+    return np.where(hits.hit[:, None], color, _sky(towards)).astype(np.float32)
 
 
 def _mirrored(
@@ -214,7 +218,7 @@ def _mirrored(
     noise: _Noise,
     ceiling: float,
 ) -> Floats:
-    """Light that polished surfaces mirror towards the eye, with Schlick's rise towards grazing angles."""
+    """Return the light that polished surfaces mirror, with Schlick's approximation of Fresnel reflection, (n, 3)."""
     look = scene.look
     mirrored = np.zeros_like(points)
     shiny = np.flatnonzero((look.mirror[material] > 0.0) | look.metal[material])
@@ -225,18 +229,18 @@ def _mirrored(
     away = away + 0.03 * np.stack([u[shiny] - 0.5, v[shiny] - 0.5, u[shiny] - v[shiny]], axis=1)
     away = np.ascontiguousarray(away / norms(away), dtype=np.float32)
     hits = scene.opaque.cast(points[shiny], away)
-    colour = look.colour[hits.material] * (0.70 + look.glow[hits.material])[:, None]
-    met = np.where(hits.hit[:, None], colour, _surroundings(points[shiny], away, ceiling))
+    color = look.color[hits.material] * (0.70 + look.glow[hits.material])[:, None]
+    light = np.where(hits.hit[:, None], color, _surroundings(points[shiny], away, ceiling))
     base = np.where(
-        look.metal[material[shiny], None], 0.55 * look.colour[material[shiny]], look.mirror[material[shiny], None]
+        look.metal[material[shiny], None], 0.55 * look.color[material[shiny]], look.mirror[material[shiny], None]
     )
     rise = (1.0 - np.abs(facing))[:, None] ** 5
-    mirrored[shiny] = met * (base + 0.35 * (1.0 - base) * rise)
+    mirrored[shiny] = light * (base + 0.35 * (1.0 - base) * rise)
     return mirrored
 
 
 def _around(normals: Floats, u: Floats, v: Floats) -> Floats:
-    """Directions about normals, cosine-distributed: the normal plus a point of the unit sphere."""
+    """Return cosine-distributed directions about normals: the normal plus a point on the unit sphere."""
     z, angle = 1.0 - 2.0 * u, 2.0 * math.pi * v
     flat = np.sqrt(np.maximum(1.0 - z * z, 0.0))
     towards = normals * 1.0005 + np.stack([flat * np.cos(angle), flat * np.sin(angle), z], axis=1)
@@ -245,16 +249,16 @@ def _around(normals: Floats, u: Floats, v: Floats) -> Floats:
 
 
 def _sky(directions: Floats) -> Floats:
-    """Light from above; little comes from below the horizon."""
+    """Return the light of the sky along directions, shape (n, 3); it is dim below the horizon."""
     rise = np.clip(directions[:, 2] * 4.0 + 0.4, 0.25, 1.0)
-    return np.asarray(rise[:, None] * SKY_COLOUR, dtype=np.float32)
+    return np.asarray(rise[:, None] * SKY_COLOR, dtype=np.float32)
 
 
 def _surroundings(origins: Floats, directions: Floats, ceiling: float) -> Floats:
-    """What rays see that hit nothing: a ceiling of panels and lamps from below it, else a plain backdrop."""
+    """Return the color of rays that hit nothing: a ceiling with lamps if they rise from below it, else a backdrop."""
     top, bottom = BACKDROP
     share = np.clip(directions[:, 2:] * 1.4 + 0.75, 0.0, 1.0)
-    seen = bottom + (top - bottom) * share
+    color = bottom + (top - bottom) * share
     if math.isfinite(ceiling):
         upward = (directions[:, 2] > 1e-3) & (origins[:, 2] < ceiling)
         reach = (ceiling - origins[upward, 2]) / directions[upward, 2]
@@ -263,19 +267,19 @@ def _surroundings(origins: Floats, directions: Floats, ceiling: float) -> Floats
         panel = np.mod(np.floor(across / 0.6), (2.0, 4.0))
         lamp = (panel[:, 0] == 0.0) & ((panel[:, 1] == 0.0) | (panel[:, 1] == 1.0))
         tone = np.where(lamp, 1.15, 0.60) * np.where(tile.max(axis=1) > 0.48, 0.72, 1.0)
-        seen[upward] = tone[:, None] * np.array([1.0, 0.99, 0.97], dtype=np.float32)
-    return np.asarray(seen, dtype=np.float32)
+        color[upward] = tone[:, None] * np.array([1.0, 0.99, 0.97], dtype=np.float32)
+    return np.asarray(color, dtype=np.float32)
 
 
 def _developed(image: _Image, width: int, height: int, samples: int) -> NDArray[np.uint8]:
-    """Turn sums into a picture: filter the light, multiply by colour, compress highlights, encode."""
+    """Return the picture of an image: filter its light, multiply by its color, compress highlights, encode as sRGB."""
     shape = (height, width)
     share = np.float32(1.0 / samples)
     normal, distance = image.normal.reshape(*shape, 3), image.distance.reshape(shape) * share
     light = smooth_light(image.light.reshape(*shape, 3) * share, normal, distance)
-    linear = (image.colour.reshape(*shape, 3) * light + image.rest.reshape(*shape, 3)) / samples
+    linear = (image.color.reshape(*shape, 3) * light + image.rest.reshape(*shape, 3)) / samples
     exposed = np.maximum(linear, 0.0) * EXPOSURE
-    # A straight line up to the knee, then an approach to white that never clips.
+    # Linear up to the knee, then asymptotic to white.
     knee = 0.62
     bright = knee + (1.0 - knee) * (1.0 - np.exp(-(exposed - knee) / (1.0 - knee)))
     toned = np.where(exposed > knee, bright, exposed)

@@ -1,4 +1,4 @@
-"""Where one looks at a laboratory from."""
+"""Cameras of a layout."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Point = tuple[float, float, float]
 EYE_HEIGHT = 1.6
 """Height of a standing person's eyes, metres."""
 WIDE = 16.0 / 9.0
-"""Width over height of the pictures that the overview is fitted to."""
+"""Aspect ratio of the pictures that the overview is fitted to: width over height."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class View:
     """A camera in the room frame.
 
     Attributes:
-        position: where it is. target: what it looks at, metres.
+        position: of the camera. target: the point that it looks at, metres.
         fovy: vertical field of view, degrees.
     """
 
@@ -46,12 +46,12 @@ class View:
 def views(layout: Layout) -> dict[str, View]:
     """Return the cameras of a layout by name.
 
-    `overview` looks in over a front corner, `topdown` from far above, `door` and `door_2`, ... from the doorways;
-    each workplace on the floor has one of its placement's id that looks at it from in front.
+    `overview` looks into the room over a front corner, `topdown` from far above, and `door`, `door_2`, ... from the
+    doorways. Each placement on the floor that has surfaces has a camera with its id in front of it.
     """
     room = layout.room
     w, d = room.width, room.depth
-    found = {
+    cameras = {
         "overview": _overview(w, d, room.height),
         "topdown": View((w / 2.0, d / 2.0, 40.0), (w / 2.0, d / 2.0, 0.0), _subtended(max(d, w * 0.6) + 0.6, 40.0)),
     }
@@ -63,38 +63,38 @@ def views(layout: Layout) -> dict[str, View]:
             "right": (w, door.offset, (-1.0, 0.0)),
         }[door.wall]
         start = (x + 0.15 * inward[0], y + 0.15 * inward[1], EYE_HEIGHT)
-        # A doorway near a corner: look towards the middle of the room rather than along the wall.
+        # From a doorway near a corner, look towards the middle of the room rather than along the wall.
         middle = ((x + 4.0 * inward[0] + w / 2.0) / 2.0, (y + 4.0 * inward[1] + d / 2.0) / 2.0, 1.0)
-        found["door" if k == 0 else f"door_{k + 1}"] = View(start, middle, 62.0)
+        cameras["door" if k == 0 else f"door_{k + 1}"] = View(start, middle, 62.0)
     for placement in layout.placements:
         if placement.support == FLOOR and layout.asset(placement.id).surfaces:
-            found.setdefault(placement.id, _frontal(layout, placement.id))
-    return found
+            cameras.setdefault(placement.id, _frontal(layout, placement.id))
+    return cameras
 
 
 def view(layout: Layout, name: str) -> View:
     """Return a camera by name.
 
     Raises:
-        UnknownNameError: there is none of that name.
+        UnknownNameError: no camera has that name.
     """
-    known = views(layout)
-    if name not in known:
-        raise UnknownNameError("camera", name, known)
-    return known[name]
+    cameras = views(layout)
+    if name not in cameras:
+        raise UnknownNameError("camera", name, cameras)
+    return cameras[name]
 
 
 def _overview(width: float, depth: float, height: float) -> View:
-    """Over the front right corner, as near as a wide picture can hold the floor and the far walls."""
+    """Return the view over the front right corner, as near as floor and far walls fit into a wide picture."""
     bearing, pitch, fovy = math.radians(-62.0), math.radians(38.0), 34.0
     target = np.array([width * 0.5, depth * 0.5, height * 0.27])
     back = np.array([math.cos(bearing) * math.cos(pitch), math.sin(bearing) * math.cos(pitch), math.sin(pitch)])
     axes = View((float(back[0]), float(back[1]), float(back[2])), (0.0, 0.0, 0.0), fovy).axes()
     floor = [(x, y, 0.0) for x in (0.0, width) for y in (0.0, depth)]
     far = [(0.0, 0.0, height), (0.0, depth, height), (width, depth, height)]
-    seen = (np.array(floor + far) - target) @ axes.T
+    local = (np.array(floor + far) - target) @ axes.T
     tall = math.tan(math.radians(fovy / 2.0)) * 0.96
-    distance = float(np.max(np.maximum(np.abs(seen[:, 0]) / (tall * WIDE), np.abs(seen[:, 1]) / tall) + seen[:, 2]))
+    distance = float(np.max(np.maximum(np.abs(local[:, 0]) / (tall * WIDE), np.abs(local[:, 1]) / tall) + local[:, 2]))
     x, y, z = (target + distance * back).tolist()
     return View((x, y, z), (float(target[0]), float(target[1]), float(target[2])), fovy)
 

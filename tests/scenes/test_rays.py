@@ -93,14 +93,14 @@ def test_rays_meet_the_visible_parts_that_mujoco_meets(laboratory: Layout) -> No
     assert np.mean(np.abs(distances - expected) < 3e-3) > 0.99
 
 
-def test_colours_are_bytes_of_what_is_hit_and_the_sky_elsewhere(laboratory: Layout) -> None:
+def test_colors_are_bytes_of_what_is_hit_and_the_sky_elsewhere(laboratory: Layout) -> None:
     scene = RayScene(laboratory)
     yellow = np.flatnonzero(scene.mesh.material == MATERIAL_NAMES.index("safety_yellow"))[:50]
     towards = np.tile([0.0, 0.0, -1.0], (len(yellow) + 1, 1))
-    colours = scene.color(np.append(yellow, -1), towards)
-    assert colours.dtype == np.uint8
-    assert (colours[:-1, 0] > colours[:-1, 2] + 60).all()
-    assert (colours[-1] == SKY).all()
+    colors = scene.color(np.append(yellow, -1), towards)
+    assert colors.dtype == np.uint8
+    assert (colors[:-1, 0] > colors[:-1, 2] + 60).all()
+    assert (colors[-1] == SKY).all()
 
 
 def test_the_scene_mesh_accounts_for_every_placement(laboratory: Layout) -> None:
@@ -115,7 +115,7 @@ def test_the_scene_mesh_accounts_for_every_placement(laboratory: Layout) -> None
         assert vertices[:, 2].max() <= box.z1 + 1e-9
 
 
-def test_the_scene_mesh_as_trimesh_keeps_owners_and_colours(laboratory: Layout) -> None:
+def test_the_scene_mesh_as_trimesh_keeps_owners_and_colors(laboratory: Layout) -> None:
     mesh = scene_mesh(laboratory)
     read = mesh.trimesh()
     assert len(read.faces) == len(mesh.faces)

@@ -25,8 +25,8 @@ INSET = 0.28
 """Width of the robot's own view relative to the picture's."""
 
 BORDER = 3
-COLOURS = 128
-"""Colours of each picture of a GIF."""
+COLORS = 128
+"""Colors of each picture of a GIF."""
 
 NO_PICTURE = "a film needs at least one picture, and the drive has none"
 
@@ -49,8 +49,8 @@ def film(
     try:
         for pose in route:
             picture = view.picture(layout, rays, pose)
-            colour, _ = camera.colour_and_depth(rays, pose)
-            yield _with_inset(picture, colour)
+            color, _ = camera.colour_and_depth(rays, pose)
+            yield _with_inset(picture, color)
     finally:
         view.close()
 
@@ -85,10 +85,10 @@ def save_film(pictures: Iterable[Picture], path: str | Path, rate: float = 10.0)
     return path
 
 
-def _with_inset(picture: Picture, colour: Picture) -> Picture:
+def _with_inset(picture: Picture, color: Picture) -> Picture:
     """Return a picture with another one in its lower right corner."""
     width = int(picture.shape[1] * INSET)
-    small = cv2.resize(colour, (width, width * colour.shape[0] // colour.shape[1]), interpolation=cv2.INTER_LINEAR)
+    small = cv2.resize(color, (width, width * color.shape[0] // color.shape[1]), interpolation=cv2.INTER_LINEAR)
     framed = cv2.copyMakeBorder(small, *(BORDER,) * 4, cv2.BORDER_CONSTANT, value=(255, 255, 255))
     rows, columns = framed.shape[:2]
     whole = picture.copy()
@@ -112,7 +112,7 @@ def _write_mp4(pictures: Iterator[Picture], path: Path, rate: float) -> None:
 
 
 def _write_gif(pictures: Iterator[Picture], path: Path, rate: float) -> None:
-    frames = [Image.fromarray(picture).quantize(COLOURS, dither=Image.Dither.NONE) for picture in pictures]
+    frames = [Image.fromarray(picture).quantize(COLORS, dither=Image.Dither.NONE) for picture in pictures]
     if not frames:
         raise LabgymError(NO_PICTURE)
     first, *others = frames

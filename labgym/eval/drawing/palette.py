@@ -47,7 +47,7 @@ _BY_CATEGORY = {
 }
 
 # The usual colors of safety cabinets; those of hazard diamonds for classes without a usual cabinet color.
-STORAGE_COLOURS = {
+STORAGE_COLORS = {
     "Flammable": "#f0b400",
     "Acid": "#2f6fb7",
     "Base": "#7b4fa3",
@@ -62,7 +62,7 @@ STORAGE_COLOURS = {
 }
 
 # Okabe and Ito's palette, distinguishable with any color vision.
-_POLICY_COLOURS = ("#0072b2", "#d55e00", "#7d8790", "#cc79a7", "#009e73", "#e69f00", "#56b4e9")
+_POLICY_COLORS = ("#0072b2", "#d55e00", "#7d8790", "#cc79a7", "#009e73", "#e69f00", "#56b4e9")
 
 
 def swatch(asset: Asset) -> Swatch:
@@ -74,6 +74,6 @@ def swatch(asset: Asset) -> Swatch:
     return _BY_CATEGORY.get(asset.category, OTHER)
 
 
-def policy_colours(policies: Sequence[str]) -> dict[str, str]:
+def policy_colors(policies: Sequence[str]) -> dict[str, str]:
     """Return a color for each policy, by its index in the sequence."""
-    return {policy: _POLICY_COLOURS[index % len(_POLICY_COLOURS)] for index, policy in enumerate(policies)}
+    return {policy: _POLICY_COLORS[index % len(_POLICY_COLORS)] for index, policy in enumerate(policies)}

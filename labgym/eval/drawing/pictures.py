@@ -51,23 +51,23 @@ def topdown(
     scale = PLAN_INCHES / max(span[0], min(span[1], 1.25 * span[0]))
     plan = (span[0] * scale, span[1] * scale)
     figure = Figure(facecolor="#ffffff")
-    axes, beside = (figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False, label=label) for label in ("plan", "panel"))
+    axes, column = (figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False, label=label) for label in ("plan", "panel"))
     axes.set_xlim(-room.wall_thickness, room.width + room.wall_thickness)
     axes.set_ylim(-room.wall_thickness, room.depth + room.wall_thickness)
     axes.set_axis_off()
     poses = goal_poses(layout, protocol) if protocol else {}
-    colours = palette.policy_colours(list(dict.fromkeys(trace.policy for trace in traces)))
+    colors = palette.policy_colors(list(dict.fromkeys(trace.policy for trace in traces)))
     draw_room(axes, room)
     draw_objects(axes, layout, 72.0 * scale, poses.values())
-    draw_traces(axes, traces, colours)
+    draw_traces(axes, traces, colors)
     draw_goals(axes, poses)
     draw_violations(axes, layout, violations)
-    panel = Panel(beside)
+    panel = Panel(column)
     panel.title(layout, protocol)
     if poses:
         panel.stops(list(poses))
-    if colours:
-        panel.traces(traces, colours)
+    if colors:
+        panel.traces(traces, colors)
     if violations:
         panel.violations(violations)
     panel.legend(layout)
@@ -77,8 +77,8 @@ def topdown(
     figure.set_size_inches(width, height)
     left, right = MARGIN_INCHES / width, (plan[0] + 2 * MARGIN_INCHES) / width
     axes.set_position((left, (MARGIN_INCHES + inner - plan[1]) / height, plan[0] / width, plan[1] / height))
-    beside.set_position((right, MARGIN_INCHES / height, PANEL_INCHES / width, inner / height))
-    beside.set_ylim(inner, 0.0)
+    column.set_position((right, MARGIN_INCHES / height, PANEL_INCHES / width, inner / height))
+    column.set_ylim(inner, 0.0)
     return figure
 
 
@@ -134,9 +134,9 @@ def _with_palette(png: io.BytesIO) -> bytes:
 
     pixels = np.asarray(Image.open(png).convert("RGBX")).view("<u4")[:, :, 0]
     packed, index, counts = np.unique(pixels, return_inverse=True, return_counts=True)
-    colours = packed.astype("<u4").view(np.uint8).reshape(-1, 4)[:, :3]
-    common = colours[np.argsort(-counts, kind="stable")[:255]]
-    nearest = cdist(colours, common).argmin(axis=1).astype(np.uint8)
+    colors = packed.astype("<u4").view(np.uint8).reshape(-1, 4)[:, :3]
+    common = colors[np.argsort(-counts, kind="stable")[:255]]
+    nearest = cdist(colors, common).argmin(axis=1).astype(np.uint8)
     indexed = Image.fromarray(nearest[index].reshape(pixels.shape))
     indexed.putpalette(common.tobytes())
     stream = io.BytesIO()

@@ -162,7 +162,7 @@ def _draw_furniture(axes: Axes, asset: Asset, box: OrientedBox) -> None:
     axes.add_patch(Polygon(corners, closed=True, facecolor=look.fill, edgecolor=look.edge, linewidth=0.8, zorder=8))
     # Corners 3 and 2 are the ends of the front edge.
     front = np.array([corners[3], corners[2]])
-    stripe = palette.STORAGE_COLOURS.get(asset.storage_class or "", look.edge)
+    stripe = palette.STORAGE_COLORS.get(asset.storage_class or "", look.edge)
     axes.plot(*front.T, color=stripe, linewidth=2.6, solid_capstyle="butt", zorder=9)
 
 
@@ -184,18 +184,18 @@ def _draw_item(axes: Axes, asset: Asset, box: OrientedBox, hanging: bool) -> Non
 def _draw_reagent(axes: Axes, asset: Asset, box: OrientedBox) -> None:
     storage = asset.chemistry.storage_class if asset.chemistry else "General"
     edge = palette.FLAME if asset.hazards.flammable else "#ffffff"
-    colour = palette.STORAGE_COLOURS[storage]
-    axes.plot(box.x, box.y, "o", markersize=4.0, color=colour, markeredgecolor=edge, markeredgewidth=0.8, zorder=31)
+    color = palette.STORAGE_COLORS[storage]
+    axes.plot(box.x, box.y, "o", markersize=4.0, color=color, markeredgecolor=edge, markeredgewidth=0.8, zorder=31)
 
 
-def draw_traces(axes: Axes, traces: Sequence[Trace], colours: dict[str, str]) -> None:
+def draw_traces(axes: Axes, traces: Sequence[Trace], colors: dict[str, str]) -> None:
     """Draw paths, those of the first policy on top; a cross marks the end of a path that missed its goal."""
-    for depth, policy in enumerate(colours):
+    for depth, policy in enumerate(colors):
         for trace in traces:
             if trace.policy != policy:
                 continue
-            order = ON_TOP + len(colours) - depth
-            colour = colours[policy]
+            order = ON_TOP + len(colors) - depth
+            color = colors[policy]
             width = 1.9 if depth == 0 else 1.2
             axes.plot(
                 *trace.points.T,
@@ -205,9 +205,9 @@ def draw_traces(axes: Axes, traces: Sequence[Trace], colours: dict[str, str]) ->
                 solid_capstyle="round",
                 zorder=ON_TOP,
             )
-            axes.plot(*trace.points.T, color=colour, linewidth=width, solid_capstyle="round", zorder=order)
+            axes.plot(*trace.points.T, color=color, linewidth=width, solid_capstyle="round", zorder=order)
             if not trace.success:
-                axes.plot(*trace.points[-1], "x", color=colour, markersize=6, markeredgewidth=1.8, zorder=order)
+                axes.plot(*trace.points[-1], "x", color=color, markersize=6, markeredgewidth=1.8, zorder=order)
 
 
 def draw_goals(axes: Axes, poses: dict[str, tuple[float, float, float]]) -> None:

@@ -38,7 +38,7 @@ class Panel:
             self._text(line, 10.0, weight="bold", line=0.19)
         room = layout.room
         for line in (f"{layout.id}   {room.width:g} x {room.depth:g} m", f"{len(layout.placements)} objects, grid 1 m"):
-            self._text(line, colour=palette.MUTED)
+            self._text(line, color=palette.MUTED)
 
     def stops(self, locations: Sequence[str]) -> None:
         """List the numbered locations."""
@@ -56,12 +56,12 @@ class Panel:
             self.axes.text(*centre, str(number), fontsize=6, **style)
             self._text(readable_name(location), indent=0.3)
 
-    def traces(self, traces: Sequence[Trace], colours: dict[str, str]) -> None:
+    def traces(self, traces: Sequence[Trace], colors: dict[str, str]) -> None:
         """List the policies with their numbers of successful drives."""
         self._heading("Routes")
-        for policy, colour in colours.items():
+        for policy, color in colors.items():
             drives = [trace for trace in traces if trace.policy == policy]
-            self._line(colour, f"{policy}: {sum(trace.success for trace in drives)} of {len(drives)} reach the goal")
+            self._line(color, f"{policy}: {sum(trace.success for trace in drives)} of {len(drives)} reach the goal")
 
     def violations(self, violations: Sequence[Violation]) -> None:
         """List the violations with their numbers."""
@@ -88,25 +88,25 @@ class Panel:
             asset.storage_class or (asset.chemistry.storage_class if asset.chemistry else None) for asset in assets
         }
         self._heading("Reagents (dots) and fronts of cabinets")
-        present = [name for name in palette.STORAGE_COLOURS if name in classes]
+        present = [name for name in palette.STORAGE_COLORS if name in classes]
         top = self.y
         for place, name in enumerate(present):
             # Two columns, filled downwards.
             rows = (len(present) + 1) // 2
             self.y = top + place % rows * LINE
             self._line(
-                palette.STORAGE_COLOURS[name], readable_name(name).lower(), left=place // rows * PANEL_INCHES / 2.0
+                palette.STORAGE_COLORS[name], readable_name(name).lower(), left=place // rows * PANEL_INCHES / 2.0
             )
         self.y = top + (len(present) + 1) // 2 * LINE
-        self._dot(palette.STORAGE_COLOURS["Flammable"], palette.FLAME, "red rim: flammable")
+        self._dot(palette.STORAGE_COLORS["Flammable"], palette.FLAME, "red rim: flammable")
 
     def _heading(self, text: str) -> None:
         self.y += 0.12
         self._text(text, weight="bold", line=0.18)
 
-    def _line(self, colour: str, text: str, left: float = 0.0) -> None:
+    def _line(self, color: str, text: str, left: float = 0.0) -> None:
         ends = [left, left + 0.2]
-        self.axes.plot(ends, [self.y + LINE / 2.0] * 2, color=colour, linewidth=2.6, solid_capstyle="butt")
+        self.axes.plot(ends, [self.y + LINE / 2.0] * 2, color=color, linewidth=2.6, solid_capstyle="butt")
         self._text(text, indent=left + 0.3)
 
     def _dot(self, fill: str, edge: str, text: str) -> None:
@@ -127,7 +127,7 @@ class Panel:
         text: str,
         size: float = TEXT,
         weight: str = "normal",
-        colour: str = palette.INK,
+        color: str = palette.INK,
         indent: float = 0.0,
         line: float = LINE,
     ) -> None:
@@ -135,7 +135,7 @@ class Panel:
             "family": FONT,
             "fontsize": size,
             "weight": weight,
-            "color": colour,
+            "color": color,
             "ha": "left",
             "va": "center_baseline",
         }

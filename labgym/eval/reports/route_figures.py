@@ -92,7 +92,7 @@ def _draw_drive(axes: Axes, layout: Layout, row: EpisodeRow, route: Route) -> No
     axes.add_patch(start)
     if route:
         trace = Trace(row.policy, np.array(route, dtype=np.float64)[:, :2], row.success)
-        draw_traces(axes, [trace], palette.policy_colours([row.policy]))
+        draw_traces(axes, [trace], palette.policy_colors([row.policy]))
     outcome = (
         f"SPL {row.spl:.2f}" if row.success and row.spl is not None else f"failed, {row.final_distance:.1f} m left"
     )

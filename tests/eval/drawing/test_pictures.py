@@ -34,7 +34,7 @@ def layout() -> Layout:
 
 
 def pixel(png: bytes, x: float, y: float) -> np.ndarray:
-    """The colour at a point of the room, from the picture's own scale: walls reach to the plan's edges."""
+    """The color at a point of the room, from the picture's own scale: walls reach to the plan's edges."""
     image = imread(io.BytesIO(png), format="png")[:, :, :3]
     wall = np.all(np.isclose(image, [int(palette.WALL[i : i + 2], 16) / 255 for i in (1, 3, 5)], atol=0.01), axis=2)
     rows, columns = np.flatnonzero(wall.any(axis=1)), np.flatnonzero(wall.any(axis=0))
@@ -60,15 +60,15 @@ def test_the_same_layout_gives_the_same_bytes_in_any_process():
 def test_objects_stand_where_the_layout_says():
     png = picture_bytes(topdown(layout()))
     floor, bench = palette.FLOOR, palette.BENCH.fill
-    for (x, y), colour in {(0.55, 3.55): floor, (3.55, 1.9): bench, (3.4, 0.55): floor, (2.4, 1.9): bench}.items():
-        expected = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    for (x, y), color in {(0.55, 3.55): floor, (3.55, 1.9): bench, (3.4, 0.55): floor, (2.4, 1.9): bench}.items():
+        expected = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
         assert pixel(png, x, y) == pytest.approx(expected, abs=0.01)
 
 
-def test_a_route_is_drawn_in_its_policy_s_colour():
+def test_a_route_is_drawn_in_its_policy_s_color():
     trace = Trace("astar", np.array([[0.5, 0.55], [5.5, 0.55]]))
-    colour = palette.policy_colours(["astar"])["astar"]
-    expected = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    color = palette.policy_colors(["astar"])["astar"]
+    expected = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
     assert pixel(picture_bytes(topdown(layout(), traces=[trace])), 4.3, 0.55) == pytest.approx(expected, abs=0.05)
 
 
