@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import labgym
+from labgym.assets import Catalog
 from labgym.cli import main
 from labgym.layouts import Layout, load_published, published
 from labgym.policies import policy_names
@@ -334,3 +335,14 @@ def test_ctrl_c_is_one_line_and_leaves_readable_files(tmp_path):
             (tmp_path / name).read_text().splitlines() if name.endswith(".jsonl") else [(tmp_path / name).read_text()]
         ):
             json.loads(line)
+
+
+def test_an_asset_is_shown_with_its_description_and_its_caption(call):
+    code, out, _ = call("assets", "rotovap")
+    asset = Catalog.published().get("RotaryEvaporator")
+    assert code == 0
+    assert out.splitlines()[:3] == [asset.name, asset.description, asset.caption]
+
+
+def test_help_says_that_an_asset_is_shown_without_the_word_show(call):
+    assert "labgym assets NAME` works without `show`" in " ".join(call("assets", "--help")[1].replace("│", " ").split())

@@ -44,7 +44,7 @@ def asset_details(asset: Asset) -> str:
         *_chemistry(asset),
         *((quantity(name)[0], value_text(name, value)) for name, value in asset.specs.items()),
     ]
-    return "\n".join([asset.name, asset.description, "", *_facts(facts)])
+    return "\n".join([asset.name, asset.description, asset.caption, "", *_facts(facts)])
 
 
 def compatibility_details(a: Asset, b: Asset) -> str:

@@ -9,6 +9,7 @@ import pytest
 from labgym.assets import Catalog, incompatible, pairs
 from labgym.assets.compatibility import rulebook, rules, traits
 from labgym.assets.flags import FLAGS
+from labgym.assets.inference import substructures
 from labgym.errors import UnknownNameError
 from labgym.protocols import protocols
 
@@ -122,7 +123,9 @@ def test_every_rule_separates_some_reagents_of_the_catalogue(profile):
 
 def test_groups_of_reagents_are_defined_and_every_defined_group_is_used():
     used = {group for asset in REAGENTS for group in asset.chemistry.groups}
-    assert used == set(rulebook().groups)
+    inferred = {rule.gives for rule in substructures().groups}
+    assert used <= set(rulebook().groups)
+    assert used | inferred == set(rulebook().groups)
     assert set(rulebook().groups).isdisjoint(FLAGS)
 
 

@@ -314,3 +314,32 @@ def test_compat_takes_no_abbreviation_for_a_structure(capsys: pytest.CaptureFixt
 )
 def test_notorious_substances_carry_their_hazards(smiles: str, flags: set[str]) -> None:
     assert flags <= classify(smiles).flags.keys()
+
+
+@pytest.mark.parametrize(
+    ("smiles", "group"),
+    [
+        ("CN=C=O", "isocyanate"),
+        ("O=[N+]([O-])OCC(O[N+](=O)[O-])CO[N+](=O)[O-]", "nitro"),
+        ("C#CCO", "alkene"),
+        ("COS(=O)(=O)OC", "ester"),
+        ("S=C=S", "organic_sulfide"),
+        ("c1ccsc1", "organic_sulfide"),
+    ],
+)
+def test_substances_that_react_have_a_group(smiles: str, group: str) -> None:
+    assert group in classify(smiles).groups
+
+
+@pytest.mark.parametrize("smiles", ["CC[Zn]CC", "[Li]C(C)(C)C", "C[Al](C)C"])
+def test_the_storage_of_what_ignites_in_air_says_so(smiles: str) -> None:
+    inference = classify(smiles)
+    assert inference.storage_class == "WaterReactive"
+    assert "may ignite in air" in inference.storage_reason
+
+
+@pytest.mark.parametrize(
+    "smiles", ["Oc1c([N+](=O)[O-])cc([N+](=O)[O-])cc1[N+](=O)[O-]", "O=[N+]([O-])OCCO[N+](=O)[O-]", "[CH2]=[N+]=[N-]"]
+)
+def test_explosives_are_not_stored_like_anything_else_without_a_word(smiles: str) -> None:
+    assert "may explode: no ordinary cabinet suffices" in classify(smiles).storage_reason

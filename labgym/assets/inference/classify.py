@@ -22,8 +22,11 @@ ESTIMATED = 0.6
 """How sure a flag is that follows from an estimated boiling or flash point."""
 _BY_STRUCTURE = ("explosive",)
 """Flags for which the structure says more than the group: few azides of long chains explode."""
-_NOT_COLD = ("azide", "oxidizing_acid", "halogenating_agent")
-"""Explosive for their salts or mixtures, not kept cold for it."""
+_NOT_COLD = ("azide", "oxidizing_acid", "halogenating_agent", "nitro", "energetic_heterocycle")
+"""Groups whose explosives are not made safer by a refrigerator: salts, mixtures, and nitro and nitrogen-rich ones."""
+EXPLOSIVE = "may explode: no ordinary cabinet suffices, follow its safety data sheet"
+PYROPHORIC = "may ignite in air: store under inert gas"
+"""Additions to the reason of a storage class."""
 _GASES = (
     "[He,Ne,Ar,Kr,Xe,Rn]",
     "[H][H]",
@@ -160,7 +163,8 @@ def _storage(
         ("base" in flags, "Base", "a base"),
         ("volatile_or_toxic" in flags, "Toxic", "volatile or poisonous"),
     )
-    for holds, storage, why in choices:
-        if holds:
-            return storage, why
-    return "General", "no flag asks for a cabinet of its own"
+    general: tuple[bool, StorageClass, str] = (True, "General", "no flag requires a cabinet of its own")
+    _, storage, why = next(choice for choice in (*choices, general) if choice[0])
+    doubts = [EXPLOSIVE] if "explosive" in flags else []
+    doubts += [PYROPHORIC] if "organometallic" in groups and "flammable" in flags else []
+    return storage, "; ".join([why, *doubts])
