@@ -4,7 +4,7 @@
 that reads one quantity returns None if the unit is not known; one that returns all quantities of a text also returns
 their positions, so that the caller sees which numbers are left over.
 
-Base units: gram, milliliter, mole, degree Celsius, bar (absolute), minute.
+Base units: gram, milliliter, mole, degree Celsius, bar (absolute), minute, meter, megahertz.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ DROP = 0.05
 ATMOSPHERE = 1.01325
 """Standard atmosphere, bar; gauge pressures are above it."""
 
-Dimension = Literal["mass", "volume", "substance", "ratio", "temperature", "pressure", "time"]
+Dimension = Literal["mass", "volume", "substance", "ratio", "temperature", "pressure", "time", "length", "frequency"]
 
 BASE: Mapping[Dimension, str] = MappingProxyType(
     {
@@ -37,6 +37,8 @@ BASE: Mapping[Dimension, str] = MappingProxyType(
         "temperature": "degree_Celsius",
         "pressure": "bar",
         "time": "minute",
+        "length": "meter",
+        "frequency": "megahertz",
     }
 )
 """The unit in which values of each dimension are returned; a ratio has none."""
@@ -109,6 +111,14 @@ UNITS: Mapping[Dimension, Mapping[str, tuple[str, ...]]] = MappingProxyType(
             "day": ("d", "day", "days", "天"),
             "week": ("week", "weeks", "周", "星期"),
         },
+        "length": {
+            "millimeter": ("mm", "毫米"),
+            "centimeter": ("cm", "厘米"),
+            "meter": ("m", "meter", "meters", "metre", "metres", "米"),
+            "inch": ("in", "inch", "inches"),
+            "foot": ("ft", "foot", "feet"),
+        },
+        "frequency": {"megahertz": ("mhz",)},
     }
 )
 """Spellings in lower case of each unit, by dimension and the name that `pint` has for the unit."""
@@ -274,6 +284,18 @@ def convert(value: float, unit: str, to: str) -> float:
     return float(f"{value * factor + offset:.12g}")
 
 
+def spellings(*dimensions: Dimension) -> str:
+    """Return a pattern that matches the spellings of the units of some dimensions, longest first."""
+    words = {spelling for dimension in dimensions for spelling in _SPELLINGS[dimension]}
+    return "|".join(re.escape(word).replace(r"\ ", r"\s*") for word in sorted(words, key=lambda s: (-len(s), s)))
+
+
+def unit_of(spelling: str, *dimensions: Dimension) -> tuple[Dimension, str] | None:
+    """Return the first of some dimensions that has a unit of that spelling, and the unit's name, or None."""
+    word = _SPACE.sub("", spelling.lower())
+    return next(((kind, _COMPACT[kind][word]) for kind in dimensions if word in _COMPACT[kind]), None)
+
+
 def amounts(text: str, *dimensions: Dimension) -> tuple[Quantity, ...]:
     """Return the amounts of some dimensions in a text, in order; units that are not in `UNITS` are left out.
 
@@ -361,14 +383,16 @@ def _conditions(pattern: re.Pattern[str], dimension: Dimension, text: str, digit
         if match[2]:
             value = (value + float(match[2])) / 2.0
         spelling = " ".join(match[3].lower().split())
-        value = _absolute(convert(value, _unit_of(dimension, spelling), BASE[dimension]), spelling)
+        value = _absolute(convert(value, _COMPACT[dimension][_SPACE.sub("", spelling)], BASE[dimension]), spelling)
         yield Condition(match.start(), match.end(), match[0].strip(), round(value, digits))
 
 
 def _numbered(text: str, kinds: tuple[Dimension, ...]) -> Iterator[Quantity]:
     for match in _amount_pattern(kinds).finditer(text):
         before, numerator, denominator, number, upper, spelling, after = match.groups()
-        dimension, unit = _unit(spelling, kinds)
+        unit = unit_of(spelling, *kinds)
+        if unit is None:
+            continue
         if numerator:
             if int(denominator) == 0:
                 continue
@@ -379,22 +403,13 @@ def _numbered(text: str, kinds: tuple[Dimension, ...]) -> Iterator[Quantity]:
             value = (value + float(upper)) / 2.0
         written = "" if upper or numerator or not _PLAIN.fullmatch(number) else number.replace(",", ".")
         portions = max(1, int(before or after or 1))
-        yield Quantity(match.start(), match.end(), value, unit, dimension, portions, written)
+        yield Quantity(match.start(), match.end(), value, unit[1], unit[0], portions, written)
 
 
 def _dropwise(text: str) -> Iterator[Quantity]:
     for match in _DROPS.finditer(text):
         word = (match[1] or match[2]).lower()
         yield Quantity(match.start(), match.end(), float(_WORDS[word]), "drop", "volume")
-
-
-def _unit(spelling: str, kinds: tuple[Dimension, ...]) -> tuple[Dimension, str]:
-    word = _SPACE.sub("", spelling.lower())
-    return next((kind, _COMPACT[kind][word]) for kind in kinds if word in _COMPACT[kind])
-
-
-def _unit_of(dimension: Dimension, spelling: str) -> str:
-    return _COMPACT[dimension][_SPACE.sub("", spelling)]
 
 
 def _written_number(text: str) -> float:
@@ -445,32 +460,27 @@ _SINGLE_SPELLINGS: Mapping[tuple[Dimension, str], str] = {
 """Spellings that are clear in a field of one dimension only."""
 
 
-def _alternatives(*dimensions: Dimension) -> str:
-    spellings = {spelling for dimension in dimensions for spelling in _SPELLINGS[dimension]}
-    return "|".join(re.escape(item).replace(r"\ ", r"\s*") for item in sorted(spellings, key=lambda s: (-len(s), s)))
-
-
 @lru_cache(maxsize=32)
 def _amount_pattern(kinds: tuple[Dimension, ...]) -> re.Pattern[str]:
-    unit = rf"{_RANGE}\s*-?\s*({_alternatives(*kinds)})(?![A-Za-z]){_NOT_A_RATE}"
+    unit = rf"{_RANGE}\s*-?\s*({spellings(*kinds)})(?![A-Za-z]){_NOT_A_RATE}"
     return re.compile(rf"{_PORTIONS}{_NUMBER}{unit}{_AFTER_PORTIONS}", re.IGNORECASE)
 
 
 @lru_cache(maxsize=1)
 def _temperature_pattern() -> re.Pattern[str]:
-    units = rf"({_alternatives('temperature')})(?![A-Za-z])"
+    units = rf"({spellings('temperature')})(?![A-Za-z])"
     return re.compile(rf"(?<![A-Za-z0-9.])([-−–]?\d{{1,4}}(?:\.\d+)?){_RANGE}\s*{units}", re.IGNORECASE)
 
 
 @lru_cache(maxsize=1)
 def _pressure_pattern() -> re.Pattern[str]:
-    units = rf"({_alternatives('pressure')})(?![A-Za-z])"
+    units = rf"({spellings('pressure')})(?![A-Za-z])"
     return re.compile(rf"(?<![A-Za-z0-9.,-])(\d{{1,7}}(?:\.\d+)?){_RANGE}\s*{units}", re.IGNORECASE)
 
 
 @lru_cache(maxsize=1)
 def _duration_pattern() -> re.Pattern[str]:
-    units = rf"({_alternatives('time')})(?![A-Za-z])"
+    units = rf"({spellings('time')})(?![A-Za-z])"
     return re.compile(rf"(?<![A-Za-z0-9.])(\d{{1,4}}(?:\.\d+)?|{_WORD}){_RANGE}\s*{units}", re.IGNORECASE)
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from labgym.assets.model import Asset
+from labgym.quantities import spellings, value_of
 
 TOLERANCE = 0.05
 """Relative difference up to which two sizes count as the same: a 5 ft hood is 1.5 m wide."""
@@ -17,17 +17,7 @@ Dimension = Literal["volume", "length", "frequency"]
 
 BEFORE, _AFTER = r"(?<![A-Za-z0-9.,-])", r"(?![A-Za-z0-9-])"
 NUMBER = r"(\d{1,6}(?:[.,]\d{1,4})?)"
-_VOLUMES = {"ul": 1e-3, "ml": 1.0, "cc": 1.0, "cm3": 1.0, "cl": 10.0, "dl": 100.0, "l": 1e3}
-_VOLUMES |= {"millilitre": 1.0, "milliliter": 1.0, "litre": 1e3, "liter": 1e3, "毫升": 1.0, "升": 1e3}
-_LENGTHS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "metre": 1.0, "meter": 1.0, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048}
-_LENGTHS |= {"in": 0.0254, "inch": 0.0254, "毫米": 1e-3, "厘米": 1e-2, "米": 1.0}
-_DIMENSIONS: tuple[tuple[Dimension, dict[str, float]], ...] = (
-    ("volume", _VOLUMES),
-    ("length", _LENGTHS),
-    ("frequency", {"mhz": 1.0}),
-)
-_UNIT = "|".join(sorted({"cm³", *(unit for _, units in _DIMENSIONS for unit in units)}, key=len, reverse=True))
-SIZE = re.compile(rf"{BEFORE}{NUMBER}[ -]?({_UNIT})(s?){_AFTER}", re.IGNORECASE)
+SIZE = re.compile(rf"{BEFORE}{NUMBER}[ -]?({spellings(*get_args(Dimension))})(s?){_AFTER}", re.IGNORECASE)
 _FOOT_MARK = re.compile(r"(?<=\d)\s*['\u2032](?=\s|$)")
 _INCH_MARK = re.compile(r"(?<=\d)\s*[\"\u2033](?=\s|$)")
 
@@ -51,9 +41,11 @@ def first_size(text: str) -> tuple[Measure | None, str]:
     match = SIZE.search(text)
     if match is None:
         return None, text
-    number, unit = float(match[1].replace(",", ".")), unicodedata.normalize("NFKD", match[2]).lower()
-    dimension, units = next(pair for pair in _DIMENSIONS if unit in pair[1])
-    return Measure(match[0].strip(), dimension, number * units[unit]), SIZE.sub(" ", text)
+    for dimension in get_args(Dimension):
+        value = value_of(f"{match[1].replace(',', '.')} {match[2]}", dimension)
+        if value is not None:
+            return Measure(match[0].strip(), dimension, value), SIZE.sub(" ", text)
+    return None, text
 
 
 def nominal_size(asset: Asset, dimension: Dimension) -> float | None:

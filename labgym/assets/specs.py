@@ -14,8 +14,8 @@ from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model
 
 from labgym.documents import Record
 
-ROOM_TEMPERATURE = 20.0
-"""Room temperature, degrees Celsius: where heating and cooling ranges begin."""
+REFERENCE_TEMPERATURE = 20.0
+"""Temperature at which heating and cooling ranges begin and states of matter are given, degrees Celsius."""
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from labgym.assets.flags import BOILING_LIMIT, FLAGS, FLASH_LIMIT, Flag, group_f
 from labgym.assets.inference.substructures import Reason, matches, reasons, substructures
 from labgym.assets.inference.volatility import boiling_point, burns, flash_point, molar_mass, parts
 from labgym.assets.model import StorageClass
-from labgym.assets.specs import ROOM_TEMPERATURE
+from labgym.assets.specs import REFERENCE_TEMPERATURE
 from labgym.assets.structures import canonical, molecule, standard
 from labgym.documents import Record
 
@@ -110,7 +110,7 @@ def _state(found: Any, boiling: float | None, groups: Collection[str]) -> State:
     if boiling is None:
         element = found.GetNumAtoms() == 1 and not found.GetAtomWithIdx(0).GetTotalNumHs()
         return "solid" if element or found.GetNumAtoms() > LIQUID_ATOMS else "liquid"
-    return "gas" if boiling < ROOM_TEMPERATURE else "liquid" if boiling <= SOLID_ABOVE else "solid"
+    return "gas" if boiling < REFERENCE_TEMPERATURE else "liquid" if boiling <= SOLID_ABOVE else "solid"
 
 
 def _flags(
