@@ -74,12 +74,16 @@ class Ledger:
 
 
 @cache
-def code_digest() -> str:
-    """Return a digest of what determines results in addition to options: package, catalogue and protocols."""
+def results_digest(catalog: str) -> str:
+    """Return a digest of what determines results in addition to options: package, artefacts and a catalogue.
+
+    Args:
+        catalog: digest of the catalogue in use, the user's own assets included.
+    """
     package = Path(labgym.__file__).resolve().parent
     files = [path for path in package.rglob("*") if path.suffix in {".py", ".j2"}]
     files += artefacts("assets").rglob("*.json")
-    return files_digest(sorted(files))
+    return canonical_hash([catalog, files_digest(sorted(files))])
 
 
 def _digest(path: Path) -> str | None:

@@ -13,8 +13,9 @@ from typing import Any
 
 from tqdm import tqdm
 
+from labgym.assets import Catalog
 from labgym.errors import LabgymError
-from labgym.pipeline.ledger import Ledger, code_digest
+from labgym.pipeline.ledger import Ledger, results_digest
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ def work_through(title: str, units: Sequence[Work], ledger: Ledger, processes: i
     Raises:
         LabgymError: a unit raised it, or a worker process died.
     """
-    code = code_digest()
+    code = results_digest(Catalog.load().digest)
     remaining = [unit for unit in units if not ledger.done(unit.name, [code, unit.inputs])]
     with tqdm(total=len(units), initial=len(units) - len(remaining), desc=f"{title:<10}", unit="") as bar:
         for unit in _finished(title, remaining, processes):

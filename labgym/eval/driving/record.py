@@ -74,7 +74,12 @@ class NavigationSummary(Document):
 
 
 class EvaluationIdentity(Document):
-    """`run.json`: identity of the evaluation stored in a folder, written before the first episode."""
+    """`run.json`: identity of the evaluation stored in a folder, written before the first episode.
+
+    Attributes:
+        code: SHA-256 of the sources and of the policy's files.
+        catalog: digest of the catalogue that explains the layouts' assets; None in folders older than this field.
+    """
 
     SCHEMA: ClassVar[str] = "labgym.navigation-run/1"
 
@@ -83,6 +88,7 @@ class EvaluationIdentity(Document):
     options: dict[str, Any]
     seed: int
     code: str
+    catalog: str | None = None
 
     def differences(self, other: EvaluationIdentity) -> tuple[str, ...]:
         """Return the names of the fields in which two evaluations differ.

@@ -11,6 +11,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from labgym.documents import canonical_hash
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.drive import Drive, Key, Route
 from labgym.eval.driving.episode_row import EpisodeRow
@@ -130,6 +131,7 @@ class _Run:
             options=self.source.options,
             seed=self.seed,
             code=self.provenance.code,
+            catalog=canonical_hash(sorted({layout.catalog.digest for layout in self.layouts})),
         )
 
     def drive(self, done: dict[Key, Drive], folder: RunFolder, workers: int, progress: bool) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from laboratories import small_laboratory
 
+from labgym.assets import Catalog
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import drive_layout, drive_pair
 from labgym.eval.driving.episode_row import read_rows
@@ -285,6 +286,16 @@ def test_a_folder_with_another_run_is_left_alone(layouts, tmp_path):
     with pytest.raises(OptionError, match="differs in policy, seed"):
         evaluate("random", layouts[:1], out=tmp_path, seed=5, progress=False)
     assert (tmp_path / "episodes.jsonl").read_text() == before
+
+
+def test_results_under_another_catalogue_are_not_resumed(layouts, tmp_path):
+    evaluate("straight", layouts[:1], out=tmp_path, progress=False)
+    bench = layouts[0].catalog.get("PreparationBench")
+    wider = bench.model_copy(update={"size": bench.size.model_copy(update={"width": bench.size.width + 0.1})})
+    others = [asset for asset in layouts[0].catalog if asset.name != bench.name]
+    rebound = layouts[0].replace(catalog=Catalog([*others, wider]))
+    with pytest.raises(OptionError, match="differs in catalog"):
+        evaluate("straight", [rebound], out=tmp_path, progress=False)
 
 
 class Still(Policy):
