@@ -51,8 +51,9 @@ def write_mjcf(layout: Layout, folder: str | Path) -> Path:
 def write_glb(layout: Layout, path: str | Path) -> Path:
     """Write a layout as binary glTF, for viewers and modeling programs, and return the path.
 
-    Each material of a placement is a node `<id>/<material>`. Colors are linear, as glTF defines them; normals are
-    smooth over round surfaces.
+    Each material of a placement is a node `<id>/<material>`. Colors are linear, as glTF defines them. Normals are
+    smooth over round surfaces; a vertex is repeated for each of its normals, so merge vertices by position to get
+    watertight meshes.
 
     Raises:
         OptionError: the path does not end in .glb.
