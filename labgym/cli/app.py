@@ -64,20 +64,34 @@ app.command(
 
 @app.command
 def generate(
-    protocol: ProtocolName, seed: int = 0, room: OptionalText = None, profile: str = "default", out: Path = Path()
+    protocol: ProtocolName,
+    seed: int = 0,
+    room: OptionalText = None,
+    profile: str = "default",
+    out: Path = Path(),
+    explain: bool = False,
 ) -> int:
     """Generate a laboratory for a protocol.
 
     Args:
         protocol: Id of a protocol, or a protocol's .json file.
         seed: Random seed; the same seed gives the same layout on any machine.
-        room: Room preset (tight, default, roomy, two_exits), size in metres such as 12x9, or a room's .json file.
-        profile: Thresholds to satisfy: default, strict or paper.
+        room: Room preset (bay_small, bay, bay_large with two exits; tight, default, roomy, two_exits of the published
+            layouts), size in metres such as 12x9, or a room's .json file. Default: bay.
+        profile: Thresholds to satisfy: default, strict, paper, or code (default, and a second exit is required).
         out: A .json file, or a folder for a file named after protocol, room and seed.
+        explain: Print why each object is there.
     """
     from labgym import layouts
 
-    layout = layouts.generate(protocols.resolve(protocol), seed=seed, room=room, profile=profile)
+    resolved = protocols.resolve(protocol)
+    layout = layouts.generate(resolved, seed=seed, room=room, profile=profile)
+    note = layout.provenance.options.get("note")
+    if note:
+        print(f"note: {layout.provenance.options['furnishing']} furnishing only: {note}", file=sys.stderr)
+    if explain:
+        for placement, reason in layouts.reasons(resolved, seed=seed, room=room, profile=profile).items():
+            print(f"{placement}: {reason}")
     return written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
 
 
@@ -94,7 +108,7 @@ def score(
     Args:
         layout: A layout's .json file, or the id of a published layout.
         protocol: Id or .json file of the protocol to score the layout for; by default the layout's own.
-        profile: Thresholds: default, strict or paper.
+        profile: Thresholds: default, strict, paper or code.
         as_json: Print the whole report as JSON.
         check: Exit 1 if the layout has a violation or lacks a required asset.
     """

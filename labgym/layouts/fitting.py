@@ -19,11 +19,11 @@ from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
 
 BRACKET = 0.01
-"""Gap between a wall-mounted thing and its wall, metres."""
+"""Gap between a wall-mounted object and its wall, metres."""
 ELBOW = 0.03
-"""Gap kept to everything else, metres."""
+"""Gap to all other objects, metres."""
 WORKING_HEIGHT = 0.35
-"""Free height that wall-mounted things leave above a worktop, metres: a gooseneck tap, a flask on its stand."""
+"""Free height between a worktop and wall-mounted objects, metres: a gooseneck tap, a flask on its stand."""
 WALL_STEP = 0.05
 """Spacing of the places tried along a wall, metres."""
 

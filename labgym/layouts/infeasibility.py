@@ -12,13 +12,15 @@ from labgym.errors import InfeasibleError, SearchLimitError
 from labgym.layouts.brief import Brief, Unit
 from labgym.layouts.briefing import write_brief
 from labgym.layouts.floor_plan import GROUPS, solve
+from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import room_presets
-from labgym.layouts.rules.facility import exit_issues
+from labgym.layouts.rules.facility import exit_issues, placing_issues
+from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.zones import door_span
 from labgym.layouts.walls import choose_walls
 
-EFFORT = 0.4
+EFFORT = 0.15
 """Deterministic search time of each trial with lifted constraints."""
 PRESET_EFFORT = 0.1
 PRESET_TRIES = 3
@@ -27,10 +29,16 @@ SHOWN = 6
 
 
 def room_conflicts(request: Request) -> list[str]:
-    """Return why a room is unfit whatever is placed in it: no door, too few exits."""
+    """Return why a room is unfit whatever is placed in it: no door, too few exits, fixed objects that break a rule."""
     conflicts = [issue.message for issue in exit_issues(request.room, request.profile) if issue.severity == "error"]
     if not request.room.doors:
         conflicts.append("the room has no door: add one")
+    if request.fixed:
+        fixed = Layout(id="fixed", floor=request.room.floor, placements=request.fixed, catalog=request.catalog)
+        assessment = evaluate_layout(fixed, None, request.profile)
+        conflicts += [f"fixed: {violation.message}" for violation in assessment.violations.items]
+        issues = placing_issues(assessment.arrangement)
+        conflicts += [f"fixed: {issue.message}" for issue in issues if issue.rule == "door_area"]
     return conflicts
 
 
@@ -55,12 +63,23 @@ def infeasible(request: Request, conflicts: Sequence[str]) -> InfeasibleError:
 
 
 def search_stopped(request: Request, effort: float, reasons: Sequence[str] = ()) -> SearchLimitError:
-    """Return the error for a search that ended without a layout and without a proof that there is none."""
-    room = request.room
-    what = (
-        f"the solver stopped at its effort limit ({effort:g}) before finding a layout for protocol "
-        f"{request.protocol.id!r} in a {room.width:g} x {room.depth:g} m room; one may exist"
-    )
+    """Return the error for a solver that ended without a floor plan and without a proof that there is none."""
+    what = f"the solver stopped at its effort limit ({effort:g}) before finding a layout for {_where(request)}"
+    return _search_error(request, what, reasons)
+
+
+def attempts_used_up(request: Request, attempts: int, errors: Sequence[str]) -> SearchLimitError:
+    """Return the error for floor plans that all break a facility rule; `errors` are those of the last one."""
+    what = f"{attempts} floor plans were found for {_where(request)} and each breaks a facility rule"
+    return _search_error(request, what, errors)
+
+
+def _where(request: Request) -> str:
+    return f"protocol {request.protocol.id!r} in a {request.room.width:g} x {request.room.depth:g} m room"
+
+
+def _search_error(request: Request, what: str, reasons: Sequence[str]) -> SearchLimitError:
+    what += "; a layout may exist"
     remedy = "try another seed or a larger room"
     return SearchLimitError(what, reasons, smallest_preset(request), remedy=remedy)
 
@@ -76,15 +95,11 @@ def explain(request: Request, brief: Brief) -> InfeasibleError:
 
 def clashes(request: Request, brief: Brief) -> list[str]:
     """Return the smallest sets of constraint groups (one or two) without which there is a floor plan."""
-    for count in (1, 2):
-        conflicts = [
-            " together with ".join(_named(brief, request, group) for group in groups)
-            for groups in combinations(GROUPS, count)
-            if _solvable(brief, request, groups)
-        ]
-        if conflicts:
-            return conflicts
-    return []
+    conflicts = [_named(brief, request, group) for group in GROUPS if _solvable(brief, request, (group,))]
+    if not conflicts:
+        pairs = [pair for pair in combinations(GROUPS, 2) if _solvable(brief, request, pair)]
+        conflicts = [f"{first} together with {second}" for first, second in pairs]
+    return conflicts
 
 
 def smallest_preset(request: Request) -> str | None:
@@ -122,7 +137,7 @@ def _named(brief: Brief, request: Request, group: str) -> str:
         return f"{group}: " + ", ".join(f"{unit.front:g} m clear in front of {unit.id}" for unit in widest)
     if group == "doors":
         doors = len(request.room.doors)
-        noun = "door" if doors == 1 else f"each of {doors} doors"
+        noun = "the door" if doors == 1 else f"each of {doors} doors"
         return f"doors: {brief.door_zone:g} m clear inside {noun}, hoods {brief.hood_door:g} m away"
     if group == "emergency shower":
         clear = max((unit.clear for unit in brief.units), default=0.0)

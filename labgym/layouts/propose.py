@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol as Interface
@@ -11,10 +12,18 @@ from typing import Protocol as Interface
 import numpy as np
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import LEVELS, Brief
+from labgym.layouts.brief import LEVELS, Brief, Furnishing
 from labgym.layouts.briefing import write_brief
 from labgym.layouts.floor_plan import Pose, solve
-from labgym.layouts.infeasibility import clashes, explain, height_conflicts, infeasible, room_conflicts, search_stopped
+from labgym.layouts.infeasibility import (
+    attempts_used_up,
+    clashes,
+    explain,
+    height_conflicts,
+    infeasible,
+    room_conflicts,
+    search_stopped,
+)
 from labgym.layouts.model import FLOOR, Layout, Placement, Provenance, Room
 from labgym.layouts.request import Request
 from labgym.layouts.rules.arrangement import Arrangement
@@ -26,8 +35,9 @@ from labgym.protocols import Protocol
 
 ATTEMPTS = 6
 """Briefs tried at each level of furnishing before the next."""
-QUICK, THOROUGH = 0.04, 1.0
-"""Deterministic search time with walls chosen beforehand, and with walls left to the solver."""
+QUICK, PATIENT, THOROUGH = 0.04, 0.4, 1.0
+"""Deterministic search time with walls chosen beforehand, of one last attempt at a level at which the solver reached
+that limit, and with walls left to the solver."""
 QUICK_AREA = 100.0
 """Floor area for which QUICK suffices, square metres; the search time grows with the area above it."""
 MOST_SCALE = 8.0
@@ -47,11 +57,16 @@ class Proposer(Interface):
 
 @dataclass(frozen=True)
 class Plan:
-    """A furnished brief and a pose for each of its units, from which a layout is assembled."""
+    """A furnished brief and a pose for each of its units, from which a layout is assembled.
+
+    Attributes:
+        note: why the room is not fully furnished; empty if it is.
+    """
 
     request: Request
     brief: Brief
     poses: Mapping[str, Pose]
+    note: str = ""
 
     def layout(self) -> Layout:
         """Return the layout: furniture at its poses with its contents."""
@@ -86,19 +101,30 @@ class ProceduralProposer:
             raise infeasible(request, conflicts)
         room, seed = request.room, request.seed
         scale = _scale(room)
+        failures: dict[Furnishing, Counter[str]] = {}
         entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
         for level_index, level in enumerate(LEVELS):
-            for attempt in range(ATTEMPTS):
+            for attempt in range(ATTEMPTS + 1):
+                last = attempt == ATTEMPTS
+                if last and not failures[level]["stopped"]:
+                    break
                 generator = np.random.default_rng([seed, entropy, level_index, attempt])
                 brief = write_brief(request, level, generator)
-                solution = solve(choose_walls(brief, room, generator), room, seed, effort=QUICK * scale)
+                if height_conflicts(request, brief):
+                    break
+                solution = solve(
+                    choose_walls(brief, room, generator), room, seed, effort=(PATIENT if last else QUICK) * scale
+                )
+                outcome: str = solution.status
                 if solution.status == "solved":
-                    plan = Plan(request, brief, solution.poses)
+                    plan = Plan(request, brief, solution.poses, _note(failures))
                     if shortest_drive(plan.layout(), request.protocol) >= LEAST_DRIVE and not _errors(plan):
                         return plan
-        return self._thorough_plan(request, entropy)
+                    outcome = "rejected"
+                failures.setdefault(level, Counter())[outcome] += 1
+        return self._thorough_plan(request, entropy, _note(failures))
 
-    def _thorough_plan(self, request: Request, entropy: int) -> Plan:
+    def _thorough_plan(self, request: Request, entropy: int, note: str) -> Plan:
         """The required furniture alone, with the walls left to the solver."""
         effort = THOROUGH * _scale(request.room)
         errors: list[str] = []
@@ -113,11 +139,25 @@ class ProceduralProposer:
                 raise explain(request, brief)
             if solution.status == "stopped":
                 raise search_stopped(request, effort, clashes(request, brief))
-            plan = Plan(request, brief, solution.poses)
+            plan = Plan(request, brief, solution.poses, note)
             errors = _errors(plan)
             if not errors:
                 return plan
-        raise search_stopped(request, effort, errors)
+        raise attempts_used_up(request, THOROUGH_ATTEMPTS, errors)
+
+
+def _note(failures: Mapping[Furnishing, Counter[str]]) -> str:
+    """Why fuller levels of furnishing were given up: the outcomes of their attempts."""
+    words = {
+        "infeasible": "have no floor plan on the chosen walls",
+        "stopped": "reached the solver's effort limit",
+        "rejected": "break a facility rule or have a drive that is too short",
+    }
+    notes = []
+    for level, outcomes in failures.items():
+        parts = ", ".join(f"{outcomes[outcome]} {text}" for outcome, text in words.items() if outcomes[outcome])
+        notes.append(f"of {outcomes.total()} attempts at {level} furnishing {parts}")
+    return "; ".join(notes)
 
 
 def _scale(room: Room) -> float:
@@ -172,7 +212,7 @@ def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
                 )
             )
             reasons[placements[-1].id] = content.reason
-    request = plan.request
+    request, level = plan.request, plan.brief.furnishing
     protocol, room, seed = request.protocol, request.room, request.seed
     layout = Layout(
         id=f"{protocol.id}-{room.name}-{seed}"[:80],
@@ -180,7 +220,11 @@ def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
         floor=room.floor,
         placements=tuple(placements),
         catalog=request.catalog,
-        provenance=Provenance(generator="procedural", seed=seed, options={"furnishing": plan.brief.furnishing}),
+        provenance=Provenance(
+            generator="procedural",
+            seed=seed,
+            options={"furnishing": level} if level == "full" else {"furnishing": level, "note": plan.note},
+        ),
     )
     return layout, reasons
 

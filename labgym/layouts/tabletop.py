@@ -1,4 +1,4 @@
-"""Arranges things on one surface: a seeded scan of a centimetre grid, largest item first."""
+"""Arranges objects on one surface: a seeded scan of a centimetre grid, largest object first."""
 
 from __future__ import annotations
 
@@ -9,19 +9,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.layouts.rules.thresholds import ONE_SIDED
+
 GRID = 0.01
-"""Spacing of the places that are tried, metres."""
+"""Spacing of the spots that are tried, metres."""
 GAP = 0.03
 """Least gap between neighbours, metres."""
-DOUBLE = 1.2
-"""Surfaces from this depth on are used from both sides, metres; others have their back to a wall."""
+BULKY = 0.03
+"""Footprint above which an item goes to the back, square metres: a hot plate, not a flask."""
+ROW_COST, NOISE = 2.0, 0.05
+"""Cost of a metre off the row, against 1 for a metre along it, and of the noise that makes seeds differ."""
 TRIES = 6
 """Arrangements tried before a surface counts as full."""
 
 
 @dataclass(frozen=True)
 class Item:
-    """A thing to stand on a surface: footprint and height in metres, and the margin that it wants to every edge."""
+    """An object to stand on a surface: footprint and height in metres, and the margin that it needs to every edge."""
 
     name: str
     width: float
@@ -32,7 +36,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Spot:
-    """Where an item stands: its centre relative to the surface's centre, metres, and its yaw to the surface."""
+    """Where an item stands: center relative to the surface's center, metres, and yaw relative to the surface."""
 
     x: float
     y: float
@@ -51,20 +55,20 @@ def pack(
 ) -> dict[int, Spot]:
     """Return spots for as many items as fit, by index into `items`.
 
-    Bulky items go to the back, small ones to the middle; nothing overlaps, every margin holds where the surface
-    allows it at all. Items higher than the headroom are left out.
+    Bulky items go to the back, small ones to the middle. Nothing overlaps; margins are kept if the surface is large
+    enough for them. Items higher than the headroom are left out.
     """
     fitting = [i for i, item in enumerate(items) if headroom is None or item.height <= headroom]
     order = sorted(fitting, key=lambda i: (-items[i].width * items[i].depth, items[i].name, i))
     best: dict[int, Spot] = {}
     for _ in range(TRIES):
-        found: dict[int, Spot] = {}
+        spots: dict[int, Spot] = {}
         for index in order:
-            spot = _place(items[index], width, depth, generator, [*taken, *found.values()])
+            spot = _place(items[index], width, depth, generator, [*taken, *spots.values()])
             if spot is not None:
-                found[index] = spot
-        if len(found) > len(best):
-            best = found
+                spots[index] = spot
+        if len(spots) > len(best):
+            best = spots
         if len(best) == len(fitting):
             break
     return best
@@ -85,17 +89,17 @@ def _place(
             free &= ~(near_x & near_y)
         if not free.any():
             continue
-        bulky = w * d > 0.03
-        wanted_y = (-depth / 2.0 if depth < DOUBLE else generator.choice((-0.5, 0.5)) * depth) if bulky else 0.0
-        wanted_x = generator.uniform(-width / 2.0, width / 2.0)
-        cost = np.abs(grid_x - wanted_x) + 2.0 * np.abs(grid_y - wanted_y) + generator.uniform(0.0, 0.05, free.shape)
+        bulky = w * d > BULKY
+        row_y = (-depth / 2.0 if depth < ONE_SIDED else generator.choice((-0.5, 0.5)) * depth) if bulky else 0.0
+        column_x = generator.uniform(-width / 2.0, width / 2.0)
+        cost = np.abs(grid_x - column_x) + ROW_COST * np.abs(grid_y - row_y) + generator.uniform(0.0, NOISE, free.shape)
         row, column = np.unravel_index(np.argmin(np.where(free, cost, np.inf)), free.shape)
         return Spot(round(float(xs[column]), 4), round(float(ys[row]), 4), yaw, w, d)
     return None
 
 
 def _offsets(length: float, size: float, margin: float) -> NDArray[np.float64]:
-    """Centres on the grid, symmetric about 0, that keep the margin; the middle alone where it cannot be kept."""
+    """Centers on the grid, symmetric about 0, that keep the margin; only the middle if the margin cannot be kept."""
     reach = max((length - size) / 2.0 - margin, 0.0)
     steps = math.floor(reach / GRID + 1e-9)
     return np.arange(-steps, steps + 1, dtype=np.float64) * GRID

@@ -16,7 +16,7 @@ RANK = 0.8
 CROWDED = 3.0
 """Cost of a full wall; it grows with the square of the share that is used."""
 HOSTILE = 0.7
-"""Cost of sharing a wall with a unit to be kept away from."""
+"""Cost of sharing a wall with a unit that must stay at a distance."""
 OVERFLOW = 100.0
 """Cost of a wall that is too short: more than all other costs together."""
 SIDE_GAP = 0.02

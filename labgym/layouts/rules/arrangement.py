@@ -14,14 +14,14 @@ from labgym.geometry import BoxArray, OrientedBox, rotate
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, placed_box
 
 BUILDING = frozenset({"opening", "robot"})
-"""Categories that are no objects of the layout: doors and windows belong to the room, the robot to the episode."""
+"""Categories that are not objects of the layout: doors and windows belong to the room, the robot to the episode."""
 
 
 @dataclass(frozen=True)
 class Solids:
     """Solid boxes of n objects: those of object k are the rows `starts[k]` to `starts[k] + counts[k]`.
 
-    Not every row belongs to an object: the bounding box of a hollow one is there and is nobody's solid.
+    Not every row belongs to an object: the bounding box of a hollow object is a row, but not one of its solids.
     """
 
     boxes: BoxArray

@@ -22,8 +22,8 @@ class BoundsFault:
     """One way in which one object is out of bounds.
 
     Attributes:
-        cause: `room` (outside the interior), `surface` (over the edge of what carries it, or, on the wall, away from
-            every wall), `height` (above or below what carries it).
+        cause: `room` (outside the interior), `surface` (over the edge of its support, or, if wall-mounted, away from
+            every wall), `height` (above or below its support).
         amount: by how much, metres.
     """
 
@@ -33,9 +33,9 @@ class BoundsFault:
 
 
 def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
-    """Return every fault, in the order room, surface, height; an object can have several and still is one OB.
+    """Return every fault, in the order room, surface, height; an object with several faults counts as one OB.
 
-    A wall-mounted object has no height to keep: it must lie inside the room and have a side along a wall.
+    A wall-mounted object may be at any height, but must lie inside the room and have a side along a wall.
     """
     if not len(arrangement):
         return ()
@@ -50,11 +50,11 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     rows["height"][floor] = np.abs(arrangement.boxes.z[floor, 0])
     gap = _wall_gap(arrangement)
     rows["surface"][wall] = np.where(gap[wall] > WALL_TOLERANCE, gap[wall], 0.0)
-    held = arrangement.supported
-    if held:
-        surfaces = BoxArray.of([arrangement.surface(row) for row in held])
-        rows["surface"][held] = -paired_inset(arrangement.take(held), surfaces)
-        rows["height"][held] = np.abs(arrangement.boxes.z[held, 0] - surfaces.z[:, 0])
+    supported = arrangement.supported
+    if supported:
+        surfaces = BoxArray.of([arrangement.surface(row) for row in supported])
+        rows["surface"][supported] = -paired_inset(arrangement.take(supported), surfaces)
+        rows["height"][supported] = np.abs(arrangement.boxes.z[supported, 0] - surfaces.z[:, 0])
     return tuple(
         BoundsFault(arrangement.placements[row].id, cause, float(amounts[row]))
         for cause, amounts in rows.items()

@@ -42,13 +42,13 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     depths = paired_penetration(_rows(solids, a), _rows(solids, b))
     deepest = np.full(len(first), -np.inf)
     np.maximum.at(deepest, pair, depths)
-    found = []
+    overlaps = []
     for k in np.flatnonzero(deepest > PENETRATION + 1e-9):
         parts = np.flatnonzero((pair == k) & (depths > 0.0))
         volume = sum(overlap_volume(_box(solids, int(a[p])), _box(solids, int(b[p]))) for p in parts)
         ids = arrangement.placements[first[k]].id, arrangement.placements[second[k]].id
-        found.append(Collision(ids, float(deepest[k]), volume))
-    return tuple(found)
+        overlaps.append(Collision(ids, float(deepest[k]), volume))
+    return tuple(overlaps)
 
 
 def _close_pairs(arrangement: Arrangement) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

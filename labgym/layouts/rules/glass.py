@@ -1,4 +1,4 @@
-"""Glass: glassware kept from the edge of the surface that it stands on."""
+"""Glass: distance of glassware from the edge of its surface."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from labgym.layouts.rules.thresholds import Profile
 
 
 def glass_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:
-    """Return one instance for each glass instrument on a bench, a rack or in a hood; glass in cabinets does not count.
+    """Return one instance for each glass instrument on a bench, on a rack or in a hood, but not in a cabinet.
 
-    The distance runs from the footprint to the nearest edge of the surface that carries it; every edge counts, also
-    the one at a hood's sash and the one along a wall.
+    The distance runs from the footprint to the nearest edge of the supporting surface; the edges at a hood's sash and
+    along a wall count too.
     """
     rows = [row for row in arrangement.supported if _at_risk(arrangement, row)]
     if not rows:
         return ()
     surfaces = BoxArray.of([arrangement.surface(row) for row in rows])
-    found = []
+    instances = []
     for row, margin in zip(rows, paired_inset(arrangement.take(rows), surfaces), strict=True):
         gap = max(float(margin), 0.0)
         ids = (arrangement.placements[row].id,)
-        found.append(Instance("glass", ids, gap, 0.0, min(1.0, gap / profile.glass), False, "glass near an edge"))
-    return tuple(found)
+        instances.append(Instance("glass", ids, gap, 0.0, min(1.0, gap / profile.glass), False, "glass near an edge"))
+    return tuple(instances)
 
 
 def _at_risk(arrangement: Arrangement, row: int) -> bool:

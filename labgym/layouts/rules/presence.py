@@ -1,4 +1,4 @@
-"""Asset: every asset that the protocol requires is placed, supported and in bounds."""
+"""Asset: whether every asset that the protocol requires is placed, supported and in bounds."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from labgym.protocols import Protocol
 
 
 def missing_assets(arrangement: Arrangement, protocol: Protocol, out_of_bounds: frozenset[str]) -> tuple[str, ...]:
-    """Return the required assets that are not there, one name for each piece lacking.
+    """Return the required assets that are not placed, one name for each missing piece.
 
-    Required are reagents, instruments and step locations as a multiset, synonyms resolved. An object that is out of
-    bounds is not there.
+    Reagents, instruments and step locations are required, as a multiset with synonyms resolved. An object that is out
+    of bounds counts as missing.
     """
     placed = Counter(
         asset.name
         for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True)
         if placement.id not in out_of_bounds
     )
-    lacking = Counter(resolved(protocol.required_assets(), arrangement.layout.catalog))
-    lacking.subtract(placed)
-    return tuple(name for name, count in lacking.items() for _ in range(count))
+    missing = Counter(resolved(protocol.required_assets(), arrangement.layout.catalog))
+    missing.subtract(placed)
+    return tuple(name for name, count in missing.items() for _ in range(count))
 
 
 @lru_cache(maxsize=1024)

@@ -1,4 +1,4 @@
-"""Flam and Incomp: reagents kept apart from heat and from each other, surface to surface."""
+"""Flam and Incomp: distances of reagents from heat sources and from each other, surface to surface."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ HEAT_CLASSES = frozenset({"flame", "hot_surface", "bath", "oven"})
 
 
 def heat_band(asset: Asset, profile: Profile) -> Band | None:
-    """Return the distances that a flammable reagent keeps from an asset, None where it is no heat source."""
+    """Return the distances that a flammable reagent keeps from an asset, or None if it is not a heat source."""
     if asset.heat_class not in HEAT_CLASSES:
         return None
     return profile.flame if asset.heat_class == "flame" else profile.heat
 
 
 def flammable_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:
-    """Return one instance for each flammable reagent and heat source placed.
+    """Return one instance for each pair of a placed flammable reagent and a placed heat source.
 
-    A cabinet's door is no shield: a stored reagent keeps its distance like any other.
+    A cabinet does not shield: a stored reagent keeps its distance like any other.
     """
     bands = [(row, heat_band(asset, profile)) for row, asset in enumerate(arrangement.assets)]
     sources = [(row, band) for row, band in bands if band is not None]
@@ -36,18 +36,20 @@ def flammable_instances(arrangement: Arrangement, profile: Profile) -> tuple[Ins
     if not sources or not reagents:
         return ()
     gaps = pairwise_distance(arrangement.take(reagents), arrangement.take([row for row, _ in sources]))
-    found = []
+    instances = []
     for i, reagent in enumerate(reagents):
         for j, (source, band) in enumerate(sources):
             ids = arrangement.placements[reagent].id, arrangement.placements[source].id
             gap = float(gaps[i, j])
             note = f"flammable near a heat source ({arrangement.assets[source].heat_class})"
-            found.append(Instance("flammable", ids, gap, band.d_low, band.satisfaction(gap), gap < band.d_low, note))
-    return tuple(found)
+            instances.append(
+                Instance("flammable", ids, gap, band.d_low, band.satisfaction(gap), gap < band.d_low, note)
+            )
+    return tuple(instances)
 
 
 def incompatible_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:
-    """Return one instance for each pair of placed reagents that must not meet."""
+    """Return one instance for each pair of placed reagents that are incompatible."""
     reagents = arrangement.reagents
     assets = [arrangement.assets[row] for row in reagents]
     pairs = [
@@ -59,17 +61,17 @@ def incompatible_instances(arrangement: Arrangement, profile: Profile) -> tuple[
         return ()
     boxes, band = arrangement.take(reagents), profile.incompatible
     gaps = pairwise_distance(boxes, boxes)
-    found = []
+    instances = []
     for i, j, hazard in pairs:
         ids = arrangement.placements[reagents[i]].id, arrangement.placements[reagents[j]].id
         gap = float(gaps[i, j])
         hard = gap < band.d_low
-        found.append(Instance("incompatible", ids, gap, band.d_low, band.satisfaction(gap), hard, hazard.hazard))
-    return tuple(found)
+        instances.append(Instance("incompatible", ids, gap, band.d_low, band.satisfaction(gap), hard, hazard.hazard))
+    return tuple(instances)
 
 
 def contained(arrangement: Arrangement, instances: Sequence[Instance]) -> tuple[Instance, ...]:
-    """Return the containment-aware variant of Incomp: in two separate closed cabinets counts as separated."""
+    """Return the containment-aware variant of Incomp: reagents in two closed cabinets count as separated."""
     return tuple(
         replace(instance, satisfaction=1.0, hard=False) if _partitioned(arrangement, instance) else instance
         for instance in instances

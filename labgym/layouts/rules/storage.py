@@ -1,4 +1,4 @@
-"""Store: every reagent's storage place is a cabinet made for reagents."""
+"""Store: every reagent is stored in a cabinet for reagents."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ STORAGE_CLASSES = frozenset(
 
 def storage_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
     """Return one instance for each placed reagent: 1 where it is stored, else 0."""
-    found = []
+    instances = []
     for row in arrangement.reagents:
         stored = storage_cabinet(arrangement, row) is not None
         ids = (arrangement.placements[row].id,)
         note = "" if stored else "not in a storage cabinet"
-        found.append(Instance("storage", ids, None, 0.0, float(stored), not stored, note))
-    return tuple(found)
+        instances.append(Instance("storage", ids, None, 0.0, float(stored), not stored, note))
+    return tuple(instances)
 
 
 def storage_cabinet(arrangement: Arrangement, row: int) -> int | None:

@@ -1,4 +1,4 @@
-"""Every threshold of the layout metrics, in one place, with its source; profiles say which set a report used."""
+"""Every threshold of the layout metrics and its source; a report names the profile that it used."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WALL_TOLERANCE = 0.020
 """The back of a wall-mounted object may be this far from the wall, metres: the depth of its brackets."""
 
 CONTAINMENT_TOLERANCE = 0.001
-"""A stored reagent may reach this far into the cabinet's wall: as far as would not yet be a collision, metres."""
+"""A stored reagent may reach this far into the cabinet's wall without being a collision, metres."""
 
 PENETRATION = 0.001
 """Two solids collide when they overlap by more than this on every axis, metres."""
@@ -62,7 +62,7 @@ BACK_GAP = 0.15
 
 @dataclass(frozen=True)
 class Band:
-    """A separation rule: satisfied at `d_min` and beyond, worth nothing under `d_low`, metres."""
+    """A separation rule: satisfaction is 1 from `d_min` on and 0 below `d_low`, metres."""
 
     d_min: float
     d_low: float
@@ -139,7 +139,7 @@ PROFILES["code"] = replace(
 
 
 def profile(name: str | Profile) -> Profile:
-    """Return the thresholds of that name; a profile of one's own is returned as it is.
+    """Return the thresholds of that name; a `Profile` is returned unchanged.
 
     Raises:
         UnknownNameError: there is no such profile.

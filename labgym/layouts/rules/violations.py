@@ -1,4 +1,4 @@
-"""What is wrong with a layout, one violation at a time: who, by how much, and what would mend it."""
+"""The hard violations of a layout: objects, amount, message and remedy."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Violation:
     """One hard violation.
 
     Attributes:
-        ids: placements that take part; for navigation, the two locations' placements as far as they exist.
+        ids: placements that take part; for navigation, the placements of the two locations that exist.
         amount: metres out of bounds, of penetration or short of the least distance; 1 where it is a count.
-        message: one line that says what is wrong.
-        suggestion: one line that says what would mend it.
+        message: the violation in one line.
+        suggestion: the remedy in one line.
     """
 
     kind: Kind
@@ -50,17 +50,17 @@ class Violations:
 
 
 def bounds_violations(arrangement: Arrangement, faults: Iterable[BoundsFault]) -> list[Violation]:
-    """One violation for each object out of bounds, with its worst fault first in the message."""
+    """Return one violation for each object out of bounds; its message lists all its faults."""
     by_object: dict[str, list[BoundsFault]] = {}
     for fault in faults:
         by_object.setdefault(fault.id, []).append(fault)
     return [_bounds_violation(arrangement, placement, own) for placement, own in by_object.items()]
 
 
-def collision_violations(found: Iterable[Collision]) -> list[Violation]:
-    """One violation for each colliding pair."""
+def collision_violations(collisions: Iterable[Collision]) -> list[Violation]:
+    """Return one violation for each colliding pair."""
     violations = []
-    for collision in found:
+    for collision in collisions:
         (first, second), depth = collision.ids, collision.depth
         message = f"{first} and {second} interpenetrate by {depth:.3f} m ({collision.volume:.2g} m3)"
         violations.append(Violation("collision", collision.ids, depth, message, f"move one of them by {depth:.3f} m"))
@@ -68,27 +68,27 @@ def collision_violations(found: Iterable[Collision]) -> list[Violation]:
 
 
 def chemical_violations(instances: Iterable[Instance]) -> list[Violation]:
-    """One violation for each pair under its least distance and each reagent that is not stored."""
-    found = []
+    """Return one violation for each pair below its least distance and for each reagent that is not stored."""
+    violations = []
     for instance in instances:
         if not instance.hard:
             continue
         if instance.distance is None:
             reagent = instance.ids[0]
-            message, mend = f"{reagent} is {instance.note}", f"put {reagent} on a shelf of a reagent cabinet"
-            found.append(Violation("storage", instance.ids, 1.0, message, mend))
+            message, remedy = f"{reagent} is {instance.note}", f"put {reagent} on a shelf of a reagent cabinet"
+            violations.append(Violation("storage", instance.ids, 1.0, message, remedy))
             continue
         kind: Kind = "flammable" if instance.rule == "flammable" else "incompatible"
         short = instance.limit - instance.distance
         first, second = instance.ids
         message = f"{first} is {instance.distance:.2f} m from {second}, under {instance.limit:g} m: {instance.note}"
-        mend = f"move {first} and {second} {short:.2f} m further apart"
-        found.append(Violation(kind, instance.ids, short, message, mend))
-    return found
+        remedy = f"move {first} and {second} {short:.2f} m further apart"
+        violations.append(Violation(kind, instance.ids, short, message, remedy))
+    return violations
 
 
 def navigation_violations(arrangement: Arrangement, transitions: Iterable[Transition]) -> list[Violation]:
-    """One violation for each transition without a collision-free path."""
+    """Return one violation for each transition without a collision-free path."""
     return [
         _navigation_violation(arrangement, transition) for transition in transitions if transition.failure is not None
     ]
@@ -97,26 +97,32 @@ def navigation_violations(arrangement: Arrangement, transitions: Iterable[Transi
 def _bounds_violation(arrangement: Arrangement, placement_id: str, faults: list[BoundsFault]) -> Violation:
     x, y, z = arrangement.placements[arrangement.row(placement_id)].position
     support = arrangement.placements[arrangement.row(placement_id)].support
-    said = {"room": "outside the room", "surface": f"off its support {support}", "height": f"above or below {support}"}
-    mend = {"room": "move it inward", "surface": "move it back onto its support", "height": "set it on its support"}
+    problems = {
+        "room": "outside the room",
+        "surface": f"off its support {support}",
+        "height": f"above or below {support}",
+    }
+    remedies = {"room": "move it inward", "surface": "move it back onto its support", "height": "set it on its support"}
     worst = max(faults, key=lambda fault: fault.amount)
-    reasons = ", ".join(f"{fault.amount:.3f} m {said[fault.cause]}" for fault in faults)
+    reasons = ", ".join(f"{fault.amount:.3f} m {problems[fault.cause]}" for fault in faults)
     message = f"{placement_id} at ({x:.2f}, {y:.2f}, {z:.2f}) is {reasons}"
-    return Violation("bounds", (placement_id,), worst.amount, message, f"{mend[worst.cause]} by {worst.amount:.3f} m")
+    return Violation(
+        "bounds", (placement_id,), worst.amount, message, f"{remedies[worst.cause]} by {worst.amount:.3f} m"
+    )
 
 
 def _navigation_violation(arrangement: Arrangement, transition: Transition) -> Violation:
     here, there = transition.start_location, transition.goal_location
-    said = {
+    remedies = {
         "missing": ("a location is not placed", "place it"),
         "outside_room": ("the robot would stand outside the room", "turn the furniture so that its front looks inward"),
         "endpoint_invalid": ("the robot does not fit in front of it", "free 0.90 m in front of the furniture"),
-        "unreachable": ("no free way joins them", "widen the passages between them to 0.70 m or more"),
+        "unreachable": ("no free way leads from one to the other", "widen the passages between them to 0.70 m or more"),
     }
-    problem, mend = said[transition.failure or "unreachable"]
+    problem, remedy = remedies[transition.failure or "unreachable"]
     named = {"start": here, "goal": there}
     where = " and ".join(named[end] for end in transition.ends)
-    placed = (arrangement.layout.find(name) for name in (here, there))
-    ids = tuple(dict.fromkeys(placement.id for placement in placed if placement is not None))
+    placements = (arrangement.layout.find(name) for name in (here, there))
+    ids = tuple(dict.fromkeys(placement.id for placement in placements if placement is not None))
     message = f"{here} -> {there}: {problem}" + (f" ({where})" if where else "")
-    return Violation("navigation", ids, 1.0, message, mend)
+    return Violation("navigation", ids, 1.0, message, remedy)

@@ -1,4 +1,4 @@
-"""Floor that should stay free: inside doors and in front of furniture."""
+"""Floor areas that should stay free: inside doors and in front of furniture."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from labgym.layouts.model import FLOOR, WALL, Door, Room
 from labgym.layouts.rules.arrangement import Arrangement
 
 DOOR_AREA = 1.2
-"""Side of the square kept clear inside a door, metres: the leaf's swing and a person beside it."""
+"""Side of the square kept clear inside a door, metres: the swing of the leaf and a person next to it."""
 
 INTRUSION = 0.05
-"""What reaches less far into a zone does not obstruct it, metres: boards on a wall beside it, skirting, pipes."""
+"""An object that reaches less far into a zone does not obstruct it, metres: wall boards, skirting, pipes."""
 
 HEADROOM = 2.0
-"""What hangs higher than this is in nobody's way, metres (OSHA 1910.36(g)(1): projections above an exit route)."""
+"""Objects that hang higher than this obstruct nobody, metres (OSHA 1910.36(g)(1): projections above an exit route)."""
 
 
 def door_span(door: Door) -> float:
@@ -27,7 +27,7 @@ def door_span(door: Door) -> float:
 
 
 def door_area(room: Room, door: Door, depth: float = DOOR_AREA) -> OrientedBox:
-    """Return the floor inside a door that stays free, as a box of standing height; it looks into the room."""
+    """Return the floor inside a door that stays free, as a box of standing height whose front is toward the room."""
     x, y, yaw = door_pose(room, door)
     x, y = x - math.sin(yaw) * depth / 2.0, y + math.cos(yaw) * depth / 2.0
     return OrientedBox(x, y, door_span(door), depth, yaw, 0.0, HEADROOM)
@@ -40,7 +40,7 @@ def doorway(room: Room, door: Door) -> OrientedBox:
 
 
 def door_pose(room: Room, door: Door) -> tuple[float, float, float]:
-    """Return (x, y, yaw) of a doorway's middle on the wall's inner face; yaw looks into the room."""
+    """Return (x, y, yaw) of a doorway's middle on the wall's inner face; the yaw's front is toward the room."""
     return {
         "front": (door.offset, 0.0, 0.0),
         "back": (door.offset, room.depth, math.pi),
@@ -57,7 +57,7 @@ def front_zone(box: OrientedBox, depth: float) -> OrientedBox:
 
 
 def standing_in(arrangement: Arrangement, zone: OrientedBox, ignore: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the floor and wall objects that obstruct a zone; seats are pushed aside."""
+    """Return the floor and wall objects that obstruct a zone; seats do not count, people push them aside."""
     skipped = set(ignore)
     rows = [
         row
