@@ -14,6 +14,8 @@ from labgym.protocols.synthesis.transformations import Transformation
 from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
 
 COLD, WARM = ROOM_RANGE
+MILD_REFLUX = 120.0
+"""Highest boiling point of a solvent in which a usual reflux is still a reflux, degrees Celsius."""
 BATH_ABOVE = 60.0
 """A stated temperature up to this much above the boiling point is that of the bath, degrees Celsius."""
 _GRADUAL = re.compile(r"\bover\b|\bduring\b|\bwithin\b|drop-?wise|portion|slowly|滴加|分批|缓慢|内加", re.IGNORECASE)
@@ -154,6 +156,8 @@ def hold(kind: Transformation, clause: Clause | None, parts: Sequence[Participan
             temperature = 60.0 if boiling is None else min(60.0, boiling[0])
         elif add is not None and clause is not None and not _is(clause, "Heat"):
             temperature = add
+        elif kind.action == "Reflux" and boiling is not None and boiling[0] <= MILD_REFLUX:
+            temperature = boiling[0]
         else:
             temperature = kind.temperature
     duration = clause.duration if clause is not None and clause.duration else kind.duration
@@ -175,7 +179,7 @@ def _action(kind: Transformation, clause: Clause | None, temperature: float, boi
     hot = temperature > WARM
     if hot and boiling is not None and temperature >= boiling[0] - NEAR_BOILING:
         return "Reflux"
-    if hot and (_is(clause, "Reflux") or (clause is None and kind.action == "Reflux")):
+    if hot and (_is(clause, "Reflux") or (clause is None and kind.action == "Reflux" and boiling is None)):
         return "Reflux"
     return "Heat" if hot else "Stir"
 

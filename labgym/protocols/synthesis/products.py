@@ -23,7 +23,7 @@ _NO_VESSEL = r"(?!(?:a |an |the )?(?:[a-z]+ )?(?:solution|mixture|slurry|suspens
 _GIVEN = re.compile(
     r"\b(?:(?:to )?(?:gives?|affords?|yields?|furnish|delivers?|forms?|obtains?|produces?|makes?|gets?)|gave|afforded|"
     r"yielded|furnished|giving|affording|yielding|furnishing|producing|make|makes|prepare|preparing|synthesi[sz]e|synthesi[sz]ing|"
-    r"preparation of|synthesis of|formation of|as (?:its|an?|the))\s+"
+    r"preparation of|synthesis of|formation of|as(?: its| an?| the)?)\s+"
     rf"{_NO_VESSEL}(.+?){_END}",
     re.IGNORECASE,
 )

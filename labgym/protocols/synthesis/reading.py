@@ -18,6 +18,8 @@ _BREAK = re.compile(
     r"[;；。，、\n]|,(?!\d)|\.(?=\s|$)|\b(?:and )?then\b|\bfollowed by\b|\bafter which\b|\band (?=[a-z])|"
     r"然后|随后|接着|再|最后"
 )
+VERB_WITHIN = 16
+"""Characters after "and" within which an operation begins a new clause: "and the residue distilled"."""
 NOT_METRIC = frozenset({"ounce", "pound", "fluid_ounce", "pint", "quart", "gallon"})
 _STATE = r"dry|hot|cold|warm|conc\.?|concentrated|glacial|boiling|refluxing|aqueous|aq\.?|\d+ ?%|\d+ ?mL(?: of)?"
 _IN = re.compile(rf"\bin (?:(?:{_STATE}) ){{0,2}}$", re.IGNORECASE)
@@ -221,7 +223,7 @@ def _bounds(text: str, named: Sequence[Mention]) -> list[tuple[int, int]]:
 
 def _starts_operation(rest: str) -> bool:
     head = " ".join(rest.split()[:3])
-    return any(operation.start < 12 for operation in operations(head))
+    return any(operation.start < VERB_WITHIN for operation in operations(head))
 
 
 def _second_stretch(before: str, piece: str) -> bool:

@@ -24,6 +24,7 @@ from labgym.protocols.synthesis.writer import Commission, Writer
 from labgym.protocols.validate import ProtocolError, examine
 
 MAX_TEXT = 4000
+_CHEMICAL_ENDING = re.compile(r"(?:ol|ine|one|al|ate|ide|ene|ane|yl|acid|amine|nitrile)s?$|\d", re.IGNORECASE)
 _GRIGNARD = re.compile(r"grignard|magnesium (?:bromide|chloride|iodide)|格氏|格利雅", re.IGNORECASE)
 ALKALI_METALS = ("Sodium", "Potassium", "Lithium")
 TYPING_ERROR = 0.88
@@ -103,8 +104,8 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
         raise RefusalError("no-chemistry", f"{nothing[0].strip()!r} is not an amount: give one above 0")
     description = read(text, catalog)
     substances = [m for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")]
-    chinese = any(not name.isascii() for name in description.unlisted)
-    if not substances and not chinese and not chemical_names(text):
+    named = any(not name.isascii() or _CHEMICAL_ENDING.search(name) for name in description.unlisted)
+    if not substances and not named and not chemical_names(text):
         raise RefusalError("no-chemistry", "the text names no substance of the catalogue: say what reacts with what")
     homeless = [m.text for m in substances if m.kind == "class" and m.name not in transformations().stand_ins]
     if homeless:

@@ -187,7 +187,9 @@ class _Reaction:
     def carry_out(self) -> None:
         """Append the steps."""
         for part in self.parts:
-            self.builder.take(part.asset, _role(part), part.amount)
+            pressed = self.gas is not None and is_gas(part.asset)
+            amount = "from the cylinder" if pressed else part.amount
+            self.builder.take(part.asset, _role(part), amount)
         self._protect()
         if self._forms_reagent():
             self._carry_out_organometallic()

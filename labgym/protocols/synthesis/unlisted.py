@@ -247,7 +247,13 @@ def _chinese(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
         while start < end and not free[start]:
             start += 1
         for a, b in _free_runs([f and text[i] not in _JOINING for i, f in enumerate(free)], start, end):
-            yield from _name_in(text, a, b)
+            for name_start, name_end in _name_in(text, a, b):
+                joined = next((m for m in mentioned if m.start < name_start <= m.end and m.kind == "reagent"), None)
+                if joined is None or not _is_chemical(text[name_start]):
+                    yield name_start, name_end
+                    continue
+                locants = _LOCANTS.search(text, 0, joined.start)
+                yield (locants.start() if locants is not None else joined.start), name_end
 
 
 def _free_runs(free: Sequence[bool], start: int, end: int) -> Iterator[tuple[int, int]]:

@@ -44,7 +44,7 @@ def work_up_steps(
         steps = steps[1:]
     actions = [step.action for step in steps]
     reactive = any(_is_reactive(reagent) for reagent in mixture.reagents)
-    isolated = actions[:1] in (["Filter"], ["Concentrate"], ["Crystallize"]) and not reactive
+    isolated = actions[:1] in (["Filter"], ["Concentrate"], ["Crystallize"], ["Distill"]) and not reactive
     if not isolated and not any(action in ("Quench", "Acidify", "Basify") for action in actions):
         steps = [*usual["quench"], *steps]
     if _reducing(kind) and "Quench" not in actions and "Acidify" in actions:
@@ -216,7 +216,9 @@ class WorkUp:
         """Return an assumed volume, less where the separating funnel would overflow."""
         room = max(LEAST_WASH, (FUNNEL_ROOM - self.volume) / 2.0)
         stated = read_amount(amount).volume
-        if stated is None or stated <= room:
+        if stated is None:
+            return _WHOLE.sub(lambda match: f"{round(float(match[1]))} g", amount)
+        if stated <= room:
             return amount
         return scaled(amount, 5.0 * (room // 5.0) / stated)
 
@@ -433,6 +435,7 @@ def _ice(text: str) -> str:
     return f"{stated[1]} of ice" if stated is not None else "ice"
 
 
+_WHOLE = re.compile(r"^(\d+\.\d+) g\b")
 _NEUTRALIZING = re.compile(r"neutrali|中和", re.IGNORECASE)
 _ICE = re.compile(r"(\d+(?:\.\d+)?\s*(?:g|kg|mL))\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice|碎?冰)", re.IGNORECASE)
 
@@ -443,7 +446,10 @@ def _forms_peroxides(asset: Asset) -> bool:
 
 _VACUUM = re.compile(r"reduced pressure|vacuum|in vacuo|mbar|mm\s?hg|torr|减压|真空", re.IGNORECASE)
 _IN_WORDS = {
+    "Acidify": "acidification",
+    "Basify": "basification",
     "Concentrate": "evaporation",
+    "Crystallize": "crystallization",
     "Dissolve": "dissolution of the residue",
     "DrySolid": "drying",
     "DrySolution": "drying of the organic layer",
