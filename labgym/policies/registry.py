@@ -15,6 +15,7 @@ from typing import Any
 
 from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
 from labgym.policies.policy import Policy
+from labgym.table import Table
 
 GROUP = "labgym.policies"
 """Entry-point group under which packages register policies: `name = "module:Class"`."""
@@ -117,12 +118,9 @@ def policy_names() -> tuple[str, ...]:
 
 def policy_table() -> str:
     """Return a text with one line per policy: name, what it sees, what it needs installed, what it does."""
-    rows = [("policy", "sees", "needs", "")]
-    rows += [(each.name, each.sees, _needs(each), each.summary) for each in policies()]
-    widths = [max(len(row[column]) for row in rows) for column in range(3)]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, (*widths, 0), strict=True)) for row in rows]
+    rows = tuple((each.name, each.sees, _needs(each), each.summary) for each in policies())
     also = "Also: module:Class, a file (.onnx, .pt, .zip of stable-baselines3), or the http:// URL of a server."
-    return "\n".join([*(line.rstrip() for line in lines), "", also])
+    return Table("Policies", ("name", "sees", "needs", "method"), rows, (also,)).text()
 
 
 def is_class_place(name: str) -> bool:

@@ -82,14 +82,14 @@ def graph(path: Path, distances: str = "lidar") -> Path:
         helper.make_tensor_value_info(distances, kind, [1, 180]),
     ]
     outputs = [helper.make_tensor_value_info("action", kind, [1, 2])]
-    made = helper.make_graph(nodes, "steer", inputs, outputs, constants)
-    onnx.save(helper.make_model(made, opset_imports=[helper.make_opsetid("", 18)], ir_version=9), str(path))
+    graph = helper.make_graph(nodes, "steer", inputs, outputs, constants)
+    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9), str(path))
     return path
 
 
 def expected() -> list[float]:
-    seen = observation()
-    return [float(seen["lidar"].min()) / 10.0, float(seen["goal"][2])]
+    inputs = observation()
+    return [float(inputs["lidar"].min()) / 10.0, float(inputs["goal"][2])]
 
 
 def test_torchscript_gets_the_observations_that_its_arguments_name(tmp_path):
@@ -102,10 +102,10 @@ def test_torchscript_gets_the_observations_that_its_arguments_name(tmp_path):
 def test_torchscript_sees_pictures_channels_first_and_colours_up_to_one(tmp_path):
     policy = make_policy(str(script(Look(), tmp_path / "look.torchscript")))
     assert policy.observation == "rgbd"
-    seen = observation()
-    left = seen["depth"].reshape(72, 128)[:, :64].mean() / 10.0
-    red = seen["rgb"][..., 0].mean() / 255.0
-    assert policy.act(seen) == pytest.approx([left, red], abs=1e-5)
+    inputs = observation()
+    left = inputs["depth"].reshape(72, 128)[:, :64].mean() / 10.0
+    red = inputs["rgb"][..., 0].mean() / 255.0
+    assert policy.act(inputs) == pytest.approx([left, red], abs=1e-5)
 
 
 def test_onnx_gets_the_observations_that_its_inputs_name(tmp_path):
@@ -226,11 +226,11 @@ def test_a_foreign_model_is_refused_with_the_reason_until_it_is_trusted(trained)
 def test_a_model_acts_as_stable_baselines3_does(trained):
     policy = make_policy(str(trained), trust=True)
     assert policy.observation == "lidar"
-    seen = observation()
+    inputs = observation()
     model = stable_baselines3.PPO.load(trained, device="cpu")
-    expected, _ = model.predict({key: seen[key] for key in ("goal", "velocity", "lidar")}, deterministic=True)
+    expected, _ = model.predict({key: inputs[key] for key in ("goal", "velocity", "lidar")}, deterministic=True)
     policy.reset(start())
-    assert policy.act(seen) == pytest.approx(np.clip(expected, -1.0, 1.0))
+    assert policy.act(inputs) == pytest.approx(np.clip(expected, -1.0, 1.0))
 
 
 def test_a_model_can_sample_its_actions_from_the_episodes_generator(trained):
@@ -253,11 +253,11 @@ def test_a_model_of_flat_observations_gets_them_in_gymnasiums_order(tmp_path):
     env = gym.wrappers.FlattenObservation(LabPointNavEnv(layout=LAYOUT))
     model = stable_baselines3.PPO("MlpPolicy", env, n_steps=8, batch_size=8, device="cpu", seed=1)
     model.save(tmp_path / "flat.zip")
-    seen = observation()
-    flat = gym.spaces.flatten(env.unwrapped.observation_space, seen)
+    inputs = observation()
+    flat = gym.spaces.flatten(env.unwrapped.observation_space, inputs)
     env.close()
     policy = make_policy(str(tmp_path / "flat.zip"), trust=True)
-    assert policy.act(seen) == pytest.approx(np.clip(model.predict(flat, deterministic=True)[0], -1.0, 1.0))
+    assert policy.act(inputs) == pytest.approx(np.clip(model.predict(flat, deterministic=True)[0], -1.0, 1.0))
 
 
 def test_a_model_of_another_world_is_refused(tmp_path):

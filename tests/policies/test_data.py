@@ -31,7 +31,7 @@ OPTIONS = DataOptions(samples=24, seed=5, shard=12, layout=6, drive=3)
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("data")
     # By two workers: what one makes again below must then be the same to the byte.
     make_dataset(folder, OPTIONS, workers=2, progress=False)
@@ -39,28 +39,28 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def data(made: Path) -> Dataset:
-    return load_dataset(made)
+def data(dataset: Path) -> Dataset:
+    return load_dataset(dataset)
 
 
 @pytest.fixture(scope="module")
-def layouts(made: Path) -> list[Layout]:
+def layouts(dataset: Path) -> list[Layout]:
     """The dataset's layouts, generated anew from what the manifest says of them."""
-    entries = [entry for each in DatasetManifest.load(made / "manifest.json").shards for entry in each.layouts]
+    entries = [entry for each in DatasetManifest.load(dataset / "manifest.json").shards for entry in each.layouts]
     return [generate(entry.protocol, entry.seed, entry.room) for entry in entries]
 
 
-def test_files_have_the_hashes_of_the_manifest(made: Path) -> None:
-    found = DatasetManifest.load(made / "manifest.json")
-    assert found.complete
-    assert [each.samples for each in found.shards] == [12, 12]
-    for each in found.shards:
+def test_files_have_the_hashes_of_the_manifest(dataset: Path) -> None:
+    manifest = DatasetManifest.load(dataset / "manifest.json")
+    assert manifest.complete
+    assert [each.samples for each in manifest.shards] == [12, 12]
+    for each in manifest.shards:
         for name, digest in each.files.items():
-            assert hashlib.sha256((made / name).read_bytes()).hexdigest() == digest
+            assert hashlib.sha256((dataset / name).read_bytes()).hexdigest() == digest
 
 
-def test_layouts_are_those_of_the_manifest_and_none_is_published(made: Path, layouts: list[Layout]) -> None:
-    entries = [entry for each in DatasetManifest.load(made / "manifest.json").shards for entry in each.layouts]
+def test_layouts_are_those_of_the_manifest_and_none_is_published(dataset: Path, layouts: list[Layout]) -> None:
+    entries = [entry for each in DatasetManifest.load(dataset / "manifest.json").shards for entry in each.layouts]
     held_out = {entry.hash for split in ("val", "test") for entry in manifest(split).layouts}
     assert [layout.hash for layout in layouts] == [entry.hash for entry in entries]
     assert len({entry.hash for entry in entries}) == len(entries) == 4
@@ -75,26 +75,26 @@ def test_a_published_layout_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path
         make_dataset(tmp_path, DataOptions(samples=1), progress=False)
 
 
-def test_one_worker_writes_the_bytes_of_two_and_mends_what_broke(made: Path, tmp_path: Path) -> None:
+def test_one_worker_writes_the_bytes_of_two_and_mends_what_broke(dataset: Path, tmp_path: Path) -> None:
     broken = tmp_path / "again"
     for name in ("manifest.json", "samples/00000.parquet", "maps/00000.parquet", "samples/00001.parquet"):
         (broken / name).parent.mkdir(parents=True, exist_ok=True)
-        (broken / name).write_bytes((made / name).read_bytes())
+        (broken / name).write_bytes((dataset / name).read_bytes())
     (broken / "maps/00001.parquet").write_bytes(b"half a fi")
-    kept = (broken / "samples/00000.parquet").stat().st_mtime_ns
+    modified = (broken / "samples/00000.parquet").stat().st_mtime_ns
     make_dataset(broken, OPTIONS, progress=False)
-    assert (broken / "samples/00000.parquet").stat().st_mtime_ns == kept
-    for path in sorted(made.rglob("*.*")):
-        assert (broken / path.relative_to(made)).read_bytes() == path.read_bytes(), path
+    assert (broken / "samples/00000.parquet").stat().st_mtime_ns == modified
+    for path in sorted(dataset.rglob("*.*")):
+        assert (broken / path.relative_to(dataset)).read_bytes() == path.read_bytes(), path
 
 
-def test_another_seed_needs_another_folder(made: Path) -> None:
+def test_another_seed_needs_another_folder(dataset: Path) -> None:
     with pytest.raises(OptionError, match="another folder"):
-        make_dataset(made, DataOptions(samples=24, seed=6), progress=False)
+        make_dataset(dataset, DataOptions(samples=24, seed=6), progress=False)
 
 
-def test_an_unfinished_dataset_says_so(made: Path, tmp_path: Path) -> None:
-    document = read_json(made / "manifest.json")
+def test_an_unfinished_dataset_says_so(dataset: Path, tmp_path: Path) -> None:
+    document = read_json(dataset / "manifest.json")
     write_json(tmp_path / "manifest.json", {**document, "shards": [], "complete": False})
     with pytest.raises(OptionError, match="labgym data"):
         load_dataset(tmp_path)
@@ -108,9 +108,9 @@ def test_paths_lead_from_the_robot_to_the_goal(data: Dataset) -> None:
     assert (chords >= 0.98 * data.length).all()
 
 
-def test_the_robot_and_its_expert_keep_clear_of_everything(data: Dataset, made: Path, layouts: list[Layout]) -> None:
+def test_the_robot_and_its_expert_keep_clear_of_everything(data: Dataset, dataset: Path, layouts: list[Layout]) -> None:
     clearances = np.concatenate(
-        [pq.read_table(path)["path_clearance"].to_numpy() for path in sorted(made.glob("samples/*"))]
+        [pq.read_table(path)["path_clearance"].to_numpy() for path in sorted(dataset.glob("samples/*"))]
     )
     assert clearances.min() >= PLANNING_RADIUS - 1e-3  # arcs are given by chords
     for k in range(len(data)):
@@ -135,17 +135,17 @@ def test_experts_are_no_shorter_than_the_shortest_path(data: Dataset, layouts: l
         assert shortest.length - 1e-3 <= data.length[k] <= 1.3 * shortest.length + 0.3
 
 
-def test_frames_are_what_the_camera_sees_there(data: Dataset, made: Path, layouts: list[Layout]) -> None:
+def test_frames_are_what_the_camera_sees_there(data: Dataset, dataset: Path, layouts: list[Layout]) -> None:
     camera = Camera()
-    row = pq.read_table(made / "samples/00001.parquet").to_pylist()[4]
+    row = pq.read_table(dataset / "samples/00001.parquet").to_pylist()[4]
     k = 12 + 4
     rays = RayScene(layouts[int(data.place[k])])
     x, y, yaw = (float(value) for value in data.pose[k])
     rgb, depth = camera.colour_and_depth(rays, (x, y, wrap_angle(yaw)))
     # The pose is stored in single precision: a ray beside an edge may hit what is behind it.
     assert (np.abs(data.depth[k] / 1000.0 - depth) <= 0.002).mean() > 0.995
-    seen = rgb_of(row["observation.images.rgb"]["bytes"]).astype(float)
-    assert np.abs(seen - rgb).mean() < 6.0
+    decoded = rgb_of(row["observation.images.rgb"]["bytes"]).astype(float)
+    assert np.abs(decoded - rgb).mean() < 6.0
 
 
 def test_depth_survives_to_the_millimetre_and_pictures_nearly() -> None:
@@ -216,14 +216,14 @@ def _relative(pose: tuple[float, float, float], point: tuple[float, float]) -> t
 
 
 def test_resampling_spaces_points_evenly_and_keeps_the_ends() -> None:
-    found = resampled(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0]]), 5)
-    np.testing.assert_allclose(found, [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1]], atol=1e-12)
+    points = resampled(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0]]), 5)
+    np.testing.assert_allclose(points, [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1]], atol=1e-12)
 
 
-def test_columns_are_plain_arrow_types_that_other_readers_know(made: Path) -> None:
-    table = pq.read_table(made / "samples/00000.parquet")
-    listed = DatasetManifest.load(made / "manifest.json").columns
-    assert {field.name: str(field.type) for field in table.schema} == listed
+def test_columns_are_plain_arrow_types_that_other_readers_know(dataset: Path) -> None:
+    table = pq.read_table(dataset / "samples/00000.parquet")
+    columns = DatasetManifest.load(dataset / "manifest.json").columns
+    assert {field.name: str(field.type) for field in table.schema} == columns
     assert table["index"].to_pylist() == list(range(12))
     frames, episodes = table["frame_index"].to_pylist(), table["episode_index"].to_pylist()
     assert [index - frame for index, frame in enumerate(frames)] == episodes
@@ -231,12 +231,12 @@ def test_columns_are_plain_arrow_types_that_other_readers_know(made: Path) -> No
     assert table["timestamp"].to_pylist() == [0.5 * frame for frame in frames]
 
 
-def test_pictures_come_in_the_order_of_the_samples(made: Path, data: Dataset) -> None:
+def test_pictures_come_in_the_order_of_the_samples(dataset: Path, data: Dataset) -> None:
     assert np.diff(data.drive).min() >= 0
-    table = pq.read_table(made / "samples/00001.parquet").to_pylist()
-    seen = list(pictures(made, 17))
-    assert len(seen) == 17
-    np.testing.assert_array_equal(seen[14], rgb_of(table[2]["observation.images.rgb"]["bytes"]))
+    table = pq.read_table(dataset / "samples/00001.parquet").to_pylist()
+    decoded = list(pictures(dataset, 17))
+    assert len(decoded) == 17
+    np.testing.assert_array_equal(decoded[14], rgb_of(table[2]["observation.images.rgb"]["bytes"]))
 
 
 def test_the_commands_make_a_dataset_and_train_on_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

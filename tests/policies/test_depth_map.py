@@ -45,9 +45,9 @@ def free(floor: KnownFloor, x: float, y: float) -> bool:
 
 @pytest.mark.parametrize("distance", [0.83, 1.5, 2.93, 3.0])
 def test_a_wall_ahead_is_entered_where_it_stands_and_as_wide_as_it_is_seen(distance):
-    seen = DepthMap(12.0)
-    seen.add(picture(distance), (0.0, 0.0, 0.0))
-    centres = occupied_centres(seen.known([], 0.5))
+    depth_map = DepthMap(12.0)
+    depth_map.add(picture(distance), (0.0, 0.0, 0.0))
+    centres = occupied_centres(depth_map.known([], 0.5))
     assert np.abs(centres[:, 0] - (LENS + distance)).max() < 0.05
     assert len(set(centres[:, 0].round(6))) == 1
     half = distance * math.tan(math.radians(34.0))
@@ -58,18 +58,18 @@ def test_a_wall_ahead_is_entered_where_it_stands_and_as_wide_as_it_is_seen(dista
 
 
 def test_the_floor_is_free_up_to_the_wall_and_unknown_behind_and_beside_it():
-    seen = DepthMap(12.0)
-    seen.add(picture(3.0), (0.0, 0.0, 0.0))
-    floor = seen.known([(0.0, 0.0)], 1.0)
+    depth_map = DepthMap(12.0)
+    depth_map.add(picture(3.0), (0.0, 0.0, 0.0))
+    floor = depth_map.known([(0.0, 0.0)], 1.0)
     assert all(free(floor, x, y) for x in np.arange(LENS + 0.1, LENS + 2.9, 0.1) for y in (0.0, 0.6 * (x - LENS)))
     assert all(floor.unknown[floor.grid.cell_of(LENS + 3.2, y)] for y in (-1.0, 0.0, 1.0))
     assert all(floor.unknown[floor.grid.cell_of(x, 0.8 * (x - LENS) + 0.1)] for x in np.arange(0.5, 3.0, 0.1))
 
 
 def test_an_empty_view_is_free_as_far_as_the_camera_sees_and_nothing_is_occupied():
-    seen = DepthMap(12.0)
-    assert len(seen.add(picture(), (0.0, 0.0, 0.0))) == 0
-    floor = seen.known([], 0.5)
+    depth_map = DepthMap(12.0)
+    assert len(depth_map.add(picture(), (0.0, 0.0, 0.0))) == 0
+    floor = depth_map.known([], 0.5)
     assert not floor.grid.occupied.any()
     assert all(free(floor, x, 0.0) for x in np.arange(0.3, LENS + 9.9, 0.2))
 
@@ -79,24 +79,24 @@ def test_an_empty_view_is_free_as_far_as_the_camera_sees_and_nothing_is_occupied
     [(0.0, 3.0, True), (1.45, 3.0, False), (1.30, 3.0, True), (0.0, 0.04, False), (0.0, 0.30, True)],
 )
 def test_only_what_the_robot_would_run_into_is_an_obstacle(bottom, top, in_the_way):
-    seen = DepthMap(12.0)
-    seen.add(picture(4.0, bottom, top), (0.0, 0.0, 0.0))
-    assert bool(seen.known([], 0.5).grid.occupied.any()) is in_the_way
+    depth_map = DepthMap(12.0)
+    depth_map.add(picture(4.0, bottom, top), (0.0, 0.0, 0.0))
+    assert bool(depth_map.known([], 0.5).grid.occupied.any()) is in_the_way
 
 
 def test_an_obstacle_stays_when_the_picture_passes_over_it_from_nearby():
-    seen = DepthMap(12.0)
-    fresh = seen.add(picture(2.0, 0.0, 0.3), (0.0, 0.0, 0.0))
+    depth_map = DepthMap(12.0)
+    fresh = depth_map.add(picture(2.0, 0.0, 0.3), (0.0, 0.0, 0.0))
     assert len(fresh) > 0
-    seen.add(picture(0.4, 0.0, 0.3), (1.6, 0.0, 0.0))
-    assert not free(seen.known([], 0.5), LENS + 2.01, 0.0)
+    depth_map.add(picture(0.4, 0.0, 0.3), (1.6, 0.0, 0.0))
+    assert not free(depth_map.known([], 0.5), LENS + 2.01, 0.0)
 
 
 def test_what_is_known_already_is_not_fresh_again():
-    seen = DepthMap(12.0)
-    first = seen.add(picture(2.0), (0.0, 0.0, 0.0))
-    assert len(first) == len(np.unique(first, axis=0)) == occupied_centres(seen.known([], 0.5)).shape[0]
-    assert len(seen.add(picture(2.0), (0.0, 0.0, 0.0))) == 0
+    depth_map = DepthMap(12.0)
+    first = depth_map.add(picture(2.0), (0.0, 0.0, 0.0))
+    assert len(first) == len(np.unique(first, axis=0)) == occupied_centres(depth_map.known([], 0.5)).shape[0]
+    assert len(depth_map.add(picture(2.0), (0.0, 0.0, 0.0))) == 0
 
 
 @settings(max_examples=20, deadline=None)
@@ -115,11 +115,11 @@ def test_a_view_from_elsewhere_is_the_same_view_moved(x, y, yaw):
 def test_a_turn_in_a_laboratory_enters_no_obstacle_farther_than_a_cell_from_one():
     layout = load_published("val", "val-alk_03")
     truth = binary_dilation(occupancy(layout).occupied, np.ones((3, 3)), border_value=1)
-    rays, camera, seen = RayScene(layout), Camera(), DepthMap(20.0)
+    rays, camera, depth_map = RayScene(layout), Camera(), DepthMap(20.0)
     x, y, _ = goal_pairs(layout)[0].start
     for yaw in np.arange(0.0, 2.0 * math.pi, 0.3):
-        seen.add(camera.depth(rays, (x, y, float(yaw))), (x, y, float(yaw)))
-    centres = occupied_centres(seen.known([], 0.5))
+        depth_map.add(camera.depth(rays, (x, y, float(yaw))), (x, y, float(yaw)))
+    centres = occupied_centres(depth_map.known([], 0.5))
     cells = np.floor(centres / 0.05).astype(int)
     ny, nx = truth.shape
     inside = (cells >= 0).all(axis=1) & (cells < (nx, ny)).all(axis=1)
@@ -130,19 +130,19 @@ def test_a_turn_in_a_laboratory_enters_no_obstacle_farther_than_a_cell_from_one(
 
 
 def test_the_known_part_holds_what_was_seen_and_what_was_asked_for_with_a_margin():
-    seen = DepthMap(12.0)
-    seen.add(picture(2.0), (0.0, 0.0, 0.0))
-    grid = seen.known([(-3.0, 4.0)], 1.0).grid
+    depth_map = DepthMap(12.0)
+    depth_map.add(picture(2.0), (0.0, 0.0, 0.0))
+    grid = depth_map.known([(-3.0, 4.0)], 1.0).grid
     assert grid.origin[0] == pytest.approx(-4.0, abs=0.051)
     assert grid.origin[1] + 0.05 * grid.shape[0] == pytest.approx(5.0, abs=0.051)
     assert grid.origin[0] + 0.05 * grid.shape[1] == pytest.approx(LENS + 3.0, abs=0.101)
 
 
 def test_what_lies_beyond_the_map_is_left_out():
-    seen = DepthMap(2.0)
-    seen.add(picture(3.0), (0.0, 0.0, 0.0))
-    seen.occupy(np.array([[5.0, 0.0], [0.0, -2.001]]))
-    floor = seen.known([(30.0, 30.0)], 1.0)
+    depth_map = DepthMap(2.0)
+    depth_map.add(picture(3.0), (0.0, 0.0, 0.0))
+    depth_map.occupy(np.array([[5.0, 0.0], [0.0, -2.001]]))
+    floor = depth_map.known([(30.0, 30.0)], 1.0)
     assert max(floor.grid.shape) == 80
     assert not floor.grid.occupied.any()
 

@@ -60,11 +60,11 @@ def test_the_clearance_along_an_arc_is_that_of_a_disc_moved_in_small_steps(v, w,
     cx, cy = (v * time, 0.0 * time) if w == 0 else (v / w * np.sin(w * time), v / w * (1.0 - np.cos(w * time)))
     away = np.hypot(cx - x, cy - y)
     hits = np.flatnonzero(away < RADIUS)
-    found = one(v, w, (x, y))
+    free = one(v, w, (x, y))
     if len(hits):
-        assert found == pytest.approx(v * time[hits[0]], abs=0.05 if away.min() > RADIUS - 0.002 else 0.002)
+        assert free == pytest.approx(v * time[hits[0]], abs=0.05 if away.min() > RADIUS - 0.002 else 0.002)
     elif away.min() > RADIUS + 0.001:
-        assert found == math.inf or found > v * time[-1] - 0.01
+        assert free == math.inf or free > v * time[-1] - 0.01
 
 
 @given(v=st.floats(0.0, 1.0), w=st.floats(-1.5, 1.5))
@@ -139,12 +139,12 @@ def test_straight_clearance_is_where_a_swept_disc_first_touches(seed):
     heading = np.array([math.cos(angle), math.sin(angle)])
     if np.linalg.norm(points - start, axis=1).min() < RADIUS:
         return
-    found = float(straight_clearance(start[None], heading[None], points, RADIUS)[0])
+    free = float(straight_clearance(start[None], heading[None], points, RADIUS)[0])
     cloud = shapely.MultiPoint(points)
-    reach = min(found, 20.0)
+    reach = min(free, 20.0)
     assert shapely.LineString([start, start + reach * heading]).distance(cloud) >= RADIUS - 1e-6
-    if found < 20.0:
-        assert shapely.LineString([start, start + (found + 0.01) * heading]).distance(cloud) < RADIUS
+    if free < 20.0:
+        assert shapely.LineString([start, start + (free + 0.01) * heading]).distance(cloud) < RADIUS
 
 
 def test_an_open_goal_is_headed_for():

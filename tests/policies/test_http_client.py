@@ -28,7 +28,7 @@ Answer = Callable[[str, bytes, str], tuple[int, bytes]]
 
 
 class Script:
-    """A server that answers as it is told and keeps what it is sent."""
+    """A server with scripted answers that records its requests."""
 
     def __init__(self, answer: Answer | None = None) -> None:
         self.answer: Answer = answer or straight_ahead
@@ -143,10 +143,10 @@ def test_the_camera_is_sent_as_the_benchmark_has_it():
     assert reset["intrinsic"][0][0] == pytest.approx(320.0 / math.tan(math.radians(34.0)))
     form = script.form()
     picture, depth = decode_color(form["image"], 1)[0], decode_depth(form["depth"], 1)[0]
-    seen = observation()
+    view = observation()
     assert picture.shape == (360, 640, 3)
-    assert np.abs(picture[2::5, 2::5].astype(int) - seen["rgb"]).max() <= 6
-    expected = np.minimum(np.floor(seen["depth"].reshape(72, 128) * np.float32(10000.0)) / 10000.0, 6.5535)
+    assert np.abs(picture[2::5, 2::5].astype(int) - view["rgb"]).max() <= 6
+    expected = np.minimum(np.floor(view["depth"].reshape(72, 128) * np.float32(10000.0)) / 10000.0, 6.5535)
     np.testing.assert_allclose(depth[2::5, 2::5], expected, atol=1e-6)
     np.testing.assert_array_equal(depth, np.repeat(np.repeat(depth[2::5, 2::5], 5, axis=0), 5, axis=1))
 
@@ -165,7 +165,7 @@ def test_the_goal_is_where_the_camera_sees_it_and_the_state_is_the_odometry():
     assert state["robot_quat"] == [[0.0, 0.0, pytest.approx(math.sin(0.3)), pytest.approx(math.cos(0.3))]]
 
 
-def test_the_state_is_left_out_where_it_is_not_wanted():
+def test_the_state_is_left_out_if_it_is_not_requested():
     script = Script()
     with serving(script) as url:
         drive_once(url, send_state=False)
@@ -396,8 +396,8 @@ def test_an_evaluation_notes_the_servers_latency_and_its_failure():
 
 
 def test_pictures_are_enlarged_by_whole_pixels():
-    seen = observation()
-    picture, depth = enlarged(seen)
+    view = observation()
+    picture, depth = enlarged(view)
     assert picture.shape == (360, 640, 3)
-    np.testing.assert_array_equal(depth[2::5, 2::5], seen["depth"].reshape(72, 128))
-    np.testing.assert_array_equal(picture[2::5, 2::5], seen["rgb"])
+    np.testing.assert_array_equal(depth[2::5, 2::5], view["depth"].reshape(72, 128))
+    np.testing.assert_array_equal(picture[2::5, 2::5], view["rgb"])

@@ -36,22 +36,22 @@ K = intrinsic_matrix(640, 360, ROBOT.camera_hfov).tolist()
 
 
 class Diary(Policy):
-    """Writes down what it is told and drives in an arc."""
+    """Records its episodes and observations and drives in an arc."""
 
     name = "diary"
     observation = "rgbd"
-    made: list[Diary] = []  # noqa: RUF012
+    instances: list[Diary] = []  # noqa: RUF012
 
     def __init__(self) -> None:
         self.starts: list[EpisodeStart] = []
-        self.seen: list[dict[str, np.ndarray]] = []
-        Diary.made.append(self)
+        self.observations: list[dict[str, np.ndarray]] = []
+        Diary.instances.append(self)
 
     def reset(self, episode):
         self.starts.append(episode)
 
     def act(self, observation):
-        self.seen.append(dict(observation))
+        self.observations.append(dict(observation))
         return np.array([0.5, 0.2])
 
 
@@ -151,29 +151,29 @@ def test_a_batch_is_answered_with_the_protocols_three_arrays(diary, batch):
 
 def test_each_robot_of_a_batch_has_a_policy_of_its_own_that_sees_its_own_frames():
     with served(Diary) as server:
-        first = Diary.made[-1]
+        first = Diary.instances[-1]
         reset(server, 2)
-        second = Diary.made[-1]
+        second = Diary.instances[-1]
         step(server, 2)
     assert first is not second
     for k, policy in enumerate((first, second)):
-        seen = policy.seen[-1]
-        np.testing.assert_allclose(seen["depth"], 1.0 + k, atol=1e-4)
-        np.testing.assert_allclose(seen["rgb"].reshape(-1, 3).mean(axis=0), [200, 0, 0], atol=3)
+        observations = policy.observations[-1]
+        np.testing.assert_allclose(observations["depth"], 1.0 + k, atol=1e-4)
+        np.testing.assert_allclose(observations["rgb"].reshape(-1, 3).mean(axis=0), [200, 0, 0], atol=3)
         distance = math.hypot(2.0 + k + ROBOT.camera_forward, 0.5)
-        assert seen["goal"][0] == pytest.approx(distance, abs=1e-5)
+        assert observations["goal"][0] == pytest.approx(distance, abs=1e-5)
         assert policy.starts[-1].goal == pytest.approx((2.0 + k + ROBOT.camera_forward, 0.5))
         assert policy.starts[-1].truth is None
 
 
 def test_a_goal_beyond_the_environments_range_is_brought_nearer_in_its_direction():
     with served(Diary) as server:
-        policy = Diary.made[-1]
+        policy = Diary.instances[-1]
         reset(server)
         step(server, goal_data={"goal_x": [3000.0], "goal_y": [-4000.0]})
     assert math.hypot(*policy.starts[-1].goal) == pytest.approx(50.0)
     assert math.atan2(*policy.starts[-1].goal[::-1]) == pytest.approx(math.atan2(-4.0, 3.0), abs=1e-4)
-    assert policy.seen[-1]["goal"][0] == pytest.approx(50.0)
+    assert policy.observations[-1]["goal"][0] == pytest.approx(50.0)
 
 
 def state(x: float, y: float, yaw: float) -> dict[str, object]:
@@ -186,24 +186,24 @@ def state(x: float, y: float, yaw: float) -> dict[str, object]:
 
 def test_with_the_clients_pose_a_policy_has_odometry_from_where_it_began():
     with served(Diary) as server:
-        policy = Diary.made[-1]
+        policy = Diary.instances[-1]
         reset(server)
         begun = len(policy.starts)
         step(server, state=state(5.0, 2.0, math.pi / 2))
         step(server, state=state(5.0, 3.0, math.pi))
-        assert policy.seen[-2]["odometry"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
-        assert policy.seen[-1]["odometry"] == pytest.approx([1.0, 0.0, math.pi / 2])
-        assert policy.seen[-1]["velocity"] == pytest.approx([0.4, -0.2])
+        assert policy.observations[-2]["odometry"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+        assert policy.observations[-1]["odometry"] == pytest.approx([1.0, 0.0, math.pi / 2])
+        assert policy.observations[-1]["velocity"] == pytest.approx([0.4, -0.2])
         assert len(policy.starts) == begun + 1
         post(server, "/navigator_reset_env", b'{"env_id": 0}')
         step(server, state=state(5.0, 3.0, math.pi))
-        assert policy.seen[-1]["odometry"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+        assert policy.observations[-1]["odometry"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
         assert len(policy.starts) == begun + 2
 
 
 def test_without_it_every_frame_begins_anew():
     with served(Diary) as server:
-        policy = Diary.made[-1]
+        policy = Diary.instances[-1]
         reset(server)
         begun = len(policy.starts)
         for _ in range(3):
@@ -386,8 +386,8 @@ def test_a_frame_that_was_enlarged_comes_back_as_it_was():
     colour = rng.integers(0, 256, (*IMAGE_SHAPE, 3)).astype(np.uint8)
     large, far = enlarged({"depth": depth.ravel(), "rgb": colour})
     sent = Frame(large, np.minimum(far, np.float32(6.5535)), (1.0, 0.0), np.array(K))
-    seen, back = resampled_view(sent)
-    np.testing.assert_array_equal(seen, colour)
+    observations, back = resampled_view(sent)
+    np.testing.assert_array_equal(observations, colour)
     np.testing.assert_array_equal(back, depth)
 
 
@@ -395,10 +395,10 @@ def test_a_wider_camera_is_cut_to_our_field_of_view():
     wide = intrinsic_matrix(640, 360, math.radians(100.0))
     columns = np.broadcast_to(np.arange(640, dtype=np.float32), (360, 640)) / 1000.0
     frame = Frame(np.zeros((360, 640, 3), np.uint8), columns, (1.0, 0.0), wide)
-    _, seen = resampled_view(frame)
+    _, observations = resampled_view(frame)
     half = math.tan(math.radians(34.0)) * wide[0, 0]
-    assert seen[0, 0] * 1000.0 == pytest.approx(320.0 - half * 127 / 128, abs=1.0)
-    assert seen[0, -1] * 1000.0 == pytest.approx(320.0 + half * 127 / 128, abs=1.0)
+    assert observations[0, 0] * 1000.0 == pytest.approx(320.0 - half * 127 / 128, abs=1.0)
+    assert observations[0, -1] * 1000.0 == pytest.approx(320.0 + half * 127 / 128, abs=1.0)
 
 
 def apart(one: Drive, other: Drive) -> float:
@@ -444,12 +444,12 @@ def test_a_policy_that_only_acts_drives_nearly_the_same_routes_over_http():
 def test_the_command_serves_until_ctrl_c():
     command = [sys.executable, "-m", "labgym.cli", "serve", "straight", "--port", "0", "--options", "turn_in_place=0.4"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        said = process.stdout.readline()
-        policy = HttpPolicy(said.split(" at ")[1].partition(";")[0])
+        line = process.stdout.readline()
+        policy = HttpPolicy(line.split(" at ")[1].partition(";")[0])
         policy.reset(EpisodeStart(goal=(3.0, 0.0), rng=np.random.default_rng(0)))
         process.send_signal(signal.SIGINT)
         _, complaint = process.communicate(timeout=60)
-    assert said.startswith("Serving straight at http://127.0.0.1:")
+    assert line.startswith("Serving straight at http://127.0.0.1:")
     assert (process.returncode, complaint) == (0, "")
 
 

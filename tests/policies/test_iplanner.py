@@ -105,9 +105,9 @@ def test_costs_are_read_at_the_right_place_of_the_right_map() -> None:
 def test_costs_between_cells_are_near_those_of_a_spline_through_them() -> None:
     maps = room_with_a_block()
     points = np.random.default_rng(3).uniform(0.5, 4.5, (50, 2))
-    found = cost_maps([maps]).at(torch.from_numpy(points[None]).float(), torch.tensor([0]))[0]
+    costs = cost_maps([maps]).at(torch.from_numpy(points[None]).float(), torch.tensor([0]))[0]
     cells = (points[:, ::-1] / 0.05 - 0.5).T
-    np.testing.assert_allclose(found.numpy(), map_coordinates(maps.cost, cells, order=3), atol=0.03)
+    np.testing.assert_allclose(costs.numpy(), map_coordinates(maps.cost, cells, order=3), atol=0.03)
 
 
 def test_loss_terms_are_what_a_hand_makes_of_them() -> None:
@@ -232,7 +232,7 @@ class Scripted(IPlannerPolicy):
         return np.linspace(0.0, 3.0, 51)[:, None] * (1.0, self.slope)
 
 
-def seen(
+def observation_of(
     bearing: float, nearest: float = 5.0, pose: tuple[float, float, float] = (0.0, 0.0, 0.0), speed: float = 0.5
 ) -> dict[str, object]:
     return {
@@ -252,39 +252,39 @@ def policy(tmp_path: Path) -> Scripted:
 
 @pytest.mark.parametrize("bearing", [3.0, -2.0, 0.9])
 def test_an_episode_begins_by_turning_to_the_goal(policy: Scripted, bearing: float) -> None:
-    forward, turn = policy.act(seen(bearing))
+    forward, turn = policy.act(observation_of(bearing))
     assert forward == 0.0
     assert math.copysign(1.0, turn) == math.copysign(1.0, bearing)
-    assert policy.act(seen(0.1))[0] > 0.0
+    assert policy.act(observation_of(0.1))[0] > 0.0
     # Later a goal abeam does not stop it: there is something to go around.
-    assert policy.act(seen(bearing))[0] > 0.0
+    assert policy.act(observation_of(bearing))[0] > 0.0
 
 
 def test_it_keeps_a_path_until_it_has_followed_it_for_a_while(policy: Scripted) -> None:
     policy.slope = 2.0
-    assert policy.act(seen(0.0))[1] > 0.0
+    assert policy.act(observation_of(0.0))[1] > 0.0
     policy.slope = -2.0
-    assert policy.act(seen(0.0, pose=(0.0, 0.0, 0.3)))[1] > 0.0
-    assert policy.act(seen(0.0, pose=(0.4, 0.6, 0.3)))[1] < 0.0
+    assert policy.act(observation_of(0.0, pose=(0.0, 0.0, 0.3)))[1] > 0.0
+    assert policy.act(observation_of(0.0, pose=(0.4, 0.6, 0.3)))[1] < 0.0
 
 
 def test_it_turns_where_it_is_stuck_and_plans_again_after_the_turn(policy: Scripted) -> None:
-    forwards = [policy.act(seen(0.0))[0] for _ in range(policy._options.stuck_steps)]
+    forwards = [policy.act(observation_of(0.0))[0] for _ in range(policy._options.stuck_steps)]
     assert forwards[-2] > 0.0
     assert forwards[-1] == 0.0
-    assert policy.act(seen(0.0, pose=(0.0, 0.0, 0.3)))[0] == 0.0
-    assert policy.act(seen(0.0, pose=(0.0, 0.0, 0.7)))[0] > 0.0
+    assert policy.act(observation_of(0.0, pose=(0.0, 0.0, 0.3)))[0] == 0.0
+    assert policy.act(observation_of(0.0, pose=(0.0, 0.0, 0.7)))[0] > 0.0
 
 
 def test_paths_are_followed_in_the_frame_of_the_episode(policy: Scripted) -> None:
     # Planned at yaw 0.4, straight ahead: at that heading there is nothing to steer.
-    forward, turn = policy.act(seen(0.0, pose=(1.0, 2.0, 0.4)))
+    forward, turn = policy.act(observation_of(0.0, pose=(1.0, 2.0, 0.4)))
     assert forward > 0.0
     assert abs(turn) < 1e-6
 
 
 def test_it_backs_off_where_something_that_it_does_not_see_stops_it(policy: Scripted) -> None:
-    forwards = [policy.act(seen(0.0, speed=0.0))[0] for _ in range(12)]
+    forwards = [policy.act(observation_of(0.0, speed=0.0))[0] for _ in range(12)]
     assert forwards[0] > 0.0
     assert min(forwards) < 0.0
     assert forwards[-1] > 0.0
@@ -294,7 +294,7 @@ def driven_until_it_glances(policy: Scripted) -> tuple[float, float, float]:
     """Drive ahead with the goal abeam, to the left, until the robot stops to look at it; return the pose."""
     for k in range(30):
         pose = (0.1 * k, 0.0, 0.0)
-        if policy.act(seen(0.0 if k == 0 else 1.4, pose=pose))[0] == 0.0:
+        if policy.act(observation_of(0.0 if k == 0 else 1.4, pose=pose))[0] == 0.0:
             return pose
     raise AssertionError("it never looked")
 
@@ -302,15 +302,15 @@ def driven_until_it_glances(policy: Scripted) -> tuple[float, float, float]:
 def test_it_looks_at_a_goal_that_was_out_of_sight_for_a_metre_and_takes_a_way_that_leads_on(policy: Scripted) -> None:
     x, y, _ = driven_until_it_glances(policy)
     assert x == pytest.approx(1.1)
-    assert policy.act(seen(0.8, pose=(x, y, 0.6)))[1] > 0.0
+    assert policy.act(observation_of(0.8, pose=(x, y, 0.6)))[1] > 0.0
     # Seen from there the way is straight on, between where it was heading and the goal.
-    assert policy.act(seen(0.0, pose=(x, y, 1.4)))[0] > 0.0
+    assert policy.act(observation_of(0.0, pose=(x, y, 1.4)))[0] > 0.0
 
 
 def test_after_a_look_at_the_goal_it_continues_as_before_if_the_way_leads_back(policy: Scripted) -> None:
     x, y, _ = driven_until_it_glances(policy)
     policy.slope = 2.0
-    forward, turn = policy.act(seen(0.0, pose=(x, y, 1.4)))
+    forward, turn = policy.act(observation_of(0.0, pose=(x, y, 1.4)))
     assert forward == 0.0
     assert turn < 0.0
 

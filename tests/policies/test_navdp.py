@@ -61,7 +61,7 @@ def run(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def seen(network: NavDPNetwork, batch: int = 3) -> torch.Tensor:
+def tokens_of(network: NavDPNetwork, batch: int = 3) -> torch.Tensor:
     frames = torch.randint(0, 256, (batch, 2, 36, 64, 4), dtype=torch.uint8, generator=torch.Generator().manual_seed(1))
     with torch.no_grad():
         return network.encode(frames)
@@ -89,9 +89,9 @@ def test_a_heading_behind_is_turned_to_as_fast_as_the_bound_allows() -> None:
 def test_a_label_ends_at_the_horizon_or_at_the_goal() -> None:
     straight = torch.linspace(0.0, 1.0, 64)[:, None] * torch.tensor([6.0, 0.0])
     short = torch.linspace(0.0, 1.0, 64)[:, None] * torch.tensor([0.0, 2.0])
-    found = first_part(torch.stack([straight, short]), torch.tensor([6.0, 2.0]), 3.6, 24)
-    torch.testing.assert_close(found[:, -1], torch.tensor([[3.6, 0.0], [0.0, 2.0]]), atol=1e-5, rtol=0.0)
-    torch.testing.assert_close(found[0, 1], torch.tensor([0.15, 0.0]), atol=1e-5, rtol=0.0)
+    label = first_part(torch.stack([straight, short]), torch.tensor([6.0, 2.0]), 3.6, 24)
+    torch.testing.assert_close(label[:, -1], torch.tensor([[3.6, 0.0], [0.0, 2.0]]), atol=1e-5, rtol=0.0)
+    torch.testing.assert_close(label[0, 1], torch.tensor([0.15, 0.0]), atol=1e-5, rtol=0.0)
 
 
 def test_mirrored_steps_are_the_steps_of_the_mirrored_path() -> None:
@@ -103,8 +103,8 @@ def test_mirrored_steps_are_the_steps_of_the_mirrored_path() -> None:
 
 def test_a_turned_path_keeps_its_shape() -> None:
     path = torch.tensor([[[1.0, 0.0], [2.0, 0.0]]])
-    found = rotated(path, torch.tensor([math.pi / 2.0]))
-    torch.testing.assert_close(found, torch.tensor([[[0.0, 1.0], [0.0, 2.0]]]), atol=1e-6, rtol=0.0)
+    path_turned = rotated(path, torch.tensor([math.pi / 2.0]))
+    torch.testing.assert_close(path_turned, torch.tensor([[[0.0, 1.0], [0.0, 2.0]]]), atol=1e-6, rtol=0.0)
 
 
 # What paths are worth
@@ -121,13 +121,13 @@ def test_values_are_the_published_formula_on_the_true_map() -> None:
     path = rng.uniform(-1.0, 1.0, (6, 25, 2)).cumsum(axis=1) * 0.1
     options = NavDPLossOptions()
     there = to_world(torch.tensor(path, dtype=torch.float32), torch.tensor(pose, dtype=torch.float32))
-    found = path_value(distance_maps([maps]).at(there, torch.zeros(6, dtype=torch.long)), options)
+    value = path_value(distance_maps([maps]).at(there, torch.zeros(6, dtype=torch.long)), options)
     for k in range(6):
         c, s = math.cos(pose[k, 2]), math.sin(pose[k, 2])
         points = path[k] @ np.array([[c, s], [-s, c]]) + pose[k, :2]
         distance = lookup(points[:, ::-1])
         worth = -5.0 * np.mean(distance < 0.30) + 0.5 * np.sum(np.diff(distance))
-        assert float(found[k]) == pytest.approx(worth, abs=0.21)
+        assert float(value[k]) == pytest.approx(worth, abs=0.21)
         assert float(path_value(torch.tensor(distance)[None], options)) == pytest.approx(worth, abs=1e-5)
 
 
@@ -135,7 +135,7 @@ def test_values_are_the_published_formula_on_the_true_map() -> None:
 
 
 def test_without_a_goal_nothing_depends_on_it_and_with_one_it_does(network: NavDPNetwork) -> None:
-    tokens, noisy, time = seen(network), torch.randn(3, 24, 3), torch.tensor([0, 4, 9])
+    tokens, noisy, time = tokens_of(network), torch.randn(3, 24, 3), torch.tensor([0, 4, 9])
     goals = torch.tensor([[3.0, 1.0]] * 3), torch.tensor([[-2.0, 5.0]] * 3)
     with torch.no_grad():
         hidden = [network.noise(tokens, noisy, time, goal, torch.zeros(3, dtype=torch.bool)) for goal in goals]
@@ -145,12 +145,12 @@ def test_without_a_goal_nothing_depends_on_it_and_with_one_it_does(network: NavD
 
 
 def test_the_denoiser_is_causal_and_the_critic_is_not(network: NavDPNetwork) -> None:
-    tokens, noisy = seen(network), torch.randn(3, 24, 3)
+    tokens, noisy = tokens_of(network), torch.randn(3, 24, 3)
     changed = noisy.clone()
     changed[:, 12:] += 1.0
-    known, goal, time = torch.ones(3, dtype=torch.bool), torch.ones(3, 2), torch.zeros(3, dtype=torch.long)
+    with_goal, goal, time = torch.ones(3, dtype=torch.bool), torch.ones(3, 2), torch.zeros(3, dtype=torch.long)
     with torch.no_grad():
-        before, after = (network.noise(tokens, each, time, goal, known) for each in (noisy, changed))
+        before, after = (network.noise(tokens, each, time, goal, with_goal) for each in (noisy, changed))
         assert (network.value(tokens, noisy) - network.value(tokens, changed)).abs().min() > 1e-6
     torch.testing.assert_close(before[:, :12], after[:, :12], atol=1e-5, rtol=0.0)
     assert (before[:, 12:] - after[:, 12:]).abs().max() > 1e-4
@@ -159,8 +159,8 @@ def test_the_denoiser_is_causal_and_the_critic_is_not(network: NavDPNetwork) -> 
 def test_the_schedule_is_the_published_one_and_noise_is_undone_by_it() -> None:
     schedule = make_schedule(DiffusionOptions())
     assert isinstance(schedule, DDPMScheduler)
-    kept = [math.cos((k / 10 + 0.008) / 1.008 * math.pi / 2.0) ** 2 for k in range(11)]
-    betas = [min(1.0 - later / earlier, 0.999) for earlier, later in itertools.pairwise(kept)]
+    signal = [math.cos((k / 10 + 0.008) / 1.008 * math.pi / 2.0) ** 2 for k in range(11)]
+    betas = [min(1.0 - later / earlier, 0.999) for earlier, later in itertools.pairwise(signal)]
     np.testing.assert_allclose(schedule.betas, betas, rtol=1e-4)
     clean = torch.rand(5, 24, 3) * 2.0 - 1.0
     noise = torch.randn(clean.shape)
@@ -171,7 +171,7 @@ def test_the_schedule_is_the_published_one_and_noise_is_undone_by_it() -> None:
 
 
 def test_samples_depend_on_the_generator_alone_and_are_bounded(network: NavDPNetwork) -> None:
-    schedule, tokens, goal = make_schedule(CONFIG.diffusion), seen(network, 1), torch.tensor([2.0, 0.0])
+    schedule, tokens, goal = make_schedule(CONFIG.diffusion), tokens_of(network, 1), torch.tensor([2.0, 0.0])
     drawn = [
         sample_steps(network, schedule, tokens, goal, 4, torch.Generator().manual_seed(seed)) for seed in (1, 1, 2)
     ]
@@ -187,15 +187,15 @@ def test_samples_depend_on_the_generator_alone_and_are_bounded(network: NavDPNet
 def test_a_frame_forgets_what_is_too_near_or_too_far() -> None:
     depth = np.full((72, 128), 2.5, np.float32)
     depth[:36, :64], depth[36:, :64] = 7.0, 0.05
-    found = frame(np.zeros((72, 128, 3), np.uint8), depth)
-    assert found.shape == (36, 64, 4)
-    assert found[:, :31, 3].max() == 0
-    assert set(found[:, 33:, 3].ravel().tolist()) == {128}
+    coded = frame(np.zeros((72, 128, 3), np.uint8), depth)
+    assert coded.shape == (36, 64, 4)
+    assert coded[:, :31, 3].max() == 0
+    assert set(coded[:, 33:, 3].ravel().tolist()) == {128}
 
 
 def test_memory_is_the_frames_before_of_the_same_drive() -> None:
-    found = memory_of(np.array([0, 0, 0, 3, 3, 5]), 3)
-    assert found.tolist() == [[0, 0, 0], [0, 0, 1], [0, 1, 2], [3, 3, 3], [3, 3, 4], [5, 5, 5]]
+    indices = memory_of(np.array([0, 0, 0, 3, 3, 5]), 3)
+    assert indices.tolist() == [[0, 0, 0], [0, 0, 1], [0, 1, 2], [3, 3, 3], [3, 3, 4], [5, 5, 5]]
 
 
 def test_samples_see_their_own_frame_last(data: Path) -> None:

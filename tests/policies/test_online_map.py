@@ -21,15 +21,15 @@ def start(goal: tuple[float, float]) -> EpisodeStart:
     return EpisodeStart(goal=goal, rng=np.random.default_rng(0))
 
 
-def seen(depth: np.ndarray, pose: tuple[float, float, float] = (0.0, 0.0, 0.0), v: float = 0.0):
+def observation_of(depth: np.ndarray, pose: tuple[float, float, float] = (0.0, 0.0, 0.0), v: float = 0.0):
     return {"depth": depth, "odometry": np.array(pose), "velocity": np.array([v, 0.0], dtype=np.float32)}
 
 
 def turned(policy, depth: np.ndarray, steps: int = 60) -> list[np.ndarray]:
-    """Actions of a robot that turns as it is told, on the spot."""
+    """Actions of a robot that turns in place exactly as commanded."""
     yaw, actions = 0.0, []
     for _ in range(steps):
-        actions.append(policy.act(seen(depth, (0.0, 0.0, math.remainder(yaw, 2.0 * math.pi)))))
+        actions.append(policy.act(observation_of(depth, (0.0, 0.0, math.remainder(yaw, 2.0 * math.pi)))))
         if actions[-1][0] != 0.0:
             break
         yaw += 0.1 * ROBOT.twist(*actions[-1])[1]
@@ -91,7 +91,7 @@ def test_stopped_by_what_it_does_not_see_it_backs_off_and_goes_around():
     policy = make_policy("online_map")
     policy.reset(start((4.0, 0.0)))
     turned(policy, NOTHING)
-    actions = [policy.act(seen(NOTHING, (1.0, 0.0, 0.0), v=0.0)) for _ in range(14)]
+    actions = [policy.act(observation_of(NOTHING, (1.0, 0.0, 0.0), v=0.0)) for _ in range(14)]
     forward = [ROBOT.twist(*action)[0] for action in actions]
     assert min(forward) == pytest.approx(ROBOT.v_min)
     backing = max(k for k, v in enumerate(forward) if v < 0.0)
@@ -146,8 +146,8 @@ def test_the_frontier_is_the_unseen_cell_with_the_shortest_way_through_it():
 
 def test_where_all_that_can_be_reached_is_known_the_frontier_is_the_cell_nearest_to_the_goal():
     free = floor_with_a_wall()
-    found = frontier(free, np.zeros((40, 40), dtype=bool), (0.55, 0.55), (3.0, 2.05))
-    assert found == pytest.approx(free.centre_of(20, 19))
+    cell = frontier(free, np.zeros((40, 40), dtype=bool), (0.55, 0.55), (3.0, 2.05))
+    assert cell == pytest.approx(free.centre_of(20, 19))
 
 
 def test_a_robot_that_does_not_fit_where_it_is_has_no_frontier():

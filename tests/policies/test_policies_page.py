@@ -41,8 +41,8 @@ def test_the_pages_defaults_are_those_of_the_client():
 
 
 def test_options_are_read_as_json_or_else_as_text():
-    given = ["replan=2", "trust=true", "url=http://x/?a=b", 'inputs={"scan": "lidar"}', "empty=", "none=null"]
-    assert parse_options(given) == {
+    texts = ["replan=2", "trust=true", "url=http://x/?a=b", 'inputs={"scan": "lidar"}', "empty=", "none=null"]
+    assert parse_options(texts) == {
         "replan": 2,
         "trust": True,
         "url": "http://x/?a=b",

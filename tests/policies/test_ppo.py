@@ -52,7 +52,7 @@ def practice(layout):
     return PracticeEnv(TrainingDrives([layout], points=3), "lidar", horizon=30)
 
 
-def seen(lidar=5.0, goal=(2.0, 1.0, 0.0), velocity=(0.0, 0.0)):
+def observation_of(lidar=5.0, goal=(2.0, 1.0, 0.0), velocity=(0.0, 0.0)):
     return {
         "lidar": np.full(180, lidar, np.float32),
         "goal": np.array(goal, np.float32),
@@ -68,20 +68,20 @@ def test_the_trail_tells_where_the_robot_was_in_its_present_frame():
     memory, rng = DriveMemory("lidar"), np.random.default_rng(0)
     poses = np.cumsum(rng.normal(0.0, 0.1, (200, 3)), axis=0)
     for pose in poses:
-        vector = memory.vector(seen(), pose)
+        vector = memory.vector(observation_of(), pose)
     for k, steps in enumerate(TRAIL):
         expected = rotate(*(poses[-1 - steps, :2] - poses[-1, :2]), -poses[-1, 2])
         assert vector[5 + 2 * k : 7 + 2 * k] == pytest.approx(expected, abs=1e-5)
     memory.reset()
-    assert not memory.vector(seen(), poses[0])[5:STATE].any()
+    assert not memory.vector(observation_of(), poses[0])[5:STATE].any()
 
 
 def test_the_vector_does_not_depend_on_the_frame_that_poses_are_given_in():
     poses = np.cumsum(np.random.default_rng(1).normal(0.0, 0.1, (50, 3)), axis=0)
     here, there = DriveMemory("lidar"), DriveMemory("lidar")
     for x, y, yaw in poses:
-        a = here.vector(seen(), (x, y, yaw))
-        b = there.vector(seen(), (*np.add(rotate(x, y, 1.0), (3.0, -2.0)), yaw + 1.0))
+        a = here.vector(observation_of(), (x, y, yaw))
+        b = there.vector(observation_of(), (*np.add(rotate(x, y, 1.0), (3.0, -2.0)), yaw + 1.0))
     assert a.shape == (SIZES["lidar"],)
     np.testing.assert_allclose(a, b, atol=1e-5)
 
@@ -104,7 +104,7 @@ def test_what_is_seen_with_the_camera_does_not_depend_on_the_frame_of_the_poses(
     x, y, yaw = goal_pairs(layout)[0].start
     here, there = DriveMemory("depth"), DriveMemory("depth")
     for turned in (0.0, 0.4, 0.8):
-        observation = {**seen(), "depth": camera.depth(rays, (x, y, yaw + turned)).ravel()}
+        observation = {**observation_of(), "depth": camera.depth(rays, (x, y, yaw + turned)).ravel()}
         a = here.vector(observation, (x, y, yaw + turned))
         b = there.vector(observation, (*np.add(rotate(x, y, 1.0), (3.0, -2.0)), yaw + turned + 1.0))
     assert a.shape == (SIZES["depth"],)
@@ -113,7 +113,7 @@ def test_what_is_seen_with_the_camera_does_not_depend_on_the_frame_of_the_poses(
 
 def test_the_picture_is_taken_down_to_the_nearest_of_each_square():
     picture = np.random.default_rng(4).uniform(0.5, 9.0, IMAGE_SHAPE).astype(np.float32)
-    vector = DriveMemory("depth").vector({**seen(), "depth": picture.ravel()}, (0, 0, 0))
+    vector = DriveMemory("depth").vector({**observation_of(), "depth": picture.ravel()}, (0, 0, 0))
     small = vector[-18 * 32 :].reshape(18, 32)
     assert small[3, 7] == picture[12:16, 28:32].min()
 
@@ -124,7 +124,7 @@ def test_the_network_tells_what_is_ahead_from_what_is_behind():
     vectors = torch.from_numpy(
         np.stack(
             [
-                DriveMemory("lidar").vector({**seen(), "lidar": scan}, (0, 0, 0))
+                DriveMemory("lidar").vector({**observation_of(), "lidar": scan}, (0, 0, 0))
                 for scan in (ranges, np.roll(ranges, 90))
             ]
         )
@@ -206,9 +206,9 @@ def test_training_that_was_stopped_goes_on_to_the_same_weights(layout, tmp_path)
         train(TINY, tmp_path / "stopped", stop, layouts=(layout,))
     halfway = weights(tmp_path / "stopped" / "last")
     train(TINY, tmp_path / "stopped", lambda policy: 0.5, layouts=(layout,))
-    expected, found = weights(tmp_path / "straight" / "last"), weights(tmp_path / "stopped" / "last")
-    assert all(torch.equal(expected[name], found[name]) for name in expected)
-    assert any(not torch.equal(halfway[name], found[name]) for name in expected)
+    expected, resumed = weights(tmp_path / "straight" / "last"), weights(tmp_path / "stopped" / "last")
+    assert all(torch.equal(expected[name], resumed[name]) for name in expected)
+    assert any(not torch.equal(halfway[name], resumed[name]) for name in expected)
 
 
 def test_a_run_is_not_mixed_with_one_of_other_options(layout, tmp_path):
@@ -219,16 +219,16 @@ def test_a_run_is_not_mixed_with_one_of_other_options(layout, tmp_path):
 
 def test_the_best_on_validation_is_kept(layout, tmp_path):
     scores = iter([0.2, 0.9, 0.5, 0.1, 0.1])
-    kept = []
+    actors = []
 
     def judge(policy):
-        kept.append(policy)
+        actors.append(policy)
         return next(scores)
 
     train(TINY, tmp_path, judge, layouts=(layout,))
     best, last = weights(tmp_path / "best"), weights(tmp_path / "last")
-    assert len(kept) == 4
-    assert torch.equal(best["action.bias"], kept[1]._actor.state_dict()["action.bias"])
+    assert len(actors) == 4
+    assert torch.equal(best["action.bias"], actors[1]._actor.state_dict()["action.bias"])
     assert not torch.equal(best["action.bias"], last["action.bias"])
 
 
@@ -242,7 +242,7 @@ def test_saved_weights_drive_as_the_network_did(sensor, tmp_path):
     for policy in policies:
         policy.reset(EpisodeStart(goal=(2.0, 0.0), rng=np.random.default_rng(0)))
         picture = np.full(IMAGE_SHAPE, 3.0, np.float32).ravel()
-        actions.append(policy.act({**seen(), "depth": picture, "odometry": np.zeros(3)}))
+        actions.append(policy.act({**observation_of(), "depth": picture, "odometry": np.zeros(3)}))
     np.testing.assert_array_equal(*actions)
     assert np.abs(actions[0]).max() <= 1.0
     assert policies[1].files() == (tmp_path / WEIGHTS,)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from labgym.errors import LabgymError, MissingDependencyError
 from labgym.policies.data.maps import Maps
-from labgym.policies.data.situations import PATH_POINTS, PERIOD, Situation
+from labgym.policies.data.situations import PATH_POINTS, PERIOD, DriveFrame
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -88,7 +88,7 @@ def map_schema() -> pa.Schema:
     )
 
 
-def sample_row(situation: Situation, rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> dict[str, Any]:
+def sample_row(situation: DriveFrame, rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> dict[str, Any]:
     """Return a row of the sample file, without its numbers in the dataset."""
     return {
         "frame_index": situation.frame,

@@ -49,8 +49,8 @@ TURN_IN_PLACE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Situation:
-    """One sample's geometry.
+class DriveFrame:
+    """Geometry of one sample: a frame of a drive.
 
     Attributes:
         pose: (x, y, yaw) in the room frame; the robot's planning disc is free there.
@@ -89,26 +89,26 @@ class Situations:
         poses = np.array([pose[:2] for pose in goal_poses(layout).values()]).reshape(-1, 2)
         self._places = poses[self._space.holds(poses)]
 
-    def drive(self, rng: np.random.Generator, count: int) -> list[Situation]:
+    def drive(self, rng: np.random.Generator, count: int) -> list[DriveFrame]:
         """Return `count` frames of consecutive drives; a drive ends near its goal.
 
         A drive follows the expert's way from its present place, with a heading that deviates from the expert's.
         """
-        frames: list[Situation] = []
+        frames: list[DriveFrame] = []
         while len(frames) < count:
             frames += self._drive(rng, count - len(frames))
         return frames
 
-    def _drive(self, rng: np.random.Generator, most: int) -> list[Situation]:
+    def _drive(self, rng: np.random.Generator, most: int) -> list[DriveFrame]:
         """Return the frames of one drive."""
         place, goal, kind = self._begin(rng)
         way = self._way(place, goal)
         yaw: float | None = None
-        frames: list[Situation] = []
+        frames: list[DriveFrame] = []
         while way is not None and way.length > SHORTEST and len(frames) < most:
             if yaw is None:
                 yaw = _heading(rng, resampled(way.points, PATH_POINTS) - place, way.length)
-            frames.append(self._situation(place, yaw, goal, way, kind, len(frames)))
+            frames.append(self._frame(place, yaw, goal, way, kind, len(frames)))
             place, yaw = self._next_pose(rng, place, yaw, way)
             way = self._way(place, goal)
         return frames
@@ -142,8 +142,8 @@ class Situations:
             there = place
         return there, wrap_angle(yaw + float(np.clip(error, -TURN, TURN)))
 
-    def _situation(self, place: Array, yaw: float, goal: Array, way: ShortestPath, kind: Kind, frame: int) -> Situation:
-        return Situation(
+    def _frame(self, place: Array, yaw: float, goal: Array, way: ShortestPath, kind: Kind, frame: int) -> DriveFrame:
+        return DriveFrame(
             pose=(float(place[0]), float(place[1]), yaw),
             goal=rotate(float(goal[0] - place[0]), float(goal[1] - place[1]), -yaw),
             path=to_local(resampled(way.points, PATH_POINTS), (place[0], place[1], yaw)),

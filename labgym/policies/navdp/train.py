@@ -104,12 +104,11 @@ class NavDPTrainer(Trainer):
 
     def training_losses(self, chosen: Tensor, generator: torch.Generator) -> NavDPLosses:
         """Return the losses of the network on samples (b,), half of them, at random, mirrored."""
-        mirrored = torch.rand(len(chosen), generator=generator) < 0.5
-        return self._losses(self.network, chosen, mirrored, generator)
+        return self._losses(self.network, chosen, generator, mirroring=True)
 
     def held_out_losses(self, chosen: Tensor, generator: torch.Generator) -> NavDPLosses:
         """Return the losses of the average on samples (b,) as they are."""
-        return self._losses(self.average, chosen, torch.zeros(len(chosen), dtype=torch.bool), generator)
+        return self._losses(self.average, chosen, generator, mirroring=False)
 
     @torch.no_grad()
     def after_step(self) -> None:
@@ -124,11 +123,12 @@ class NavDPTrainer(Trainer):
         save_navdp(out, self.average, self.network.config)
 
     def _losses(
-        self, network: NavDPNetwork, chosen: Tensor, mirrored: Tensor, generator: torch.Generator
+        self, network: NavDPNetwork, chosen: Tensor, generator: torch.Generator, mirroring: bool
     ) -> NavDPLosses:
-        """Return the losses of a network on samples (b,); mirrored ones (b,) are shown left for right."""
+        """Return the losses of a network on samples (b,), half of them, if `mirroring`, shown left for right."""
         samples, config, batch = self._samples, network.config, len(chosen)
         weights, scale = config.loss, config.diffusion.scale
+        mirrored = (torch.rand(batch, generator=generator) < 0.5) & mirroring
         sides = torch.where(mirrored[:, None], MIRROR, torch.ones(2))
         tokens = network.encode(samples.remembered(chosen, mirrored))
         goal = samples.goal[chosen] * sides
