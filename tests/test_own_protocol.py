@@ -68,7 +68,7 @@ def commands(layout: str, folder: Path) -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize("name", ["score", "view", "eval", "record"])
-def test_every_command_takes_a_laboratory_of_one_s_own_protocol(name, folder, monkeypatch, capsys):
+def test_every_command_takes_a_laboratory_of_a_user_s_own_protocol(name, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     code = main(commands("lab.json", folder)[name])
     error = capsys.readouterr().err

@@ -64,7 +64,7 @@ def test_a_published_layout_is_found_by_its_id_in_any_split() -> None:
         assert source("train", layout=name).draw(rng(), {}, fresh=True).layout.id == name
 
 
-def test_a_protocol_of_ones_own_can_be_driven(layout: Layout) -> None:
+def test_a_user_s_own_protocol_can_be_driven(layout: Layout) -> None:
     own = get("alk_03").model_copy(update={"id": "mine"})
     task = source(layout=layout, protocol=own).draw(rng(), {"pair": 1}, fresh=True)
     assert task.protocol.id == "mine"

@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-import labgym
 import labgym.layouts.splits as splits
 from labgym.cli import main
 from labgym.errors import DocumentError, UnknownNameError
@@ -25,7 +24,7 @@ def test_the_manifests_name_the_generator_and_the_release_that_has_it():
     for split in ("val", "test"):
         assert splits.manifest(split).generator == 1
     assert splits.RELEASES[1] == "0.1.0"
-    assert splits.RELEASES[GENERATOR] == labgym.__version__
+    assert set(splits.RELEASES) == set(range(1, GENERATOR + 1))
     assert generate("sub_02", 5).provenance.versions["generator"] == str(GENERATOR)
 
 
