@@ -5,25 +5,37 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, get_args
 
 from tyro.conf import Positional, arg
 
 from labgym import protocols
 from labgym.assets import Catalog
+from labgym.cli.arguments import OptionalPath, OptionalWholeNumber, ProtocolName
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, FAILED, findings, written
 from labgym.errors import OptionError
 from labgym.protocols import Protocol, ReactionType
-from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.importers import Format
-from labgym.protocols.synthesis import Writer
+
+if TYPE_CHECKING:
+    from labgym.protocols.experiments import Experiment, Rejection
+    from labgym.protocols.synthesis import Writer
 
 protocols_app = CommandGroup("show")
 
+Description = Positional[Annotated[str, arg(metavar="TEXT")]]
+OutputPath = Annotated[Path, arg(help_behavior_hint="(default: the current folder)")]
+OptionalType = Annotated[
+    ReactionType | None, arg(metavar="{" + ",".join(get_args(ReactionType)) + "}", help_behavior_hint="")
+]
+
 
 @protocols_app.command
-def show(name: Positional[Annotated[str | None, arg(metavar="PROTOCOL")]] = None, validate: Path | None = None) -> int:
+def show(
+    name: Positional[Annotated[str | None, arg(metavar="[PROTOCOL]", help_behavior_hint="")]] = None,
+    validate: OptionalPath = None,
+) -> int:
     """List the published protocols, show one, or run the validation suite on a file.
 
     Args:
@@ -43,7 +55,7 @@ def show(name: Positional[Annotated[str | None, arg(metavar="PROTOCOL")]] = None
 
 
 @protocols_app.command
-def search(text: Positional[str], count: int = 5, keyword_only: bool = False) -> int:
+def search(text: Description, count: int = 5, keyword_only: bool = False) -> int:
     """Find the fragments of the library that are nearest to a text in English or Chinese.
 
     Args:
@@ -60,8 +72,8 @@ def search(text: Positional[str], count: int = 5, keyword_only: bool = False) ->
 
 @protocols_app.command
 def new(
-    text: Positional[str],
-    out: Path = Path(),
+    text: Description,
+    out: OutputPath = Path(),
     keyword_only: bool = False,
     model: bool = False,
     repairs: int = 3,
@@ -88,7 +100,7 @@ def new(
 
 
 @protocols_app.command
-def check(protocol: Positional[Annotated[str, arg(metavar="PROTOCOL")]]) -> int:
+def check(protocol: ProtocolName) -> int:
     """Check that a protocol is complete, safe, and within the limits of its equipment.
 
     A fault means that a step cannot or must not be carried out as written, and sets the exit code to 1. Advice names a
@@ -104,7 +116,11 @@ def check(protocol: Positional[Annotated[str, arg(metavar="PROTOCOL")]]) -> int:
 
 
 @protocols_app.command
-def experiments(name: Positional[str | None] = None, type: ReactionType | None = None, check: bool = False) -> int:  # noqa: A002
+def experiments(
+    name: Positional[Annotated[str | None, arg(metavar="[EXPERIMENT]", help_behavior_hint="")]] = None,
+    type: OptionalType = None,  # noqa: A002
+    check: bool = False,
+) -> int:
     """List the experiments of the library, show one, or check all for completeness and consistency.
 
     Args:
@@ -125,10 +141,10 @@ def experiments(name: Positional[str | None] = None, type: ReactionType | None =
 
 @protocols_app.command
 def stage(
-    experiment: Positional[str],
-    path: Path | None = None,
-    type: ReactionType | None = None,  # noqa: A002
-    out: Path = Path(),
+    experiment: Positional[Annotated[str, arg(metavar="EXPERIMENT")]],
+    path: OptionalPath = None,
+    type: OptionalType = None,  # noqa: A002
+    out: OutputPath = Path(),
     replace: bool = False,
 ) -> int:
     """Turn an experiment into a protocol: assign places and apparatus to its actions, and check the result.
@@ -159,10 +175,10 @@ def import_(
     path: Positional[Path],
     format: Format,  # noqa: A002
     out: Path,
-    limit: int | None = None,
+    limit: OptionalWholeNumber = None,
     feasible: bool = False,
     replace: bool = False,
-    product: str = "",
+    product: Annotated[str, arg(metavar="NAME", help_behavior_hint="")] = "",
 ) -> int:
     """Import experiments from another file format. Rejected records are listed with the reason.
 
@@ -187,7 +203,11 @@ def import_(
 
 
 @protocols_app.command(name="filter")
-def filter_(path: Positional[Path | None] = None, out: Path | None = None, replace: bool = False) -> int:
+def filter_(
+    path: Positional[Annotated[Path | None, arg(metavar="[PATH]", help_behavior_hint="")]] = None,
+    out: OptionalPath = None,
+    replace: bool = False,
+) -> int:
     """List which experiments the catalogue's reagents and equipment can carry out, and the obstacles to the others.
 
     Args:
