@@ -137,13 +137,13 @@ def agreement_table(agreement: Agreement) -> str:
 
 
 def match_details(match: Match, asset: Asset) -> str:
-    """Return the matching asset, how it was matched, and the words that were ignored."""
+    """Return the matching asset, how it was matched, and the qualifiers in the text."""
     how = {
         "name": "exact name" if match.form == asset.name else f"name {match.form}, in the requested size",
         "synonym": f'synonym "{match.form}"',
         "fuzzy": f'fuzzy match with "{match.form}", score {match.score:.2f}',
     }
-    facts = [("matched by", how[match.how]), ("ignored", ", ".join(match.aside)), ("note", match.note)]
+    facts = [("matched by", how[match.how]), ("qualifiers", ", ".join(match.aside)), ("note", match.note)]
     return "\n".join([f"{asset.name} ({asset.kind}, {asset.category})", asset.description, "", *_facts(facts)])
 
 
