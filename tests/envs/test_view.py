@@ -1,4 +1,4 @@
-"""Pictures of the robot at work; they need an OpenGL library."""
+"""Pictures of the robot; they need OpenGL."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def accent(image: np.ndarray) -> int:
     return int(((green - red > 60) & (blue - red > 60)).sum())
 
 
-def test_the_picture_shows_the_robot_in_the_size_asked_for(env: LabPointNavEnv) -> None:
+def test_the_picture_shows_the_robot_in_the_requested_size(env: LabPointNavEnv) -> None:
     image = picture(env)
     assert image.shape == (240, 320, 3)
     assert image.dtype == np.uint8
@@ -77,9 +77,9 @@ def test_gymnasiums_checker_accepts_every_render_mode(env: LabPointNavEnv, layou
     picture(env)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        made = gym.make("LabPointNav-v0", layout=layout, render_mode="rgb_array", width=160, height=120)
-        check_env(made.unwrapped)
-        made.close()
+        wrapped = gym.make("LabPointNav-v0", layout=layout, render_mode="rgb_array", width=160, height=120)
+        check_env(wrapped.unwrapped)
+        wrapped.close()
 
 
 def test_without_a_render_mode_there_is_a_warning_and_no_picture(layout: Layout) -> None:
@@ -103,8 +103,8 @@ def drawn(env: LabPointNavEnv, layout: Layout, quality: Quality) -> tuple[np.nda
 def test_a_fast_picture_shows_the_same_view_and_observations_do_not_depend_on_quality(
     env: LabPointNavEnv, layout: Layout
 ) -> None:
-    (seen, fast), (seen_too, fine) = drawn(env, layout, "fast"), drawn(env, layout, "fine")
-    np.testing.assert_array_equal(seen, seen_too)
+    (image, fast), (image_fine, fine) = drawn(env, layout, "fast"), drawn(env, layout, "fine")
+    np.testing.assert_array_equal(image, image_fine)
     assert np.corrcoef(fast.ravel(), fine.ravel())[0, 1] > 0.8
     # Shadows darken the fine picture by tens of grey levels over a part of it.
     assert np.mean(fast - fine > 20.0) > 0.02

@@ -1,4 +1,4 @@
-"""A small laboratory by hand: things on the floor, on a bench, in a hood, on shelves and on a wall."""
+"""A small laboratory with placements on the floor, on a bench, in a hood, on shelves and on a wall."""
 
 from __future__ import annotations
 

@@ -59,11 +59,11 @@ def test_contacts_are_the_overlaps_that_separating_axes_find(seed: int) -> None:
     )
     layout = Layout(id="random", floor=ROOM.floor, placements=placements)
     expected = overlaps(layout, 0.001)
-    found = {(contact.a, contact.b): contact.depth for contact in contacts(layout)}
+    depths = {(contact.a, contact.b): contact.depth for contact in contacts(layout)}
     assert expected
-    assert found.keys() == expected.keys()
+    assert depths.keys() == expected.keys()
     for pair, depth in expected.items():
-        assert found[pair] == pytest.approx(depth, abs=1e-4)
+        assert depths[pair] == pytest.approx(depth, abs=1e-4)
 
 
 def pair(first: str, second: str, offset: tuple[float, float, float]) -> Layout:
@@ -76,30 +76,30 @@ def pair(first: str, second: str, offset: tuple[float, float, float]) -> Layout:
 
 
 def test_a_planted_overlap_is_found_with_its_depth() -> None:
-    (found,) = contacts(pair("LabBench", "LabBench", (1.49, 0.0, 0.0)))
-    assert (found.a, found.b) == ("first", "second")
-    assert found.depth == pytest.approx(0.01, abs=1e-5)
+    (contact,) = contacts(pair("LabBench", "LabBench", (1.49, 0.0, 0.0)))
+    assert (contact.a, contact.b) == ("first", "second")
+    assert contact.depth == pytest.approx(0.01, abs=1e-5)
 
 
-def test_touching_and_standing_on_something_is_no_contact() -> None:
+def test_objects_that_touch_or_stand_on_each_other_have_no_contact() -> None:
     assert contacts(pair("LabBench", "LabBench", (1.5, 0.0, 0.0))) == ()
     assert contacts(pair("LabBench", "Beaker", (0.0, 0.0, 0.9))) == ()
 
 
-def test_something_hung_into_the_tap_of_a_sink_bench_touches_it() -> None:
+def test_the_tap_of_a_sink_bench_collides() -> None:
     # The tap is 0.36 m right of the middle, 0.18 m behind it, and reaches to 1.22 m.
-    (found,) = contacts(pair("SinkBench", "Beaker", (0.355, -0.10, 1.15)))
-    assert found.depth > 0.01
+    (contact,) = contacts(pair("SinkBench", "Beaker", (0.355, -0.10, 1.15)))
+    assert contact.depth > 0.01
     assert contacts(pair("SinkBench", "Beaker", (0.355, -0.10, 1.23))) == ()
 
 
-def test_the_depth_that_counts_can_be_chosen() -> None:
+def test_the_depth_limit_can_be_chosen() -> None:
     layout = pair("LabBench", "LabBench", (1.495, 0.0, 0.0))
     assert len(contacts(layout, depth=0.004)) == 1
     assert contacts(layout, depth=0.006) == ()
 
 
-def test_what_stands_inside_a_cabinet_touches_only_what_it_pierces() -> None:
+def test_an_object_inside_a_cabinet_collides_only_with_walls_and_shelves() -> None:
     assert contacts(pair("FlammableCabinet", "Acetone", (0.0, 0.0, 0.1))) == ()
     (through_the_side,) = contacts(pair("FlammableCabinet", "Acetone", (0.48, 0.0, 0.1)))
     assert through_the_side.depth > 0.01
@@ -107,5 +107,5 @@ def test_what_stands_inside_a_cabinet_touches_only_what_it_pierces() -> None:
     assert through_a_shelf.depth > 0.01
 
 
-def test_a_laboratory_by_hand_has_no_contacts(laboratory: Layout) -> None:
+def test_the_laboratory_of_the_fixture_has_no_contacts(laboratory: Layout) -> None:
     assert contacts(laboratory) == ()

@@ -1,4 +1,4 @@
-"""Geoms that culling leaves out cover no pixel of the picture."""
+"""Geoms that culling omits cover no pixel of the picture."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def test_every_geom_that_a_picture_shows_is_in_view(laboratory: Layout, azimuth:
         renderer.enable_segmentation_rendering()
         renderer.update_scene(data, camera)
         picture = renderer.render()
-    shown = np.unique(picture[picture[..., 1] == mujoco.mjtObj.mjOBJ_GEOM][:, 0])
-    seen = in_view(model, data, camera, 320 / 240)
-    assert len(shown) > 5
-    assert seen[shown].all()
-    assert seen.mean() < 0.7
+    drawn = np.unique(picture[picture[..., 1] == mujoco.mjtObj.mjOBJ_GEOM][:, 0])
+    visible = in_view(model, data, camera, 320 / 240)
+    assert len(drawn) > 5
+    assert visible[drawn].all()
+    assert visible.mean() < 0.7

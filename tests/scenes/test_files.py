@@ -53,34 +53,34 @@ def written(laboratory: Layout, tmp_path_factory: pytest.TempPathFactory) -> Pat
 
 
 def digest(folder: Path) -> str:
-    found = hashlib.sha256()
+    total = hashlib.sha256()
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
-        found.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()
+        total.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
+    return total.hexdigest()
 
 
-def test_a_scene_moved_elsewhere_loads_to_the_model_it_was_compiled_from(
+def test_a_scene_moved_elsewhere_loads_as_the_model_that_was_written(
     written: Path, laboratory: Layout, tmp_path: Path
 ) -> None:
     elsewhere = tmp_path / "moved" / "here"
     elsewhere.parent.mkdir()
     moved = write_mjcf(laboratory, tmp_path / "first").parent.rename(elsewhere)
-    read, made = mujoco.MjModel.from_xml_path(str(moved / "scene.xml")), to_mjcf(laboratory).compile()
-    assert (read.nbody, read.ngeom, read.nmesh, read.nmat, read.ncam, read.nlight) == (
-        made.nbody,
-        made.ngeom,
-        made.nmesh,
-        made.nmat,
-        made.ncam,
-        made.nlight,
+    loaded, compiled = mujoco.MjModel.from_xml_path(str(moved / "scene.xml")), to_mjcf(laboratory).compile()
+    assert (loaded.nbody, loaded.ngeom, loaded.nmesh, loaded.nmat, loaded.ncam, loaded.nlight) == (
+        compiled.nbody,
+        compiled.ngeom,
+        compiled.nmesh,
+        compiled.nmat,
+        compiled.ncam,
+        compiled.nlight,
     )
-    data, other = mujoco.MjData(read), mujoco.MjData(made)
-    mujoco.mj_forward(read, data)
-    mujoco.mj_forward(made, other)
-    solid = made.geom_group == COLLISION_GROUP
+    data, other = mujoco.MjData(loaded), mujoco.MjData(compiled)
+    mujoco.mj_forward(loaded, data)
+    mujoco.mj_forward(compiled, other)
+    solid = compiled.geom_group == COLLISION_GROUP
     assert data.geom_xpos[solid] == pytest.approx(other.geom_xpos[solid], abs=2e-5)
-    assert read.geom_size[solid] == pytest.approx(made.geom_size[solid], abs=2e-5)
-    assert read.mesh_facenum.sum() == made.mesh_facenum.sum()
+    assert loaded.geom_size[solid] == pytest.approx(compiled.geom_size[solid], abs=2e-5)
+    assert loaded.mesh_facenum.sum() == compiled.mesh_facenum.sum()
 
 
 def test_a_written_scene_names_no_plugin_and_no_path_outside_its_folder(written: Path) -> None:
@@ -124,7 +124,7 @@ def test_another_process_with_another_hash_seed_writes_the_same_bytes(
     assert (tmp_path / "scene.glb").read_bytes() == write_glb(laboratory, tmp_path / "here.glb").read_bytes()
 
 
-def test_writing_replaces_a_scene_whole(laboratory: Layout, tmp_path: Path) -> None:
+def test_writing_replaces_a_scene_completely(laboratory: Layout, tmp_path: Path) -> None:
     write_mjcf(laboratory, tmp_path / "scene")
     smaller = laboratory.replace(placements=laboratory.placements[:1])
     path = write_mjcf(smaller, tmp_path / "scene")
@@ -132,7 +132,7 @@ def test_writing_replaces_a_scene_whole(laboratory: Layout, tmp_path: Path) -> N
     assert {entry.name for entry in tmp_path.iterdir()} == {"scene"}
 
 
-def test_a_folder_that_holds_something_else_is_left_alone(laboratory: Layout, tmp_path: Path) -> None:
+def test_a_folder_with_other_content_is_refused_and_unchanged(laboratory: Layout, tmp_path: Path) -> None:
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("words")
     with pytest.raises(LabgymError, match="not a compiled scene"):
@@ -154,14 +154,14 @@ def test_glb_holds_the_faces_of_the_scene_with_y_up(laboratory: Layout, tmp_path
     expected = scene_mesh(laboratory)
     scene = trimesh.load(write_glb(laboratory, tmp_path / "scene.glb"))
     assert isinstance(scene, trimesh.Scene)
-    read = scene.to_mesh()
-    assert len(read.faces) == len(expected.faces)
+    mesh = scene.to_mesh()
+    assert len(mesh.faces) == len(expected.faces)
     low, high = expected.vertices.min(axis=0), expected.vertices.max(axis=0)
-    assert read.bounds[0] == pytest.approx([low[0], low[2], -high[1]], abs=1e-4)
-    assert read.bounds[1] == pytest.approx([high[0], high[2], -low[1]], abs=1e-4)
+    assert mesh.bounds[0] == pytest.approx([low[0], low[2], -high[1]], abs=1e-4)
+    assert mesh.bounds[1] == pytest.approx([high[0], high[2], -low[1]], abs=1e-4)
     corners = expected.vertices[expected.faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2.0
-    assert read.area == pytest.approx(area, rel=1e-4)
+    assert mesh.area == pytest.approx(area, rel=1e-4)
 
 
 def linear(channel: float) -> float:

@@ -1,4 +1,4 @@
-"""Imported assets in layouts: compiled, touched, seen and cast at."""
+"""Imported assets in scenes: compiled models, contacts, pictures and rays."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_the_layout_takes_its_bounding_box(ring_layout):
     assert (box.width, box.depth, box.z1) == pytest.approx((2.0, 2.0, 1.0))
 
 
-def test_scenes_on_disk_stand_on_their_own(ring_layout, tmp_path, monkeypatch):
+def test_written_scenes_are_self_contained(ring_layout, tmp_path, monkeypatch):
     layout = ring_layout()
     path = scenes.write_mjcf(layout, tmp_path / "scene")
     glb = trimesh.load(scenes.write_glb(layout, tmp_path / "scene.glb"))
@@ -96,6 +96,6 @@ def test_usd_of_an_imported_asset_has_convex_colliders(ring_layout, tmp_path):
 def test_a_picture_shows_the_mesh(ring_layout):
     layout = ring_layout()
     empty = layout.replace(placements=())
-    shown, bare = (scenes.render(given, 96, 64, "topdown").astype(int) for given in (layout, empty))
-    changed = np.abs(shown - bare).sum(axis=2) > 12
+    furnished, bare = (scenes.render(room, 96, 64, "topdown").astype(int) for room in (layout, empty))
+    changed = np.abs(furnished - bare).sum(axis=2) > 12
     assert 20 < changed.sum() < 0.5 * changed.size

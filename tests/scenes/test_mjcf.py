@@ -1,4 +1,4 @@
-"""The compiled model holds what the layout says, where it says, as solid as it says."""
+"""The compiled model has the bodies, poses and solids of the layout."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def geoms(model: mujoco.MjModel, body: str, group: int) -> np.ndarray:
     return np.flatnonzero((model.geom_bodyid == model.body(body).id) & (model.geom_group == group))
 
 
-def test_there_is_one_body_a_placement_named_by_its_id_and_no_other(model: mujoco.MjModel, laboratory: Layout) -> None:
+def test_there_is_one_body_for_each_placement_named_by_its_id(model: mujoco.MjModel, laboratory: Layout) -> None:
     names = [model.body(index).name for index in range(1, model.nbody)]
     assert names == [placement.id for placement in laboratory.placements]
 
@@ -50,10 +50,10 @@ def test_visible_parts_collide_with_nothing_and_are_as_many_as_the_shape_has(
     model: mujoco.MjModel, laboratory: Layout
 ) -> None:
     for placement in laboratory.placements:
-        seen = geoms(model, placement.id, VISUAL_GROUP)
-        assert len(seen) == len(build(laboratory.asset(placement.id)))
-        assert not model.geom_contype[seen].any()
-        assert not model.geom_conaffinity[seen].any()
+        visible = geoms(model, placement.id, VISUAL_GROUP)
+        assert len(visible) == len(build(laboratory.asset(placement.id)))
+        assert not model.geom_contype[visible].any()
+        assert not model.geom_conaffinity[visible].any()
 
 
 def test_solids_have_the_volume_and_bounds_of_the_assets_solids(model: mujoco.MjModel, laboratory: Layout) -> None:
@@ -98,7 +98,9 @@ def test_a_ball_dropped_in_the_room_comes_to_rest_on_the_floor(laboratory: Layou
 @pytest.mark.parametrize(
     ("direction", "limit"), [((-1.0, 0.0), 0.0), ((1.0, 0.0), 6.0), ((0.0, -1.0), 0.0), ((0.0, 1.0), 5.0)]
 )
-def test_walls_and_shut_doors_stop_what_is_pushed_against_them(direction: tuple[float, float], limit: float) -> None:
+def test_walls_and_closed_doors_stop_a_ball_that_is_pushed_against_them(
+    direction: tuple[float, float], limit: float
+) -> None:
     empty = Layout(id="empty", floor=Room(width=6.0, depth=5.0).floor, placements=())
     spec = to_mjcf(empty)
     spec.option.gravity = [4.0 * direction[0], 4.0 * direction[1], 0.0]
@@ -135,7 +137,7 @@ def test_without_visible_parts_the_solids_are_the_same(model: mujoco.MjModel, la
     assert bare.geom_pos == pytest.approx(model.geom_pos[solid])
 
 
-def test_equal_forms_share_one_mesh(laboratory: Layout) -> None:
+def test_equal_parts_share_one_mesh(laboratory: Layout) -> None:
     model = to_mjcf(laboratory).compile()
     first, second = (
         {int(model.geom_dataid[geom]) for geom in geoms(model, name, VISUAL_GROUP)} for name in ("acetone", "acetone_2")
@@ -146,10 +148,10 @@ def test_equal_forms_share_one_mesh(laboratory: Layout) -> None:
 def test_cameras_are_the_views_and_look_at_their_targets(model: mujoco.MjModel, laboratory: Layout) -> None:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    known = views(laboratory)
-    assert {"overview", "topdown", "door", "hood", "bench", "cabinet"} <= set(known)
-    assert "clock" not in known
-    for name, view in known.items():
+    cameras = views(laboratory)
+    assert {"overview", "topdown", "door", "hood", "bench", "cabinet"} <= set(cameras)
+    assert "clock" not in cameras
+    for name, view in cameras.items():
         camera = data.camera(name)
         towards = np.array(view.target) - np.array(view.position)
         assert -camera.xmat.reshape(3, 3)[:, 2] == pytest.approx(towards / np.linalg.norm(towards), abs=1e-9)
@@ -161,11 +163,11 @@ def test_the_overview_holds_the_whole_floor(size: tuple[float, float]) -> None:
     width, depth = size
     view = views(Layout(id="empty", floor=Room(width=width, depth=depth).floor, placements=()))["overview"]
     corners = np.array([(x, y, 0.0) for x in (0.0, width) for y in (0.0, depth)])
-    seen = (corners - np.array(view.position)) @ view.axes().T
+    local = (corners - np.array(view.position)) @ view.axes().T
     tall = math.tan(math.radians(view.fovy / 2.0))
-    assert (seen[:, 2] < 0.0).all()
-    assert (np.abs(seen[:, 1] / seen[:, 2]) < tall).all()
-    assert (np.abs(seen[:, 0] / seen[:, 2]) < tall * 16.0 / 9.0).all()
+    assert (local[:, 2] < 0.0).all()
+    assert (np.abs(local[:, 1] / local[:, 2]) < tall).all()
+    assert (np.abs(local[:, 0] / local[:, 2]) < tall * 16.0 / 9.0).all()
 
 
 def test_materials_of_the_model_are_the_materials_of_the_shapes(model: mujoco.MjModel) -> None:

@@ -1,4 +1,4 @@
-"""Pictures show what is there, well lit, the same every time; traced ones need no OpenGL."""
+"""Pictures show the scene, are well exposed and reproducible; traced ones need no OpenGL."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ def pixel(layout: Layout, camera: str, point: tuple[float, float, float]) -> tup
 @pytest.mark.parametrize("renderer", ["traced", "opengl"])
 @pytest.mark.parametrize("camera", ["overview", "door"])
 def test_a_yellow_cabinet_is_yellow_where_it_stands(laboratory: Layout, camera: str, renderer: str) -> None:
-    seen = picture(laboratory, camera, renderer)
+    image = picture(laboratory, camera, renderer)
     row, column = pixel(laboratory, camera, (0.46, 2.30, 0.45))
-    red, green, blue = seen[row - 1 : row + 2, column - 1 : column + 2].reshape(-1, 3).mean(axis=0)
+    red, green, blue = image[row - 1 : row + 2, column - 1 : column + 2].reshape(-1, 3).mean(axis=0)
     assert red > 1.1 * green > 1.1 * 2.0 * blue
 
 
 @pytest.mark.parametrize("renderer", ["traced", "opengl"])
 @pytest.mark.parametrize("camera", ["overview", "topdown", "door", "bench"])
-def test_pictures_have_neither_black_holes_nor_burnt_out_whites(laboratory: Layout, camera: str, renderer: str) -> None:
+def test_pictures_are_neither_underexposed_nor_overexposed(laboratory: Layout, camera: str, renderer: str) -> None:
     tone = picture(laboratory, camera, renderer).astype(float).max(axis=2)
     assert np.mean(tone < 12.0) < 0.03
     assert np.mean(tone > 253.0) < 0.06
@@ -64,10 +64,10 @@ def test_the_same_layout_gives_the_same_picture(laboratory: Layout) -> None:
     assert (render(laboratory, 96, 54) == render(laboratory, 96, 54)).all()
 
 
-def test_pictures_are_bytes_of_the_size_asked_for(laboratory: Layout) -> None:
-    seen = render(laboratory, 97, 41, "topdown")
-    assert seen.shape == (41, 97, 3)
-    assert seen.dtype == np.uint8
+def test_pictures_are_bytes_of_the_requested_size(laboratory: Layout) -> None:
+    image = render(laboratory, 97, 41, "topdown")
+    assert image.shape == (41, 97, 3)
+    assert image.dtype == np.uint8
 
 
 @pytest.mark.parametrize("renderer", ["traced", "opengl"])
@@ -99,13 +99,15 @@ def test_pictures_beyond_the_off_screen_buffer_are_refused(laboratory: Layout) -
         make_renderer(to_mjcf(laboratory).compile(), 4000, 100)
 
 
-def test_a_floor_under_open_sky_is_brighter_than_one_beside_a_wall() -> None:
+def test_the_middle_of_a_floor_is_brighter_than_its_edge_at_a_wall() -> None:
     """Ambient light falls towards the foot of a wall, and evenly so along it."""
     room = Layout(id="empty", floor=Room(width=8.0, depth=8.0, doors=()).floor, placements=())
-    seen = render(room, WIDTH, HEIGHT, "topdown").astype(float).mean(axis=2)
+    light = render(room, WIDTH, HEIGHT, "topdown").astype(float).mean(axis=2)
     middle, scale = HEIGHT / 2.0, HEIGHT / 8.6
-    inner = seen[round(middle - scale) : round(middle + scale), round(WIDTH / 2.0 - scale) : round(WIDTH / 2.0 + scale)]
-    foot = seen[round(middle - scale) : round(middle + scale), round(WIDTH / 2.0 - 3.8 * scale)]
+    inner = light[
+        round(middle - scale) : round(middle + scale), round(WIDTH / 2.0 - scale) : round(WIDTH / 2.0 + scale)
+    ]
+    foot = light[round(middle - scale) : round(middle + scale), round(WIDTH / 2.0 - 3.8 * scale)]
     assert np.median(inner) > np.median(foot) + 5.0
 
 
@@ -119,7 +121,7 @@ def test_asset_sheets_have_a_tile_for_each_asset() -> None:
         asset_sheet([])
 
 
-def test_smoothing_keeps_even_light_and_quiets_noise_but_not_edges() -> None:
+def test_smoothing_keeps_even_light_and_edges_and_reduces_noise() -> None:
     rng = np.random.default_rng(1)
     normal = np.zeros((60, 80, 3), dtype=np.float32)
     normal[:, :40, 2], normal[:, 40:, 0] = 1.0, 1.0

@@ -1,4 +1,4 @@
-"""Rays meet what MuJoCo's own ray caster meets, and walls where geometry says."""
+"""Rays hit what MuJoCo's ray caster hits, and walls at the distance that geometry gives."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def by_mujoco(layout: Layout, origins: np.ndarray, directions: np.ndarray, group
     groups = np.array([index == group for index in range(6)], dtype=np.uint8)
     distances, names, hit = [], [], np.zeros(1, dtype=np.int32)
     for origin, direction in zip(origins, directions, strict=True):
-        found = mujoco.mj_ray(model, data, origin, direction, groups, 1, -1, hit)
-        distances.append(10.0 if found < 0.0 else min(found, 10.0))
-        names.append("" if found < 0.0 else model.body(model.geom_bodyid[hit[0]]).name)
+        distance = mujoco.mj_ray(model, data, origin, direction, groups, 1, -1, hit)
+        distances.append(10.0 if distance < 0.0 else min(distance, 10.0))
+        names.append("" if distance < 0.0 else model.body(model.geom_bodyid[hit[0]]).name)
     return np.array(distances), names
 
 
@@ -61,7 +61,7 @@ def test_in_an_empty_room_rays_end_at_the_walls(geometry: str, height: float) ->
     assert (faces >= 0).all()
 
 
-def test_rays_end_at_the_floor_and_at_their_range() -> None:
+def test_rays_end_at_the_floor_or_at_their_range() -> None:
     scene = RayScene(EMPTY)
     origins = np.array([[3.0, 2.0, 1.2], [3.0, 2.0, 1.2], [3.0, 2.0, 1.2]])
     directions = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
@@ -73,7 +73,7 @@ def test_rays_end_at_the_floor_and_at_their_range() -> None:
     assert faces.dtype == np.int32
 
 
-def test_rays_meet_the_solids_that_mujoco_meets(laboratory: Layout) -> None:
+def test_rays_hit_the_solids_that_mujoco_hits(laboratory: Layout) -> None:
     origins, directions = scattered(3, 400)
     scene = RayScene(laboratory, "solid")
     distances, faces = scene.cast(origins, directions)
@@ -85,7 +85,7 @@ def test_rays_meet_the_solids_that_mujoco_meets(laboratory: Layout) -> None:
             assert name == ("world" if owner == ROOM else laboratory.placements[owner].id)
 
 
-def test_rays_meet_the_visible_parts_that_mujoco_meets(laboratory: Layout) -> None:
+def test_rays_hit_the_visible_parts_that_mujoco_hits(laboratory: Layout) -> None:
     """Round parts have sides here and are round there: a few rays pass their rims differently."""
     origins, directions = scattered(4, 600)
     distances, _ = RayScene(laboratory).cast(origins, directions)
@@ -93,7 +93,7 @@ def test_rays_meet_the_visible_parts_that_mujoco_meets(laboratory: Layout) -> No
     assert np.mean(np.abs(distances - expected) < 3e-3) > 0.99
 
 
-def test_colors_are_bytes_of_what_is_hit_and_the_sky_elsewhere(laboratory: Layout) -> None:
+def test_colors_are_bytes_of_the_face_or_the_sky(laboratory: Layout) -> None:
     scene = RayScene(laboratory)
     yellow = np.flatnonzero(scene.mesh.material == MATERIAL_NAMES.index("safety_yellow"))[:50]
     towards = np.tile([0.0, 0.0, -1.0], (len(yellow) + 1, 1))
@@ -117,13 +117,13 @@ def test_the_scene_mesh_accounts_for_every_placement(laboratory: Layout) -> None
 
 def test_the_scene_mesh_as_trimesh_keeps_owners_and_colors(laboratory: Layout) -> None:
     mesh = scene_mesh(laboratory)
-    read = mesh.trimesh()
-    assert len(read.faces) == len(mesh.faces)
-    assert (read.face_attributes["owner"] == mesh.owner).all()
-    assert np.abs(read.visual.face_colors / 255.0 - mesh.rgba).max() < 0.003
+    copy = mesh.trimesh()
+    assert len(copy.faces) == len(mesh.faces)
+    assert (copy.face_attributes["owner"] == mesh.owner).all()
+    assert np.abs(copy.visual.face_colors / 255.0 - mesh.rgba).max() < 0.003
 
 
-def test_hidden_walls_go_with_what_hangs_on_them(laboratory: Layout) -> None:
+def test_hidden_walls_hide_the_placements_mounted_on_them(laboratory: Layout) -> None:
     clock = [placement.id for placement in laboratory.placements].index("clock")
     assert clock not in scene_mesh(laboratory, hidden=("right",)).owner
     assert clock in scene_mesh(laboratory, hidden=("left",)).owner

@@ -37,14 +37,14 @@ def test_a_published_laboratory_is_clean_too(tmp_path: Path, capfd: pytest.Captu
     assert capfd.readouterr() == ("", "")
 
 
-def test_everything_seen_is_where_the_scene_has_it(laboratory: Layout, tmp_path: Path) -> None:
+def test_visible_faces_are_where_the_scene_mesh_has_them(laboratory: Layout, tmp_path: Path) -> None:
     """The stage, read back as a mesh, has the triangles of the scene that labgym's own sensors see."""
     mesh = read_mesh(write_usd(laboratory, tmp_path / "scene"))
     expected = scene_mesh(laboratory)
     assert sum(len(part.faces) for part in mesh.parts) == len(expected.faces)
-    found = np.concatenate([part.vertices[part.faces].mean(axis=1) for part in mesh.parts])
+    centroids = np.concatenate([part.vertices[part.faces].mean(axis=1) for part in mesh.parts])
     centres = expected.vertices[expected.faces].mean(axis=1)
-    np.testing.assert_allclose(_sorted(found), _sorted(centres), atol=2e-4)
+    np.testing.assert_allclose(_sorted(centroids), _sorted(centres), atol=2e-4)
 
 
 def _sorted(points: np.ndarray) -> np.ndarray:
@@ -67,7 +67,9 @@ def test_colliders_are_the_solids_of_the_layout(laboratory: Layout, stage: Usd.S
     assert all(prim.HasAPI(UsdPhysics.CollisionAPI) for prim in walls)
 
 
-def test_furniture_and_what_hangs_stays_put_and_the_rest_can_fall(laboratory: Layout, stage: Usd.Stage) -> None:
+def test_furniture_and_wall_mounted_placements_are_kinematic_and_the_others_can_fall(
+    laboratory: Layout, stage: Usd.Stage
+) -> None:
     for placement in laboratory.placements:
         body = UsdPhysics.RigidBodyAPI(stage.GetPrimAtPath(f"/Laboratory/Placements/{placement.id}"))
         stays = laboratory.asset(placement.id).kind == "facility" or placement.support == "wall"
@@ -76,7 +78,7 @@ def test_furniture_and_what_hangs_stays_put_and_the_rest_can_fall(laboratory: La
     assert scene.GetGravityMagnitudeAttr().Get() == pytest.approx(9.81)
 
 
-def test_the_folder_can_be_moved_and_is_the_same_every_time(laboratory: Layout, tmp_path: Path) -> None:
+def test_the_folder_can_be_moved_and_is_reproducible(laboratory: Layout, tmp_path: Path) -> None:
     write_usd(laboratory, tmp_path / "scene")
     first = {path.name: path.read_bytes() for path in (tmp_path / "scene").rglob("*.usd*")}
     write_usd(laboratory, tmp_path / "scene")
@@ -86,14 +88,14 @@ def test_the_folder_can_be_moved_and_is_the_same_every_time(laboratory: Layout, 
     assert str(tmp_path).encode() not in b"".join(first.values())
 
 
-def test_a_folder_of_something_else_is_left_alone(laboratory: Layout, tmp_path: Path) -> None:
+def test_a_folder_with_other_content_is_refused_and_unchanged(laboratory: Layout, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("keep")
     with pytest.raises(LabgymError, match=r"not a USD stage"):
         write_usd(laboratory, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
-def test_ids_that_usd_cannot_take_are_kept_as_attributes(laboratory: Layout, tmp_path: Path) -> None:
+def test_ids_that_are_not_usd_identifiers_are_kept_as_attributes(laboratory: Layout, tmp_path: Path) -> None:
     clock = next(p for p in laboratory.placements if p.id == "clock")
     twins = tuple(clock.model_copy(update={"id": name}) for name in ("1-a", "1.a", "1_a"))
     layout = laboratory.replace(placements=twins)
@@ -135,8 +137,8 @@ def test_cameras_show_what_the_cameras_of_the_mjcf_scene_show(laboratory: Layout
         expected = local[:, :2] / -local[:, 2:] / np.array([tall * 16.0 / 9.0, tall])
         frustum = camera.GetCamera().frustum
         matrix = frustum.ComputeViewMatrix() * frustum.ComputeProjectionMatrix()
-        seen = np.array([matrix.Transform(Gf.Vec3d(*map(float, point))) for point in world])[:, :2]
-        np.testing.assert_allclose(seen, expected, atol=1e-4)
+        projected = np.array([matrix.Transform(Gf.Vec3d(*map(float, point))) for point in world])[:, :2]
+        np.testing.assert_allclose(projected, expected, atol=1e-4)
 
 
 @pytest.mark.parametrize("room", [Room(width=8.0, depth=8.0), Room(width=3.0, depth=2.4), Room(width=40.0, depth=30.0)])

@@ -33,13 +33,13 @@ def test_a_gif_holds_every_picture_in_order(tmp_path):
 def test_an_mp4_holds_every_picture_at_its_size(tmp_path):
     path = save_film(ramps(6), tmp_path / "drive.mp4")
     video = cv2.VideoCapture(str(path))
-    read = [video.read() for _ in range(7)]
-    assert [done for done, _ in read] == [True] * 6 + [False]
-    assert read[0][1].shape == (96, 128, 3)
+    frames = [video.read() for _ in range(7)]
+    assert [done for done, _ in frames] == [True] * 6 + [False]
+    assert frames[0][1].shape == (96, 128, 3)
     assert video.get(cv2.CAP_PROP_FPS) == pytest.approx(10.0)
 
 
-def test_nothing_is_left_where_a_film_fails(tmp_path):
+def test_a_film_that_fails_leaves_no_file(tmp_path):
     def broken():
         yield from ramps(2)
         raise LabgymError("no more")
@@ -52,7 +52,7 @@ def test_nothing_is_left_where_a_film_fails(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_another_ending_and_a_pair_that_is_not_there_are_refused_before_anything_is_driven(tmp_path, capsys):
+def test_an_unknown_suffix_and_a_missing_pair_are_refused_before_the_drive(tmp_path, capsys):
     with pytest.raises(OptionError, match=r"\.mp4 or \.gif"):
         save_film(ramps(1), tmp_path / "drive.avi")
     assert main(["record", "test-sub_01", "--out", str(tmp_path / "drive.avi")]) == 2
@@ -60,7 +60,7 @@ def test_another_ending_and_a_pair_that_is_not_there_are_refused_before_anything
     assert "99" in capsys.readouterr().err
 
 
-def test_the_robot_s_own_view_is_in_the_corner():
+def test_the_view_of_the_robot_is_in_the_corner():
     layout = load_published("test", "test-sub_01")
     pair = goal_pairs(layout)[0]
     try:

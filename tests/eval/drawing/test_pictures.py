@@ -50,11 +50,11 @@ def test_the_same_layout_gives_the_same_bytes_in_any_process():
         "    print(hashlib.sha256(t.picture_bytes(t.topdown(t.layout()), kind)).hexdigest())"
     )
     command = [sys.executable, "-c", code, str(Path(__file__).parent)]
-    seen = {
+    digests = {
         subprocess.run(command, env={"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True).stdout
         for seed in ("1", "2")
     }
-    assert len(seen) == 1
+    assert len(digests) == 1
 
 
 def test_objects_stand_where_the_layout_says():
@@ -65,14 +65,14 @@ def test_objects_stand_where_the_layout_says():
         assert pixel(png, x, y) == pytest.approx(expected, abs=0.01)
 
 
-def test_a_route_is_drawn_in_its_policy_s_color():
+def test_a_route_is_drawn_in_the_color_of_its_policy():
     trace = Trace("astar", np.array([[0.5, 0.55], [5.5, 0.55]]))
     color = palette.policy_colors(["astar"])["astar"]
     expected = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
     assert pixel(picture_bytes(topdown(layout(), traces=[trace])), 4.3, 0.55) == pytest.approx(expected, abs=0.05)
 
 
-def test_pictures_are_written_as_png_or_svg_and_nothing_else(tmp_path):
+def test_pictures_are_written_by_suffix_and_other_suffixes_are_refused(tmp_path):
     figure = topdown(layout())
     assert save_picture(figure, tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert b"<svg" in save_picture(figure, tmp_path / "a.svg").read_bytes()[:1000]
@@ -122,7 +122,7 @@ def test_names_cover_nothing_and_nearly_all_furniture_has_one(split, name):
         assert [other for other in covered if space.intersection(outlines[other]).area > 1e-6] == []
 
 
-def test_what_violates_a_rule_is_outlined_in_red_and_listed():
+def test_a_placement_that_violates_a_rule_is_outlined_in_red_and_listed():
     bench, hood = layout().placements
     moved = hood.model_copy(update={"position": (3.2, 2.6, 0.0)})
     colliding = layout().replace(placements=(bench, moved))
