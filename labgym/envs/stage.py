@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from functools import cached_property
+from typing import Any
 from weakref import WeakValueDictionary
 
 import mujoco
@@ -35,6 +36,10 @@ class Stage:
         self._obstacles = Obstacles(layout.obstacles(OBSTACLE_HEIGHT))
         self._goals: dict[tuple[float, ...], DistanceToGo] = {}
         self._lengths: dict[tuple[float, ...], float] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A copy, or an unpickled environment, uses the stage that its process has for the layout.
+        return stage_of, (self._layout,)
 
     def clearance(self, x: float, y: float) -> float:
         """Return the distance from the chassis to the nearest footprint or wall, metres; 0 if they overlap.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import cv2
 import mujoco
@@ -99,6 +100,10 @@ class ChaseView:
         buffer = model.vis.global_
         buffer.offwidth, buffer.offheight = width * OVERSAMPLING, height * OVERSAMPLING
         return make_renderer(model, buffer.offwidth, buffer.offheight, "fast")
+
+    def __getstate__(self) -> dict[str, Any]:
+        # The renderer stays in its process; a copy creates its own for its next image.
+        return {**self.__dict__, "_layout": None, "_scene": None, "_renderer": None}
 
     def close(self) -> None:
         """Free the renderer; the next picture creates a new one."""

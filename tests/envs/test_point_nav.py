@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import json
 import math
+import pickle
 import subprocess
 import sys
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -364,3 +367,21 @@ def test_arguments_out_of_range_are_refused_when_the_environment_is_made() -> No
 def test_objects_above_the_robot_s_head_are_the_only_ones_that_are_no_obstacles() -> None:
     assert ROBOT.height <= OBSTACLE_HEIGHT <= ROBOT.height + 0.1
     assert ROBOT.planning_radius == PLANNING_RADIUS
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+@pytest.mark.parametrize("observation", ["lidar", "rgbd"])
+def test_a_copy_of_a_running_environment_continues_the_same_episode(
+    layout: Layout, observation: str, copied: Callable[[LabPointNavEnv], LabPointNavEnv]
+) -> None:
+    env = LabPointNavEnv(layout=layout, observation=observation)
+    env.reset(seed=3)
+    for _ in range(5):
+        env.step(np.array([1.0, 0.2], np.float32))
+    other = copied(env)
+    for _ in range(5):
+        action = np.array([0.7, -0.3], np.float32)
+        (first, reward, *_), (second, same_reward, *_) = env.step(action), other.step(action)
+        assert reward == same_reward
+        for name in first:
+            np.testing.assert_array_equal(first[name], second[name])

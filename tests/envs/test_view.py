@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import warnings
 
 import gymnasium as gym
@@ -113,3 +114,11 @@ def test_a_fast_picture_shows_the_same_view_and_observations_do_not_depend_on_qu
 def test_an_unknown_quality_lists_those_that_exist(layout: Layout) -> None:
     with pytest.raises(UnknownNameError, match=r"best.*fast, fine"):
         LabPointNavEnv(layout=layout, quality="best")  # type: ignore[arg-type]
+
+
+def test_an_environment_that_has_rendered_can_be_copied(env: LabPointNavEnv) -> None:
+    env.reset(seed=0)
+    picture = env.render()
+    other = copy.deepcopy(env)
+    np.testing.assert_array_equal(other.render(), picture)
+    other.close()
