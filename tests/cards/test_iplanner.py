@@ -52,7 +52,7 @@ def test_the_card_s_numbers_are_the_evaluation_s(run: Path, data: Path, tmp_path
         assert (tmp_path / "card" / name).read_bytes().startswith(b"\x89PNG"), name
 
 
-def test_an_ablation_has_a_row_for_each_variant_driven_with_its_own_weights_or_the_whole_s(
+def test_each_variant_drives_with_its_own_weights_or_those_of_the_unchanged_policy(
     data: Path, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     chosen = tuple(variant for variant in IPLANNER.variants if variant.name in {"whole", "obstacle", "glance"})

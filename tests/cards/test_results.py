@@ -40,7 +40,7 @@ def study(folder: Path, summary: NavigationSummary, intervals: dict[str, tuple[f
         ((0.7, 0.9), (0.8, 1.0), 'No variant differs from "unchanged" by more than the intervals'),
     ],
 )
-def test_variants_within_the_intervals_are_said_to_be(
+def test_the_sentence_names_the_variants_within_the_intervals(
     summary: NavigationSummary, tmp_path: Path, a: tuple[float, float], b: tuple[float, float], sentence: str
 ) -> None:
     table = ablation_table(study(tmp_path, summary, {"whole": (0.6, 0.8), "a": a, "b": b}), TITLES)

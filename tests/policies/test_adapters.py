@@ -99,7 +99,7 @@ def test_torchscript_gets_the_observations_that_its_arguments_name(tmp_path):
     assert policy.act(observation()) == pytest.approx(expected(), abs=1e-6)
 
 
-def test_torchscript_sees_pictures_channels_first_and_colours_up_to_one(tmp_path):
+def test_torchscript_receives_images_channels_first_with_colors_in_0_to_1(tmp_path):
     policy = make_policy(str(script(Look(), tmp_path / "look.torchscript")))
     assert policy.observation == "rgbd"
     inputs = observation()
@@ -145,13 +145,13 @@ class Wild(torch.nn.Module):
         return goal[:, :2] * 100.0
 
 
-def test_a_network_that_wants_lidar_and_camera_is_refused(tmp_path):
+def test_a_network_that_needs_lidar_and_camera_is_refused(tmp_path):
     with pytest.raises(OptionError, match="lidar and camera"):
         make_policy(str(script(Greedy(), tmp_path / "greedy.pt")))
 
 
 @pytest.mark.parametrize("module", [Wordy, Lost])
-def test_an_output_that_is_no_action_is_named(tmp_path, module):
+def test_an_output_that_is_not_an_action_is_reported(tmp_path, module):
     with pytest.raises(LabgymError, match="two finite numbers"):
         make_policy(str(script(module(), tmp_path / "m.pt"))).act(observation())
 
@@ -192,14 +192,14 @@ def test_nothing_is_unpickled_silently(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", ["no.pt", "no.onnx", "no.zip", "folder.zip"])
-def test_a_file_that_is_not_there_is_named(tmp_path, name):
+def test_a_missing_file_is_named(tmp_path, name):
     (tmp_path / "folder.zip").mkdir()
     with pytest.raises(LabgymError, match=rf"{name}.*no such file"):
         make_policy(str(tmp_path / name))
 
 
 @pytest.mark.parametrize("name", ["broken.pt", "broken.onnx", "broken.zip"])
-def test_a_file_of_other_content_is_one_clear_error(tmp_path, name):
+def test_a_file_with_other_content_is_a_one_line_error(tmp_path, name):
     (tmp_path / name).write_bytes(b"nothing of the kind")
     with pytest.raises(LabgymError, match=name) as caught:
         make_policy(str(tmp_path / name), **({"trust": True} if name.endswith("zip") else {}))
@@ -247,7 +247,7 @@ def test_a_model_can_sample_its_actions_from_the_episodes_generator(trained):
     assert torch.equal(torch.rand(1), untouched)
 
 
-def test_a_model_of_flat_observations_gets_them_in_gymnasiums_order(tmp_path):
+def test_a_model_of_flat_observations_receives_them_in_gymnasiums_order(tmp_path):
     import gymnasium as gym
 
     env = gym.wrappers.FlattenObservation(LabPointNavEnv(layout=LAYOUT))
@@ -260,18 +260,18 @@ def test_a_model_of_flat_observations_gets_them_in_gymnasiums_order(tmp_path):
     assert policy.act(inputs) == pytest.approx(np.clip(model.predict(flat, deterministic=True)[0], -1.0, 1.0))
 
 
-def test_a_model_of_another_world_is_refused(tmp_path):
+def test_a_model_of_another_environment_is_refused(tmp_path):
     stable_baselines3.PPO("MlpPolicy", "Pendulum-v1", n_steps=8, batch_size=8, device="cpu").save(tmp_path / "p.zip")
     with pytest.raises(OptionError, match="expected a Box of shape"):
         make_policy(str(tmp_path / "p.zip"), trust=True)
 
 
-def test_an_algorithm_that_is_not_there_is_named(trained):
+def test_an_unknown_algorithm_is_named(trained):
     with pytest.raises(UnknownNameError, match="DQN"):
         make_policy(str(trained), algorithm="DQN", trust=True)
 
 
-def test_results_name_the_weights_that_they_were_made_with(tmp_path):
+def test_results_record_the_hash_of_the_weights(tmp_path):
     path, digests = graph(tmp_path / "steer.onnx"), set()
     for factor in (0.1, 0.2, 0.2):
         model = onnx.load(str(path))

@@ -75,7 +75,7 @@ def test_a_published_layout_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path
         make_dataset(tmp_path, DataOptions(samples=1), progress=False)
 
 
-def test_one_worker_writes_the_bytes_of_two_and_mends_what_broke(dataset: Path, tmp_path: Path) -> None:
+def test_one_worker_writes_the_bytes_of_two_and_repairs_damaged_shards(dataset: Path, tmp_path: Path) -> None:
     broken = tmp_path / "again"
     for name in ("manifest.json", "samples/00000.parquet", "maps/00000.parquet", "samples/00001.parquet"):
         (broken / name).parent.mkdir(parents=True, exist_ok=True)
@@ -148,7 +148,7 @@ def test_frames_are_what_the_camera_sees_there(data: Dataset, dataset: Path, lay
     assert np.abs(decoded - rgb).mean() < 6.0
 
 
-def test_depth_survives_to_the_millimetre_and_pictures_nearly() -> None:
+def test_depth_survives_to_the_millimeter_and_images_nearly() -> None:
     rng = np.random.default_rng(0)
     depth = rng.uniform(0.0, 10.0, (72, 128)).astype(np.float32)
     assert np.abs(depth_of(depth_png(depth)) / 1000.0 - depth).max() <= 0.000501
@@ -156,7 +156,7 @@ def test_depth_survives_to_the_millimetre_and_pictures_nearly() -> None:
     assert np.abs(rgb_of(jpeg(ramp)).astype(int) - ramp).max() <= 3
 
 
-def test_costs_are_depths_inside_what_is_blocked() -> None:
+def test_costs_are_depths_inside_the_blocked_cells() -> None:
     blocked = np.zeros((60, 60), dtype=bool)
     blocked[:, 40:] = True
     cost = cost_map(blocked)

@@ -44,7 +44,7 @@ def free(floor: KnownFloor, x: float, y: float) -> bool:
 
 
 @pytest.mark.parametrize("distance", [0.83, 1.5, 2.93, 3.0])
-def test_a_wall_ahead_is_entered_where_it_stands_and_as_wide_as_it_is_seen(distance):
+def test_a_wall_ahead_is_mapped_at_its_place_and_as_wide_as_it_is_seen(distance):
     depth_map = DepthMap(12.0)
     depth_map.add(picture(distance), (0.0, 0.0, 0.0))
     centres = occupied_centres(depth_map.known([], 0.5))
@@ -57,7 +57,7 @@ def test_a_wall_ahead_is_entered_where_it_stands_and_as_wide_as_it_is_seen(dista
     assert np.diff(ys).max() == pytest.approx(0.05)
 
 
-def test_the_floor_is_free_up_to_the_wall_and_unknown_behind_and_beside_it():
+def test_the_floor_is_free_up_to_the_wall_and_unseen_behind_and_next_to_it():
     depth_map = DepthMap(12.0)
     depth_map.add(picture(3.0), (0.0, 0.0, 0.0))
     floor = depth_map.known([(0.0, 0.0)], 1.0)
@@ -78,13 +78,13 @@ def test_an_empty_view_is_free_as_far_as_the_camera_sees_and_nothing_is_occupied
     "bottom, top, in_the_way",
     [(0.0, 3.0, True), (1.45, 3.0, False), (1.30, 3.0, True), (0.0, 0.04, False), (0.0, 0.30, True)],
 )
-def test_only_what_the_robot_would_run_into_is_an_obstacle(bottom, top, in_the_way):
+def test_only_surfaces_at_the_robots_height_are_obstacles(bottom, top, in_the_way):
     depth_map = DepthMap(12.0)
     depth_map.add(picture(4.0, bottom, top), (0.0, 0.0, 0.0))
     assert bool(depth_map.known([], 0.5).grid.occupied.any()) is in_the_way
 
 
-def test_an_obstacle_stays_when_the_picture_passes_over_it_from_nearby():
+def test_an_obstacle_stays_when_the_camera_looks_over_it_from_nearby():
     depth_map = DepthMap(12.0)
     fresh = depth_map.add(picture(2.0, 0.0, 0.3), (0.0, 0.0, 0.0))
     assert len(fresh) > 0
@@ -92,7 +92,7 @@ def test_an_obstacle_stays_when_the_picture_passes_over_it_from_nearby():
     assert not free(depth_map.known([], 0.5), LENS + 2.01, 0.0)
 
 
-def test_what_is_known_already_is_not_fresh_again():
+def test_only_newly_occupied_cells_are_returned():
     depth_map = DepthMap(12.0)
     first = depth_map.add(picture(2.0), (0.0, 0.0, 0.0))
     assert len(first) == len(np.unique(first, axis=0)) == occupied_centres(depth_map.known([], 0.5)).shape[0]
@@ -112,7 +112,7 @@ def test_a_view_from_elsewhere_is_the_same_view_moved(x, y, yaw):
     assert gaps.min(axis=1).max() < 0.08
 
 
-def test_a_turn_in_a_laboratory_enters_no_obstacle_farther_than_a_cell_from_one():
+def test_a_turn_in_a_laboratory_maps_obstacles_within_a_cell_of_true_ones():
     layout = load_published("val", "val-alk_03")
     truth = binary_dilation(occupancy(layout).occupied, np.ones((3, 3)), border_value=1)
     rays, camera, depth_map = RayScene(layout), Camera(), DepthMap(20.0)
@@ -129,7 +129,7 @@ def test_a_turn_in_a_laboratory_enters_no_obstacle_farther_than_a_cell_from_one(
     assert ((cells >= -recess) & (cells < (nx + recess, ny + recess))).all()
 
 
-def test_the_known_part_holds_what_was_seen_and_what_was_asked_for_with_a_margin():
+def test_the_known_part_contains_seen_cells_and_requested_points_with_a_margin():
     depth_map = DepthMap(12.0)
     depth_map.add(picture(2.0), (0.0, 0.0, 0.0))
     grid = depth_map.known([(-3.0, 4.0)], 1.0).grid
@@ -138,7 +138,7 @@ def test_the_known_part_holds_what_was_seen_and_what_was_asked_for_with_a_margin
     assert grid.origin[0] + 0.05 * grid.shape[1] == pytest.approx(LENS + 3.0, abs=0.101)
 
 
-def test_what_lies_beyond_the_map_is_left_out():
+def test_returns_beyond_the_map_are_ignored():
     depth_map = DepthMap(2.0)
     depth_map.add(picture(3.0), (0.0, 0.0, 0.0))
     depth_map.occupy(np.array([[5.0, 0.0], [0.0, -2.001]]))
@@ -148,12 +148,12 @@ def test_what_lies_beyond_the_map_is_left_out():
 
 
 @pytest.mark.parametrize("size", [(72, 127), (1,), (72, 128, 3)])
-def test_a_picture_of_another_size_is_refused(size):
+def test_a_depth_image_of_another_size_is_refused(size):
     with pytest.raises(OptionError, match="depth image"):
         DepthMap(5.0).add(np.ones(size), (0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize("reach, resolution", [(0.0, 0.05), (5.0, 0.0), (0.02, 0.05), (math.inf, 0.05)])
-def test_a_map_of_no_size_is_refused(reach, resolution):
+def test_a_map_without_a_valid_size_is_refused(reach, resolution):
     with pytest.raises(OptionError, match="map"):
         DepthMap(reach, resolution=resolution)

@@ -27,7 +27,7 @@ def wall(x: float, y0: float, y1: float) -> np.ndarray:
     return np.column_stack([np.full(len(ys), x), ys])
 
 
-def test_straight_ahead_the_clearance_is_what_is_left_when_the_disc_touches():
+def test_the_clearance_straight_ahead_is_the_distance_less_the_radius():
     assert one(1.0, 0.0, (2.0, 0.0)) == pytest.approx(1.7)
     assert one(0.5, 0.0, (2.0, 0.1)) == pytest.approx(2.0 - math.sqrt(0.09 - 0.01))
     assert one(1.0, 0.0, (2.0, 0.31)) == math.inf
@@ -42,11 +42,11 @@ def test_on_a_circle_a_point_on_it_is_touched_a_chord_early(sense):
     assert one(0.5, sense, (1.0, sense)) == math.inf
 
 
-def test_on_the_spot_nothing_is_met():
+def test_a_turn_in_place_meets_nothing():
     assert one(0.0, 1.0, (0.31, 0.0)) == math.inf
 
 
-def test_what_touches_already_stops_the_way_towards_it_alone():
+def test_a_touching_point_blocks_only_motion_towards_it():
     assert one(0.5, 0.0, (0.29, 0.0)) == 0.0
     assert one(0.5, 0.0, (-0.29, 0.0)) == math.inf
 
@@ -68,7 +68,7 @@ def test_the_clearance_along_an_arc_is_that_of_a_disc_moved_in_small_steps(v, w,
 
 
 @given(v=st.floats(0.0, 1.0), w=st.floats(-1.5, 1.5))
-def test_the_window_is_what_the_accelerations_allow_in_a_step_within_the_limits(v, w):
+def test_the_window_holds_the_velocities_that_the_accelerations_allow_within_the_limits(v, w):
     vs, ws = dynamic_window(v, w, (5, 9))
     assert len(vs) == len(ws) == 45
     assert vs.min() == pytest.approx(max(0.0, v - 0.15))
@@ -97,7 +97,7 @@ def test_the_heading_error_vanishes_on_the_way_to_the_target_and_is_half_a_turn_
     assert left == pytest.approx([math.pi / 2.0 - 0.6, math.pi / 2.0 + 0.6])
 
 
-def test_the_heading_is_judged_from_the_end_of_the_arc():
+def test_the_heading_error_is_taken_at_the_end_of_the_arc():
     quarter_circle = heading_error(np.array([1.0]), np.array([math.pi / 2.0]), (2.0 / math.pi, 5.0), 1.0)
     assert quarter_circle == pytest.approx([0.0], abs=1e-9)
 
@@ -114,7 +114,7 @@ def test_standing_before_a_wall_it_turns_to_the_target_rather_than_stay():
     assert turn > 0.0
 
 
-def test_held_by_something_it_backs_off():
+def test_it_backs_off_when_something_blocks_it():
     policy = make_policy("dwa")
     policy.reset(EpisodeStart(goal=(3.0, 0.0), rng=np.random.default_rng(0)))
     seen = {"lidar": np.full(180, 10.0, np.float32), "velocity": np.zeros(2, np.float32), "odometry": np.zeros(3)}
@@ -147,12 +147,12 @@ def test_straight_clearance_is_where_a_swept_disc_first_touches(seed):
         assert shapely.LineString([start, start + (free + 0.01) * heading]).distance(cloud) < RADIUS
 
 
-def test_an_open_goal_is_headed_for():
+def test_the_target_is_the_goal_if_the_way_is_open():
     assert ViaPoints((4.0, 1.0)).target(wall(2.0, 1.5, 3.0), (0.0, 0.0, 0.0), RADIUS) == (4.0, 1.0)
 
 
 @pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (0.3, -0.2, 1.0)])
-def test_behind_a_wall_the_goal_is_headed_for_around_its_nearer_end(pose):
+def test_behind_a_wall_the_via_point_is_at_its_nearer_end(pose):
     fixed = wall(2.0, -3.0, 1.0)
     cosine, sine = math.cos(pose[2]), math.sin(pose[2])
     seen = (fixed - pose[:2]) @ np.array([[cosine, -sine], [sine, cosine]])
@@ -163,7 +163,7 @@ def test_behind_a_wall_the_goal_is_headed_for_around_its_nearer_end(pose):
     assert way.length < 5.5
 
 
-def test_a_via_point_is_kept_while_it_serves():
+def test_a_via_point_is_kept_while_it_is_useful():
     choice = ViaPoints((4.0, 0.0))
     fixed = wall(2.0, -1.5, 1.5)
     first = choice.target(fixed, (0.0, 0.0, 0.0), RADIUS)
@@ -172,7 +172,7 @@ def test_a_via_point_is_kept_while_it_serves():
     assert choice.target(fixed - nudged[:2], nudged, RADIUS) == first
 
 
-def test_in_a_dead_end_the_farthest_open_point_is_headed_for():
+def test_in_a_dead_end_the_target_is_the_farthest_open_point():
     ring = 4.0 * np.column_stack([np.cos(np.arange(0, 6.28, 0.05)), np.sin(np.arange(0, 6.28, 0.05))])
     ring = ring[(np.abs(ring[:, 1]) > 0.5) | (ring[:, 0] > 0.0)]
     box = np.concatenate([ring, wall(1.0, -3.0, 3.0)])

@@ -39,7 +39,7 @@ def test_open_floor_is_crossed_in_a_straight_line():
     assert path[-1] == pytest.approx((7.0, 5.3))
 
 
-def test_a_block_is_rounded_in_comfort_where_there_is_room():
+def test_a_block_is_passed_with_comfortable_clearance_if_there_is_room():
     block = (3.0, 2.0, 5.0, 6.0)
     path = GridPlanner(grid_of(block)).plan((1.5, 4.2), (6.5, 4.2))
     assert clearance(path, block) > 0.40
@@ -53,19 +53,19 @@ def test_a_gap_that_the_robot_just_fits_is_used():
     assert clearance(path, left, right) >= 0.30 - 1e-9
 
 
-def test_a_gap_that_it_does_not_fit_is_not():
+def test_a_gap_that_is_too_narrow_is_not_used():
     left, right = (0.0, 3.0, 3.75, 5.0), (4.30, 3.0, 8.0, 5.0)
     assert GridPlanner(grid_of(left, right)).plan((4.0, 1.0), (4.0, 7.0)) is None
 
 
-def test_an_end_too_near_to_something_is_joined_to_the_nearest_free_floor():
+def test_an_end_too_near_to_an_obstacle_is_joined_to_the_nearest_free_floor():
     block = (3.0, 2.0, 5.0, 6.0)
     path = GridPlanner(grid_of(block)).plan((2.8, 4.0), (6.5, 4.2))
     assert path[0] == pytest.approx((2.8, 4.0))
     assert 0.30 <= 3.0 - path[1][0] < 0.40
 
 
-def test_an_end_inside_something_has_no_plan():
+def test_an_end_inside_an_obstacle_has_no_plan():
     assert GridPlanner(grid_of((3.0, 2.0, 5.0, 6.0))).plan((4.0, 4.0), (6.5, 4.2)) is None
 
 

@@ -133,7 +133,7 @@ def drive_once(url: str, **options: object) -> np.ndarray:
     return policy.act(observation())
 
 
-def test_the_camera_is_sent_as_the_benchmark_has_it():
+def test_camera_images_and_intrinsics_have_the_benchmarks_format():
     script = Script()
     with serving(script) as url:
         drive_once(url)
@@ -151,7 +151,7 @@ def test_the_camera_is_sent_as_the_benchmark_has_it():
     np.testing.assert_array_equal(depth, np.repeat(np.repeat(depth[2::5, 2::5], 5, axis=0), 5, axis=1))
 
 
-def test_the_goal_is_where_the_camera_sees_it_and_the_state_is_the_odometry():
+def test_the_goal_is_in_the_cameras_ground_frame_and_the_state_is_the_odometry():
     script = Script()
     with serving(script) as url:
         policy = HttpPolicy(url)
@@ -172,7 +172,7 @@ def test_the_state_is_left_out_if_it_is_not_requested():
     assert set(script.form()) == {"image", "depth", "goal_data", "depth_time", "rgb_time"}
 
 
-def test_the_server_is_reset_wholly_once_and_then_the_robot_alone():
+def test_the_server_is_reset_once_and_later_episodes_reset_the_robot():
     script = Script()
     with serving(script) as url:
         policy = HttpPolicy(url, replan=2)
@@ -185,7 +185,7 @@ def test_the_server_is_reset_wholly_once_and_then_the_robot_alone():
     assert json.loads(script.heard[3][1]) == {"env_id": 0}
 
 
-def test_after_a_failure_the_server_is_reset_wholly():
+def test_after_a_failure_the_server_is_reset():
     script = Script(lambda path, *rest: (500, b"{}") if path == "/pointgoal_step" else (200, b'{"algo": "x"}'))
     with serving(script) as url:
         policy = HttpPolicy(url, backoff=0.01)
@@ -213,7 +213,7 @@ def test_a_trajectory_is_followed_in_the_start_frame(width):
     assert turn == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_trajectory_that_stays_put_stops_the_robot():
+def test_a_trajectory_without_length_stops_the_robot():
     def stay(path: str, body: bytes, kind: str) -> tuple[int, bytes]:
         return (200, steps([[0.0, 0.0, 0.0]] * 24)) if path == "/pointgoal_step" else straight_ahead(path, body, kind)
 
@@ -248,7 +248,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("kind", BROKEN)
-def test_an_answer_that_is_no_trajectory_is_one_clear_error(kind):
+def test_an_invalid_trajectory_is_a_one_line_error(kind):
     script = Script(lambda path, *rest: (200, BROKEN[kind] if path == "/pointgoal_step" else b'{"algo": "x"}'))
     with serving(script) as url, pytest.raises(ServerError) as caught:
         drive_once(url)
@@ -266,7 +266,7 @@ def test_a_reset_that_names_no_algorithm_is_an_error(answer):
 
 
 @pytest.mark.parametrize("status", [301, 400, 404, 418, 500])
-def test_an_error_status_is_told_with_what_the_server_says(status):
+def test_an_error_status_is_reported_with_the_servers_answer(status):
     script = Script(lambda *_: (status, b'{"error": "no GPU"}'))
     with serving(script) as url, pytest.raises(ServerError, match=f"status {status}.*no GPU"):
         HttpPolicy(url).reset(start())
@@ -281,27 +281,27 @@ def test_a_server_that_comes_up_late_is_waited_for():
     assert len(script.heard) == 3
 
 
-def test_retries_end():
+def test_the_number_of_retries_is_limited():
     script = Script(lambda *_: (503, b""))
     with serving(script) as url, pytest.raises(ServerError, match=r"503.*3 attempts"):
         HttpPolicy(url, retries=2, backoff=0.01).reset(start())
     assert len(script.heard) == 3
 
 
-def test_a_server_that_is_down_is_named_with_what_to_do():
+def test_a_server_that_is_down_is_named_with_the_remedy():
     with socket.create_server(("127.0.0.1", 0)) as listener:
         url = f"http://127.0.0.1:{listener.getsockname()[1]}"
     with pytest.raises(ServerError, match=rf"{url}/navigator_reset: no connection.*is the server running"):
         HttpPolicy(url, retries=1, backoff=0.01).reset(start())
 
 
-def test_a_server_that_hangs_up_is_tried_again_and_given_up():
+def test_a_server_that_hangs_up_is_retried_a_limited_number_of_times():
     with raw_server(lambda connection: None) as (url, count), pytest.raises(ServerError, match="broke"):
         HttpPolicy(url, retries=2, backoff=0.01).reset(start())
     assert count[0] == 3
 
 
-def test_what_is_no_http_is_an_error():
+def test_an_answer_that_is_not_http_is_an_error():
     def talk(connection: socket.socket) -> None:
         connection.recv(65536)
         connection.sendall(b"SSH-2.0-OpenSSH_9.6\r\n\r\n")
@@ -310,7 +310,7 @@ def test_what_is_no_http_is_an_error():
         HttpPolicy(url, retries=0).reset(start())
 
 
-def test_an_answer_that_breaks_off_is_an_error():
+def test_a_truncated_answer_is_an_error():
     def talk(connection: socket.socket) -> None:
         connection.recv(65536)
         connection.sendall(b'HTTP/1.1 200 OK\r\nContent-Length: 1000\r\n\r\n{"algo": "x"}')
@@ -320,7 +320,7 @@ def test_an_answer_that_breaks_off_is_an_error():
 
 
 @pytest.mark.parametrize("drip", [b"", b"X-Slow: 1\r\n"])
-def test_a_server_that_is_slow_or_drips_is_cut_off_and_not_asked_again(drip):
+def test_a_server_that_is_slow_or_drips_times_out_and_is_not_retried(drip):
     gone = threading.Event()
 
     def talk(connection: socket.socket) -> None:
@@ -353,7 +353,7 @@ def test_a_server_that_is_slow_or_drips_is_cut_off_and_not_asked_again(drip):
         "http://127.0.0.1:8888/two words",
     ],
 )
-def test_what_is_no_url_is_refused_before_anything_is_sent(url):
+def test_an_invalid_url_is_refused_before_anything_is_sent(url):
     with pytest.raises(OptionError):
         Connection(url)
 
@@ -376,7 +376,7 @@ def test_two_workers_cannot_share_a_server():
         evaluate("http://127.0.0.1:8888", [load_published("test", published("test")[0])], workers=2, progress=False)
 
 
-def test_an_evaluation_notes_the_servers_latency_and_its_failure():
+def test_an_evaluation_records_the_servers_latency_and_failure():
     script = Script()
 
     def third_fails(path: str, body: bytes, kind: str) -> tuple[int, bytes]:

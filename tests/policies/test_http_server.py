@@ -149,7 +149,7 @@ def test_a_batch_is_answered_with_the_protocols_three_arrays(diary, batch):
     assert np.array(answer["all_values"]).shape == (batch, 1)
 
 
-def test_each_robot_of_a_batch_has_a_policy_of_its_own_that_sees_its_own_frames():
+def test_each_robot_of_a_batch_has_its_own_policy_and_frames():
     with served(Diary) as server:
         first = Diary.instances[-1]
         reset(server, 2)
@@ -166,7 +166,7 @@ def test_each_robot_of_a_batch_has_a_policy_of_its_own_that_sees_its_own_frames(
         assert policy.starts[-1].truth is None
 
 
-def test_a_goal_beyond_the_environments_range_is_brought_nearer_in_its_direction():
+def test_a_goal_beyond_the_environments_range_is_moved_nearer_in_the_same_direction():
     with served(Diary) as server:
         policy = Diary.instances[-1]
         reset(server)
@@ -184,7 +184,7 @@ def state(x: float, y: float, yaw: float) -> dict[str, object]:
     }
 
 
-def test_with_the_clients_pose_a_policy_has_odometry_from_where_it_began():
+def test_the_clients_pose_becomes_odometry_from_the_start_of_the_episode():
     with served(Diary) as server:
         policy = Diary.instances[-1]
         reset(server)
@@ -201,7 +201,7 @@ def test_with_the_clients_pose_a_policy_has_odometry_from_where_it_began():
         assert len(policy.starts) == begun + 2
 
 
-def test_without_it_every_frame_begins_anew():
+def test_without_a_pose_every_frame_begins_a_new_episode():
     with served(Diary) as server:
         policy = Diary.instances[-1]
         reset(server)
@@ -267,17 +267,17 @@ def test_a_bad_reset_is_refused(diary, changes):
 
 
 @pytest.mark.parametrize("index", [b"-1", b"1", b'"0"', b"null", b"1e3"])
-def test_a_robot_that_is_not_there_is_not_reset(diary, index):
+def test_a_reset_of_a_missing_robot_is_refused(diary, index):
     reset(diary, 1)
     assert post(diary, "/navigator_reset_env", b'{"env_id": ' + index + b"}")[0] == 400
 
 
 @pytest.mark.parametrize("body", [b"", b"[]", b"{", b"[" * 100_000, b"\xff", b'{"intrinsic": NaN}'])
-def test_what_is_no_json_object_is_refused(diary, body):
+def test_a_body_that_is_not_a_json_object_is_refused(diary, body):
     assert post(diary, "/navigator_reset", body)[0] == 400
 
 
-def test_other_places_and_types_are_refused(diary):
+def test_other_paths_and_content_types_are_refused(diary):
     assert post(diary, "/shutdown", b"{}")[0] == 404
     assert post(diary, "/pointgoal_step", b"{}")[0] == 400
 
@@ -292,7 +292,7 @@ def test_other_places_and_types_are_refused(diary):
         b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n",
     ],
 )
-def test_a_body_of_no_or_too_great_length_is_refused_unread(diary, header):
+def test_a_body_without_length_or_too_long_is_refused_unread(diary, header):
     with socket.create_connection(("127.0.0.1", diary.server_port), timeout=10) as connection:
         connection.sendall(b"POST /pointgoal_step HTTP/1.1\r\nHost: x\r\n" + header + b"\r\n")
         answer = b""
@@ -301,7 +301,7 @@ def test_a_body_of_no_or_too_great_length_is_refused_unread(diary, header):
     assert answer.startswith(b"HTTP/1.1 400 ")
 
 
-def test_a_client_that_goes_away_in_the_middle_harms_nobody(diary):
+def test_a_client_that_disconnects_does_not_disturb_others(diary):
     for _ in range(3):
         with socket.create_connection(("127.0.0.1", diary.server_port), timeout=10) as connection:
             connection.sendall(b"POST /pointgoal_step HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\nabc")
@@ -318,7 +318,7 @@ class Moody(Diary):
         return np.zeros(2)
 
 
-def test_a_policy_that_fails_is_told_to_the_client():
+def test_a_policys_failure_is_reported_to_the_client():
     with served(Moody) as server:
         reset(server)
         status, answer = step(server)
@@ -337,12 +337,12 @@ class Ranger(Diary):
     ("make", "reason"),
     [(Ranger, "needs 'lidar'"), (lambda: make_policy("astar"), "needs the map")],
 )
-def test_what_cannot_be_served_is_refused_at_the_start(make, reason):
+def test_policies_that_cannot_be_served_are_refused_at_the_start(make, reason):
     with pytest.raises(LabgymError, match=reason):
         NavigationServer(make, port=0)
 
 
-def test_a_port_that_is_taken_or_none_is_named():
+def test_a_port_that_is_taken_or_invalid_is_named():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(OptionError, match=str(port)):
@@ -367,7 +367,7 @@ def test_a_straight_command_rolls_out_straight_for_as_long_as_it_takes():
 
 
 @pytest.mark.parametrize("w", [-1.5, -0.3, 0.3, 1.5])
-def test_a_turn_in_place_leads_off_to_its_side(w):
+def test_a_turn_in_place_becomes_a_trajectory_to_its_side(w):
     points = rolled_out(0.0, w)[:, :2] + (ROBOT.camera_forward, 0.0)
     bearings = np.arctan2(points[:, 1], points[:, 0])
     np.testing.assert_allclose(bearings, bearings[0])
@@ -375,7 +375,7 @@ def test_a_turn_in_place_leads_off_to_its_side(w):
     assert 0.5 <= abs(bearings[0]) <= math.pi / 2
 
 
-def test_rest_stays_where_it_is():
+def test_standing_still_is_a_trajectory_at_the_lens():
     assert not rolled_out(0.0, 0.0).any()
 
 
@@ -391,7 +391,7 @@ def test_a_frame_that_was_enlarged_comes_back_as_it_was():
     np.testing.assert_array_equal(back, depth)
 
 
-def test_a_wider_camera_is_cut_to_our_field_of_view():
+def test_images_of_a_wider_camera_are_cropped_to_our_field_of_view():
     wide = intrinsic_matrix(640, 360, math.radians(100.0))
     columns = np.broadcast_to(np.arange(640, dtype=np.float32), (360, 640)) / 1000.0
     frame = Frame(np.zeros((360, 640, 3), np.uint8), columns, (1.0, 0.0), wide)
@@ -422,7 +422,7 @@ def test_a_planner_drives_the_same_routes_over_http_as_directly():
         assert there.row.planning_ms > 0.0
 
 
-def test_a_planner_that_maps_while_it_drives_arrives_over_http_as_directly():
+def test_a_planner_with_a_map_arrives_over_http_as_without():
     layout, suite = small_laboratory("served"), Suite(name="short", max_steps=300)
     with served(lambda: make_policy("online_map")) as server:
         remote = drive_layout(HttpPolicy(server.url), layout, suite, "remote", 0)
@@ -430,7 +430,7 @@ def test_a_planner_that_maps_while_it_drives_arrives_over_http_as_directly():
     assert all(drive.row.contacts == 0 for drive in remote)
 
 
-def test_a_policy_that_only_acts_drives_nearly_the_same_routes_over_http():
+def test_a_policy_without_a_path_drives_nearly_the_same_routes_over_http():
     layout = small_laboratory("served")
     suite = Suite(name="short", max_steps=40)
     direct = drive_layout(make_policy("straight"), layout, suite, "direct", 0)
@@ -457,7 +457,7 @@ def test_the_command_serves_until_ctrl_c():
     ("arguments", "reason"),
     [(("astar",), "map"), (("strait",), "straight"), (("straight", "--options", "colour=red"), "colour")],
 )
-def test_the_command_says_in_one_line_why_it_does_not_serve(capsys, arguments, reason):
+def test_the_command_reports_in_one_line_why_it_cannot_serve(capsys, arguments, reason):
     from labgym.cli import main
 
     assert main(["serve", *arguments, "--port", "0"]) == 2

@@ -60,7 +60,7 @@ def test_pictures_are_the_bytes_that_the_benchmarks_client_sends(batch):
     np.testing.assert_array_equal(decode_color(expected, batch), benchmark_picture(expected, batch))
 
 
-def test_depth_is_cut_off_at_a_tenth_of_a_millimetre_and_saturates():
+def test_depth_is_truncated_to_a_tenth_of_a_millimeter_and_saturates():
     metres = np.array([0.0, 0.00004, 0.5, 1.25, 6.5535, 6.5536, 10.0, np.inf, np.nan, -1.0], np.float32)
     data = encode_depth(np.tile(metres, (4, 1))[None])
     steps = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -103,7 +103,7 @@ def png_of(width: int, height: int) -> bytes:
     ],
     ids=["empty", "text", "head alone", "a png", "a bmp"],
 )
-def test_what_is_no_jpeg_is_refused(data):
+def test_data_that_are_not_a_jpeg_are_refused(data):
     with pytest.raises(WireError):
         decode_color(data, 1)
 
@@ -120,17 +120,17 @@ def test_what_is_no_jpeg_is_refused(data):
     ],
     ids=["empty", "a jpeg", "colour", "8 bits", "huge", "beyond huge"],
 )
-def test_what_is_no_depth_is_refused(data):
+def test_data_that_are_not_a_depth_image_are_refused(data):
     with pytest.raises(WireError):
         decode_depth(data, 1)
 
 
-def test_a_picture_that_is_no_stack_of_the_batch_is_refused():
+def test_an_image_whose_height_is_not_a_multiple_of_the_batch_is_refused():
     with pytest.raises(WireError, match="not a stack of 7"):
         decode_color(encode_color(smooth()), 7)
 
 
-def test_the_intrinsic_matrix_sees_the_field_of_view():
+def test_the_intrinsic_matrix_has_the_field_of_view():
     matrix = intrinsic_matrix(640, 360, math.radians(68.0))
     left_edge = math.atan2(matrix[0, 2] - 0.0, matrix[0, 0])
     assert 2.0 * left_edge == pytest.approx(math.radians(68.0))
@@ -141,7 +141,7 @@ def test_the_intrinsic_matrix_sees_the_field_of_view():
 AWKWARD = b"\r\n--boundary\r\n\r\n--\n\r\x00\xff--labgym-\r\n"
 
 
-def test_a_form_is_read_alike_by_the_standard_library():
+def test_the_standard_library_reads_our_forms():
     content_type, body = encode_form({"goal_data": '{"goal_x": [1]}'}, {"image": ("image.jpg", "image/jpeg", AWKWARD)})
     message = email.parser.BytesParser(policy=email.policy.HTTP).parsebytes(
         f"Content-Type: {content_type}\r\n\r\n".encode() + body
@@ -161,7 +161,7 @@ def test_any_bytes_survive_a_form(contents):
     assert decode_form(*encode_form({}, files)) == {f"f{k}": data for k, data in enumerate(contents)}
 
 
-def test_a_form_as_other_libraries_write_it_is_read():
+def test_forms_of_other_libraries_are_read():
     body = (
         b'--x y\r\ncontent-disposition: form-data; filename="d.png"; name="depth"\r\ncontent-length: 3\r\n\r\nabc\r\n'
         b"--x y\r\nContent-Disposition: form-data; name=goal_data\r\n\r\n{}\r\n--x y--\r\n"
@@ -190,6 +190,6 @@ PART = b'--b\r\nContent-Disposition: form-data; name="a"\r\n\r\nx\r\n'
         ("multipart/form-data; boundary=b", b"--b\r\n" + b"X: y\r\n" * 5000 + b"\r\nx\r\n--b--\r\n"),
     ],
 )
-def test_what_is_no_form_is_refused(content_type, body):
+def test_a_body_that_is_not_a_form_is_refused(content_type, body):
     with pytest.raises(WireError):
         decode_form(content_type, body)

@@ -110,7 +110,7 @@ def test_costs_between_cells_are_near_those_of_a_spline_through_them() -> None:
     np.testing.assert_allclose(costs.numpy(), map_coordinates(maps.cost, cells, order=3), atol=0.03)
 
 
-def test_loss_terms_are_what_a_hand_makes_of_them() -> None:
+def test_loss_terms_agree_with_a_calculation_by_hand() -> None:
     # Three points, a metre and two metres apart; the target is 4 m ahead and so is the way: even steps would be 2 m.
     path = torch.tensor([[[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]]])
     costs = torch.tensor([[0.1, 0.2, 0.7]])
@@ -122,7 +122,7 @@ def test_loss_terms_are_what_a_hand_makes_of_them() -> None:
     assert float(losses.total) == pytest.approx(0.5 * 1.0 + 2.0 * 1.0 + 5.0 * math.log(2.0))
 
 
-def test_the_gradient_takes_a_path_out_of_an_obstacle() -> None:
+def test_the_gradient_moves_a_path_out_of_an_obstacle() -> None:
     maps, options = cost_maps([room_with_a_block()]), IPlannerLossOptions()
     pose, target = torch.tensor([[1.0, 2.4, 0.0]]), torch.tensor([[3.0, 0.0]])
     points = (torch.linspace(0.2, 1.0, 5)[None, :, None] * target[:, None]).requires_grad_()
@@ -216,7 +216,7 @@ def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
         load_iplanner(folder)
 
 
-def test_depth_out_of_range_counts_as_nothing_seen() -> None:
+def test_depth_out_of_range_counts_as_no_hit() -> None:
     network = IPlannerNetwork(SMALL).eval()
     far, none = torch.full((1, *IMAGE_SHAPE), 10.0), torch.zeros(1, *IMAGE_SHAPE)
     with torch.no_grad():
@@ -283,7 +283,7 @@ def test_paths_are_followed_in_the_frame_of_the_episode(policy: Scripted) -> Non
     assert abs(turn) < 1e-6
 
 
-def test_it_backs_off_where_something_that_it_does_not_see_stops_it(policy: Scripted) -> None:
+def test_it_backs_off_from_an_unseen_obstacle(policy: Scripted) -> None:
     forwards = [policy.act(observation_of(0.0, speed=0.0))[0] for _ in range(12)]
     assert forwards[0] > 0.0
     assert min(forwards) < 0.0
@@ -299,7 +299,7 @@ def driven_until_it_glances(policy: Scripted) -> tuple[float, float, float]:
     raise AssertionError("it never looked")
 
 
-def test_it_looks_at_a_goal_that_was_out_of_sight_for_a_metre_and_takes_a_way_that_leads_on(policy: Scripted) -> None:
+def test_it_looks_at_a_goal_that_was_out_of_sight_for_a_meter_and_takes_a_path_that_leads_on(policy: Scripted) -> None:
     x, y, _ = driven_until_it_glances(policy)
     assert x == pytest.approx(1.1)
     assert policy.act(observation_of(0.8, pose=(x, y, 0.6)))[1] > 0.0
@@ -307,7 +307,7 @@ def test_it_looks_at_a_goal_that_was_out_of_sight_for_a_metre_and_takes_a_way_th
     assert policy.act(observation_of(0.0, pose=(x, y, 1.4)))[0] > 0.0
 
 
-def test_after_a_look_at_the_goal_it_continues_as_before_if_the_way_leads_back(policy: Scripted) -> None:
+def test_after_a_look_at_the_goal_it_continues_as_before_if_the_path_leads_back(policy: Scripted) -> None:
     x, y, _ = driven_until_it_glances(policy)
     policy.slope = 2.0
     forward, turn = policy.act(observation_of(0.0, pose=(x, y, 1.4)))

@@ -70,7 +70,7 @@ def tokens_of(network: NavDPNetwork, batch: int = 3) -> torch.Tensor:
 # Paths and steps
 
 
-def test_steps_lead_back_to_the_path_and_are_what_noise_can_be() -> None:
+def test_steps_sum_to_the_path_and_are_within_the_bounds_of_the_noise() -> None:
     angle = torch.linspace(0.0, 2.0, 25)
     path = torch.stack([torch.sin(angle), 1.0 - torch.cos(angle)], dim=1)[None] * 1.5
     steps = steps_of(path, 4.0)
@@ -81,7 +81,7 @@ def test_steps_lead_back_to_the_path_and_are_what_noise_can_be() -> None:
     torch.testing.assert_close(heading[-1], torch.tensor(2.0 - 1.0 / 24), atol=1e-3, rtol=0.0)
 
 
-def test_a_heading_behind_is_turned_to_as_fast_as_the_bound_allows() -> None:
+def test_the_heading_turns_backwards_as_fast_as_the_bound_allows() -> None:
     path = torch.tensor([[[0.0, 0.0], [-0.1, 0.01], [-0.2, 0.02], [-0.3, 0.03]]])
     assert steps_of(path, 4.0)[0, :, 2].tolist() == [1.0, 1.0, 1.0]
 
@@ -134,7 +134,7 @@ def test_values_are_the_published_formula_on_the_true_map() -> None:
 # The network
 
 
-def test_without_a_goal_nothing_depends_on_it_and_with_one_it_does(network: NavDPNetwork) -> None:
+def test_the_noise_depends_on_the_goal_only_if_the_goal_is_shown(network: NavDPNetwork) -> None:
     tokens, noisy, time = tokens_of(network), torch.randn(3, 24, 3), torch.tensor([0, 4, 9])
     goals = torch.tensor([[3.0, 1.0]] * 3), torch.tensor([[-2.0, 5.0]] * 3)
     with torch.no_grad():
@@ -156,7 +156,7 @@ def test_the_denoiser_is_causal_and_the_critic_is_not(network: NavDPNetwork) -> 
     assert (before[:, 12:] - after[:, 12:]).abs().max() > 1e-4
 
 
-def test_the_schedule_is_the_published_one_and_noise_is_undone_by_it() -> None:
+def test_the_schedule_is_the_published_one_and_mixes_noise_by_its_formula() -> None:
     schedule = make_schedule(DiffusionOptions())
     assert isinstance(schedule, DDPMScheduler)
     signal = [math.cos((k / 10 + 0.008) / 1.008 * math.pi / 2.0) ** 2 for k in range(11)]
@@ -184,7 +184,7 @@ def test_samples_depend_on_the_generator_alone_and_are_bounded(network: NavDPNet
 # Frames and memory
 
 
-def test_a_frame_forgets_what_is_too_near_or_too_far() -> None:
+def test_depths_that_are_too_near_or_too_far_become_zero() -> None:
     depth = np.full((72, 128), 2.5, np.float32)
     depth[:36, :64], depth[36:, :64] = 7.0, 0.05
     coded = frame(np.zeros((72, 128, 3), np.uint8), depth)
@@ -193,7 +193,7 @@ def test_a_frame_forgets_what_is_too_near_or_too_far() -> None:
     assert set(coded[:, 33:, 3].ravel().tolist()) == {128}
 
 
-def test_memory_is_the_frames_before_of_the_same_drive() -> None:
+def test_the_memory_holds_earlier_frames_of_the_same_drive() -> None:
     indices = memory_of(np.array([0, 0, 0, 3, 3, 5]), 3)
     assert indices.tolist() == [[0, 0, 0], [0, 0, 1], [0, 1, 2], [3, 3, 3], [3, 3, 4], [5, 5, 5]]
 
@@ -210,7 +210,7 @@ def test_samples_see_their_own_frame_last(data: Path) -> None:
 # Training
 
 
-def test_training_is_the_same_again_and_when_it_was_stopped(data: Path, run: Path, tmp_path: Path) -> None:
+def test_training_is_deterministic_and_restarts_after_a_lost_checkpoint(data: Path, run: Path, tmp_path: Path) -> None:
     train(data, tmp_path / "again", CONFIG, progress=False)
     weights = [(folder / "weights.safetensors").read_bytes() for folder in (run, tmp_path / "again")]
     assert weights[0] == weights[1]
@@ -232,7 +232,7 @@ def test_training_is_the_same_again_and_when_it_was_stopped(data: Path, run: Pat
     assert (stop / "weights.safetensors").read_bytes() == weights[0]
 
 
-def test_training_goes_on_from_its_checkpoint(data: Path, run: Path, tmp_path: Path) -> None:
+def test_training_resumes_from_its_checkpoint(data: Path, run: Path, tmp_path: Path) -> None:
     once = tmp_path / "once"
     real = save_navdp
 
@@ -294,7 +294,9 @@ def test_it_turns_to_the_goal_before_it_draws(run: Path) -> None:
     assert policy.planned_path() is None
 
 
-def test_it_follows_what_the_critic_values_most_and_not_what_stays(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_follows_the_trajectory_with_the_highest_value_unless_it_means_stop(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     policy = policy_in(run)
     drawn = DrawnTrajectories(paths((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)), np.array([1.0, -0.5, -0.2]))
     monkeypatch.setattr(policy, "draw", lambda goal: drawn)
@@ -306,7 +308,7 @@ def test_it_follows_what_the_critic_values_most_and_not_what_stays(run: Path, mo
     np.testing.assert_allclose(first.planned_path()[-1], [2.0, 0.0], atol=1e-9)
 
 
-def test_it_turns_in_place_where_no_trajectory_is_safe_enough(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_turns_in_place_if_no_trajectory_is_safe(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     policy = policy_in(run, stop=-1.0)
     monkeypatch.setattr(policy, "draw", lambda goal: DrawnTrajectories(paths((2.0, 0.0)), np.array([-3.0])))
     forward, turn = policy.act(looking())

@@ -46,7 +46,7 @@ def report(layout):
     return evaluate("online_map", [layout], progress=False)
 
 
-def test_a_course_is_driven_without_a_touch_and_hardly_longer_than_the_shortest_way(report):
+def test_a_course_is_driven_without_contact_and_close_to_the_shortest_path(report):
     assert report["success"] == 1.0
     assert report["contacts_per_metre"] == 0.0
     assert report["spl"] > 0.9
@@ -87,7 +87,7 @@ def test_walled_in_it_goes_as_near_to_the_goal_as_it_can():
     assert abs(end[1]) < 0.3
 
 
-def test_stopped_by_what_it_does_not_see_it_backs_off_and_goes_around():
+def test_stopped_by_an_unseen_obstacle_it_backs_off_and_drives_around_it():
     policy = make_policy("online_map")
     policy.reset(start((4.0, 0.0)))
     turned(policy, NOTHING)
@@ -100,7 +100,7 @@ def test_stopped_by_what_it_does_not_see_it_backs_off_and_goes_around():
     assert v >= 0.0
 
 
-def test_a_robot_that_gathers_speed_is_not_blocked():
+def test_an_accelerating_robot_is_not_blocked():
     blockage = Blockage()
     v = 0.0
     for _ in range(12):
@@ -109,7 +109,7 @@ def test_a_robot_that_gathers_speed_is_not_blocked():
         v = min(1.0, v + ROBOT.acceleration * ROBOT.control_dt)
 
 
-def test_a_robot_that_is_held_is_blocked_and_backs_off_for_a_while():
+def test_a_robot_that_is_stopped_is_blocked_and_backs_off_for_a_while():
     blockage = Blockage(patience=4, retreat=6)
     blockage.note(0.5)
     assert [blockage.blocked(0.01) for _ in range(4)] == [False, False, False, True]
@@ -121,7 +121,7 @@ def test_a_robot_that_is_held_is_blocked_and_backs_off_for_a_while():
     assert steps == 6
 
 
-def test_a_robot_that_turns_on_the_spot_is_not_blocked():
+def test_a_robot_that_turns_in_place_is_not_blocked():
     blockage = Blockage()
     for _ in range(20):
         blockage.note(0.0)
@@ -144,7 +144,7 @@ def test_the_frontier_is_the_unseen_cell_with_the_shortest_way_through_it():
     assert frontier(free, unknown, here, (0.0, 0.0)) == pytest.approx(free.centre_of(5, 5))
 
 
-def test_where_all_that_can_be_reached_is_known_the_frontier_is_the_cell_nearest_to_the_goal():
+def test_if_all_reachable_floor_is_seen_the_frontier_is_the_cell_nearest_to_the_goal():
     free = floor_with_a_wall()
     cell = frontier(free, np.zeros((40, 40), dtype=bool), (0.55, 0.55), (3.0, 2.05))
     assert cell == pytest.approx(free.centre_of(20, 19))

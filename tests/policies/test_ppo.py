@@ -64,7 +64,7 @@ def weights(folder):
     return load_file(folder / WEIGHTS)
 
 
-def test_the_trail_tells_where_the_robot_was_in_its_present_frame():
+def test_past_positions_are_in_the_robots_present_frame():
     memory, rng = DriveMemory("lidar"), np.random.default_rng(0)
     poses = np.cumsum(rng.normal(0.0, 0.1, (200, 3)), axis=0)
     for pose in poses:
@@ -86,7 +86,7 @@ def test_the_vector_does_not_depend_on_the_frame_that_poses_are_given_in():
     np.testing.assert_allclose(a, b, atol=1e-5)
 
 
-def test_a_turn_on_the_spot_shows_the_camera_what_the_lidar_sees(layout):
+def test_after_a_turn_in_place_the_camera_has_seen_what_the_lidar_sees(layout):
     rays, camera = RayScene(layout), Camera()
     x, y, yaw = goal_pairs(layout)[0].start
     surroundings = Surroundings()
@@ -99,7 +99,7 @@ def test_a_turn_on_the_spot_shows_the_camera_what_the_lidar_sees(layout):
     assert (np.abs(seen_by_camera - scan) < 0.1).mean() > 0.4
 
 
-def test_what_is_seen_with_the_camera_does_not_depend_on_the_frame_of_the_poses(layout):
+def test_remembered_obstacles_do_not_depend_on_the_frame_of_the_poses(layout):
     rays, camera = RayScene(layout), Camera()
     x, y, yaw = goal_pairs(layout)[0].start
     here, there = DriveMemory("depth"), DriveMemory("depth")
@@ -111,14 +111,14 @@ def test_what_is_seen_with_the_camera_does_not_depend_on_the_frame_of_the_poses(
     np.testing.assert_allclose(a, b, atol=1e-4)
 
 
-def test_the_picture_is_taken_down_to_the_nearest_of_each_square():
+def test_the_depth_image_is_reduced_to_the_nearest_depth_of_each_square():
     picture = np.random.default_rng(4).uniform(0.5, 9.0, IMAGE_SHAPE).astype(np.float32)
     vector = DriveMemory("depth").vector({**observation_of(), "depth": picture.ravel()}, (0, 0, 0))
     small = vector[-18 * 32 :].reshape(18, 32)
     assert small[3, 7] == picture[12:16, 28:32].min()
 
 
-def test_the_network_tells_what_is_ahead_from_what_is_behind():
+def test_the_network_distinguishes_ahead_from_behind():
     actor = Actor("lidar").eval()
     ranges = np.random.default_rng(2).uniform(0.3, 10.0, 180).astype(np.float32)
     vectors = torch.from_numpy(
@@ -151,7 +151,7 @@ def test_a_limit_leaves_out_goals_that_are_farther_away(layout):
         assert math.dist(pair.start[:2], pair.goal[:2]) <= 3.0
 
 
-def test_practice_rewards_what_the_environment_rewards_and_cuts_off_at_the_horizon(practice):
+def test_the_training_reward_is_the_environments_scaled_and_episodes_end_at_the_horizon(practice):
     practice.reset(seed=1)
     before = practice.task
     total, steps, truncated, terminated = 0.0, 0, False, False
@@ -178,7 +178,7 @@ def test_the_expert_reaches_every_goal_of_a_layout(layout):
         assert done
 
 
-def test_the_experts_paths_are_hardly_longer_than_the_shortest(layout):
+def test_the_experts_paths_are_at_most_a_quarter_longer_than_the_shortest(layout):
     atlas = Atlas(layout)
     for pair in goal_pairs(layout):
         path = atlas.path(pair.start[:2], pair.goal[:2])
@@ -193,7 +193,7 @@ def test_a_run_without_the_warm_start_begins_with_ppo(layout, tmp_path):
     assert load_weights(Actor("depth"), best).encoder.picture is not None
 
 
-def test_training_that_was_stopped_goes_on_to_the_same_weights(layout, tmp_path):
+def test_an_interrupted_training_resumes_to_the_same_weights(layout, tmp_path):
     def stop(policy):
         judged.append(policy)
         if len(judged) == 3:

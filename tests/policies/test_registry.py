@@ -52,7 +52,7 @@ def test_each_built_in_is_made_by_its_name(name):
 
 
 @pytest.mark.parametrize("name", ["astar", "dwa", "online_map", "random", "straight"])
-def test_only_astar_is_given_the_map(name):
+def test_only_astar_receives_the_map(name):
     assert make_policy(name).privileged is (name == "astar")
 
 
@@ -78,7 +78,7 @@ def test_an_unknown_name_lists_what_exists():
 
 
 @pytest.mark.parametrize("place", ["no_such_module_at_all:Policy", "a_users_module:Missing", ":Forward"])
-def test_what_cannot_be_imported_is_named(module, place):
+def test_a_place_that_cannot_be_imported_is_named(module, place):
     with pytest.raises(LabgymError, match="cannot import"):
         make_policy(place)
 
@@ -91,7 +91,7 @@ def test_a_module_that_fails_on_import_is_named_with_its_reason(tmp_path, monkey
 
 
 @pytest.mark.parametrize("place", ["a_users_module:NotAPolicy", "a_users_module:number"])
-def test_what_is_no_policy_is_refused(module, place):
+def test_an_object_that_is_not_a_policy_is_refused(module, place):
     with pytest.raises(LabgymError, match="a_users_module"):
         make_policy(place)
 

@@ -28,7 +28,7 @@ def test_straight_drives_at_a_goal_ahead():
 
 
 @pytest.mark.parametrize("bearing", [0.2, 1.0, 3.0, -0.2, -1.0, -3.0])
-def test_straight_turns_towards_the_goal_and_on_the_spot_where_it_is_far_off(bearing):
+def test_straight_turns_in_place_towards_a_goal_that_is_far_off_its_heading(bearing):
     policy = make_policy("straight")
     policy.reset(start())
     forward, turn = policy.act(observation(bearing))

@@ -52,7 +52,7 @@ def test_a_straight_path_is_driven_straight_and_fast():
 
 
 @pytest.mark.parametrize("yaw", [math.pi, -math.pi / 2, 2.0])
-def test_it_turns_on_the_spot_before_it_drives_the_other_way(yaw):
+def test_it_turns_in_place_before_it_drives_the_other_way(yaw):
     path = np.array([[0.0, 0.0], [3.0, 0.0]])
     driven = drive(path, (0.0, 0.0, yaw))
     assert arrived(path, driven)
@@ -78,7 +78,7 @@ def test_an_arc_is_followed_within_the_robots_margin(radius):
     assert deviation(path, driven) < 0.045
 
 
-def test_it_comes_back_to_a_path_that_it_starts_beside():
+def test_it_returns_to_a_path_that_it_starts_next_to():
     path = np.array([[0.0, 0.0], [5.0, 0.0]])
     driven = drive(path, (0.0, 0.4, 0.0))
     assert arrived(path, driven)
@@ -107,7 +107,7 @@ def test_any_path_with_room_between_its_corners_is_driven_to_its_end(seed):
 
 
 @pytest.mark.parametrize("v, w", [(0.0, 0.0), (1.0, 1.5), (-0.3, -1.5), (0.4, -0.2), (-0.1, 0.7)])
-def test_an_action_asks_for_the_velocities_that_it_was_made_from(v, w):
+def test_an_action_is_the_inverse_of_the_robots_twist(v, w):
     assert ROBOT.twist(*velocities_to_action(v, w)) == pytest.approx((v, w))
 
 
@@ -124,7 +124,7 @@ def test_turning_goes_the_short_way():
 
 
 @pytest.mark.parametrize("path", [[], [[0.0, 1.0, 2.0]], [[math.nan, 0.0]], [1.0, 2.0]])
-def test_what_is_no_path_is_refused(path):
+def test_an_invalid_path_is_refused(path):
     with pytest.raises(OptionError, match="path"):
         PathTracker(path)
 
@@ -134,7 +134,7 @@ def test_a_path_of_one_point_is_reached():
     assert arrived(path, drive(path, (0.0, 0.0, 0.0)))
 
 
-def test_the_path_that_is_followed_can_be_asked_for():
+def test_the_tracker_returns_its_path():
     corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.5]])
     path = PathTracker(corner).path
     assert path[0] == pytest.approx([0.0, 0.0])
