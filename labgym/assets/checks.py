@@ -146,7 +146,7 @@ def chemistry_is_sound(asset: Asset) -> Iterator[Problem]:
 
 
 def specifications_are_plausible(asset: Asset) -> Iterator[Problem]:
-    """What is specified is what a device of that kind and size can be; see `labgym.assets.plausibility`."""
+    """Yield specifications that a device of that kind and size cannot have; see `labgym.assets.plausibility`."""
     yield from (Problem(asset.name, f"specs.{name}", message) for name, message in faults(asset))
 
 

@@ -1,4 +1,4 @@
-"""Which reagents must be kept apart, and why: rules over reactive groups and hazard flags.
+"""Reagents that must be kept apart, and why: rules over reactive groups and hazard flags.
 
 Profile "segregation" applies some twenty rules over reactive groups; "boolean" uses the hazard flags of the
 annotation, closest to what the paper describes. Each rule names two sides, a hazard and a source.
@@ -22,7 +22,7 @@ from labgym.errors import UnknownNameError
 
 Profile = Literal["segregation", "boolean"]
 FLAG_TRAITS: tuple[Flag, ...] = ("flammable", "acid", "base", "oxidizer", "active_metal", "water_reactive")
-"""Flags that rules may name beside the reactive groups."""
+"""Flags that rules may name in addition to reactive groups."""
 
 
 @dataclass(frozen=True)

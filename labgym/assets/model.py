@@ -1,4 +1,4 @@
-"""What the catalogue says of an entity: geometry, semantics, hazards and, for a reagent, its chemistry."""
+"""Catalogue entries: geometry, semantics, hazards and, for a reagent, its chemistry."""
 
 from __future__ import annotations
 

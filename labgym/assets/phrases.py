@@ -17,7 +17,7 @@ _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 
 @dataclass(frozen=True)
 class Phrase:
-    """An asset that a phrase names, the form of its name, and the words of the text beside the phrase."""
+    """An asset that a phrase names, the form of its name, and the other words of the text."""
 
     name: str
     form: str
@@ -47,7 +47,7 @@ class PhraseIndex:
         self._abbreviations = abbreviations
 
     def find(self, text: str) -> Phrase | None:
-        """Return the asset that the longest phrase of a text names, if the words beside it are neutral; else None.
+        """Return the asset that the longest phrase of a text names, if all other words are neutral, else None.
 
         Neutral words are those of `is_neutral` and the asset's own: "graduated measuring cylinder" is a measuring
         cylinder, which is also called graduated cylinder. "flask, round bottom" is read as "round bottom flask", and an

@@ -47,7 +47,7 @@ def faults(asset: Asset) -> Iterator[Fault]:
 
 
 def inside_fits(asset: Asset) -> Iterator[Fault]:
-    """What is inside is no larger than the box, or the hollow, and of glassware no trifle of it."""
+    """Check that an interior fits its box or hollow, and that glassware is mostly interior."""
     size, hollow = asset.size, asset.cavity
     box = 1000.0 * size.width * size.depth * size.height
     if hollow is not None:
@@ -64,7 +64,7 @@ def inside_fits(asset: Asset) -> Iterator[Fault]:
 
 
 def loads_are_carried(asset: Asset) -> Iterator[Fault]:
-    """What an asset holds weighs less than the whole."""
+    """Check that the contents of an asset weigh less than the whole."""
     specs, chemistry = asset.specs, asset.chemistry
     density = chemistry.density if chemistry is not None and chemistry.density else 0.0
     held = {
@@ -95,7 +95,7 @@ def heat_is_specified(asset: Asset) -> Iterator[Fault]:
 
 
 def power_has_a_plug(asset: Asset) -> Iterator[Fault]:
-    """What takes power is electrical, and on a bench no more than a socket gives."""
+    """Check that powered devices are electrical, and that bench devices need no more power than a socket supplies."""
     power = asset.specs.power_W
     if power is None:
         return

@@ -1,4 +1,4 @@
-"""What a text says besides a name: strengths, grades, packages and suppliers of substances; makers of equipment.
+"""Qualifiers of a name: strengths, grades, packages and suppliers of substances; makers of equipment.
 
 The words are data (`assets/language/qualifiers.json`); this module turns them into patterns.
 """
@@ -140,7 +140,7 @@ def of_equipment(text: str) -> tuple[str, ...]:
 
 
 def is_neutral(words: Iterable[str]) -> bool:
-    """Return whether words beside the name of equipment leave its meaning as it is.
+    """Return whether words next to the name of equipment do not change its meaning.
 
     Neutral are materials, descriptors, colours, sizes, joints such as 24/40, and model designations of at least two
     digits; a formula such as N2 is not.

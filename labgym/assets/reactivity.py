@@ -1,4 +1,4 @@
-"""What happens when two reagents meet: a matrix over reactive groups, each cell with hazard and source.
+"""Reactions of two reagents on contact: a matrix over reactive groups, each cell with hazard and source.
 
 The matrix answers a question about mixing; it is stricter and finer than the segregation rules of
 `labgym.assets.compatibility`, which decide what layouts keep apart. It speaks of groups: a mild member of a group
@@ -28,7 +28,7 @@ dangerous: toxic or flammable gas, fire or explosion."""
 SEVERITIES: tuple[Severity, ...] = get_args(Severity)
 Chart = Literal["cameo", "epa"]
 TRAITS: tuple[Flag, ...] = ("flammable", "oxidizer", "water_reactive", "peroxide_former")
-"""Hazard flags that have cells of their own beside the groups."""
+"""Hazard flags with their own cells, in addition to the groups."""
 Text = Annotated[str, Field(min_length=1)]
 Pair = tuple[str, str]
 
@@ -143,7 +143,7 @@ _MADE_OF: dict[str, tuple[str, ...]] = {
     "sulfur dioxide": ("S",),
     "thiols": ("S", "H"),
 }
-"""Elements of a product beside oxygen, which air and water have."""
+"""Elements of a product other than oxygen, which air and water contain."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What all model cards show of an evaluation: metrics, drives, failures, and the table of an ablation study."""
+"""The evaluation sections of all model cards: metrics, drives, failures, and the table of an ablation study."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class GroundTruth:
 
 @dataclass(frozen=True, eq=False)
 class EpisodeStart:
-    """What a policy receives at the start of an episode.
+    """The information that a policy receives at the start of an episode.
 
     Attributes:
         goal: (x, y) of the goal in the start frame, meters: origin at the robot, x ahead, y to the left.

@@ -1,4 +1,4 @@
-"""What is known of an imported mesh before it is annotated."""
+"""Facts about an imported mesh before it is annotated."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Facts:
 
     @property
     def substances(self) -> tuple[str, ...]:
-        """What the object is made of by the names of its materials, sorted."""
+        """Substances of the object by the names of its materials, sorted."""
         return tuple(sorted({name for part in self.mesh.parts if (name := substance(part.material))}))
 
     @cached_property

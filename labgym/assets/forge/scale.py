@@ -37,7 +37,7 @@ EXPORTED_UNITS = ("mm", "cm", "m")
 
 @dataclass(frozen=True)
 class _Limits:
-    """What a mesh may measure.
+    """Limits on the dimensions of a mesh.
 
     Attributes:
         allowed: sides, by category. usual: longest side, by the entries of the same subtype, or None.

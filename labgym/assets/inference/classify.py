@@ -1,4 +1,4 @@
-"""What a structure says of a substance: reactive groups, hazard flags and a storage class, each with its reasons."""
+"""Classification of a substance by its structure: reactive groups, hazard flags and a storage class, each with its reasons."""
 
 from __future__ import annotations
 

@@ -75,7 +75,9 @@ def _target(path: Path, folder: Path, layer: Any, reference: str) -> str:
     if "://" in reference or not file.resolve().is_relative_to(folder):
         raise MeshError(path, f"references {shown!r} outside its folder; put all its files in one folder")
     if not file.is_file():
-        raise MeshError(path, f"references {shown!r}, which is missing; put it beside the file or flatten the stage")
+        raise MeshError(
+            path, f"references {shown!r}, which is missing; put it into the folder of the file or flatten the stage"
+        )
     return f"{file}{bracket}{inside}"
 
 

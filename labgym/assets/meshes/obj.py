@@ -1,4 +1,4 @@
-"""Wavefront OBJ: polygons with the colours of an MTL file beside it."""
+"""Wavefront OBJ: polygons with the colours of an MTL file in the same folder."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def solvent_bottles(x: Point, y: float, z: float, height: float, amount: int) ->
 
 @shape("chromatograph")
 def chromatograph(asset: Asset) -> Iterator[Part]:
-    """A stack of modules; `bottles` on top, `screen` and `columns` in front, `trolley` beside a mass spectrometer."""
+    """A stack of modules; `bottles` on top, `screen` and `columns` in front, `trolley` next to a mass spectrometer."""
     width, depth, height = extents(asset)
     hw, hd = width / 2.0, depth / 2.0
     if flag(asset, "trolley"):

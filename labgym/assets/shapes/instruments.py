@@ -64,7 +64,7 @@ def _panel(size: Size, screen: bool, keys: bool, top: float | None = None) -> It
 
 
 def _with_lid(size: Size) -> Iterator[Part]:
-    """A sample compartment lid on a long optical bench, and a tilted screen beside it."""
+    """A sample compartment lid on a long optical bench, and a tilted screen next to it."""
     width, depth, height = size
     hw, hd, top = width / 2.0, depth / 2.0, size[2] * 0.78
     yield from _housing(size, top)

@@ -1,1 +1,1 @@
-"""What the trained policies share: weights and checkpoints, the training loop, image stages, maps, maneuvers."""
+"""Shared parts of the trained policies: weights and checkpoints, the training loop, image stages, maps, maneuvers."""

@@ -1,4 +1,4 @@
-"""What the importers share: each record becomes an experiment or a rejection, and no file stops the others."""
+"""Shared parts of the importers: each record becomes an experiment or a rejection, and no file stops the others."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ def organometallics_stay_dry(case: Case) -> Iterator[Finding]:
 
 
 def quenches_come_after_the_reaction(case: Case) -> Iterator[Finding]:
-    """What destroys a Lewis acid or hydride is added to end the reaction, not while the reagents are combined."""
+    """Check that reagents which destroy a Lewis acid or hydride are added only to end the reaction."""
     for situation in _reacting(case):
         step = situation.step
         if step.action not in CHARGING:
@@ -142,7 +142,7 @@ def washes_have_a_layer(case: Case) -> Iterator[Finding]:
 
 
 def wet_layers_are_dried(case: Case) -> Iterator[Finding]:
-    """What was washed or extracted with water is dried before it is distilled.
+    """Check that organic layers are dried after contact with water and before distillation.
 
     Evaporating toluene or benzene dries too: both carry water over as an azeotrope.
     """

@@ -114,7 +114,7 @@ def acid_goes_into_water(case: Case) -> Iterator[Finding]:
 
 
 def peroxides_are_tested_for(case: Case) -> Iterator[Finding]:
-    """What forms peroxides is tested for them before it is distilled."""
+    """Check that peroxide formers are tested for peroxides before distillation."""
     tested = False
     for situation in case.situations:
         tested = tested or bool(PEROXIDE_TEST.search(situation.step.text))
@@ -133,7 +133,7 @@ def peroxides_are_tested_for(case: Case) -> Iterator[Finding]:
 
 
 def pyrophorics_see_no_air(case: Case) -> Iterator[Finding]:
-    """What catches fire in air is handled in a glove box or under an inert gas."""
+    """Check that pyrophoric substances are handled in a glove box or under an inert gas."""
     for situation in case.situations:
         step = situation.step
         names = [asset.name for asset in situation.added if _has_statement(asset, PYROPHORIC)]
