@@ -1,4 +1,4 @@
-"""Classification of a substance by its structure: reactive groups, hazard flags and a storage class, each with its reasons."""
+"""Classification of a substance by structure: reactive groups, hazard flags, storage class, each with its reasons."""
 
 from __future__ import annotations
 
