@@ -122,16 +122,16 @@ class Layout(Document):
             DocumentError: names the source and the field.
         """
         if isinstance(data, dict) and data.get("schema") == version1.SCHEMA:
-            layout = cls._of_version_1(Layout1.parse(data, source), source)
+            layout = cls._of_version_1(Layout1.parse(data, source), source, catalog)
+        elif catalog is not None and isinstance(data, dict) and "catalog" not in data:
+            layout = super().parse({**data, "catalog": catalog}, source)  # an argument of the constructor, no field
         else:
             layout = super().parse(data, source)
-        if catalog is not None:
-            layout._catalog = catalog
         layout.check_references(source)
         return layout
 
     @classmethod
-    def _of_version_1(cls, document: Layout1, source: object) -> Self:
+    def _of_version_1(cls, document: Layout1, source: object, catalog: Catalog | None) -> Self:
         try:
             room = version1.to_room(document.room)
         except ValueError as error:
@@ -143,6 +143,7 @@ class Layout(Document):
             floor=room.floor,
             placements=tuple(version1.to_placement(placement) for placement in document.placements),
             provenance=document.provenance,
+            catalog=catalog,
         )
         layout._version_1 = Version1Fields(document.protocol, room)
         return layout

@@ -368,6 +368,10 @@ def test_a_layout_of_a_user_s_catalogue_is_read_with_it(tmp_path, monkeypatch):
     with pytest.raises(DocumentError, match="MyBench"):
         Layout.load(path)
     assert Layout.load(path, Catalog.load(own)).hash == layout.hash
+    monkeypatch.setenv("LABGYM_CATALOG", str(tmp_path / "nowhere"))
+    assert Layout.load(path, Catalog.load(own)).catalog == Catalog.load(own)
+    published = file_of("test", "test-sub_01")
+    assert Layout.load(published, Catalog.published()).catalog is Catalog.published()
     monkeypatch.setenv("LABGYM_CATALOG", str(own))
     assert Layout.load(path).hash == layout.hash
     shutil.rmtree(own)
