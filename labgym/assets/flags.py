@@ -34,12 +34,15 @@ BOILING_LIMIT = 100.0
 
 
 @dataclass(frozen=True)
-class Clause:
-    """A way to a flag: what a reagent must have, all that is given at once.
+class FlagRule:
+    """A rule that sets a flag of a reagent that satisfies all of its conditions.
 
     Attributes:
-        statements: any of these hazard statements. groups: any of these reactive groups.
-        also: and any of these hazard statements. states: in one of these states.
+        flag: the flag.
+        statements: hazard statements, of which the reagent has at least one.
+        groups: reactive groups, of which it has at least one.
+        also: further hazard statements, of which it has at least one.
+        states: states of matter, one of which it is in.
     """
 
     flag: Flag
@@ -49,7 +52,7 @@ class Clause:
     states: tuple[str, ...] = ("solid", "liquid", "gas")
 
     def holds(self, chemistry: Chemistry) -> bool:
-        """Say whether a reagent has all of it."""
+        """Return whether a reagent satisfies all conditions."""
         return (
             chemistry.state in self.states
             and (not self.groups or any(name in self.groups for name in chemistry.groups))
@@ -59,31 +62,31 @@ class Clause:
 
 FLUID = ("liquid", "gas")
 CORROSIVE = ("H290", "H314")
-CLAUSES: tuple[Clause, ...] = (
+CLAUSES: tuple[FlagRule, ...] = (
     # Gases, liquids and solids that burn, and those of which the GHS says that heat sets them on fire.
-    Clause("flammable", ("H220", "H221", "H222", "H223", "H224", "H225", "H226", "H227", "H228")),
-    Clause("flammable", ("H203", "H241", "H242", "H250", "H251", "H252", "H260")),
-    Clause("explosive", ("H200", "H201", "H202", "H203", "H204", "H205", "H240", "H241", "H242")),
-    Clause("explosive", groups=("azide",)),
+    FlagRule("flammable", ("H220", "H221", "H222", "H223", "H224", "H225", "H226", "H227", "H228")),
+    FlagRule("flammable", ("H203", "H241", "H242", "H250", "H251", "H252", "H260")),
+    FlagRule("explosive", ("H200", "H201", "H202", "H203", "H204", "H205", "H240", "H241", "H242")),
+    FlagRule("explosive", groups=("azide",)),
     # Acute poisons and proven carcinogens in any state; what is suspected or harms in the long run where it evaporates.
-    Clause("volatile_or_toxic", ("H300", "H301", "H310", "H311", "H330", "H331", "H340", "H350", "H360", "EUH029")),
-    Clause("volatile_or_toxic", ("H351", "H361", "H370", "H372"), states=FLUID),
+    FlagRule("volatile_or_toxic", ("H300", "H301", "H310", "H311", "H330", "H331", "H340", "H350", "H360", "EUH029")),
+    FlagRule("volatile_or_toxic", ("H351", "H361", "H370", "H372"), states=FLUID),
     # A flash point below 23 C is a vapour that can be lit at room temperature.
-    Clause("volatile_or_toxic", ("H224", "H225"), states=("liquid",)),
-    Clause("volatile_or_toxic", ("H314",), also=("H332", "H335"), states=("liquid",)),
-    Clause("acid", groups=("strong_acid", "oxidizing_acid", "carboxylic_acid", "lewis_acid")),
-    Clause("acid", CORROSIVE, groups=("weak_acid", "acidic_salt", "phenol")),
-    Clause("base", groups=("strong_base", "weak_base", "amine", "ammonia", "carbonate", "sulfide", "cyanide")),
-    Clause("base", groups=("hypochlorite", "organometallic")),
-    Clause("base", ("H314", "H315", "H318", "H319"), groups=("basic_salt",)),
-    Clause("base", CORROSIVE, groups=("hydrazine",)),
-    Clause("base", CORROSIVE, groups=("metal_hydride",), states=("solid",)),
-    Clause("oxidizer", ("H270", "H271", "H272")),
-    Clause("oxidizer", groups=("strong_oxidizer", "organic_peroxide", "nitrate_nitrite")),
-    Clause("active_metal", groups=("alkali_metal", "metal_powder")),
-    Clause("water_reactive", ("H260", "H261", "EUH014")),
-    Clause("water_reactive", groups=("acyl_halide", "chlorosilane", "metal_hydride")),
-    Clause("peroxide_former", ("EUH019",)),
+    FlagRule("volatile_or_toxic", ("H224", "H225"), states=("liquid",)),
+    FlagRule("volatile_or_toxic", ("H314",), also=("H332", "H335"), states=("liquid",)),
+    FlagRule("acid", groups=("strong_acid", "oxidizing_acid", "carboxylic_acid", "lewis_acid")),
+    FlagRule("acid", CORROSIVE, groups=("weak_acid", "acidic_salt", "phenol")),
+    FlagRule("base", groups=("strong_base", "weak_base", "amine", "ammonia", "carbonate", "sulfide", "cyanide")),
+    FlagRule("base", groups=("hypochlorite", "organometallic")),
+    FlagRule("base", ("H314", "H315", "H318", "H319"), groups=("basic_salt",)),
+    FlagRule("base", CORROSIVE, groups=("hydrazine",)),
+    FlagRule("base", CORROSIVE, groups=("metal_hydride",), states=("solid",)),
+    FlagRule("oxidizer", ("H270", "H271", "H272")),
+    FlagRule("oxidizer", groups=("strong_oxidizer", "organic_peroxide", "nitrate_nitrite")),
+    FlagRule("active_metal", groups=("alkali_metal", "metal_powder")),
+    FlagRule("water_reactive", ("H260", "H261", "EUH014")),
+    FlagRule("water_reactive", groups=("acyl_halide", "chlorosilane", "metal_hydride")),
+    FlagRule("peroxide_former", ("EUH019",)),
 )
 """All ways to the flags but the limits of flash and boiling point."""
 

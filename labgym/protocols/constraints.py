@@ -9,7 +9,7 @@ from labgym.assets import Asset, Catalog, pairs
 from labgym.protocols.model import ChemicalConstraint, Protocol, SpatialConstraint
 from labgym.protocols.places import is_ventilated
 
-VESSELS = ("flask", "beaker", "vessel", "reactor")
+MAIN_VESSELS = ("flask", "beaker", "vessel", "reactor")
 ASSEMBLY = ("condenser", "adapter", "trap", "funnel")
 CONDITIONING = ("heating", "cooling", "stirring")
 SHARED_TRIPS = 2
@@ -133,7 +133,7 @@ def _assemblies(protocol: Protocol, catalog: Catalog) -> list[SpatialConstraint]
     links: dict[tuple[str, str], SpatialConstraint] = {}
     for step in protocol.steps:
         used = [catalog.get(name) for name in step.uses if name in protocol.instruments]
-        for vessel in [asset for asset in used if asset.subtype in VESSELS][:1]:
+        for vessel in [asset for asset in used if asset.subtype in MAIN_VESSELS][:1]:
             for other in used:
                 if other.subtype in ASSEMBLY or other.category in CONDITIONING:
                     reason = f"one apparatus in step {step.index}"

@@ -20,7 +20,7 @@ class Wish(Record):
     chinese: tuple[str, ...]
 
 
-class Mixture(Record):
+class HazardousMixture(Record):
     """Two or three sets of reagents; one of each set in the same experiment is a hazard."""
 
     a: frozenset[str]
@@ -47,7 +47,7 @@ class Refusals(Document):
     SCHEMA: ClassVar[str] = "labgym.refusals/1"
 
     wishes: tuple[Wish, ...]
-    mixtures: tuple[Mixture, ...]
+    mixtures: tuple[HazardousMixture, ...]
     protic: frozenset[str]
     destroyed_by_protic: frozenset[str]
 

@@ -124,7 +124,7 @@ def test_exceptions_are_few():
 def test_a_clause_asks_for_all_that_it_names():
     liquid = Chemistry(state="liquid", h_codes=("H314", "H361fd"), groups=("hydrazine",), storage_class="General")
     solid = liquid.model_copy(update={"state": "solid"})
-    clause = flags.Clause("base", ("H314",), groups=("hydrazine",), also=("H361",), states=("liquid",))
+    clause = flags.FlagRule("base", ("H314",), groups=("hydrazine",), also=("H361",), states=("liquid",))
     assert clause.holds(liquid)
     assert not clause.holds(solid)
     assert not clause.holds(liquid.model_copy(update={"groups": ()}))

@@ -19,7 +19,7 @@ from labgym.assets.shapes import (
     storage,
     vessels,
 )
-from labgym.assets.shapes.materials import MATERIALS, Material
+from labgym.assets.shapes.materials import MATERIALS, SurfaceMaterial
 from labgym.assets.shapes.parts import Part
 from labgym.assets.shapes.registry import SHAPES, build
 from labgym.assets.shapes.tessellate import tessellate
@@ -45,4 +45,4 @@ FAMILIES = (
 )
 """Modules whose import registers their shapes."""
 
-__all__ = ["FAMILIES", "MATERIALS", "SHAPES", "Material", "Part", "build", "tessellate"]
+__all__ = ["FAMILIES", "MATERIALS", "SHAPES", "Part", "SurfaceMaterial", "build", "tessellate"]

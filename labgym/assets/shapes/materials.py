@@ -10,7 +10,7 @@ Rgba = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
-class Material:
+class SurfaceMaterial:
     """How a surface looks.
 
     Attributes:
@@ -26,46 +26,46 @@ class Material:
     emission: float = 0.0
 
 
-def _matt(r: float, g: float, b: float) -> Material:
-    return Material((r, g, b, 1.0), specular=0.1, shininess=0.1)
+def _matt(r: float, g: float, b: float) -> SurfaceMaterial:
+    return SurfaceMaterial((r, g, b, 1.0), specular=0.1, shininess=0.1)
 
 
-def _satin(r: float, g: float, b: float) -> Material:
-    return Material((r, g, b, 1.0), specular=0.3, shininess=0.4)
+def _satin(r: float, g: float, b: float) -> SurfaceMaterial:
+    return SurfaceMaterial((r, g, b, 1.0), specular=0.3, shininess=0.4)
 
 
-def _gloss(r: float, g: float, b: float) -> Material:
-    return Material((r, g, b, 1.0), specular=0.6, shininess=0.8)
+def _gloss(r: float, g: float, b: float) -> SurfaceMaterial:
+    return SurfaceMaterial((r, g, b, 1.0), specular=0.6, shininess=0.8)
 
 
-def _glass(r: float, g: float, b: float, opacity: float) -> Material:
-    return Material((r, g, b, opacity), specular=0.9, shininess=0.95)
+def _glass(r: float, g: float, b: float, opacity: float) -> SurfaceMaterial:
+    return SurfaceMaterial((r, g, b, opacity), specular=0.9, shininess=0.95)
 
 
-def _glow(r: float, g: float, b: float) -> Material:
-    return Material((r, g, b, 1.0), specular=0.2, shininess=0.6, emission=0.55)
+def _glow(r: float, g: float, b: float) -> SurfaceMaterial:
+    return SurfaceMaterial((r, g, b, 1.0), specular=0.2, shininess=0.6, emission=0.55)
 
 
-MATERIALS: dict[str, Material] = {
+MATERIALS: dict[str, SurfaceMaterial] = {
     # metals
-    "stainless": Material((0.73, 0.75, 0.77, 1.0), specular=0.7, shininess=0.6, reflectance=0.15),
-    "chrome": Material((0.82, 0.84, 0.87, 1.0), specular=1.0, shininess=0.9, reflectance=0.25),
-    "aluminium": Material((0.66, 0.68, 0.70, 1.0), specular=0.5, shininess=0.5),
+    "stainless": SurfaceMaterial((0.73, 0.75, 0.77, 1.0), specular=0.7, shininess=0.6, reflectance=0.15),
+    "chrome": SurfaceMaterial((0.82, 0.84, 0.87, 1.0), specular=1.0, shininess=0.9, reflectance=0.25),
+    "aluminium": SurfaceMaterial((0.66, 0.68, 0.70, 1.0), specular=0.5, shininess=0.5),
     "cast_iron": _satin(0.24, 0.25, 0.27),
-    "brass": Material((0.80, 0.63, 0.27, 1.0), specular=0.7, shininess=0.7),
+    "brass": SurfaceMaterial((0.80, 0.63, 0.27, 1.0), specular=0.7, shininess=0.7),
     "galvanised": _satin(0.58, 0.61, 0.63),
     # glass, liquids, ceramics
     "borosilicate": _glass(0.82, 0.92, 0.95, 0.34),
     "thick_glass": _glass(0.74, 0.89, 0.90, 0.50),
     "window_glass": _glass(0.72, 0.86, 0.92, 0.30),
     "sash_glass": _glass(0.80, 0.92, 0.94, 0.16),
-    "daylight": Material((0.86, 0.93, 1.0, 1.0), specular=0.2, shininess=0.8, emission=0.35),
+    "daylight": SurfaceMaterial((0.86, 0.93, 1.0, 1.0), specular=0.2, shininess=0.8, emission=0.35),
     "amber_glass": _glass(0.46, 0.22, 0.06, 0.90),
     "blue_liquid": _glass(0.20, 0.48, 0.82, 0.72),
     "yellow_liquid": _glass(0.93, 0.78, 0.24, 0.72),
     "clear_liquid": _glass(0.72, 0.85, 0.92, 0.55),
     "oil": _glass(0.87, 0.70, 0.32, 0.80),
-    "ice": Material((0.88, 0.95, 1.0, 0.92), specular=0.6, shininess=0.7),
+    "ice": SurfaceMaterial((0.88, 0.95, 1.0, 0.92), specular=0.6, shininess=0.7),
     "porcelain": _gloss(0.94, 0.93, 0.90),
     "silica": _matt(0.95, 0.94, 0.90),
     "sand": _matt(0.80, 0.70, 0.52),
@@ -104,8 +104,8 @@ MATERIALS: dict[str, Material] = {
     "abs_blue": _satin(0.12, 0.36, 0.68),
     "abs_red": _satin(0.78, 0.17, 0.15),
     "abs_green": _satin(0.20, 0.56, 0.33),
-    "polyethylene": Material((0.93, 0.95, 0.95, 0.86), specular=0.2, shininess=0.3),
-    "polypropylene": Material((0.86, 0.90, 0.92, 0.70), specular=0.3, shininess=0.4),
+    "polyethylene": SurfaceMaterial((0.93, 0.95, 0.95, 0.86), specular=0.2, shininess=0.3),
+    "polypropylene": SurfaceMaterial((0.86, 0.90, 0.92, 0.70), specular=0.3, shininess=0.4),
     "ptfe": _matt(0.96, 0.96, 0.96),
     "rubber": _matt(0.13, 0.13, 0.14),
     "rubber_orange": _matt(0.74, 0.34, 0.17),
@@ -118,11 +118,11 @@ MATERIALS: dict[str, Material] = {
     "screen": _glow(0.16, 0.42, 0.62),
     "screen_dark": _gloss(0.06, 0.08, 0.10),
     "screen_green": _glow(0.22, 0.62, 0.36),
-    "display_lcd": Material((0.66, 0.76, 0.62, 1.0), specular=0.2, shininess=0.6, emission=0.1),
-    "lamp": Material((1.0, 0.98, 0.92, 1.0), emission=0.9),
-    "lamp_green": Material((0.25, 0.90, 0.40, 1.0), emission=0.8),
-    "lamp_uv": Material((0.48, 0.30, 0.95, 1.0), emission=0.8),
-    "flame_blue": Material((0.30, 0.55, 1.0, 0.75), emission=0.9),
+    "display_lcd": SurfaceMaterial((0.66, 0.76, 0.62, 1.0), specular=0.2, shininess=0.6, emission=0.1),
+    "lamp": SurfaceMaterial((1.0, 0.98, 0.92, 1.0), emission=0.9),
+    "lamp_green": SurfaceMaterial((0.25, 0.90, 0.40, 1.0), emission=0.8),
+    "lamp_uv": SurfaceMaterial((0.48, 0.30, 0.95, 1.0), emission=0.8),
+    "flame_blue": SurfaceMaterial((0.30, 0.55, 1.0, 0.75), emission=0.9),
     "paper": _matt(0.96, 0.96, 0.95),
     "print_black": _matt(0.07, 0.07, 0.08),
     "print_red": _matt(0.85, 0.12, 0.12),
@@ -131,7 +131,7 @@ MATERIALS: dict[str, Material] = {
     "wall_accent": _matt(0.62, 0.75, 0.78),
     "wall_cap": _matt(0.60, 0.64, 0.67),
     "skirting": _matt(0.36, 0.40, 0.43),
-    "floor_vinyl": Material((0.74, 0.76, 0.77, 1.0), specular=0.2, shininess=0.4, reflectance=0.06),
+    "floor_vinyl": SurfaceMaterial((0.74, 0.76, 0.77, 1.0), specular=0.2, shininess=0.4, reflectance=0.06),
     "ceiling": _matt(0.95, 0.95, 0.94),
     "door_leaf": _satin(0.69, 0.75, 0.78),
     "door_frame": _satin(0.33, 0.37, 0.41),

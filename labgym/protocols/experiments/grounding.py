@@ -14,6 +14,7 @@ from labgym.protocols.experiments.model import Experiment, Material
 MAX_STRUCTURE = 300
 """Longest SMILES, in characters, that is compared by structure; the catalogue's longest has a third of that."""
 SOLVENTS = ("organic_solvent", "solvent")
+"""Categories of solvents."""
 WATER = "DeionizedWater"
 _REMARK = re.compile(r"^(.*[^\s(])\s*\(([^()]*)\)(.*)$")
 _NUMBERED = re.compile(r"^([a-z][a-z -]{3,}?)[ _-]?\d{1,2}$")
