@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 from labgym.assets import Asset, Catalog
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.experiments.grounding import SOLVENTS
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.transformations import Slot, Transformation, transformations
 
 ASSUMED = " (assumed)"
+SOLVENTS = ("organic_solvent", "solvent")
 PROTECTIVE_GASES = ("NitrogenGas", "ArgonGas")
 AIDS = {"adsorbent": "5 g", "drying_agent": "5 g"}
 """Amounts of aids that take no part in the reaction, by category."""
