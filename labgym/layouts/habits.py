@@ -42,7 +42,7 @@ class Habit(Record):
 
 
 class Furniture(Record):
-    """A piece that a room gets from a level of furnishing on, and what it is for."""
+    """A piece that a room gets from a level of furnishing on, and its purpose."""
 
     asset: str
     level: Furnishing

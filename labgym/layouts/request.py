@@ -1,4 +1,4 @@
-"""What a layout is generated from."""
+"""The arguments that a layout is generated from."""
 
 from __future__ import annotations
 

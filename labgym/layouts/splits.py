@@ -35,7 +35,7 @@ RELEASES = {1: "0.1.0", 2: "0.2.0"}
 
 
 class PublishedLayout(Record):
-    """What a published layout was made from, and its hash."""
+    """The arguments of a published layout, and its hash."""
 
     id: str
     protocol: str

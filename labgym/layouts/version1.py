@@ -66,7 +66,7 @@ class Layout1(Document):
 
 @dataclass(frozen=True)
 class Version1Fields:
-    """What only version 1 has: the id of a protocol in place of the protocol, and the room as it was written."""
+    """Fields that only version 1 has: the id of a protocol in place of the protocol, and the room as it was written."""
 
     protocol: str | None
     room: Room

@@ -40,7 +40,7 @@ def storage_cabinet(arrangement: Arrangement, row: int) -> int | None:
 
 
 def closed_cabinet(arrangement: Arrangement, row: int) -> int | None:
-    """Return the row of the storage cabinet with doors that an object stands in, None where there is none."""
+    """Return the row of the storage cabinet with doors that an object stands in, None if there is none."""
     cabinet = storage_cabinet(arrangement, row)
     if cabinet is None:
         return None
