@@ -13,6 +13,8 @@ import pytest
 import labgym
 from labgym.assets import Catalog
 from labgym.cli import main
+from labgym.cli.app import GROUPS, app
+from labgym.cli.training import ablate_app, card_app, train_app
 from labgym.layouts import Layout, load_published, published
 from labgym.policies import policy_names
 from labgym.protocols import protocols
@@ -69,11 +71,15 @@ def test_the_version_is_the_package_s(call):
 
 
 def test_help_shows_no_internals_of_the_parser(call):
-    for command in (*COMMANDS, "record", "reproduce", "bench"):
-        _, out, _ = call(command, "--help")
-        assert "{None}" not in out, command
-        assert "(default: )" not in out, command
-        assert "--no-" not in out, command
+    groups = {**GROUPS, "train": train_app, "card": card_app, "ablate": ablate_app}
+    paths = [(command,) for command in app._subcommands]
+    paths += [(group, command) for group, commands in groups.items() for command in commands._subcommands]
+    assert len(paths) > 30
+    for path in paths:
+        _, out, _ = call(*path, "--help")
+        assert "{None" not in out, path
+        assert "(default: )" not in out, path
+        assert "(default: None)" not in out, path
 
 
 def test_a_question_mark_lists_the_policies(call):

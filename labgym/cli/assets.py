@@ -30,7 +30,7 @@ assets_app = CommandGroup("show")
 @assets_app.command
 def show(
     name: Positional[Annotated[str | None, arg(metavar="[NAME]", help_behavior_hint="")]] = None,
-    kind: Annotated[Kind | None, arg(help_behavior_hint="")] = None,
+    kind: Annotated[Kind | None, arg(metavar="KIND", help_behavior_hint="")] = None,
     check: bool = False,
 ) -> int:
     """List the catalogue, describe one asset, or check the catalogue. `labgym assets NAME` works without `show`.
