@@ -221,15 +221,15 @@ ROLL_OUT = """
 import hashlib, sys
 import gymnasium as gym, numpy as np, labgym
 env = gym.make("LabPointNav-v0", layout=sys.argv[1], observation=sys.argv[2])
-seen = hashlib.sha256()
+digest = hashlib.sha256()
 observation, info = env.reset(seed=7)
 rng = np.random.default_rng(3)
 for _ in range(60):
     for key in sorted(observation):
-        seen.update(observation[key].tobytes())
+        digest.update(observation[key].tobytes())
     observation, reward, *_ = env.step(rng.uniform(-1, 1, 2).astype(np.float32))
-    seen.update(np.float64(reward).tobytes())
-print(seen.hexdigest())
+    digest.update(np.float64(reward).tobytes())
+print(digest.hexdigest())
 """
 
 
@@ -244,7 +244,7 @@ def test_the_same_seed_and_actions_give_the_same_bits_in_any_process(
         ).stdout
         for _ in range(2)
     }
-    seen = hashlib.sha256()
+    digest = hashlib.sha256()
     env = make(layout, observation=observation)
     env.reset(seed=1)
     env.step(AHEAD)
@@ -252,10 +252,10 @@ def test_the_same_seed_and_actions_give_the_same_bits_in_any_process(
     rng = np.random.default_rng(3)
     for _ in range(60):
         for key in sorted(state):
-            seen.update(state[key].tobytes())
+            digest.update(state[key].tobytes())
         state, reward, *_ = env.step(rng.uniform(-1, 1, 2).astype(np.float32))
-        seen.update(np.float64(reward).tobytes())
-    assert digests == {seen.hexdigest() + "\n"}
+        digest.update(np.float64(reward).tobytes())
+    assert digests == {digest.hexdigest() + "\n"}
 
 
 @pytest.mark.parametrize("mode", ["sync", "async"])

@@ -51,6 +51,6 @@ def test_feasible_is_what_astar_finds_a_path_for(make_plan, seed):
     ends = rng.uniform(0.31, 7.69, (30, 2, 2))
     pairs = [GoalPair(k, (*a, 0.0), (*b, 0.0), "Hood", "Sink") for k, (a, b) in enumerate(ends)]
     grid = occupancy(plan).dilated(0.3)
-    found = [astar(grid, a, b) is not None for a, b in ends]
-    assert [verdict.feasible for verdict in feasibility(plan, pairs)] == found
-    assert [verdict.feasible for verdict in feasibility(plan, pairs, grid=grid)] == found
+    reachable = [astar(grid, a, b) is not None for a, b in ends]
+    assert [verdict.feasible for verdict in feasibility(plan, pairs)] == reachable
+    assert [verdict.feasible for verdict in feasibility(plan, pairs, grid=grid)] == reachable
