@@ -20,9 +20,9 @@ from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.zones import door_span
 from labgym.layouts.walls import choose_walls
 
-EFFORT = 0.15
+EFFORT = 0.05
 """Deterministic search time of each trial with lifted constraints."""
-PRESET_EFFORT = 0.1
+PRESET_EFFORT = 0.05
 PRESET_TRIES = 3
 SHOWN = 6
 """Separations that a message names at most."""

@@ -48,7 +48,10 @@ def _update(
     layout: Layout, current: Assessment, most: int, protocol: Protocol | None, adjuster: Adjuster, level: Level
 ) -> tuple[Layout, Assessment] | None:
     """The first accepted update: repaired and adjusted, or, if pushing things apart does not help, adjusted alone."""
-    for base in (fast_repair(layout, current.profile), layout):
+    bases = (
+        (fast_repair(layout, current.profile), layout) if level == "room" else (fast_repair(layout, current.profile),)
+    )
+    for base in bases:
         assessment = current if base is layout else evaluate_layout(base, protocol, current.profile)
         candidate = adjuster.adjust(base, protocol, assessment, level)
         proposed = assessment if candidate is base else evaluate_layout(candidate, protocol, current.profile)

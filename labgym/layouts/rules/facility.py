@@ -281,10 +281,16 @@ def _shower_spaces(arrangement: Arrangement) -> list[FacilityIssue]:
         shower = arrangement.placements[row].id
         box = box_of(arrangement, row)
         center = OrientedBox(box.x, box.y, 0.0, 0.0, 0.0, 0.0, HEADROOM)
-        for other, placement in enumerate(arrangement.placements):
-            if other == row or placement.support not in (FLOOR, WALL):
-                continue
-            gap = distance(center, box_of(arrangement, other))
+        others = [
+            other
+            for other, placement in enumerate(arrangement.placements)
+            if other != row and placement.support in (FLOOR, WALL)
+        ]
+        if not others:
+            continue
+        gaps = pairwise_distance(BoxArray.of([center]), arrangement.take(others))[0]
+        for other, gap in zip(others, gaps.tolist(), strict=True):
+            placement = arrangement.placements[other]
             if gap < SHOWER_RADIUS - 1e-3:
                 message = (
                     f"{placement.id} is {gap:.2f} m from the center of {shower}, under {SHOWER_RADIUS} m: "
