@@ -28,8 +28,8 @@ class PolicyOptions(Record):
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             name = ".".join(str(part) for part in first["loc"])
-            problem = " ".join(first["msg"].split())
-            raise OptionError(f"{type(self).__name__}: {name} is {first['input']!r}: {problem}") from None
+            problem = " ".join(first["msg"].split()).replace("Input should", "it should")
+            raise OptionError(f"{type(self).__name__}: {name} is {first['input']!r}; {problem}") from None
 
     @classmethod
     def of(cls, options: Self | Mapping[str, Any] | None) -> Self:
