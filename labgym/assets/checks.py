@@ -1,6 +1,6 @@
-"""Checks that a catalogue is sound: sizes, geometry of hollows, specifications, identities, flags, groups and names.
+"""Consistency checks of a catalogue: sizes, cavities, specifications, identifiers, flags, groups and names.
 
-`check(catalog)` runs them all; `labgym assets --check` and the tests call it. Sizes are also checked on reading.
+`check(catalog)` runs all checks; `labgym assets --check` and the tests call it. Sizes are also checked on reading.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from labgym.assets.sizes import size_problem
 
 TOLERANCE = 1e-6
 MIN_TEXT = 30
-"""Least length of a description or caption, characters: shorter ones say nothing specific."""
+"""Least length of a description or caption, characters: shorter ones are not specific."""
 DENSITY = (0.5, 8000.0)
 """Bounds of mass over bounding box, kg/m3: a gas balloon to solid steel."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Something wrong in the catalogue: the asset, the field and what is wrong with it."""
+    """A problem in the catalogue: the asset, the field and a message."""
 
     asset: str
     field: str
@@ -36,13 +36,13 @@ class Problem:
 
 
 def check(catalog: Catalog) -> tuple[Problem, ...]:
-    """Return every problem of a catalogue; empty where it is sound."""
+    """Return all problems of a catalogue; empty if there are none."""
     single = tuple(problem for asset in catalog for rule in RULES for problem in rule(asset))
     return single + tuple(names_are_unique(catalog))
 
 
 def cas_is_valid(number: str) -> bool:
-    """Say whether a CAS registry number has the right form and check digit.
+    """Return whether a CAS registry number has the right form and check digit.
 
     The check digit is the sum of the other digits, each times its position from the right, modulo 10.
     """
@@ -53,7 +53,7 @@ def cas_is_valid(number: str) -> bool:
 
 
 def sizes_are_plausible(asset: Asset) -> Iterator[Problem]:
-    """Sides and density are what an asset of this category can have."""
+    """Yield implausible sides and densities for the category."""
     problem = size_problem(asset)
     if problem is not None:
         yield Problem(asset.name, "size", problem)
@@ -62,8 +62,8 @@ def sizes_are_plausible(asset: Asset) -> Iterator[Problem]:
         yield Problem(asset.name, "mass", f"{asset.mass:g} kg in its box is {density:.3g} kg/m3; expected {DENSITY}")
 
 
-def texts_are_given(asset: Asset) -> Iterator[Problem]:
-    """Description and caption say something, and both languages name the asset."""
+def texts_are_complete(asset: Asset) -> Iterator[Problem]:
+    """Yield short descriptions and captions, and missing names in English or Chinese."""
     for field in ("description", "caption"):
         if len(getattr(asset, field).strip()) < MIN_TEXT:
             yield Problem(asset.name, field, f"shorter than {MIN_TEXT} characters")
@@ -73,7 +73,7 @@ def texts_are_given(asset: Asset) -> Iterator[Problem]:
 
 
 def surfaces_fit(asset: Asset) -> Iterator[Problem]:
-    """Surfaces of a solid asset lie within its outline, those of a hollow one within its cavity, without overlap."""
+    """Yield surfaces outside the outline of a solid asset or the cavity of a hollow one, or overlapping."""
     size, cavity = asset.size, asset.cavity
     if cavity is not None:
         within = abs(cavity.x) + cavity.width / 2.0 <= size.width / 2.0 + TOLERANCE
@@ -95,7 +95,7 @@ def surfaces_fit(asset: Asset) -> Iterator[Problem]:
 
 
 def headrooms_fit(asset: Asset) -> Iterator[Problem]:
-    """Inside a cavity, each surface's headroom ends below the next shelf's board or the ceiling."""
+    """Yield headrooms that do not end below the next shelf or the ceiling of the cavity."""
     if asset.cavity is None:
         return
     levels = sorted(surface.z for surface in asset.surfaces)
@@ -107,25 +107,25 @@ def headrooms_fit(asset: Asset) -> Iterator[Problem]:
 
 
 def kinds_agree(asset: Asset) -> Iterator[Problem]:
-    """Reagents have chemistry and stand on things; heat, glass, storage and hoods say so consistently."""
+    """Yield inconsistent kinds: chemistry, placing, heat, glass, storage and hoods."""
     if (asset.kind == "reagent") != (asset.chemistry is not None):
-        yield Problem(asset.name, "chemistry", "given for reagents and only for them")
+        yield Problem(asset.name, "chemistry", "required for reagents and only for them")
     if asset.kind == "reagent" and (asset.placing != "desktop" or asset.hazards.glass_container):
-        yield Problem(asset.name, "placing", "reagents stand on surfaces and are no glass equipment")
+        yield Problem(asset.name, "placing", "reagents must stand on surfaces and must not be glass equipment")
     if asset.hazards.heat_source != (asset.heat_class is not None):
-        yield Problem(asset.name, "heat_class", "given for heat sources and only for them")
+        yield Problem(asset.name, "heat_class", "required for heat sources and only for them")
     if asset.category == "glassware" and not asset.hazards.glass_container:
-        yield Problem(asset.name, "hazards.glass_container", "glassware is glass")
+        yield Problem(asset.name, "hazards.glass_container", "required for glassware")
     if asset.storage_class is not None and asset.cavity is None:
-        yield Problem(asset.name, "cavity", "a storage cabinet is hollow")
+        yield Problem(asset.name, "cavity", "required for a storage cabinet")
     if asset.fume_hood and (asset.cavity is None or not asset.surfaces):
-        yield Problem(asset.name, "cavity", "a fume hood has a work surface inside")
+        yield Problem(asset.name, "cavity", "a fume hood requires a work surface inside")
     if asset.mount_height > 0.0 and asset.placing != "wall":
-        yield Problem(asset.name, "mount_height", "only for what hangs on a wall")
+        yield Problem(asset.name, "mount_height", "only for wall-mounted assets")
 
 
 def chemistry_is_sound(asset: Asset) -> Iterator[Problem]:
-    """CAS numbers check, ratings are in range, groups are defined, flags follow the data."""
+    """Yield wrong CAS numbers, ratings out of range, undefined groups, and flags that contradict the data."""
     chemistry = asset.chemistry
     if chemistry is None:
         return
@@ -141,7 +141,7 @@ def chemistry_is_sound(asset: Asset) -> Iterator[Problem]:
     carried = flags.carried(asset)
     for flag, value in flags.expected(asset).items():
         if carried[flag] != value:
-            message = f"is {carried[flag]}, its data say {value}; change it or list an exception"
+            message = f"is {carried[flag]}, by its data {value}: change it or list an exception"
             yield Problem(asset.name, flag, message)
 
 
@@ -151,7 +151,7 @@ def specifications_are_plausible(asset: Asset) -> Iterator[Problem]:
 
 
 def names_are_unique(catalog: Catalog) -> Iterator[Problem]:
-    """No two assets share a surface form."""
+    """Yield names and synonyms that two assets share."""
     owners: dict[str, set[str]] = defaultdict(set)
     for asset in catalog:
         for form in surface_forms(asset):
@@ -163,7 +163,7 @@ def names_are_unique(catalog: Catalog) -> Iterator[Problem]:
 
 RULES = (
     sizes_are_plausible,
-    texts_are_given,
+    texts_are_complete,
     surfaces_fit,
     headrooms_fit,
     kinds_agree,

@@ -27,7 +27,7 @@ FLAG_TRAITS: tuple[Flag, ...] = ("flammable", "acid", "base", "oxidizer", "activ
 
 @dataclass(frozen=True)
 class Hazard:
-    """Why two reagents must not meet: the rule's kind, what would happen, and where that is written."""
+    """Why two reagents must be kept apart: the kind of the rule, what would happen, and the source."""
 
     kind: str
     hazard: str
@@ -44,12 +44,12 @@ class Rule(Record):
     source: Annotated[str, Field(min_length=1)]
 
     def applies(self, first: frozenset[str], second: frozenset[str]) -> bool:
-        """Say whether two sets of traits stand on opposite sides of the rule."""
+        """Return whether two sets of traits are on opposite sides of the rule."""
         return bool((first & self.a and second & self.b) or (first & self.b and second & self.a))
 
 
 class RuleBook(Document):
-    """Reactive groups with their meaning, and rules by profile; where several apply, the first is reported."""
+    """Reactive groups with their meaning, and rules by profile; if several apply, the first is reported."""
 
     SCHEMA: ClassVar[str] = "labgym.segregation/1"
 
@@ -59,7 +59,7 @@ class RuleBook(Document):
 
 @lru_cache(maxsize=1)
 def rulebook() -> RuleBook:
-    """Return the published rules; read once a process."""
+    """Return the published rules; they are read once per process."""
     return RuleBook.load(artefacts("assets") / "chemistry" / "segregation.json")
 
 
@@ -69,9 +69,9 @@ def rules(profile: str = "segregation") -> tuple[Rule, ...]:
     Raises:
         UnknownNameError: there is no such profile.
     """
-    for name, chosen in rulebook().profiles.items():
+    for name, entries in rulebook().profiles.items():
         if name == profile:
-            return chosen
+            return entries
     raise UnknownNameError("compatibility profile", profile, get_args(Profile))
 
 
@@ -84,19 +84,19 @@ def traits(asset: Asset) -> frozenset[str]:
 
 
 def incompatible(a: Asset, b: Asset, profile: str = "segregation") -> Hazard | None:
-    """Return why two assets must be kept apart, or None where they may stand together.
+    """Return why two assets must be kept apart, or None if they may stand together.
 
     Symmetric; a reagent is compatible with itself, and only reagents can be incompatible.
 
     Raises:
         UnknownNameError: there is no such profile.
     """
-    chosen = rules(profile)
+    entries = rules(profile)
     if a.name == b.name:
         return None
     first, second = traits(a), traits(b)
     if first and second:
-        for rule in chosen:
+        for rule in entries:
             if rule.applies(first, second):
                 return Hazard(rule.kind, rule.hazard, rule.source)
     return None
@@ -105,9 +105,9 @@ def incompatible(a: Asset, b: Asset, profile: str = "segregation") -> Hazard | N
 def pairs(assets: Iterable[Asset], profile: str = "segregation") -> list[tuple[str, str, Hazard]]:
     """Return the unordered incompatible pairs among distinct assets, names sorted in and between pairs."""
     distinct = {asset.name: asset for asset in assets}
-    found = []
+    incompatible_pairs = []
     for name_a, name_b in combinations(sorted(distinct), 2):
         hazard = incompatible(distinct[name_a], distinct[name_b], profile)
         if hazard is not None:
-            found.append((name_a, name_b, hazard))
-    return found
+            incompatible_pairs.append((name_a, name_b, hazard))
+    return incompatible_pairs

@@ -1,7 +1,7 @@
 """Hazard flags that follow from a reagent's data, and the listed exceptions to that rule.
 
 The rule makes annotations comparable: a new reagent gets its flags from GHS statements, flash and boiling point and
-reactive groups. Where judgement says otherwise, `flag_exceptions.json` names the reagent, the flag and the reason.
+reactive groups. `flag_exceptions.json` lists the reagents and flags that differ by judgment, each with the reason.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ Flag = Literal[
 FLAGS: tuple[Flag, ...] = get_args(Flag)
 
 FLASH_LIMIT = 60.0
-"""Closed-cup flash point, degrees Celsius, up to which GHS calls a liquid flammable (categories 1 to 3)."""
+"""Highest closed-cup flash point of a flammable liquid under GHS (categories 1 to 3), degrees Celsius."""
 BOILING_LIMIT = 100.0
-"""Liquids that boil at or below this count as volatile, degrees Celsius; water does not."""
+"""Highest boiling point of a volatile liquid, degrees Celsius; water does not count."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +88,11 @@ CLAUSES: tuple[FlagRule, ...] = (
     FlagRule("water_reactive", groups=("acyl_halide", "chlorosilane", "metal_hydride")),
     FlagRule("peroxide_former", ("EUH019",)),
 )
-"""All ways to the flags but the limits of flash and boiling point."""
+"""All conditions for the flags, except the limits of flash and boiling point."""
 
 
 class FlagException(Record):
-    """A flag that differs from the rule, and why."""
+    """A flag that differs from the rule, and the reason."""
 
     asset: str
     flag: Flag
@@ -116,12 +116,12 @@ def exceptions() -> dict[tuple[str, str], FlagException]:
 
 
 def by_rule(chemistry: Chemistry) -> dict[Flag, bool]:
-    """Return the flags that follow from a reagent's data, exceptions apart."""
+    """Return the flags that follow from a reagent's data, without exceptions."""
     return {flag: _follows(flag, chemistry) for flag in FLAGS}
 
 
 def group_flags(flag: Flag) -> frozenset[str]:
-    """Return the reactive groups any of which alone raises a flag."""
+    """Return the reactive groups that raise a flag without further conditions."""
     alone = (clause for clause in CLAUSES if clause.flag == flag and not (clause.statements or clause.also))
     return frozenset(group for clause in alone for group in clause.groups)
 
@@ -130,9 +130,9 @@ def expected(asset: Asset) -> dict[Flag, bool]:
     """Return the flags that a reagent should carry: by rule, or by a listed exception."""
     if asset.chemistry is None:
         return {}
-    listed = exceptions()
+    exempt = exceptions()
     return {
-        flag: listed[asset.name, flag].value if (asset.name, flag) in listed else value
+        flag: exempt[asset.name, flag].value if (asset.name, flag) in exempt else value
         for flag, value in by_rule(asset.chemistry).items()
     }
 
@@ -147,7 +147,7 @@ def carried(asset: Asset) -> dict[Flag, bool]:
 
 def _states(chemistry: Chemistry, codes: tuple[str, ...]) -> bool:
     # Statements may carry a suffix (H361d, H360FD), so the first part is compared.
-    return any(given.startswith(codes) for given in chemistry.h_codes)
+    return any(statement.startswith(codes) for statement in chemistry.h_codes)
 
 
 def _follows(flag: Flag, chemistry: Chemistry) -> bool:

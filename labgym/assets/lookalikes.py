@@ -1,4 +1,4 @@
-"""Substances that the catalogue does not hold and whose names look like those of substances that it does."""
+"""Substances that the catalogue lacks and whose names resemble those of its reagents."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from labgym.documents import Document
 
 
 class Lookalikes(Document):
-    """Names that no misspelling of a reagent may be as near to as to the reagent's own."""
+    """Names of other substances: a text that is as close to one of them is not a misspelling of a reagent."""
 
     SCHEMA: ClassVar[str] = "labgym.lookalikes/1"
 
@@ -21,5 +21,5 @@ class Lookalikes(Document):
 
 @lru_cache(maxsize=1)
 def lookalikes() -> tuple[str, ...]:
-    """Return the published names; read once a process."""
+    """Return the published names; they are read once per process."""
     return Lookalikes.load(artefacts("assets") / "chemistry" / "lookalikes.json").names

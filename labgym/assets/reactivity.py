@@ -1,8 +1,7 @@
 """Reactions of two reagents on contact: a matrix over reactive groups, each cell with hazard and source.
 
-The matrix answers a question about mixing; it is stricter and finer than the segregation rules of
-`labgym.assets.compatibility`, which decide what layouts keep apart. It speaks of groups: a mild member of a group
-gets the answer of its like.
+The matrix is about mixing. It is stricter and finer than the segregation rules of `labgym.assets.compatibility`, which
+decide what layouts keep apart. It is over groups: a mild member of a group gets the answer of the group.
 """
 
 from __future__ import annotations
@@ -23,8 +22,8 @@ from labgym.documents import Document, Record
 from labgym.errors import UnknownNameError
 
 Severity = Literal["compatible", "caution", "incompatible", "dangerous"]
-"""Compatible; caution: warms, or reacts slowly or when heated; incompatible: much heat, pressure or fumes;
-dangerous: toxic or flammable gas, fire or explosion."""
+"""Compatible; caution (warms, or reacts slowly or when heated); incompatible (much heat, pressure or fumes);
+dangerous (toxic or flammable gas, fire or explosion)."""
 SEVERITIES: tuple[Severity, ...] = get_args(Severity)
 Chart = Literal["cameo", "epa"]
 TRAITS: tuple[Flag, ...] = ("flammable", "oxidizer", "water_reactive", "peroxide_former")
@@ -37,9 +36,9 @@ class Entry(Record):
     """Group pairs that share an answer.
 
     Attributes:
-        products: gases and other products that make the hazard.
+        products: hazardous gases and other products.
         charts: published charts that rate all these pairs as reacting.
-        source: where else it is written.
+        source: further source.
         cells: the pairs, by their first group.
     """
 
@@ -75,9 +74,9 @@ class Reactivity(Document):
 
     Attributes:
         charts: names of published charts of reactive groups.
-        groups: numbers of the groups in the charts, or of what is nearest there.
-        kinds: groups that are a kind of another; where a reagent has both, the entries of the narrower count.
-        entries: what reacts, and what does not although a chart says so.
+        groups: numbers of the groups, or of the nearest ones, in the charts.
+        kinds: groups that are a kind of another; if a reagent has both, the entries of the narrower one apply.
+        entries: pairs that react, and pairs that do not although a chart says so.
         rest: the answer for pairs without an entry.
     """
 
@@ -93,20 +92,20 @@ class Reactivity(Document):
     def _kinds_are_groups(self) -> Self:
         for narrow, wide in self.kinds.items():
             if narrow not in self.groups or wide not in self.groups:
-                raise ValueError(f"kinds: {narrow} or {wide} is no group")
+                raise ValueError(f"kinds: {narrow} or {wide} is not a group")
         return self
 
     @model_validator(mode="after")
     def _covers_each_pair_once(self) -> Self:
-        known = self.groups.keys() | set(TRAITS)
-        seen: set[Pair] = set()
+        labels = self.groups.keys() | set(TRAITS)
+        pairs: set[Pair] = set()
         for entry in self.entries:
             for a, b in entry.pairs():
                 pair = _sorted(a, b)
-                if not {a, b} <= known or pair in seen:
-                    fault = "stands in two entries" if pair in seen else "names no group or trait"
+                if not {a, b} <= labels or pair in pairs:
+                    fault = "is in two entries" if pair in pairs else "names an unknown group or trait"
                     raise ValueError(f"the pair {a} and {b} ({entry.hazard!r}) {fault}")
-                seen.add(pair)
+                pairs.add(pair)
         return self
 
 
@@ -166,7 +165,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Reaction:
-    """A cell that applies to two reagents, which are in the order of their names."""
+    """A cell that applies to two reagents, in the order of their names."""
 
     first: Side
     second: Side
@@ -174,13 +173,13 @@ class Reaction:
 
     @property
     def rank(self) -> int:
-        """Place of the severity, 0 for compatible to 3 for dangerous."""
+        """Rank of the severity, from 0 (compatible) to 3 (dangerous)."""
         return SEVERITIES.index(self.cell.severity)
 
 
 @lru_cache(maxsize=1)
 def reactivity() -> Reactivity:
-    """Return the published matrix as stored; read once a process."""
+    """Return the published matrix as stored; it is read once per process."""
     return Reactivity.load(artefacts("assets") / "chemistry" / "reactivity.json")
 
 
@@ -200,28 +199,28 @@ def cell(a: str, b: str) -> Cell:
 def reactions(a: Asset, b: Asset) -> tuple[Reaction, ...]:
     """Return what happens when two reagents meet: all cells that apply, worst first; symmetric.
 
-    A cell applies where one reagent has the one group or trait and the other the other, and no entry for a narrower
-    kind of group speaks of them. Of a reagent with itself those of its groups with themselves are returned: what it
-    does on standing. Empty where a reagent has no groups, as equipment has not.
+    A cell applies if one reagent has its first group or trait and the other its second, and no narrower group of either
+    has an entry. For a reagent with itself, the cells of its groups with themselves are returned: what it does on
+    standing. Empty if a reagent has no groups, and for equipment.
     """
     a, b = sorted((a, b), key=lambda asset: asset.name)
     cells, mine, others = _cells(), _features(a), _features(b)
     pairs = [(first, second) for first in mine for second in others if a.name != b.name or first == second]
     entered = {pair for pair in pairs if _sorted(*pair) in _entered()}
-    found = [
+    result = [
         Reaction(Side(a.name, first), Side(b.name, second), cells[_sorted(first, second)])
         for first, second in pairs
         if _sorted(first, second) in cells
         if not any((narrow, second) in entered for narrow in _kinds(first))
         if not any((first, narrow) in entered for narrow in _kinds(second))
     ]
-    return tuple(sorted(found, key=lambda reaction: (-reaction.rank, reaction.first.group, reaction.second.group)))
+    return tuple(sorted(result, key=lambda reaction: (-reaction.rank, reaction.first.group, reaction.second.group)))
 
 
 def products(reaction: Reaction, a: Asset, b: Asset) -> tuple[str, ...]:
-    """Return those products of a reaction's groups that these reagents have the elements for.
+    """Return the products of a reaction for which these reagents have the elements.
 
-    Groups speak for all their members: of acids and oxidisers some give off chlorine, nitric acid does not.
+    Products are listed for groups: some acids release chlorine with an oxidizer, nitric acid does not.
     """
     formulas = [asset.chemistry.formula for asset in (a, b) if asset.chemistry is not None]
     if not all(formulas):
@@ -231,11 +230,11 @@ def products(reaction: Reaction, a: Asset, b: Asset) -> tuple[str, ...]:
 
 
 def to_avoid(asset: Asset, others: Iterable[Asset]) -> tuple[tuple[str, Reaction], ...]:
-    """Return the names of what a reagent must not meet with the worst reaction, worst first, itself included.
+    """Return the names of the reagents that are incompatible or dangerous with a reagent, with the worst reaction.
 
-    Must not meet is what is incompatible or dangerous.
+    Sorted by severity, worst first; the reagent itself may be among them.
     """
-    worst = {other.name: found[0] for other in others if (found := reactions(asset, other))}
+    worst = {other.name: cells[0] for other in others if (cells := reactions(asset, other))}
     bad = [(name, reaction) for name, reaction in worst.items() if reaction.cell.severity in SEVERITIES[2:]]
     return tuple(sorted(bad, key=lambda item: (-item[1].rank, item[0])))
 
@@ -260,21 +259,21 @@ def _entered() -> frozenset[Pair]:
 @lru_cache(maxsize=1)
 def _cells() -> Mapping[Pair, Cell]:
     """Return every cell by its sorted pair: all pairs of groups, and those pairs of traits that have an entry."""
-    stored = reactivity()
-    groups = sorted(stored.groups)
-    rest = Cell("compatible", stored.rest.hazard, (), stored.rest.source)
+    matrix = reactivity()
+    groups = sorted(matrix.groups)
+    rest = Cell("compatible", matrix.rest.hazard, (), matrix.rest.source)
     cells = {(a, b): rest for place, a in enumerate(groups) for b in groups[place:]}
-    for entry in stored.entries:
+    for entry in matrix.entries:
         for a, b in entry.pairs():
-            cells[_sorted(a, b)] = Cell(entry.severity, entry.hazard, entry.products, _source(stored, entry, a, b))
+            cells[_sorted(a, b)] = Cell(entry.severity, entry.hazard, entry.products, _source(matrix, entry, a, b))
     return cells
 
 
-def _source(stored: Reactivity, entry: Entry, a: str, b: str) -> str:
+def _source(matrix: Reactivity, entry: Entry, a: str, b: str) -> str:
     charts = []
     for chart in entry.charts:
-        low, high = sorted((stored.groups[a][chart], stored.groups[b][chart]))
-        charts.append(f"{stored.charts[chart]} {low} and {high}")
+        low, high = sorted((matrix.groups[a][chart], matrix.groups[b][chart]))
+        charts.append(f"{matrix.charts[chart]} {low} and {high}")
     return "; ".join([*charts, *([entry.source] if entry.source else [])])
 
 

@@ -18,7 +18,7 @@ from labgym.assets.measures import Measure, first_size, of_size, size_note
 from labgym.assets.model import Asset
 from labgym.assets.phrases import PhraseIndex
 from labgym.assets.qualifiers import QualifiedName, is_aqueous, is_hydrate, of_equipment, of_substance
-from labgym.assets.spelling import MAX_EDITS, MIN_LENGTH, edits, same_substance, similarity
+from labgym.assets.spelling import MAX_EDITS, MIN_LENGTH, edits, misspells_substance, similarity
 
 MAX_QUERY = 200
 NEAR = 0.4
@@ -202,7 +202,7 @@ class SynonymIndex:
         written = self._forms[form][1]
         if _WORD.search(written) is None or _is_other_substance(query, count):
             return None
-        if self._assets[name].kind == "reagent" and not same_substance(form, query):
+        if self._assets[name].kind == "reagent" and not misspells_substance(form, query):
             return None
         return Match(name, written, "fuzzy", -score)
 

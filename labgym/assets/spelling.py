@@ -58,7 +58,7 @@ def edits(form: str, query: str) -> int | None:
     return count if count <= limit else None
 
 
-def same_substance(form: str, query: str) -> bool:
+def misspells_substance(form: str, query: str) -> bool:
     """Return whether a query can only be a misspelling of a chemical name, both normalised.
 
     It can with one edit, not in the first letter, in a name of letters only. A query that is as close to a rival (the

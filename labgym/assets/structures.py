@@ -12,7 +12,7 @@ from labgym.errors import LabgymError, MissingDependencyError
 
 MAX_CHARACTERS = 500
 MAX_ATOMS = 200
-"""The longest SMILES and the largest molecule that are read; the catalogue's largest has 90 characters."""
+"""Longest SMILES and largest molecule; the longest SMILES of the catalogue has 90 characters."""
 
 
 class StructureError(LabgymError, ValueError):
@@ -21,7 +21,7 @@ class StructureError(LabgymError, ValueError):
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep RDKit from writing to standard error while a structure is read; its errors are raised here."""
+    """Keep RDKit from writing to standard error; its errors are raised here."""
     from rdkit import rdBase
 
     block = rdBase.BlockLogs()
@@ -35,113 +35,113 @@ def molecule(smiles: str) -> Any:
     """Return the RDKit molecule of a SMILES; several parts may be joined by dots.
 
     Raises:
-        StructureError: empty, too long, too large, or no valid SMILES.
+        StructureError: empty, too long, too large, or not a valid SMILES.
         MissingDependencyError: RDKit is not installed.
     """
     if not smiles or len(smiles) > MAX_CHARACTERS or not smiles.isascii() or any(map(str.isspace, smiles)):
         raise StructureError(
-            f"{smiles[:60]!r} is no SMILES: 1 to {MAX_CHARACTERS} characters without spaces are expected"
+            f"{smiles[:60]!r} is not a SMILES: expected 1 to {MAX_CHARACTERS} ASCII characters without spaces"
         )
     try:
         from rdkit import Chem
     except ImportError:
         raise MissingDependencyError("rdkit", "reading structures", "chem") from None
     with _quiet():
-        found = Chem.MolFromSmiles(smiles)
-    if found is None:
-        raise StructureError(f"{smiles[:60]!r} is no valid SMILES: check brackets, ring closures and valences")
-    if any(atom.GetAtomicNum() == 0 or atom.HasQuery() for atom in found.GetAtoms()) or any(
-        bond.HasQuery() for bond in found.GetBonds()
+        structure = Chem.MolFromSmiles(smiles)
+    if structure is None:
+        raise StructureError(f"{smiles[:60]!r} is not a valid SMILES: check brackets, ring closures and valences")
+    if any(atom.GetAtomicNum() == 0 or atom.HasQuery() for atom in structure.GetAtoms()) or any(
+        bond.HasQuery() for bond in structure.GetBonds()
     ):
         raise StructureError(f"{smiles[:60]!r} is a pattern, not a substance: write each element and bond")
-    if not 0 < found.GetNumAtoms() <= MAX_ATOMS:
-        raise StructureError(f"{smiles[:60]!r} has {found.GetNumAtoms()} heavy atoms; 1 to {MAX_ATOMS} are read")
-    return found
+    if not 0 < structure.GetNumAtoms() <= MAX_ATOMS:
+        raise StructureError(f"{smiles[:60]!r} has {structure.GetNumAtoms()} heavy atoms, expected 1 to {MAX_ATOMS}")
+    return structure
 
 
 @lru_cache(maxsize=4096)
 def canonical(smiles: str) -> str:
-    """Return the one spelling of a structure that all its spellings share.
+    """Return the canonical spelling of a structure, the same for all its spellings.
 
-    Atom maps and isotope labels are dropped, stereochemistry stays. Alkoxides and amides that are
-    drawn with a bond to their metal are brought to the separated form.
+    Atom maps and isotope labels are removed, stereochemistry is kept. Alkoxides and amides that are drawn with a bond
+    to their metal become ions.
 
     Raises:
-        StructureError: no valid SMILES, or too large.
+        StructureError: not a valid SMILES, or too large.
         MissingDependencyError: RDKit is not installed.
     """
-    drawn = molecule(smiles)
+    structure = molecule(smiles)
     from rdkit import Chem
 
     with _quiet():
-        return str(Chem.MolToSmiles(_standardised(drawn, smiles)))
+        return str(Chem.MolToSmiles(_standardised(structure, smiles)))
 
 
 def standard(smiles: str) -> Any:
     """Return the RDKit molecule of the canonical form, its atoms in the order of that spelling.
 
     Raises:
-        StructureError: no valid SMILES, or too large.
+        StructureError: not a valid SMILES, or too large.
         MissingDependencyError: RDKit is not installed.
     """
     spelling = canonical(smiles)
     from rdkit import Chem
 
     with _quiet():
-        found = Chem.MolFromSmiles(spelling)
-    if found is None:
+        structure = Chem.MolFromSmiles(spelling)
+    if structure is None:
         raise StructureError(f"{smiles[:60]!r} cannot be brought to a canonical form")
-    return found
+    return structure
 
 
-def _parted(found: Any) -> Any:
-    """Return a molecule with halides and cyanides of alkali metals as their ions, however they were drawn."""
+def _as_ions(structure: Any) -> Any:
+    """Return a molecule with halides and cyanides of alkali metals as ions, however they are drawn."""
     from rdkit import Chem
 
     pattern = Chem.MolFromSmarts("[Li,Na,K,Rb,Cs;D1;+0]-[F,Cl,Br,I,$([CX2]#[NX1]);+0]")
-    pairs = found.GetSubstructMatches(pattern)
+    pairs = structure.GetSubstructMatches(pattern)
     if not pairs:
-        return found
-    parted = Chem.RWMol(found)
+        return structure
+    ions = Chem.RWMol(structure)
     for metal, partner in pairs:
-        parted.RemoveBond(metal, partner)
-        parted.GetAtomWithIdx(metal).SetFormalCharge(1)
-        parted.GetAtomWithIdx(partner).SetFormalCharge(-1)
-    result = parted.GetMol()
+        ions.RemoveBond(metal, partner)
+        ions.GetAtomWithIdx(metal).SetFormalCharge(1)
+        ions.GetAtomWithIdx(partner).SetFormalCharge(-1)
+    result = ions.GetMol()
     Chem.SanitizeMol(result)
     return result
 
 
-def _standardised(found: Any, smiles: str) -> Any:
+def _standardised(structure: Any, smiles: str) -> Any:
     from rdkit import Chem
     from rdkit.Chem.MolStandardize import rdMolStandardize
 
-    for atom in found.GetAtoms():
+    for atom in structure.GetAtoms():
         atom.SetAtomMapNum(0)
         atom.SetIsotope(0)
     with _quiet():
         try:
-            found = _parted(Chem.RemoveHs(found))
-            found = rdMolStandardize.MetalDisconnector().Disconnect(found)
-            return rdMolStandardize.Normalizer().normalize(found)
+            structure = _as_ions(Chem.RemoveHs(structure))
+            structure = rdMolStandardize.MetalDisconnector().Disconnect(structure)
+            return rdMolStandardize.Normalizer().normalize(structure)
         except (ValueError, RuntimeError):
             raise StructureError(f"{smiles[:60]!r} cannot be brought to a canonical form") from None
 
 
 def same_substance(first: str, second: str) -> bool:
-    """Say whether two SMILES are spellings of one substance; see `canonical` for what is looked through."""
+    """Return whether two SMILES are spellings of one substance; `canonical` lists the differences that are ignored."""
     return canonical(first) == canonical(second)
 
 
 def reagent_of(smiles: str, reagents: Iterable[Asset]) -> Asset | None:
-    """Return the reagent that is a structure, or None; of several bottles of one substance that of the core set.
+    """Return the reagent that has a structure, or None; of several packs of one substance, that of the core set.
 
     Raises:
-        StructureError: no valid SMILES, or too large.
+        StructureError: not a valid SMILES, or too large.
         MissingDependencyError: RDKit is not installed.
     """
-    wanted = canonical(smiles)
+    spelling = canonical(smiles)
     for asset in sorted(reagents, key=lambda asset: (not asset.core, asset.name)):
-        if asset.chemistry is not None and asset.chemistry.smiles and canonical(asset.chemistry.smiles) == wanted:
+        if asset.chemistry is not None and asset.chemistry.smiles and canonical(asset.chemistry.smiles) == spelling:
             return asset
     return None

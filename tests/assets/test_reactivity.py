@@ -497,7 +497,7 @@ def document(*entries):
     ("entries", "fault"),
     [
         ([entry(), entry(cells={"ether": ["amine"]})], "two entries"),
-        ([entry(cells={"amine": ["nothing"]})], "names no group"),
+        ([entry(cells={"amine": ["nothing"]})], "names an unknown group"),
         ([entry(source="")], "neither charts nor source"),
         ([entry(severity="deadly")], "severity"),
         ([entry(cells={})], "cells"),

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from labgym.assets.archive import SHAPE, digest, pack, remember
 from labgym.assets.catalog import Catalog
-from labgym.assets.checks import kinds_agree, sizes_are_plausible, surfaces_fit, texts_are_given
+from labgym.assets.checks import kinds_agree, sizes_are_plausible, surfaces_fit, texts_are_complete
 from labgym.assets.forge.caption import write_caption
 from labgym.assets.forge.domain import domain
 from labgym.assets.forge.facts import Facts, texts
@@ -32,7 +32,7 @@ from labgym.documents import document_error
 
 Views = Callable[[Asset], Sequence[bytes]]
 """Returns PNG pictures of an asset; provided by a layer that can render."""
-_RULES = (sizes_are_plausible, texts_are_given, surfaces_fit, kinds_agree)
+_RULES = (sizes_are_plausible, texts_are_complete, surfaces_fit, kinds_agree)
 
 
 @dataclass(frozen=True)

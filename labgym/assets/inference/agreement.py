@@ -1,4 +1,4 @@
-"""How well classification from structure agrees with what is known: precision and recall, group by group."""
+"""Agreement of the classification from structure with labeled substances: precision and recall of each label."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from labgym.assets.inference.classify import classify
 from labgym.assets.model import Asset
 
 Labels = frozenset[str]
-Known = tuple[str, str, Labels, Labels]
-"""A substance that is labelled: name, SMILES, reactive groups, flags."""
+Labeled = tuple[str, str, Labels, Labels]
+"""A labeled substance: name, SMILES, reactive groups, flags."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """How often a group or flag was inferred: rightly, wrongly, and how often it was missed."""
+    """Number of correct, wrong and missed inferences of a group or flag."""
 
     label: str
     right: int
@@ -25,18 +25,18 @@ class Score:
 
     @property
     def precision(self) -> float | None:
-        """Share of what was inferred that is so; None where it was never inferred."""
+        """Share of the inferences that are correct; None if there are none."""
         return self.right / (self.right + self.wrong) if self.right + self.wrong else None
 
     @property
     def recall(self) -> float | None:
-        """Share of what is so that was inferred; None where it never is."""
+        """Share of the labels that are inferred; None if there are none."""
         return self.right / (self.right + self.missed) if self.right + self.missed else None
 
 
 @dataclass(frozen=True)
 class Disagreement:
-    """A substance for which a label was inferred that it does not carry, or missed that it carries."""
+    """A label that was inferred but is not carried by the substance, or that is carried but was missed."""
 
     name: str
     kind: str
@@ -46,7 +46,7 @@ class Disagreement:
 
 @dataclass(frozen=True)
 class Agreement:
-    """The comparison over many substances; `exact` counts those whose labels all agree, by kind."""
+    """The comparison over many substances; `exact` counts, by kind, those whose labels all agree."""
 
     substances: int
     exact: dict[str, int]
@@ -54,7 +54,7 @@ class Agreement:
     disagreements: tuple[Disagreement, ...]
 
     def total(self, kind: str) -> Score:
-        """Return all labels of a kind (groups or flags) together."""
+        """Return the score of all labels of a kind (groups or flags) together."""
         scores = self.scores[kind]
         return Score(
             "all",
@@ -64,43 +64,43 @@ class Agreement:
         )
 
 
-def listed(reagents: Iterable[Asset]) -> list[Known]:
-    """Return the reagents that have a structure, with the groups and flags that they carry."""
+def listed(reagents: Iterable[Asset]) -> list[Labeled]:
+    """Return the reagents that have a structure, with their groups and flags."""
     return [
-        (asset.name, asset.chemistry.smiles, frozenset(asset.chemistry.groups), _raised(asset))
+        (asset.name, asset.chemistry.smiles, frozenset(asset.chemistry.groups), _flags(asset))
         for asset in reagents
         if asset.chemistry is not None and asset.chemistry.smiles is not None
     ]
 
 
-def compare(known: Iterable[Known]) -> Agreement:
-    """Return how the classification of labelled substances agrees with their labels.
+def compare(substances: Iterable[Labeled]) -> Agreement:
+    """Return how the classification of labeled substances agrees with their labels.
 
     Raises:
-        StructureError: one of them has no valid SMILES.
+        StructureError: a SMILES is not valid.
         MissingDependencyError: RDKit is not installed.
     """
-    rows = list(known)
-    found: list[Disagreement] = []
+    rows = list(substances)
+    disagreements: list[Disagreement] = []
     counts: dict[str, dict[str, list[int]]] = {"groups": {}, "flags": {}}
     exact = dict.fromkeys(counts, 0)
     for name, smiles, groups, flags in rows:
-        seen = classify(smiles)
+        inference = classify(smiles)
         for kind, carries, inferred in (
-            ("groups", groups, frozenset(seen.groups)),
-            ("flags", flags, frozenset(str(flag) for flag in seen.flags)),
+            ("groups", groups, frozenset(inference.groups)),
+            ("flags", flags, frozenset(str(flag) for flag in inference.flags)),
         ):
             exact[kind] += carries == inferred
             for label in sorted(carries | inferred):
                 tally = counts[kind].setdefault(label, [0, 0, 0])
                 tally[0 if label in carries & inferred else 1 if label in inferred else 2] += 1
                 if label not in carries & inferred:
-                    found.append(Disagreement(name, kind, label, label in inferred))
+                    disagreements.append(Disagreement(name, kind, label, label in inferred))
     scores = {
         kind: tuple(Score(label, *tally) for label, tally in sorted(labels.items())) for kind, labels in counts.items()
     }
-    return Agreement(len(rows), exact, scores, tuple(found))
+    return Agreement(len(rows), exact, scores, tuple(disagreements))
 
 
-def _raised(asset: Asset) -> Labels:
+def _flags(asset: Asset) -> Labels:
     return frozenset(str(flag) for flag, value in carried(asset).items() if value)

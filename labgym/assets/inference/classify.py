@@ -15,13 +15,13 @@ from labgym.documents import Record
 
 State = Literal["solid", "liquid", "gas"]
 SOLID_ABOVE = 230.0
-"""Estimated boiling point beyond which an organic substance is taken for a solid, degrees Celsius."""
+"""Estimated boiling point above which an organic substance is proposed to be a solid, degrees Celsius."""
 LIQUID_ATOMS = 10
-"""Heavy atoms beyond which a molecule whose boiling point cannot be estimated is taken for a solid."""
+"""Heavy atoms above which a molecule without an estimated boiling point is proposed to be a solid."""
 ESTIMATED = 0.6
-"""How sure a flag is that follows from an estimated boiling or flash point."""
+"""Confidence in a flag that follows from an estimated boiling or flash point."""
 _BY_STRUCTURE = ("explosive",)
-"""Flags for which the structure says more than the group: few azides of long chains explode."""
+"""Flags that depend on the structure rather than on the group: few azides of long chains explode."""
 _NOT_COLD = ("azide", "oxidizing_acid", "halogenating_agent", "nitro", "energetic_heterocycle")
 """Groups whose explosives are not made safer by a refrigerator: salts, mixtures, and nitro and nitrogen-rich ones."""
 EXPLOSIVE = "may explode: no ordinary cabinet suffices, follow its safety data sheet"
@@ -39,17 +39,17 @@ _GASES = (
     "[SX2](=O)=O",
 )
 _SOLIDS = ("[CX3;!H1](=O)[NH2]", "[nH]1cncc1", "[nH]1nncc1", "[nH]1nnnc1", "[nH]1cccn1")
-"""Primary amides and azoles, which hydrogen bonds make solid however small they are."""
+"""Primary amides and azoles, which are solids because of hydrogen bonds, however small they are."""
 
 
 class Inference(Record):
-    """A classification of a structure; nothing in it was measured.
+    """Classification of a structure; nothing in it was measured.
 
     Attributes:
         smiles: canonical. formula: in Hill order, all parts together. molar_mass: g/mol.
-        state: proposed. boiling_point, flash_point: estimates in degrees Celsius, None where the method has no groups.
-        groups: reactive groups with the reasons for each. flags: those that are raised, with the reasons.
-        storage_class: proposed, for storage_reason.
+        state: proposed. boiling_point, flash_point: estimates in degrees Celsius, None if the method lacks a group.
+        groups, flags: reactive groups and hazard flags, each with its reasons.
+        storage_class: proposed. storage_reason: why, with warnings.
     """
 
     smiles: str
@@ -65,27 +65,31 @@ class Inference(Record):
 
 
 def classify(smiles: str, state: State | None = None) -> Inference:
-    """Return what the structure says of a substance; every spelling of it gives the same.
+    """Return the classification of a structure; every spelling of it gives the same.
+
+    Args:
+        smiles: the structure.
+        state: state at room temperature, if known; otherwise it is proposed.
 
     Raises:
-        StructureError: no valid SMILES, or too large.
+        StructureError: not a valid SMILES, or too large.
         MissingDependencyError: RDKit is not installed.
     """
-    drawn, found = molecule(smiles), standard(smiles)
+    original, structure = molecule(smiles), standard(smiles)
     from rdkit.Chem import rdMolDescriptors
 
-    groups = _gathered(reasons(found, substructures().groups))
-    boiling = boiling_point(found)
-    state = state or _state(found, boiling, groups)
-    flags = _flags(found, groups, boiling, state)
+    groups = _by_label(reasons(structure, substructures().groups))
+    boiling = boiling_point(structure)
+    state = state or _state(structure, boiling, groups)
+    flags = _flags(structure, groups, boiling, state)
     storage, why = _storage(groups, flags, state)
     return Inference(
         smiles=canonical(smiles),
-        formula=str(rdMolDescriptors.CalcMolFormula(drawn)),
-        molar_mass=round(molar_mass(drawn), 2),
+        formula=str(rdMolDescriptors.CalcMolFormula(original)),
+        molar_mass=round(molar_mass(original), 2),
         state=state,
         boiling_point=boiling,
-        flash_point=flash_point(boiling) if boiling is not None and burns(found) else None,
+        flash_point=flash_point(boiling) if boiling is not None and burns(structure) else None,
         groups=groups,
         flags=flags,
         storage_class=storage,
@@ -93,36 +97,36 @@ def classify(smiles: str, state: State | None = None) -> Inference:
     )
 
 
-def _gathered(given: Iterable[tuple[str, Reason]]) -> dict[str, tuple[Reason, ...]]:
-    found: dict[str, tuple[Reason, ...]] = {}
-    for name, reason in given:
-        found[name] = (*found.get(name, ()), reason)
-    return found
+def _by_label(labels: Iterable[tuple[str, Reason]]) -> dict[str, tuple[Reason, ...]]:
+    reasons_of: dict[str, tuple[Reason, ...]] = {}
+    for name, reason in labels:
+        reasons_of[name] = (*reasons_of.get(name, ()), reason)
+    return reasons_of
 
 
-def _state(found: Any, boiling: float | None, groups: Collection[str]) -> State:
+def _state(structure: Any, boiling: float | None, groups: Collection[str]) -> State:
     if "aqueous" in groups:
         return "liquid"
-    if parts(found) > 1 or any(matches(found, smarts) for smarts in _SOLIDS):
+    if parts(structure) > 1 or any(matches(structure, smarts) for smarts in _SOLIDS):
         return "solid"
-    if any(matches(found, smarts) for smarts in _GASES):
+    if any(matches(structure, smarts) for smarts in _GASES):
         return "gas"
     if boiling is None:
-        element = found.GetNumAtoms() == 1 and not found.GetAtomWithIdx(0).GetTotalNumHs()
-        return "solid" if element or found.GetNumAtoms() > LIQUID_ATOMS else "liquid"
+        element = structure.GetNumAtoms() == 1 and not structure.GetAtomWithIdx(0).GetTotalNumHs()
+        return "solid" if element or structure.GetNumAtoms() > LIQUID_ATOMS else "liquid"
     return "gas" if boiling < REFERENCE_TEMPERATURE else "liquid" if boiling <= SOLID_ABOVE else "solid"
 
 
 def _flags(
-    found: Any, groups: dict[str, tuple[Reason, ...]], boiling: float | None, state: State
+    structure: Any, groups: dict[str, tuple[Reason, ...]], boiling: float | None, state: State
 ) -> dict[Flag, tuple[Reason, ...]]:
-    raised = _gathered(reasons(found, substructures().flags))
+    matched = _by_label(reasons(structure, substructures().flags))
     result: dict[Flag, tuple[Reason, ...]] = {}
     for flag in FLAGS:
         grouped = _of_groups(flag, groups) if flag not in _BY_STRUCTURE else []
-        why = [*grouped, *raised.get(flag, ())]
+        why = [*grouped, *matched.get(flag, ())]
         if boiling is not None and "inert" not in groups and flag in ("flammable", "volatile_or_toxic"):
-            why += _of_volatility(flag, found, boiling, state)
+            why += _of_volatility(flag, structure, boiling, state)
         if why:
             result[flag] = tuple(why)
     return result
@@ -136,32 +140,32 @@ def _of_groups(flag: Flag, groups: dict[str, tuple[Reason, ...]]) -> list[Reason
     ]
 
 
-def _of_volatility(flag: Flag, found: Any, boiling: float, state: State) -> list[Reason]:
+def _of_volatility(flag: Flag, structure: Any, boiling: float, state: State) -> list[Reason]:
     if flag == "volatile_or_toxic":
-        said = f"boils near {boiling:.0f} C by estimate, at most {BOILING_LIMIT:.0f} C counts as volatile"
-        return [Reason(why=said, confidence=ESTIMATED)] if state != "solid" and boiling <= BOILING_LIMIT else []
+        why = f"boils near {boiling:.0f} C by estimate, at most {BOILING_LIMIT:.0f} C counts as volatile"
+        return [Reason(why=why, confidence=ESTIMATED)] if state != "solid" and boiling <= BOILING_LIMIT else []
     flash = flash_point(boiling)
-    if state == "solid" or flash > FLASH_LIMIT or not burns(found):
+    if state == "solid" or flash > FLASH_LIMIT or not burns(structure):
         return []
-    said = f"flash point near {flash:.0f} C by estimate, at most {FLASH_LIMIT:.0f} C counts as flammable"
-    return [Reason(why=said, confidence=ESTIMATED)]
+    why = f"flash point near {flash:.0f} C by estimate, at most {FLASH_LIMIT:.0f} C counts as flammable"
+    return [Reason(why=why, confidence=ESTIMATED)]
 
 
 def _storage(
     groups: dict[str, tuple[Reason, ...]], flags: dict[Flag, tuple[Reason, ...]], state: State
 ) -> tuple[StorageClass, str]:
-    """Return the first storage class whose condition holds, the worse hazard first."""
+    """Return the first storage class whose condition holds, worst hazard first, and the reason."""
     cold = "explosive" in flags and not any(name in groups for name in _NOT_COLD)
     choices: tuple[tuple[bool, StorageClass, str], ...] = (
-        (state == "gas", "Gas", "a gas"),
+        (state == "gas", "Gas", "is a gas"),
         (cold, "Refrigerator", "decomposes with heat"),
-        ("cyanide" in groups or "azide" in groups, "Toxic", "acid frees a poisonous gas"),
-        ("oxidizer" in flags, "Oxidizer", "oxidises what burns"),
+        ("cyanide" in groups or "azide" in groups, "Toxic", "releases a poisonous gas with acid"),
+        ("oxidizer" in flags, "Oxidizer", "oxidizes combustible substances"),
         ("water_reactive" in flags, "WaterReactive", "reacts with water"),
         ("flammable" in flags, "Flammable", "burns"),
-        ("acid" in flags and (state == "liquid" or "strong_acid" in groups), "Acid", "a liquid or strong acid"),
-        ("base" in flags, "Base", "a base"),
-        ("volatile_or_toxic" in flags, "Toxic", "volatile or poisonous"),
+        ("acid" in flags and (state == "liquid" or "strong_acid" in groups), "Acid", "is a liquid or strong acid"),
+        ("base" in flags, "Base", "is a base"),
+        ("volatile_or_toxic" in flags, "Toxic", "is volatile or toxic"),
     )
     general: tuple[bool, StorageClass, str] = (True, "General", "no flag requires a cabinet of its own")
     _, storage, why = next(choice for choice in (*choices, general) if choice[0])

@@ -17,13 +17,13 @@ from labgym.documents import Document, Record
 from labgym.errors import DocumentError
 
 MAX_MATCHES = 100
-"""Matches of one pattern that are looked for; structures are bounded, and no rule counts further."""
+"""Most matches of one pattern that are counted; no rule needs more."""
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class Reason(Record):
-    """Why something is said of a structure: the rule in words, the part that it matched, and how sure it is."""
+    """Reason of an inference: the rule in words, the part of the structure that matched, and the confidence."""
 
     why: str
     part: str = ""
@@ -34,13 +34,13 @@ class Substructure(Record):
     """A rule.
 
     Attributes:
-        gives: the reactive group, or the flag.
+        gives: the reactive group or the flag.
         why: the structural feature in words.
         smarts: patterns, any of which must match.
         without: patterns none of which may match anywhere in the structure.
-        least: number of places that must match.
-        ratio: the rule holds only where the number of carbon and oxygen atoms over that of nitrogen atoms is below it.
-        confidence: how often the rule is right, as its author judges it.
+        least: least number of matches.
+        ratio: the rule holds only if the number of carbon and oxygen atoms over that of nitrogen atoms is below it.
+        confidence: share of correct inferences, as judged by the author of the rule.
     """
 
     gives: str
@@ -53,7 +53,7 @@ class Substructure(Record):
 
 
 class Substructures(Document):
-    """All rules: those that give reactive groups and those that give hazard flags."""
+    """All rules: for reactive groups and for hazard flags."""
 
     SCHEMA: ClassVar[str] = "labgym.substructures/1"
 
@@ -63,7 +63,7 @@ class Substructures(Document):
 
 @lru_cache(maxsize=1)
 def substructures() -> Substructures:
-    """Return the published rules; read once a process."""
+    """Return the published rules; they are read once per process."""
     return Substructures.load(artefacts("assets") / "chemistry" / "substructures.json")
 
 
@@ -72,24 +72,24 @@ def pattern(smarts: str) -> Any:
     """Return the compiled pattern.
 
     Raises:
-        DocumentError: no valid SMARTS.
+        DocumentError: not a valid SMARTS.
     """
     from rdkit import Chem
 
     compiled = Chem.MolFromSmarts(smarts)
     if compiled is None:
-        raise DocumentError("substructures.json", "smarts", f"{smarts!r} is no valid SMARTS")
+        raise DocumentError("substructures.json", "smarts", f"{smarts!r} is not a valid SMARTS pattern")
     return compiled
 
 
 def matches(molecule: Any, smarts: str) -> tuple[tuple[int, ...], ...]:
-    """Return the atoms of each place where a pattern matches."""
-    found: tuple[tuple[int, ...], ...] = molecule.GetSubstructMatches(pattern(smarts), maxMatches=MAX_MATCHES)
-    return found
+    """Return the atoms of each match of a pattern."""
+    atoms: tuple[tuple[int, ...], ...] = molecule.GetSubstructMatches(pattern(smarts), maxMatches=MAX_MATCHES)
+    return atoms
 
 
 def reasons(molecule: Any, rules: Iterable[Substructure]) -> Iterator[tuple[str, Reason]]:
-    """Yield what the rules give for a molecule in canonical form, in the order of the rules."""
+    """Yield label and reason for each rule that matches a molecule in canonical form, in the order of the rules."""
     from rdkit import Chem
 
     for rule in rules:

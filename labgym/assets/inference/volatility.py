@@ -1,8 +1,8 @@
-"""Boiling and flash points estimated from a structure, where no measured ones are at hand.
+"""Boiling and flash points estimated from a structure.
 
 Boiling points by the group contributions of Joback and Reid (Chem. Eng. Commun. 57, 1987, 233), silicon counted as
-carbon; flash points from them by the correlation of Hshieh (Fire Mater. 21, 1997, 277). The first errs by some 15 K
-on small molecules and more on large ones, so what follows from it is a hint, not a datum.
+carbon; flash points from them by the correlation of Hshieh (Fire Mater. 21, 1997, 277). The first has an error
+of some 15 K on small molecules and more on large ones, so the estimates are hints, not data.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 from labgym.assets.inference.substructures import matches, pattern
 
 HEAVY = 2.0 / 3.0
-"""Share of bromine and iodine in the mass from which a vapour hardly burns."""
+"""Mass fraction of bromine and iodine above which a vapor hardly burns."""
 HYDROGEN = 1.008
 """Molar mass of hydrogen, g/mol."""
 _BASE, _KELVIN = 198.2, 273.15
@@ -27,7 +27,7 @@ _WHOLE: tuple[tuple[str, float], ...] = (
     ("C#N", 125.66),
     ("[N+](=O)[O-]", 152.54),
 )
-"""Groups of several atoms, the first to claim an atom has it; kelvin."""
+"""Contributions of groups of several atoms, kelvin; an atom belongs to the first group that matches it."""
 _SINGLE: tuple[tuple[str, float], ...] = (
     ("[C,Si;X4;H3,H4;!R]", 23.58),
     ("[C,Si;X4;H2;!R]", 22.88),
@@ -64,13 +64,13 @@ _SINGLE: tuple[tuple[str, float], ...] = (
     ("[S,s;X2;R]", 52.10),
     ("[SX2]", 68.78),
 )
-"""Groups of one atom; in a pattern of two the first atom counts."""
+"""Contributions of groups of one atom, kelvin; in a pattern of two atoms the first one counts."""
 
 
 def boiling_point(molecule: Any) -> float | None:
     """Return the estimated boiling point of an uncharged molecule with carbon, degrees Celsius.
 
-    None where the method has no group for an atom: ions, metals, phosphorus, sulfur bound to oxygen.
+    None if the method has no group for an atom: ions, metals, phosphorus, sulfur bound to oxygen.
     """
     if not molecule.HasSubstructMatch(pattern("[#6]")) or parts(molecule) > 1:
         return None
@@ -94,7 +94,7 @@ def flash_point(boiling: float) -> float:
 
 
 def burns(molecule: Any) -> bool:
-    """Say whether the vapour burns: more hydrogen than halogen, and not mostly bromine and iodine by mass."""
+    """Return whether the vapor burns: more hydrogen than halogen, and not mostly bromine and iodine by mass."""
     hydrogens = sum(int(atom.GetTotalNumHs()) for atom in molecule.GetAtoms())
     heavy = sum(float(atom.GetMass()) for atom in molecule.GetAtoms() if atom.GetSymbol() in ("Br", "I"))
     return hydrogens > len(matches(molecule, "[F,Cl,Br,I]")) and heavy < HEAVY * molar_mass(molecule)
