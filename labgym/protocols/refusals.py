@@ -71,9 +71,14 @@ def refuse_wish(text: str) -> None:
     """
     for wish, pattern in _patterns():
         match = pattern.search(text)
-        phrase = match[0] if match else next((word for word in wish.chinese if word in text.lower()), None)
+        phrase = match[0] if match else next((word for word in wish.chinese if _asks_for(text.lower(), word)), None)
         if phrase is not None:
             raise RefusalError("unsafe", f"no protocol is written for {wish.what} ({phrase[:60]!r})")
+
+
+def _asks_for(text: str, word: str) -> bool:
+    """Return whether a text has a Chinese word that is neither denied nor the end of another: 无毒品, 剧毒品."""
+    return re.search(rf"(?<![剧无非不]){re.escape(word)}", text) is not None
 
 
 def refuse_mixture(reagents: Iterable[str]) -> None:

@@ -70,6 +70,17 @@ def test_an_answer_of_another_form_is_sent_back_too(loopback, model_at):
     assert compose(model_at(), SOURCES)[0].steps == GIVEN.steps
 
 
+def test_an_answer_without_a_reaction_type_is_sent_back_rather_than_given_one(loopback, model_at):
+    loopback.says(json.dumps(answer(reaction_type=None)))
+    loopback.says(json.dumps(answer()))
+    protocol, attempts = compose(model_at(), SOURCES)
+    assert (protocol.reaction_type, attempts) == (GIVEN.reaction_type, 2)
+    assert "reaction_type" in json.dumps(loopback.requests[1])
+    loopback.says(json.dumps(answer(reaction_type=None)))
+    with pytest.raises(LanguageModelError, match="reaction_type"):
+        compose(model_at(), SOURCES, repairs=0)
+
+
 def test_faults_that_stay_end_clearly_after_the_repairs(loopback, model_at):
     loopback.says(json.dumps(with_step(2, location="MainWorkbench")))
     with pytest.raises(ProtocolError) as caught:

@@ -94,6 +94,16 @@ def test_english_and_chinese_descriptions_of_one_experiment_agree() -> None:
     assert english.steps == chinese.steps
 
 
+def test_a_solid_in_place_of_a_liquid_is_weighed_by_its_moles_not_by_the_liquids_volume() -> None:
+    protocol = written("Esterify benzoic acid (12.2 g, 100 mmol) with methanol and p-toluenesulfonic acid under reflux")
+    amount = next(use.amount for use in protocol.reagents if use.name == "PToluenesulfonicAcid")
+    stated = read_amount(amount)
+    assert stated.mass is not None
+    assert stated.moles is not None
+    assert stated.mass / stated.moles == pytest.approx(172.2, rel=0.15)
+    assert stated.moles <= 0.02
+
+
 def test_the_same_text_gives_the_same_protocol_and_another_text_another_id() -> None:
     assert synthesize(FIRST, keyword_only=True).protocol == written(FIRST)
     assert written(FIRST).id != written(FIRST + ".").id

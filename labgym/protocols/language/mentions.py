@@ -155,7 +155,8 @@ def _forms(catalog: Catalog) -> dict[str, _Form]:
     for name, written in word_table().shorthand.items():
         if name in catalog:
             for form in written:
-                forms.setdefault(normalise(form), _Form(form, catalog.get(name).kind, name))
+                for key in (normalise(form), Folded.of(form).plain):
+                    forms.setdefault(key, _Form(form, catalog.get(name).kind, name))
     for asset in sorted(catalog, key=_precedence):
         for form in (*surface_forms(asset), *_without_remark(asset)):
             compact = normalise(form)

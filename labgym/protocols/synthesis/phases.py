@@ -15,6 +15,8 @@ from labgym.protocols.synthesis.roles import SOLVENTS, Participant
 
 ENDING = ("Quench", "Acidify", "Basify")
 FINISHING = ("Distill", "Chromatograph", "Recrystallize", "DryVacuum")
+EXTRACTABLE, VOLATILE = 120.0, 90.0
+"""Volume of a mixture that still fits the separating funnel, mL; boiling point of what is stripped, degrees Celsius."""
 CONDENSED = ("Recrystallize", "Crystallize", "DrySolid")
 
 
@@ -79,6 +81,13 @@ class Mixture:
         )
 
     @property
+    def is_strippable(self) -> bool:
+        """Whether it is mostly a volatile solvent that mixes with water, too much of it to extract from."""
+        points = [a.chemistry.boiling_point for a in self.solvents if a.name in MISCIBLE and a.chemistry is not None]
+        volatile = any(point is not None and point < VOLATILE for point in points)
+        return volatile and self.volume > EXTRACTABLE and not self.has_layer
+
+    @property
     def has_supported_catalyst(self) -> bool:
         """Whether a supported metal has to be filtered off."""
         return any(asset.chemistry is not None and SUPPORTED in asset.chemistry.groups for asset in self.reagents)
@@ -88,6 +97,7 @@ class Mixture:
 class _State:
     layer: bool
     catalyst: bool
+    strippable: bool
     water: bool = False
     wet: bool = False
     solid: bool = False
@@ -101,7 +111,7 @@ def completed(steps: Sequence[WorkUpStep], mixture: Mixture, extract: WorkUpStep
     Args:
         extract, dry: the extraction and the drying that are usual for the reaction.
     """
-    state = _State(mixture.has_layer, mixture.has_supported_catalyst)
+    state = _State(mixture.has_layer, mixture.has_supported_catalyst, mixture.is_strippable)
     done: list[WorkUpStep] = []
     for position, step in enumerate(steps):
         rest = steps[position + 1 :]
@@ -129,6 +139,8 @@ def _needed(
     action = step.action
     if state.catalyst and action in (*ENDING, "Extract", "Wash", "Concentrate", *FINISHING, "DrySolution"):
         needed.append(_celite())
+    if action == "Extract" and state.strippable and not state.residue:
+        needed.append(WorkUpStep("Concentrate"))
     if action == "Wash" and state.residue:
         needed.append(replace(extract, action="Dissolve"))
     elif action in ("Wash", "DrySolution") and not state.layer and not state.solid:
@@ -164,7 +176,7 @@ def _apply(step: WorkUpStep, state: _State) -> None:
     elif action == "DrySolution":
         state.wet, state.isolated = False, True
     elif action == "Concentrate":
-        state.residue, state.layer = True, False
+        state.residue, state.layer, state.strippable = True, False, False
     elif action == "Filter":
         state.catalyst = False
         if step.keep == "solid":

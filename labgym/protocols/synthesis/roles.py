@@ -234,10 +234,13 @@ def _part(slot: Slot, named: _Named | None, factor: float, catalog: Catalog) -> 
             catalog.get(slot.asset), slot.role, scaled(slot.amount, factor) + ASSUMED, slot.when, named=False
         )
     asset, default = catalog.get(named.name), catalog.get(slot.asset)
-    usual = slot.amount if asset.name == slot.asset else _equimolar(asset, slot.amount, default)
-    if named.catalytic and not named.amount:
-        usual = f"{CATALYTIC:g} equiv"
-        factor = 1.0
+    other_catalyst = (
+        "catalyst" in slot.role and "base" not in slot.role and asset.name != slot.asset and _is_solid(asset)
+    )
+    if (named.catalytic or other_catalyst) and not named.amount:
+        usual, factor = f"{CATALYTIC:g} equiv", 1.0
+    else:
+        usual = slot.amount if asset.name == slot.asset else _equimolar(asset, slot.amount, default)
     amount = named.amount or _of_strength(scaled(usual, factor), named.strength) + ASSUMED
     return Participant(asset, slot.role, amount, slot.when, named=True, stands_for=named.stands_for)
 
@@ -285,6 +288,10 @@ def _measured(asset: Asset, moles: float) -> str:
     if chemistry.state == "liquid" and chemistry.density:
         return f"{_figure(grams / share / chemistry.density)} mL, {millimoles}"
     return f"{_figure(grams)} g, {millimoles}"
+
+
+def _is_solid(asset: Asset) -> bool:
+    return asset.chemistry is not None and asset.chemistry.state == "solid"
 
 
 def _figure(value: float) -> str:

@@ -25,7 +25,14 @@ from labgym.protocols.validate import ProtocolError, examine
 
 MAX_TEXT = 4000
 _CHEMICAL_ENDING = re.compile(r"(?:ol|ine|one|al|ate|ide|ene|ane|yl|acid|amine|nitrile)s?$|\d", re.IGNORECASE)
+_FLAME = re.compile(
+    r"\b(?:bunsen(?: burner)?|(?:open|naked|free|direct|gas) flame|alcohol lamp|spirit lamp|blow ?torch)\b|明火|酒精灯"
+    r"|本生灯|煤气灯",
+    re.IGNORECASE,
+)
 _GRIGNARD = re.compile(r"grignard|magnesium (?:bromide|chloride|iodide)|格氏|格利雅", re.IGNORECASE)
+INCOMPATIBLE = ("peracid-in-ketone", "hydride-in-protic", "borohydride-in-acid", "grignard-in-protic", "quench-order")
+"""Rules whose findings say more than others why a protocol is refused."""
 ALKALI_METALS = ("Sodium", "Potassium", "Lithium")
 TYPING_ERROR = 0.88
 """Similarity from which a name is taken for a misspelling of another."""
@@ -80,6 +87,7 @@ def synthesize(
     refuse_unfaithful(description, protocol, assets)
     findings = examine(protocol, assets)
     faults = [finding for finding in findings if finding.severity == "fault"]
+    faults.sort(key=lambda finding: finding.rule not in INCOMPATIBLE)
     if faults:
         raise ProtocolError(protocol.id, faults)
     advice = tuple(f"{finding.message}; {finding.suggestion}" for finding in findings)
@@ -116,9 +124,26 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
         raise RefusalError("unaccounted", message)
     if description.unlisted:
         raise RefusalError("unlisted", _lacking(description.unlisted, catalog))
+    _refuse_flame(description, catalog)
     _refuse_water(description)
     refuse_mixture(mention.name for clause in description.clauses for mention in clause.mentions)
     return description
+
+
+def _refuse_flame(description: ParsedDescription, catalog: Catalog) -> None:
+    """Pass a description that heats nothing flammable with a flame.
+
+    Raises:
+        RefusalError: it does; names the flame and what would burn.
+    """
+    flame = _FLAME.search(description.text)
+    if flame is None:
+        return
+    names = [name for clause in description.clauses for name in clause.names("reagent")]
+    burning = [name for name in names if catalog.get(name).hazards.flammable]
+    if burning:
+        message = f"a flame ({flame[0]!r}) must not be used with {burning[0]}, which is flammable: name a bath"
+        raise RefusalError("unsafe", message)
 
 
 def _refuse_water(description: ParsedDescription) -> None:

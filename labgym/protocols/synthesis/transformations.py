@@ -90,7 +90,7 @@ class Unwritten(Record):
 
     def first_in(self, text: str) -> str:
         """Return the first of the names that occurs in a text, or ""."""
-        match = re.search(rf"\b(?:{self.english})\b", text, re.IGNORECASE)
+        match = re.search(rf"(?<![A-Za-z])(?:{self.english})(?![A-Za-z])", text, re.IGNORECASE)
         return match[0] if match else next((word for word in self.chinese if word in text), "")
 
 

@@ -164,7 +164,7 @@ def _tokens(text: str) -> Iterator[tuple[int, int]]:
             if start < end and text[start] == "(" and text[end - 1] == ")":
                 start, end = start + 1, end - 1
             token = text[start:end]
-            if re.search(r"[A-Za-z]{2}", token) and not _QUANTITY.fullmatch(token):
+            if len(re.findall(r"[A-Za-z]", token)) > 1 and not _QUANTITY.fullmatch(token):
                 yield start, end
 
 
@@ -240,8 +240,15 @@ _RADICAL_WORDS = re.compile(r"(?:(?<![A-Za-z-])(?:[A-Za-z0-9,'-]*yl|[A-Z][A-Za-z
 def _chinese(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int]]:
     """Yield what is left of a Chinese text between mentions, ordinary words and particles, if it may be a name."""
     free = [True] * len(text)
-    for start, end in (*((m.start, m.end) for m in mentioned), *ordinary_chinese(text)):
+    names = [(m.start, m.end) for m in mentioned if m.kind != "class"]
+    for start, end in (*names, *ordinary_chinese(text)):
         free[start:end] = [False] * (end - start)
+    for mention in mentioned:
+        # A class after another character is the end of a name: 酮 in 雌酮.
+        before = mention.start - 1
+        inside = before >= 0 and free[before] and _HAN_RUN.match(text[before]) and not is_particle(text[before])
+        if mention.kind == "class" and not inside:
+            free[mention.start : mention.end] = [False] * (mention.end - mention.start)
     for match in _HAN_RUN.finditer(text):
         start, end = match.span()
         while start < end and not free[start]:

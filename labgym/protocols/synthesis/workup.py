@@ -133,8 +133,7 @@ def _amount(clause: Clause, name: str) -> str:
 def _usual(kind: Transformation, catalog: Catalog) -> dict[str, list[WorkUpStep]]:
     quench = []
     if kind.quench is not None:
-        amount = kind.quench.amount + ASSUMED
-        quench = [WorkUpStep(kind.quench.action, ((catalog.get(kind.quench.asset), amount),))]
+        quench = [WorkUpStep(kind.quench.action, ((catalog.get(kind.quench.asset), ""),))]
     return {
         "quench": quench,
         "workup": [_parsed(text, catalog) for text in kind.workup],
