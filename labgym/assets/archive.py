@@ -1,4 +1,4 @@
-"""Geometry of imported assets: what is seen and what collides, in one file that its hash names."""
+"""Geometry of imported assets, visible and colliding, in one file that is named by its hash."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def remember(content: bytes) -> str:
 
 
 def find_geometry(asset: Asset, folder: Path) -> None:
-    """Make the geometry of a catalogue entry known, from its file under the catalogue's folder.
+    """Register the geometry of a catalogue entry, from its file under the catalogue's folder.
 
     Raises:
         DocumentError: an unsafe name, no such file, or contents other than recorded.
@@ -121,17 +121,17 @@ def geometry(asset: Asset) -> Geometry:
         LabgymError: its catalogue has not been read in this process.
     """
     name = str(asset.shape.parameters.get("sha256", ""))
-    found = _contents.get(name)
-    if found is None:
+    entry = _contents.get(name)
+    if entry is None:
         raise LabgymError(
             f"geometry of {asset.name!r} is unknown; set LABGYM_CATALOG to the folder that it was added to"
         )
-    if isinstance(found, Path):
-        content = found.read_bytes()
+    if isinstance(entry, Path):
+        content = entry.read_bytes()
         if digest(content) != name:
-            raise DocumentError(found, "", f"changed since {asset.name} was loaded; load the catalogue again")
-        found = _contents[name] = unpack(content, found)
-    return _fitted(found, asset)
+            raise DocumentError(entry, "", f"changed since {asset.name} was loaded; load the catalogue again")
+        entry = _contents[name] = unpack(content, entry)
+    return _fitted(entry, asset)
 
 
 def _fitted(geometry: Geometry, asset: Asset) -> Geometry:

@@ -39,7 +39,7 @@ WORDS: dict[str, Any] = {
 """Fields that name or describe an asset and do not enter `Asset.digest`; `shape.parameters.file` is only a path."""
 
 SHELL = 0.02
-"""Thickness of a hollow asset's walls, doors and shelves where its cavity leaves no more, metres."""
+"""Thickness of the shelves of a hollow asset, metres."""
 
 
 class Size(Record):
@@ -158,8 +158,8 @@ class Asset(Record):
         cavity: set for hollow assets; their solids are then walls, floor, top and shelves.
         fittings: solids outside the bounding box, which does not include them.
         storage_class: what a storage cabinet is for.
-        heat_class: class of heat source; None where it gives no heat.
-        clearance: free depth wanted in front, metres.
+        heat_class: class of heat source; None for other assets.
+        clearance: free depth required in front, metres.
         mount_height: height of the bottom above the floor of a wall-mounted asset, metres.
     """
 

@@ -52,17 +52,17 @@ def bounds_of(kind: Kind, category: str, placing: Placing, gas: bool = False) ->
 
 
 def size_problem(asset: Asset) -> str | None:
-    """Return why an asset's size cannot be right, naming the likely slip of units; None where it is plausible."""
+    """Return why an asset's size is implausible, with the likely unit; None if it is plausible."""
     allowed = bounds(asset)
     sides = (asset.size.width, asset.size.depth, asset.size.height)
     if all(allowed.least <= side <= allowed.greatest for side in sides):
         return None
-    given = " x ".join(f"{side:g}" for side in sides)
+    measured = " x ".join(f"{side:g}" for side in sides)
     what = f"{asset.placing} {asset.kind} of category {asset.category!r}"
     slips = _likely_slips(sides, allowed)
     remedy = f"likely given in {' or '.join(slips)}" if slips else "give width, depth and height in metres"
     expected = f"outside {allowed.least:g} to {allowed.greatest:g} m for a {what}"
-    return f"size {given} m of {asset.name!r} is {expected}; {remedy}"
+    return f"size {measured} m of {asset.name!r} is {expected}; {remedy}"
 
 
 def _likely_slips(sides: tuple[float, ...], allowed: Bounds) -> list[str]:

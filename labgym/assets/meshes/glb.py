@@ -44,9 +44,9 @@ def read_glb(path: Path, content: bytes, limits: Limits = LIMITS) -> RawMesh:
     except (KeyError, IndexError, TypeError, AttributeError, ValueError) as error:
         if isinstance(error, MeshError):
             raise
-        said = printable(error, 120)
+        reason = printable(error, 120)
         raise MeshError(
-            path, f"its glTF contradicts itself ({type(error).__name__}: {said}); export it again"
+            path, f"its glTF contradicts itself ({type(error).__name__}: {reason}); export it again"
         ) from None
 
 
@@ -100,8 +100,8 @@ class _File:
                     self._too_large()
                 parts.append(part)
         asset, extras = self.header.get("asset", {}), self.header.get("asset", {}).get("extras", {})
-        known = {key: asset[key] for key in ("generator", "copyright") if key in asset}
-        metadata = bounded_metadata(known | (extras if isinstance(extras, dict) else {}))
+        texts = {key: asset[key] for key in ("generator", "copyright") if key in asset}
+        metadata = bounded_metadata(texts | (extras if isinstance(extras, dict) else {}))
         return RawMesh(tuple(parts), self._name(), 1.0, "Y", metadata)
 
     def _instances(self) -> Iterator[tuple[str, int, Points]]:

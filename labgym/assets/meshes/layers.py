@@ -17,16 +17,16 @@ def check_layers(path: Path, limits: Limits) -> None:
             files or bytes.
     """
     folder = path.resolve().parent
-    waiting, seen, total = [str(path.resolve())], set[str](), 0
+    waiting, visited, total = [str(path.resolve())], set[str](), 0
     while waiting:
         identifier = waiting.pop()
-        if identifier in seen:
+        if identifier in visited:
             continue
-        seen.add(identifier)
+        visited.add(identifier)
         package, _, _ = identifier.partition("[")
-        if package not in seen or package == identifier:
+        if package not in visited or package == identifier:
             total += _check_file(path, Path(package), limits)
-        if len(seen) > limits.layers or total > limits.bytes:
+        if len(visited) > limits.layers or total > limits.bytes:
             most = f"{limits.layers} files and {limits.bytes} bytes"
             raise MeshError(path, f"is composed of more than {most}; flatten the stage and simplify its meshes")
         layer = open_layer(path, identifier)
@@ -96,12 +96,12 @@ def _check_file(path: Path, file: Path, limits: Limits) -> int:
 
 
 def _has_clips(layer: Any) -> bool:
-    found = False
+    has_clips = False
 
     def visit(spec_path: Any) -> None:
-        nonlocal found
+        nonlocal has_clips
         spec = layer.GetObjectAtPath(spec_path)
-        found = found or (spec_path.IsPrimPath() and spec is not None and spec.HasInfo("clips"))
+        has_clips = has_clips or (spec_path.IsPrimPath() and spec is not None and spec.HasInfo("clips"))
 
     layer.Traverse("/", visit)
-    return found
+    return has_clips

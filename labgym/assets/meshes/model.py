@@ -35,7 +35,7 @@ class MeshError(LabgymError, ValueError):
 
 @dataclass(frozen=True)
 class Limits:
-    """How much of a file is accepted; what is beyond is refused, not cut.
+    """Limits of a file; a file beyond them is refused, not truncated.
 
     Attributes:
         bytes: of the file, and of all files that a USD stage is composed of. vertices, faces, parts: of the mesh with
@@ -148,7 +148,7 @@ class PhysicalMesh:
 
 
 def bounded_metadata(pairs: dict[str, object]) -> dict[str, str]:
-    """Return metadata within bounds: printable text alone, the first entries where there are too many."""
+    """Return the first 32 entries of metadata as printable text of bounded length."""
     texts: dict[str, str] = {}
     for key, value in pairs.items():
         text = printable(value)

@@ -16,7 +16,7 @@ TOP = 0.034
 KICK = 0.10
 """Height of a toe kick, metres."""
 OVERHANG = 0.034
-"""How far a worktop reaches beyond the cupboards below, metres: room for their handles."""
+"""Overhang of a worktop beyond the cupboards below, metres: space for their handles."""
 GAP = 0.004
 
 

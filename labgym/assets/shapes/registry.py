@@ -59,7 +59,7 @@ def count(asset: Asset, name: str, default: int) -> int:
 
 
 def flag(asset: Asset, name: str) -> bool:
-    """Return a yes-or-no shape parameter, no where it is not given.
+    """Return a boolean shape parameter, by default False.
 
     Raises:
         OptionError: it is neither true nor false.

@@ -10,7 +10,7 @@ from labgym.errors import UnknownNameError
 
 SYMBOLS = ("flammable", "corrosive", "oxidizer", "toxic", "water_reactive", "warning", "biohazard")
 RELIEF = 0.0008
-"""How far each layer of a sign stands proud of the one below, metres."""
+"""Height of each layer of a sign above the one below, metres."""
 
 
 def diamond(symbol: str, size: float, x: float, y: float, z: float) -> Iterator[Part]:
