@@ -82,13 +82,13 @@ def is_particle(char: str) -> bool:
 
 
 def _stem(word: str) -> bool:
-    known = vocabulary().english
+    words = vocabulary().english
     for ending in _ENDINGS:
         if ending and not word.endswith(ending):
             continue
         base = word.removesuffix(ending) if ending else word
         doubled = base[:-1] if len(base) > 3 and base[-1] == base[-2] else base
-        if not known.isdisjoint({base, f"{base}e", doubled, f"{base[:-1]}y" if base.endswith("i") else base}):
+        if not words.isdisjoint({base, f"{base}e", doubled, f"{base[:-1]}y" if base.endswith("i") else base}):
             return True
     return False
 

@@ -236,7 +236,7 @@ def _is_protic(case: Case, name: str) -> bool:
 
 
 def _is_lively(case: Case, name: str) -> bool:
-    """Say whether water destroys a Lewis acid or hydride violently; borohydride is used in water."""
+    """Return whether water destroys a Lewis acid or hydride violently; borohydride is used in water."""
     asset = case.catalog.get(name)
     reactive = asset.chemistry is not None and asset.chemistry.water_reactive
     hydride = name in DESTROYED

@@ -89,8 +89,8 @@ def _conditions(description: ParsedDescription, protocol: Protocol) -> Iterator[
         if not any(s.temperature is not None and abs(s.temperature - item.value) <= SAME_TEMPERATURE for s in steps):
             yield item.text
     for item in durations(text):
-        kept = any(s.duration is not None and abs(s.duration - item.value) <= SAME_SHARE * item.value for s in steps)
-        if not kept and item.text not in words and not within(item.start, description.products):
+        is_kept = any(s.duration is not None and abs(s.duration - item.value) <= SAME_SHARE * item.value for s in steps)
+        if not is_kept and item.text not in words and not within(item.start, description.products):
             yield item.text
     for item in pressures(text):
         if item.text not in words and not _is_property(description, item):

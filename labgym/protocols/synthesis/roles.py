@@ -179,12 +179,12 @@ def _named(clauses: Sequence[Clause]) -> list[_Named]:
     named: dict[str, _Named] = {}
     for clause in clauses:
         for name in clause.names("reagent"):
-            known = named.get(name, _Named(name, ""))
+            earlier = named.get(name, _Named(name, ""))
             named[name] = replace(
-                known,
-                amount=_together(known.amount, clause.amounts.get(name, "")),
-                strength=known.strength or clause.strengths.get(name, ""),
-                catalytic=known.catalytic or name in clause.catalytic,
+                earlier,
+                amount=_together(earlier.amount, clause.amounts.get(name, "")),
+                strength=earlier.strength or clause.strengths.get(name, ""),
+                catalytic=earlier.catalytic or name in clause.catalytic,
             )
     return list(named.values())
 

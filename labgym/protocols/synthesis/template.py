@@ -110,8 +110,10 @@ class TemplateWriter:
         if first is not None:
             raise first
         _refuse_purification(description)
-        known = ", ".join(sorted(other.name for other in transformations().transformations)[:6])
-        raise RefusalError("no-reaction", f"no reaction is recognized in the text; templates are for example: {known}")
+        examples = ", ".join(sorted(other.name for other in transformations().transformations)[:6])
+        raise RefusalError(
+            "no-reaction", f"no reaction is recognized in the text; templates are for example: {examples}"
+        )
 
 
 def _written(kind: Transformation, commission: Commission) -> WriterResult:
@@ -160,7 +162,7 @@ class _Reaction:
         self.volume = millilitres((part.asset, part.amount) for part in parts)
         self.adding = addition_temperature(kind, clauses)
         self.gas = _pressure(clauses)
-        self.inert = _wants_inert(commission.description, parts)
+        self.inert = _protective_gas(commission.description, parts)
         self.stages = stages(clauses, parts, is_period) if not any(is_gas(part.asset) for part in parts) else ()
         usual = holds(kind, clauses, parts, precedent(commission.context, parts), builder.notes)
         self.holds = self._staged_holds(usual) if self.stages else usual
@@ -391,8 +393,8 @@ def _kinds(description: ParsedDescription, context: SearchResults) -> tuple[Tran
     named = {m.name for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")}
     for hit in context.hits:
         for other in transformations().transformations:
-            wanted = {name for slot in other.slots for name in (slot.asset, *slot.accepts)}
-            if other.like == hit.fragment.source and len(wanted & named) >= SHARED_REAGENTS:
+            slots = {name for slot in other.slots for name in (slot.asset, *slot.accepts)}
+            if other.like == hit.fragment.source and len(slots & named) >= SHARED_REAGENTS:
                 return (other,)
     return ()
 
@@ -441,22 +443,22 @@ def _parted(kind: Transformation, clauses: Sequence[Clause]) -> tuple[list[Claus
         if _ends_reaction(kind, clause, before):
             clause = replace(clause, operation=Operation("Quench", "quench", 0))
         phase = clause.operation.phase if clause.operation else "reaction"
-        held = {name for earlier in before for name in earlier.names("reagent")}
-        brings = set(clause.names("reagent")) & (needed - ends - held)
+        present = {name for earlier in before for name in earlier.names("reagent")}
+        brings = set(clause.names("reagent")) & (needed - ends - present)
         reacting = phase == "reaction" and not after
         (before if reacting or (phase == "quench" and brings and not after) or not before else after).append(clause)
     return before, after
 
 
 def _ends_reaction(kind: Transformation, clause: Clause, before: Sequence[Clause]) -> bool:
-    """Say whether a clause adds what ends a reaction that was left to react: "stir 2 h, add dilute acid"."""
+    """Return whether a clause adds what ends a reaction that was left to react: "stir 2 h, add dilute acid"."""
     needed = {name for slot in kind.slots for name in (slot.asset, *slot.accepts)}
     reagents = set(clause.names("reagent"))
     adds = clause.operation is not None and clause.operation.action == "Add"
     return adds and any(c.duration for c in before) and bool(reagents) and reagents <= QUENCHES - needed
 
 
-def _wants_inert(description: ParsedDescription, parts: Sequence[Participant]) -> str:
+def _protective_gas(description: ParsedDescription, parts: Sequence[Participant]) -> str:
     """Return the protective gas that is needed, or ""."""
     if "ArgonGas" in description.spoken_of or "argon" in description.text.lower():
         return "ArgonGas"

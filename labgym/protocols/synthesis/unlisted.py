@@ -79,7 +79,7 @@ def chemical_names(text: str) -> bool:
 
 
 def is_named_like_a_substance(text: str) -> bool:
-    """Say whether a phrase may name a substance where the wording says that it is one."""
+    """Return whether a phrase may name a substance, if the wording announces one."""
     words = [word.lower().strip("(),'-") for word in text.split()]
     return any(len(word) >= SHORTEST and _ENDING.search(word) and not _is_operation(word) for word in words)
 
