@@ -284,7 +284,11 @@ def _assign(
             assigned.append((quantity, before))
         elif after and ahead:
             assigned.append((quantity, after))
-        elif not _OF_VESSEL.match(text, quantity.end) and not _YIELD.search(text, 0, quantity.start):
+        elif (
+            not _PERCENT_YIELD.match(text, quantity.end)
+            and not _OF_VESSEL.match(text, quantity.end)
+            and not _YIELD.search(text, 0, quantity.start)
+        ):
             unassigned.append(text[quantity.start : quantity.end].strip())
     return assigned, tuple(dict.fromkeys(unassigned))
 
@@ -322,4 +326,6 @@ _OF_VESSEL = re.compile(
     re.IGNORECASE,
 )
 """A vessel's size is no amount of a substance."""
+_PERCENT_YIELD = re.compile(r"\s*[,;]\s*\d{1,3}(?:\.\d+)?\s*%\s*(?:yield)?\s*[)）]", re.IGNORECASE)
+"""A percentage after an amount without a substance: "a colorless oil (1.1 g, 90 %)"."""
 _YIELD = re.compile(r"(?:yield\w*|gave|afford\w*|obtain\w*|收率|得|产量)[^;.。；]{0,30}$", re.IGNORECASE)
