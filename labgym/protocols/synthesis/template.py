@@ -483,8 +483,8 @@ def _analyse(builder: ProtocolBuilder, kind: Transformation, clauses: Sequence[C
 
 
 def _assumptions(kind: Transformation, parts: Sequence[Participant]) -> list[str]:
-    notes = [f"written as: {kind.name} (template {kind.id}, like {kind.like})"]
-    notes += [f"{p.asset.name} stands in for the {p.stands_for} of the text" for p in parts if p.stands_for]
+    notes = [f"{p.asset.name} stands in for the {p.stands_for} of the text" for p in parts if p.stands_for]
+    notes.append(f"written as: {kind.name} (template {kind.id}, like {kind.like})")
     unnamed = [part.asset.name for part in parts if not part.named]
     if unnamed:
         notes.append(f"not named in the text and assumed: {', '.join(unnamed)}")
