@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Unit, Wall
 from labgym.layouts.model import Door, Placement, Room
-from labgym.layouts.rules.zones import HEADROOM, door_span, front_zone
+from labgym.layouts.rules.zones import HEADROOM, INTRUSION, door_span, front_zone
 
 if TYPE_CHECKING:
     from ortools.sat.python import cp_model
@@ -97,12 +97,13 @@ class _Piece:
 
 @dataclass(frozen=True)
 class _Obstacle:
-    """A fixed object: its bounds, the clear zone in front of it, and the height of its bottom, metres."""
+    """A fixed object: bounds, clear zone in front, height of the bottom in metres, and whether it obstructs zones."""
 
     id: str
     foot: _Rect
     zone: _Rect | None
     bottom: float
+    obstructs: bool = True
 
 
 def solve(brief: Brief, room: Room, seed: int, lifted: Iterable[str] = (), effort: float = 1.0) -> Solution:
@@ -256,7 +257,7 @@ class _Program:
                 if owner is not other:
                     self._apart(owner.zone, other.foot, 0)
             for obstacle in self.obstacles:
-                if obstacle.bottom < HEADROOM:
+                if obstacle.obstructs and obstacle.bottom < HEADROOM:
                     self._apart(owner.zone, obstacle.foot, 0)
         if not hoods:
             for zone in (obstacle.zone for obstacle in self.obstacles):
@@ -403,7 +404,8 @@ def _obstacle(brief: Brief, placement: Placement) -> _Obstacle:
     x, y, z = placement.position
     if unit is None:
         size = brief.wall_assets[placement.id].size
-        return _Obstacle(placement.id, _bounds(OrientedBox(x, y, size.width, size.depth, placement.yaw)), None, z)
+        box = OrientedBox(x, y, size.width, size.depth, placement.yaw)
+        return _Obstacle(placement.id, _bounds(box), None, z, size.depth > INTRUSION)
     box = OrientedBox(x, y, unit.width, unit.depth, placement.yaw)
     zone = _bounds(front_zone(box, unit.front)) if unit.front > 0.0 else None
     return _Obstacle(placement.id, _bounds(box), zone, z)

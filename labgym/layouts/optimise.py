@@ -5,6 +5,7 @@ from __future__ import annotations
 from labgym.layouts.adjust import Adjuster, Level, RuleAdjuster, way_commands
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply
+from labgym.layouts.rearrange import rearranged
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
@@ -41,6 +42,8 @@ def optimise(
             if update is None:
                 break
             layout, current = update
+        if level == "room" and (current.errors or current.collisions):
+            layout, current = _rearrange(layout, current, start.v, protocol)
     return _clear_ways(layout, protocol, profile, start.v)
 
 
@@ -60,6 +63,17 @@ def _update(
         if base.placements == layout.placements:
             return None
     return None
+
+
+def _rearrange(layout: Layout, current: Assessment, most: int, protocol: Protocol | None) -> tuple[Layout, Assessment]:
+    """The layout with its furniture rearranged along the walls by the solver, if that is better."""
+    candidate = rearranged(layout)
+    if candidate is None:
+        return layout, current
+    candidate = fast_repair(candidate, current.profile)
+    proposed = evaluate_layout(candidate, protocol, current.profile)
+    better = proposed.better_than(current) and proposed.v <= most
+    return (candidate, proposed) if better else (layout, current)
 
 
 def _clear_ways(layout: Layout, protocol: Protocol | None, profile: str | Profile, most: int) -> Layout:
