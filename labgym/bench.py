@@ -1,4 +1,4 @@
-"""Speed of the main pieces of work, each as a ratio to a reference that does comparable work."""
+"""Speed of the main tasks, each relative to a comparable reference task."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from labgym.scenes import MissingRendererError, make_renderer, to_mjcf
 from labgym.table import Table
 
 ROUNDS = 15
-"""How often each piece of work and its reference are timed, alternately."""
+"""Number of timings of each task and its reference, in alternation."""
 
 BLOCK_SECONDS = 0.05
 """Minimum duration of a block of repetitions, seconds."""
@@ -34,7 +34,7 @@ Work = Callable[[], object]
 
 @dataclass(frozen=True)
 class Comparison:
-    """A piece of work and its reference.
+    """A task and its reference.
 
     Attributes:
         name: the work. measure: the reference.

@@ -73,7 +73,7 @@ def examine() -> tuple[Diagnosis, ...]:
 
 
 def healthy(diagnoses: Sequence[Diagnosis]) -> bool:
-    """Return whether nothing is missing that labgym needs."""
+    """Return whether everything that labgym requires is installed."""
     return all(diagnosis.state != "missing" for diagnosis in diagnoses)
 
 

@@ -21,7 +21,7 @@ class AblationVariant:
     """A policy with one part changed.
 
     Attributes:
-        name: of its folders.
+        name: name of its folders.
         title: its row in the table.
         options: options of the policy that differ.
         loss: options of the loss that differ; the policy is then trained with them.

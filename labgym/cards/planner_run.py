@@ -24,9 +24,9 @@ class PlannerRun(Generic[Config]):
     """A training run of a planner.
 
     Attributes:
-        folder: of the run.
-        config: of the network and its training.
-        manifest: of the dataset that it was trained on.
+        folder: folder of the run.
+        config: configuration of the network and its training.
+        manifest: manifest of the dataset that it was trained on.
         history: losses, one row per epoch.
     """
 

@@ -129,7 +129,7 @@ def training_section(options: PPOOptions, progress: Progress, cold: Progress | N
     """Return the card's section on the training.
 
     Args:
-        options, progress: of the run.
+        options, progress: options and progress of the run.
         cold: progress of a run without warm start; None leaves the comparison out.
     """
     best = _best(progress)

@@ -29,7 +29,7 @@ class CardResults:
 
     Attributes:
         evaluation: its summary, rows and routes.
-        layouts: of the suite, by id.
+        layouts: layouts of the suite, by id.
     """
 
     evaluation: Evaluation
@@ -102,7 +102,7 @@ def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:
 
     Args:
         folder: with one evaluation's folder per variant.
-        titles: of the rows by the folder's name, in order; the first is the unchanged policy.
+        titles: titles of the rows by the folder's name, in order; the first is the unchanged policy.
 
     Raises:
         OptionError: an evaluation is not complete, or they are of different suites.

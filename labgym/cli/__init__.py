@@ -1,4 +1,4 @@
-"""The `labgym` command: thin, each group of commands in a module of its own."""
+"""The `labgym` command: a thin layer with one module per group of commands."""
 
 from labgym.cli.app import main
 

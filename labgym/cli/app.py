@@ -80,7 +80,7 @@ def generate(
             layouts), size in metres such as 12x9, or a room's .json file. Default: bay.
         profile: Thresholds to satisfy: default, strict, paper, or code (default, and a second exit is required).
         out: A .json file, or a folder for a file named after protocol, room and seed.
-        explain: Print why each object is there.
+        explain: Print the reason for each object.
     """
     from labgym import layouts
 
@@ -204,7 +204,7 @@ def eval_(
         print(registry.policy_table())
         return DONE
     if protocol is not None and not layouts:
-        raise OptionError("--protocol is for --layouts; the layouts of a suite have protocols of their own")
+        raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
     where = [resolve_layout(name, protocol) for name in layouts] or suite
     folder = out or default_folder(policy, suite if where == suite else "layouts")
     arguments = registry.parse_options(options)
@@ -293,10 +293,10 @@ def serve(
 
 @app.command
 def reproduce(split: Literal["val", "test"] = "test", out: OptionalPath = None) -> int:
-    """Check the published layouts against their hashes, and make them again from their seeds.
+    """Check the published layouts against their hashes, and regenerate them from their seeds.
 
-    They are made again only if this version's generator made them; otherwise the release that has it is named. Exit 1
-    if a file, or a layout made again, does not have its hash.
+    They are regenerated only if this version's generator made them; otherwise the release that made them is named.
+    Exit 1 if a file or a regenerated layout does not have its hash.
 
     Args:
         split: The published split.
@@ -313,7 +313,7 @@ def reproduce(split: Literal["val", "test"] = "test", out: OptionalPath = None) 
 
 @app.command
 def policies() -> int:
-    """List the policies that have a name: what each sees, what it needs installed, what it does."""
+    """List the built-in and registered policies with sensor, required extra and summary."""
     from labgym.policies.registry import policy_table
 
     print(policy_table())
@@ -322,7 +322,7 @@ def policies() -> int:
 
 app.command(data)
 app.command(train_app, name="train", help="Train a policy, or resume an interrupted training run.")
-app.command(ablate_app, name="ablate", help="Train and evaluate a policy without one of its parts.")
+app.command(ablate_app, name="ablate", help="Run an ablation study of a policy: change one part at a time.")
 app.command(card_app, name="card", help="Publish a trained policy with its model card.")
 
 
@@ -348,10 +348,10 @@ def report(folders: Folders, workers: int = 1) -> int:
 
 @app.command
 def bench(rounds: int = 15) -> int:
-    """Measure speed: each piece of work as a ratio to a reference that does comparable work.
+    """Measure speed: the time of each task relative to a comparable reference task.
 
     Args:
-        rounds: How often each piece of work is timed, at least 2.
+        rounds: Number of timings of each task, at least 2.
     """
     from tqdm import tqdm
 

@@ -67,7 +67,7 @@ def add(
 ) -> int:
     """Add USD, GLB, OBJ or STL files to your own catalogue folder, annotated by rules; exit code 1 if some fail.
 
-    The published catalogue does not change. Every command uses the folder in addition if LABGYM_CATALOG names it.
+    The published catalogue does not change. If LABGYM_CATALOG names the folder, every command uses it in addition.
 
     Args:
         paths: Mesh files, or folders whose mesh files are added.
@@ -183,11 +183,11 @@ def compat(
     first: Positional[Annotated[str, arg(metavar="REAGENT")]],
     second: Positional[Annotated[str | None, arg(metavar="[REAGENT]", help_behavior_hint="")]] = None,
 ) -> int:
-    """Print what happens when two reagents meet, why, the sources, and whether layouts separate them.
+    """Print what happens when two reagents mix, why, the sources, and whether layouts separate them.
 
     Args:
         first: A reagent, by name, synonym or CAS number, in English or Chinese, or a SMILES (extra chem).
-        second: The other reagent, which may be the same; without it, lists all that the first must not meet.
+        second: The other reagent, which may be the same; if omitted, list all that must not be mixed with the first.
     """
     from labgym.assets.reagents import distinct, reactive_reagent
     from labgym.cli.describe import compatibility_details, compatibility_table
@@ -223,7 +223,7 @@ def infer(
 
 @assets_app.command
 def find(text: Positional[Annotated[str, arg(metavar="TEXT")]], count: int = 0) -> int:
-    """Print the asset that a text means and how it was found; exit code 2 if nothing is near enough.
+    """Find the asset that a text names and print how it was matched; exit code 2 without a match.
 
     Exact names come first, then synonyms and CAS numbers, in English and Chinese, then misspellings; for reagents only
     those that cannot be another substance. Sizes, concentrations, grades and makers may accompany the name.

@@ -115,7 +115,7 @@ def train_ppo(
         observation: The sensor.
         steps: Control steps of PPO; with more steps, a finished run continues.
         layouts: Number of layouts to generate and train in.
-        seed: Random seed of everything.
+        seed: Random seed of the whole run.
         out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION, without warm start
             runs/ppo/OBSERVATION-cold.
     """
@@ -151,7 +151,7 @@ def ablate_iplanner(
     every: Every = 2,
     threads: Threads = 1,
 ) -> int:
-    """Change one part of the iPlanner-style policy at a time; train and drive each variant.
+    """Ablate the iPlanner-style policy: change one part at a time, train and evaluate each variant.
 
     Args:
         out: Folder for the training runs and the evaluations.
@@ -169,7 +169,7 @@ def ablate_iplanner(
 
 @ablate_app.command(name="navdp")
 def ablate_navdp(run: Path = Path("runs/navdp"), out: Path = Path("runs/navdp-ablation"), every: Every = 3) -> int:
-    """Change one part of how the NavDP-style policy drives at a time; all variants drive with the same weights.
+    """Ablate the NavDP-style policy: change one driving option at a time; all variants use the same weights.
 
     Args:
         run: Folder of the weights.

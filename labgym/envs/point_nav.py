@@ -114,7 +114,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
     - `clearance`: distance from the chassis to the nearest footprint or wall, metres. Privileged.
     - `path_length`: length driven so far, metres.
     - `shortest_path_length`: length of the shortest any-angle path of the goal pair for a disc of radius 0.30 m,
-      metres; inf if there is none. Privileged.
+      metres; inf if no path exists. Privileged.
     - `layout`, `protocol`: ids. `pair`: index of the goal pair.
     - `time`: seconds since the start of the episode.
     - `reward_terms`: the weighted reward terms by name; zeros at reset.

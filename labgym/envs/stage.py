@@ -57,7 +57,7 @@ class Stage:
         return self._goals[goal[:2]]
 
     def shortest_length(self, pair: GoalPair) -> float:
-        """Return the length of the shortest any-angle path of a goal pair, metres; inf if there is none."""
+        """Return the length of the shortest any-angle path of a goal pair, metres; inf if no path exists."""
         ends = pair.start[:2] + pair.goal[:2]
         if ends not in self._lengths:
             path = self._paths.path(pair.start[:2], pair.goal[:2])

@@ -22,9 +22,9 @@ Level = Literal["room", "desktop"]
 SLIDES = (0.1, 0.25, 0.5, 1.0, 1.5)
 """Distances along a wall that are tried, metres."""
 BUDGET = 60
-"""Commands verified in one adjustment at most."""
+"""Maximum number of commands verified in one adjustment."""
 PLACES = 8
-"""Free places that are tried for a piece of furniture."""
+"""Maximum number of free places tried for a piece of furniture."""
 NUDGES = (0.2, 0.4)
 """Distances that an island is moved to widen a way, metres."""
 ALIKE = 0.6

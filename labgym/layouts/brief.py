@@ -18,7 +18,7 @@ Wall = Literal["front", "back", "left", "right"]
 Stance = Literal["wall", "island", "peninsula"]
 Furnishing = Literal["full", "reduced", "required"]
 LEVELS: tuple[Furnishing, ...] = ("full", "reduced", "required")
-"""Levels of furnishing, fullest first: `required` is what the protocol and safety need, and nothing else."""
+"""Levels of furnishing, fullest first: `required` is only what the protocol and safety require."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Which storage cabinets the reagents of a protocol need: one per storage class, more where contents clash."""
+"""The storage cabinets that a protocol needs: one per storage class, several if reagents in it are incompatible."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def plan_cabinets(request: Request) -> tuple[Cabinet, ...]:
     """Return a small set of cabinets in which no two incompatible reagents share one.
 
     Reagents of one storage class share a cabinet; the incompatibility graph within the class is colored greedily,
-    the reagent with most conflicts first, and each color becomes a cabinet of its own.
+    the reagent with most conflicts first, and each color becomes one cabinet.
     """
     by_class: dict[str, list[Asset]] = {}
     for use in request.protocol.reagents:

@@ -19,13 +19,13 @@ from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.zones import door_pose
 
 STOOLS = 4
-"""Stools pulled up at most."""
+"""Maximum number of stools."""
 PASSAGE = 0.9
 """Free width that remains next to a stool, metres."""
 SEAT_GAP = 0.06
 """Gap between a stool and its furniture, metres."""
 LIKELY = 0.85
-"""Probability that an accessory of a surface is there; the first one always is."""
+"""Probability that an accessory of a surface is added; the first one always is."""
 ISLAND_ITEMS = (4, 7)
 SHELF_ITEMS = (2, 5)
 """Least and greatest number of objects drawn for an island and for a shelf."""

@@ -122,7 +122,7 @@ class Space(Record):
     """A room of a floor.
 
     Attributes:
-        use: what the space is for.
+        use: purpose of the space.
         x, y, yaw: the space's frame in the floor's; metres, radians.
         region: rectangles whose union is the free floor between the walls, in the space's frame.
         ceiling: height of the ceiling, metres.

@@ -67,7 +67,7 @@ def furniture(
 
 
 def _with_fixed(request: Request, units: Sequence[Unit]) -> list[Unit]:
-    """Let fixed floor objects take the place of units of the same asset; the others become units of their own."""
+    """Let fixed floor objects take the place of units of the same asset; each of the others becomes a separate unit."""
     merged, fixed = list(units), {placement.id for placement in request.fixed}
     for placement in request.fixed:
         if placement.support != FLOOR:

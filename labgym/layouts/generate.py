@@ -45,7 +45,7 @@ def generate(
 
     Args:
         protocol: a protocol, its id in the library, or its .json file.
-        seed: 0 to 2^53 - 1, what JSON carries exactly.
+        seed: 0 to 2^53 - 1, the integers that JSON represents exactly.
         room: a room, a preset, a size such as "12x9", a room file, or None for the preset "bay" (8 x 8 m, two doors).
         profile: thresholds to satisfy.
         proposer: makes the first layout; the procedural one by default.
@@ -56,7 +56,7 @@ def generate(
     Raises:
         UnknownNameError: no such protocol, room preset or profile.
         OptionError: a seed out of range, not a room, or a fixed object that does not stand on the floor or a wall.
-        InfeasibleError: the room cannot hold the protocol; names what clashes and the smallest preset that fits.
+        InfeasibleError: the room cannot hold the protocol; names the conflicts and the smallest preset that fits.
         SearchLimitError: the search ended at its effort limit without a layout; one may exist.
     """
     request = _request(protocol, seed, room, profile, catalog, fixed)

@@ -76,7 +76,7 @@ class Dressing(Record):
 
     Attributes:
         walls: hung on walls. floor: bins.
-        surfaces: stood on a kind of furniture; none of it gives heat. islands: drawn for every island.
+        surfaces: placed on a kind of furniture; none of them emits heat. islands: drawn for every island.
         shelves: drawn for every shelf of a kind of furniture.
         island_shelf: shelf along the middle of an empty island. seat: stool. seated: desks that get a seat.
     """
@@ -127,7 +127,7 @@ class Habits(Document):
         return _published()
 
     def of(self, asset: str) -> Habit:
-        """Return the habit of an asset; any wall where the file has none."""
+        """Return the habit of an asset; any wall if the file lists none."""
         return self.habits.get(asset, Habit())
 
 

@@ -25,11 +25,11 @@ EFFORT = 0.05
 PRESET_EFFORT = 0.05
 PRESET_TRIES = 3
 SHOWN = 6
-"""Separations that a message names at most."""
+"""Maximum number of separations that a message names."""
 
 
 def room_conflicts(request: Request) -> list[str]:
-    """Return why a room is unfit whatever is placed in it: no door, too few exits, fixed objects that break a rule."""
+    """Return why a room is unsuitable for any furniture: no door, too few exits, fixed objects that break a rule."""
     conflicts = [issue.message for issue in exit_issues(request.room, request.profile) if issue.severity == "error"]
     if not request.room.doors:
         conflicts.append("the room has no door: add one")
@@ -63,7 +63,7 @@ def infeasible(request: Request, conflicts: Sequence[str]) -> InfeasibleError:
 
 
 def search_stopped(request: Request, effort: float, reasons: Sequence[str] = ()) -> SearchLimitError:
-    """Return the error for a solver that ended without a floor plan and without a proof that there is none."""
+    """Return the error for a solver that stopped without a floor plan and without a proof of infeasibility."""
     what = f"the solver stopped at its effort limit ({effort:g}) before finding a layout for {_where(request)}"
     return _search_error(request, what, reasons)
 
@@ -146,7 +146,7 @@ def _named(brief: Brief, request: Request, group: str) -> str:
 
 
 def _demand(request: Request, brief: Brief) -> str:
-    """The wall that the furniture needs and the wall that there is, corners counted once."""
+    """Length of wall that the furniture needs and that the room has, corners counted once."""
     room = request.room
     units = [unit for unit in brief.units if unit.stance == "wall"]
     needed = sum(unit.width for unit in units)

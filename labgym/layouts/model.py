@@ -64,7 +64,7 @@ class Layout(Document):
         protocols: the protocols that are carried out in the laboratory; the first is the one that episodes, scores and
             drawings take by default.
         floor: walls, doors and spaces.
-        placements: what stands where.
+        placements: the objects and their positions.
         provenance: how the layout was made.
     """
 
@@ -83,7 +83,7 @@ class Layout(Document):
         """Make a layout of version 2.
 
         Args:
-            catalog: the catalogue that explains the placements' assets; by default `Catalog.load()`.
+            catalog: the catalogue that defines the placements' assets; by default `Catalog.load()`.
             fields: the fields of the document.
 
         Raises:
@@ -330,7 +330,7 @@ class Layout(Document):
         return layout
 
     def upgraded(self) -> Layout:
-        """Return the layout as version 2, with the library's protocol embedded; a version 2 layout as it is.
+        """Return the layout as version 2, with the library's protocol embedded; version 2 layouts are unchanged.
 
         Raises:
             LabgymError: a version 1 file names a protocol that is not in the library.
@@ -342,7 +342,7 @@ class Layout(Document):
         return Layout(**fields, catalog=self._catalog)
 
     def for_protocol(self, protocol: Protocol) -> Layout:
-        """Return the layout with a protocol as its first; itself if it is already.
+        """Return the layout with a protocol as its first one; the layout itself if it already is.
 
         A protocol of the same id is replaced; the others are kept behind it.
         """

@@ -13,10 +13,10 @@ from labgym.protocols import Protocol
 
 LEVELS: tuple[Level, ...] = ("room", "desktop")
 ITERATIONS = 24
-"""Updates at each level at most."""
+"""Maximum number of updates at each level."""
 WAY_ITERATIONS = 4
 WAY_BUDGET = 32
-"""Updates that clear a way out at most, and commands verified for each."""
+"""Maximum number of updates that clear a way out, and of commands verified for each."""
 
 
 def optimise(

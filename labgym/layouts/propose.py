@@ -34,7 +34,7 @@ from labgym.navigation import goal_pairs
 from labgym.protocols import Protocol
 
 ATTEMPTS = 6
-"""Briefs tried at each level of furnishing before the next."""
+"""Number of briefs tried at each level of furnishing before the next."""
 QUICK, PATIENT, THOROUGH = 0.04, 0.4, 1.0
 """Deterministic search time with walls chosen beforehand, of one last attempt at a level at which the solver reached
 that limit, and with walls left to the solver."""
@@ -49,7 +49,7 @@ LEAST_DRIVE = 1.0
 
 
 class Proposer(Interface):
-    """Makes a first layout; the later phases repair and verify it, whoever proposed it."""
+    """Interface of proposers: makes a first layout, which the later phases repair and verify."""
 
     def propose(self, request: Request) -> Layout:
         """Return a layout that holds everything the protocol requires; it may violate rules."""
@@ -94,7 +94,7 @@ class ProceduralProposer:
 
         Raises:
             InfeasibleError: the room cannot hold what the protocol requires.
-            SearchLimitError: the search ended without a plan and without a proof that there is none.
+            SearchLimitError: the search ended without a plan and without a proof of infeasibility.
         """
         conflicts = room_conflicts(request)
         if conflicts:

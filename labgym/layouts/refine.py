@@ -17,9 +17,9 @@ from labgym.protocols import Protocol
 
 ITERATIONS = 8
 BUDGET = 80
-"""Commands verified in one iteration at most."""
+"""Maximum number of commands verified in one iteration."""
 PLACES = 4
-"""Free places that are tried for an object."""
+"""Maximum number of free places tried for an object."""
 STEPS = (0.1, 0.2, 0.4, 0.7)
 """Translations that are tried, metres."""
 

@@ -26,7 +26,7 @@ AISLES = (1.2, 0.95)
 SPREAD = 0.3
 """Least distance between two places that are returned, metres."""
 MOST = 12
-"""Places returned at most."""
+"""Maximum number of places returned."""
 
 Pose = tuple[float, float, float]
 WALL_YAW: dict[Side, float] = {"front": 0.0, "back": math.pi, "left": -math.pi / 2.0, "right": math.pi / 2.0}
@@ -37,7 +37,7 @@ def free_places(layout: Layout, placement_id: str, most: int = MOST) -> tuple[Pl
 
     Furniture that is used from one side stands with its back to a wall, furniture that is used from both sides stands
     in the open with an aisle around it. It overlaps nothing, the clear zone in front of it is free, and it stands in no
-    door area and in no other object's front zone. Movable objects are no obstacles in front of it.
+    door area and in no other object's front zone. Movable objects do not count as obstacles in front of it.
     """
     if layout.placement(placement_id).support != FLOOR:
         return ()

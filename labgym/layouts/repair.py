@@ -27,8 +27,8 @@ def fast_repair(layout: Layout, profile: str | Profile = "default") -> Layout:
     """Return the layout after rounds of boundary, height and collision repair; stops when nothing is left to do.
 
     Objects that do not stand on their support at all are put back onto it. The others move by the least displacement;
-    of a colliding pair the smaller one moves, with everything on it. Fixed objects never move. What lacks space stays
-    as it is.
+    of a colliding pair the smaller one moves, with everything on it. Fixed objects never move. Objects without
+    space stay in place.
     """
     limits = thresholds.profile(profile)
     layout = _put_back(layout, limits)

@@ -60,7 +60,7 @@ FROM_CORNER = 1.5
 
 
 class RoomFile(Document, Room):
-    """A room as a file of its own: the fields of `Room`."""
+    """A room file: the fields of `Room`."""
 
     SCHEMA: ClassVar[str] = "labgym.room/1"
 

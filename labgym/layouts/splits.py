@@ -121,12 +121,12 @@ def mismatches(split: str) -> tuple[str, ...]:
 
 
 def make_again(entry: PublishedLayout) -> Layout:
-    """Return a published layout made again by this generator: from its protocol, room preset and seed.
+    """Regenerate a published layout with this generator from its protocol, room preset and seed.
 
-    It is equal to the published one only if the manifest names this generator.
+    The result equals the published layout only if the manifest names this generator.
 
     Raises:
-        UnknownNameError: the library has no such protocol, or there is no such room preset.
+        UnknownNameError: the library has no such protocol, or the room preset does not exist.
         InfeasibleError: the room does not hold the protocol.
     """
     return generate(entry.protocol, entry.seed, entry.room).replace(id=entry.id)
@@ -156,8 +156,8 @@ class Reproduction:
     """The outcome of checking a published split.
 
     Attributes:
-        problems: a sentence for each file, or layout made again, that does not have the manifest's hash.
-        notice: whether the layouts were made again, or which release can do so.
+        problems: a sentence for each file or regenerated layout that does not have the manifest's hash.
+        notice: whether the layouts were regenerated, or which release can do so.
     """
 
     problems: tuple[str, ...]
@@ -165,7 +165,7 @@ class Reproduction:
 
 
 def reproduce(split: str, out: Path | None = None) -> Reproduction:
-    """Check a published split, and make its layouts again if this version's generator made them.
+    """Check a published split, and regenerate its layouts if this version's generator made them.
 
     Args:
         split: val or test.
@@ -190,7 +190,7 @@ def reproduce(split: str, out: Path | None = None) -> Reproduction:
         )
     for entry, layout in zip(entries, layouts, strict=True):
         if layout.hash != entry.hash:
-            problems.append(f"{entry.id}: made again, its hash is {layout.hash[:12]}, published {entry.hash[:12]}")
+            problems.append(f"{entry.id}: regenerated, its hash is {layout.hash[:12]}, published {entry.hash[:12]}")
     return Reproduction(tuple(problems), f"the {len(entries)} layouts of {split} were made again")
 
 

@@ -1,4 +1,4 @@
-"""Which object stands where on and in the furniture, before the furniture has a place in the room."""
+"""Assigns objects to surfaces and shelves of the furniture before the furniture is placed in the room."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ BULKY = 0.03
 ROW_COST, NOISE = 2.0, 0.05
 """Cost of a metre off the row, against 1 for a metre along it, and of the noise that makes seeds differ."""
 TRIES = 6
-"""Arrangements tried before a surface counts as full."""
+"""Number of arrangements tried before a surface counts as full."""
 
 
 @dataclass(frozen=True)

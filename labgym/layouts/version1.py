@@ -1,4 +1,4 @@
-"""Version 1 of the layout document. It is closed: its fields, its JSON and its hash do not change any more.
+"""Version 1 of the layout document. It is frozen: its fields, its JSON and its hash never change.
 
 The records below repeat the fields that version 1 has, so that a field added to `Room` or `Placement` neither enters
 a version 1 file nor changes the hash of a published layout.

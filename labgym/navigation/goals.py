@@ -66,7 +66,7 @@ def location_pose(plan: FloorPlan, location: str) -> Pose:
     """
     target = plan.find(location)
     if target is None:
-        raise LabgymError(f"{location} is a location of the protocol and not placed in the layout: place it")
+        raise LabgymError(f"{location} is a location of the protocol, but the layout does not contain it: add it")
     root = plan.root(target.id)
     return goal_pose(plan.box(target.id), None if root.id == target.id else plan.box(root.id))
 

@@ -20,7 +20,7 @@ DIAGONAL = math.sqrt(2.0)
 def astar(
     grid: OccupancyGrid, start: Point, goal: Point, costs: NDArray[np.float64] | None = None
 ) -> NDArray[np.float64] | None:
-    """Return a shortest path between the cells of two points, or None if there is none.
+    """Return a shortest path between the cells of two points, or None if no path exists.
 
     A* with the octile distance. A diagonal step requires that both adjacent cells are free. Ties are broken by the cell
     number: the same input gives the same path.

@@ -132,7 +132,7 @@ class _Graph:
         self.targets = number[m:]
 
     def search(self, points: Array, arcs: tuple[Index, Index, Array]) -> tuple[Index | None, float]:
-        """Return the nodes of a shortest path from start to goal and its length; None and inf if there is none."""
+        """Return the nodes of a shortest path from start to goal and its length; None and inf if no path exists."""
         places = np.concatenate([points, self.ends])
         straight = np.linalg.norm(places[self.sources] - places[self.targets], axis=1)
         here, there, along = arcs
@@ -152,7 +152,7 @@ class _Graph:
 def shortest_path(
     plan: FloorPlan, start: Sequence[float], goal: Sequence[float], radius: float = PLANNING_RADIUS
 ) -> ShortestPath | None:
-    """Return the shortest path for a disc between two points, or None if there is none.
+    """Return the shortest path for a disc between two points, or None if no path exists.
 
     For several paths in one layout use one `ShortestPaths`.
     """

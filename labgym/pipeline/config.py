@@ -25,7 +25,7 @@ class RunConfig:
     Attributes:
         name: Name of the run, which is written to runs/NAME; by default "default", or "seed-SEED" with a seed.
         out: Folder to write to instead of runs/NAME.
-        seed: Random seed of 30 new layouts; without it the published test layouts are taken.
+        seed: Random seed for 30 new layouts; by default the published test layouts are used.
         protocols: Ids or, with --seed, .json files of the protocols; by default all 30 of the library.
         profile: Thresholds of generation and scores: default, strict or paper.
         policies: Policies to evaluate, in the order of the table; by default astar, online_map, navdp, iplanner, ppo

@@ -40,7 +40,7 @@ class DwaOptions(PolicyOptions):
     """Options of `DwaPolicy`.
 
     Attributes:
-        radius: of the disc that is kept clear, meters.
+        radius: radius of the disc that is kept clear, meters.
         heading, clearance, velocity: weights of the objective's terms (alpha, beta and gamma of the paper).
         far: clearance along an arc beyond which more does not count, meters.
         horizon: time on the arc after which the heading is evaluated, seconds. The paper uses one step and a full
@@ -94,7 +94,7 @@ class DwaPolicy(Policy):
         self._path: Array | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Take over the goal and forget the via point."""
+        """Store the goal and clear the via point."""
         self._robot = episode.robot
         self._via = ViaPoints(episode.goal)
         self._blockage = Blockage(episode.robot)
@@ -179,7 +179,7 @@ def arc_clearance(v: Array, w: Array, points: Array, radius: float) -> Array:
     Args:
         v: (n,) m/s, not negative. w: (n,) rad/s.
         points: (m, 2) in the robot frame, meters.
-        radius: of the disc, meters.
+        radius: radius of the disc, meters.
 
     Returns:
         (n,) meters along the arc; inf if nothing is met within the full circle, and if v is 0.

@@ -40,8 +40,8 @@ class GridPlanner:
 
     Args:
         grid: the obstacles, not dilated.
-        options: of the planner.
-        surcharge: (ny, nx), at least 0: extra cost per meter, as a multiple of length; None for none. A map under
+        options: options of the planner.
+        surcharge: (ny, nx), at least 0: extra cost per meter, as a multiple of length; None adds nothing. A map under
             construction charges for unseen floor in this way.
 
     Attributes:
@@ -60,7 +60,7 @@ class GridPlanner:
         self._prices = np.where(self.free.occupied, math.inf, self._costs)
 
     def plan(self, start: Point, goal: Point) -> Array | None:
-        """Return a path (n, 2) in the grid's frame, meters, from start to goal; None if there is none.
+        """Return a path (n, 2) in the grid's frame, meters, from start to goal; None if no path exists.
 
         An end where the robot does not fit is joined by a straight piece to the nearest free cell within `snap`.
         """

@@ -15,7 +15,7 @@ class PolicyOptions(Record):
     """Base of the options that tune a policy: named numbers with defaults and limits.
 
     Raises:
-        UnknownNameError: an option does not exist; lists those that do.
+        UnknownNameError: an option does not exist; lists the valid ones.
         OptionError: a value is outside its limits.
     """
 
@@ -36,7 +36,7 @@ class PolicyOptions(Record):
         """Return options from an instance, a mapping of those that differ from the defaults, or None for the defaults.
 
         Raises:
-            UnknownNameError: an option does not exist; lists those that do.
+            UnknownNameError: an option does not exist; lists the valid ones.
             OptionError: a value is outside its limits, or `options` is none of these.
         """
         if isinstance(options, cls):

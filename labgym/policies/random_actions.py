@@ -19,7 +19,7 @@ class RandomPolicy(Policy):
         self._rng = np.random.default_rng(0)
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Take over the episode's generator."""
+        """Store the episode's random generator."""
         self._rng = episode.rng
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:  # noqa: ARG002

@@ -23,7 +23,7 @@ GROUP = "labgym.policies"
 
 @dataclass(frozen=True)
 class PolicyEntry:
-    """A policy that has a name.
+    """A registered policy.
 
     Attributes:
         name: for `make_policy`.
@@ -103,21 +103,21 @@ SERVERS = ("http://", "https://")
 
 
 def policies() -> tuple[PolicyEntry, ...]:
-    """Return all policies that have a name, sorted; classes, files and servers can be used in addition.
+    """Return all registered policies, sorted by name; `make_policy` also accepts classes, files and servers.
 
-    Policies that other packages register are imported for what they see and for their docstring's first line.
+    Policies of other packages are imported to read their sensor and the first line of their docstring.
     """
     registered = [_entry_of(name, entry.value) for name, entry in _registered().items() if name not in BUILT_IN]
     return tuple(sorted((*BUILT_IN.values(), *registered), key=lambda entry: entry.name))
 
 
 def policy_names() -> tuple[str, ...]:
-    """Return the names that `make_policy` knows, sorted; classes, files and servers can be used in addition."""
+    """Return the sorted names of all registered policies; `make_policy` also accepts classes, files and servers."""
     return tuple(sorted({*BUILT_IN, *_registered()}))
 
 
 def policy_table() -> str:
-    """Return a text with one line per policy: name, what it sees, what it needs installed, what it does."""
+    """Return a text with one line per policy: name, sensor, required extra and summary."""
     rows = tuple((each.name, each.sees, _needs(each), each.summary) for each in policies())
     also = "Also: module:Class, a file (.onnx, .pt, .zip of stable-baselines3), or the http:// URL of a server."
     return Table("Policies", ("name", "sees", "needs", "method"), rows, (also,)).text()
@@ -136,11 +136,11 @@ def make_policy(name: str, **arguments: Any) -> Policy:
         name: a built-in ("astar", "straight", ...); a name that an installed package registers under the entry-point
             group `labgym.policies`; "module:Class" on the Python path; the path of a file (.onnx, .pt or .torchscript,
             .zip of stable-baselines3); or the URL of a server that speaks the NavDP benchmark's protocol.
-        arguments: of the policy's class. If the class has options (`Policy.options_type`), each may also be given by
-            its own name: `make_policy("dwa", radius=0.28)` is `make_policy("dwa", options={"radius": 0.28})`.
+        arguments: arguments of the policy's class. If the class has options (`Policy.options_type`), each may also be
+            given by its own name: `make_policy("dwa", radius=0.28)` is `make_policy("dwa", options={"radius": 0.28})`.
 
     Raises:
-        UnknownNameError: no policy has this name, or the policy has no such option; lists those that exist.
+        UnknownNameError: no policy has this name, or the policy has no such option; lists the valid names.
         OptionError: an argument is outside its limits.
         MissingDependencyError: a required package is not installed.
         LabgymError: the class cannot be imported, its constructor fails, or it is not a `Policy`.

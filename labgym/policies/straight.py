@@ -1,4 +1,4 @@
-"""Drive directly at the goal, without looking at obstacles: what knowing the goal alone achieves."""
+"""Drive directly at the goal and ignore obstacles: the baseline that knows only the goal."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class StraightPolicy(Policy):
         self._robot: RobotSpec = ROBOT
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Take over the robot's limits."""
+        """Store the robot's limits."""
         self._robot = episode.robot
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:

@@ -53,7 +53,7 @@ class PathTracker:
     Args:
         path: (n, 2) points in any fixed frame, meters; the robot may be off the path at the start.
         robot: limits of the robot.
-        options: of the tracker.
+        options: options of the tracker.
         turning: whether the robot first turns to face the path; False for a path that replaces one being followed.
 
     Raises:

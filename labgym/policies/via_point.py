@@ -41,12 +41,12 @@ class ViaPoints:
 
     A via point can be reached on a straight line, and nothing in the scan blocks the straight line from it to the goal;
     space that the scan does not see counts as open. The one with the shortest total way is chosen and kept until the
-    robot reaches it, a scan shows it blocked, or another is shorter by a margin. If there is none, the farthest point
-    that can be reached on a straight line is chosen and kept in the same way.
+    robot reaches it, a scan shows it blocked, or another is shorter by a margin. If there is no via point, the
+    farthest point that can be reached on a straight line is chosen and kept in the same way.
 
     Args:
         goal: (x, y) in the fixed frame of the poses, meters.
-        options: of the candidates.
+        options: options of the candidates.
     """
 
     def __init__(self, goal: Point, options: ViaPointOptions | None = None) -> None:
@@ -61,7 +61,7 @@ class ViaPoints:
         Args:
             points: (m, 2) hits of the present scan in the robot frame, meters.
             pose: (x, y, yaw) in the fixed frame.
-            radius: of the disc that must fit along the way, meters.
+            radius: radius of the disc that must fit along the way, meters.
         """
         goal = _local(self._goal, pose)
         scan = _Scan(points, goal, radius, self._options.goal_radius)
@@ -114,7 +114,7 @@ class _Scan:
     Attributes:
         points: (m, 2) hits.
         goal: (2,).
-        radius: of the disc.
+        radius: radius of the disc.
         goal_radius: obstacles nearer to the goal than this do not block the way to it.
     """
 
@@ -142,7 +142,7 @@ def straight_clearance(starts: Array, headings: Array, points: Array, radius: fl
         starts: (n, 2) of the disc's center.
         headings: (n, 2) unit vectors.
         points: (m, 2).
-        radius: of the disc.
+        radius: radius of the disc.
 
     Returns:
         (n,) meters; inf if it meets no point.

@@ -70,7 +70,7 @@ def volume_of(reagent: Asset, amount: Amount) -> float:
     """Return the smallest volume in mL that one portion can fill.
 
     A stated volume counts as it is (for a solid, that of its solution), a liquid's mass by its density. Gases and
-    solids that are weighed in count nothing, because the volume of a dissolved solid is small and seldom known.
+    solids that are weighed in count as zero, because the volume of a dissolved solid is small and seldom known.
     """
     chemistry = reagent.chemistry
     if chemistry is None or chemistry.state == "gas":

@@ -23,7 +23,7 @@ FILL = 0.6
 FLASKS = ("RoundBottomFlask", "ThreeNeckFlask", "JacketedReactor")
 BEAKERS = ("Beaker", "LargeBeaker", "JacketedReactor")
 MINUTES = 15.0
-"""Usual duration of an action that `APPARATUS` says nothing else about."""
+"""Default duration of an action for which `APPARATUS` gives none."""
 _SLOT = re.compile(r"\{([a-z]+)\}")
 
 

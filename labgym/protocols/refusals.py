@@ -64,7 +64,7 @@ def _patterns() -> tuple[tuple[Wish, re.Pattern[str]], ...]:
 
 
 def refuse_wish(text: str) -> None:
-    """Return if a text asks for nothing dangerous.
+    """Raise an error if a text asks for a dangerous product.
 
     Raises:
         RefusalError: the text names an explosive, a chemical weapon, a controlled drug or a nitration.
@@ -82,7 +82,7 @@ def _asks_for(text: str, word: str) -> bool:
 
 
 def refuse_mixture(reagents: Iterable[str]) -> None:
-    """Return if reagents may be part of one experiment.
+    """Raise an error if reagents must not be part of one experiment.
 
     Args:
         reagents: canonical asset names.
@@ -100,7 +100,7 @@ def refuse_mixture(reagents: Iterable[str]) -> None:
 
 
 def refuse_solvent(reagents: Iterable[str], solvents: Iterable[str]) -> None:
-    """Return if no reagent of a reaction is destroyed by one of its solvents.
+    """Raise an error if a solvent of a reaction destroys one of its reagents.
 
     Args:
         reagents, solvents: canonical asset names.

@@ -48,7 +48,7 @@ def make_renderer(model: mujoco.MjModel, width: int, height: int, quality: Quali
     Raises:
         OptionError: the picture is larger than the model's off-screen buffer.
         UnknownNameError: the quality does not exist.
-        MissingRendererError: there is no OpenGL.
+        MissingRendererError: OpenGL is not available.
     """
     if quality not in QUALITIES:
         raise UnknownNameError("quality", quality, QUALITIES)
@@ -77,7 +77,7 @@ def render_opengl(layout: Layout, width: int = 1280, height: int = 720, camera: 
     Raises:
         UnknownNameError: the camera does not exist.
         OptionError: larger than 2560 x 1440.
-        MissingRendererError: there is no OpenGL.
+        MissingRendererError: OpenGL is not available.
     """
     model = to_mjcf(layout).compile()
     cameras = [model.camera(k).name for k in range(model.ncam)]

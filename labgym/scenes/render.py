@@ -38,7 +38,7 @@ def render(
     Raises:
         UnknownNameError: the camera or the renderer does not exist.
         OptionError: a size that is not positive, or larger than 3840 x 2160 (OpenGL: 2560 x 1440).
-        MissingRendererError: the renderer is "opengl" and there is no OpenGL.
+        MissingRendererError: the renderer is "opengl" and OpenGL is not available.
     """
     if renderer not in RENDERERS:
         raise UnknownNameError("renderer", renderer, RENDERERS)
@@ -56,7 +56,7 @@ def asset_sheet(assets: Sequence[Asset], columns: int = 8, tile: int = 220) -> N
         A picture of shape (rows * tile, columns * tile, 3).
 
     Raises:
-        OptionError: there are no assets.
+        OptionError: no assets.
     """
     if not assets:
         raise OptionError("an asset sheet needs at least one asset")

@@ -1,6 +1,6 @@
 """Pictures by ray tracing on the CPU.
 
-Why labgym has a ray tracer of its own: documentation and reports need pictures that are reproducible and look good on
+Reasons for a separate ray tracer: documentation and reports need pictures that are reproducible and look good on
 machines without OpenGL. MuJoCo's renderer needs OpenGL, its pictures depend on the driver, and it has neither soft
 shadows nor ambient occlusion. The tracer needs only Embree, which the sensors use anyway.
 

@@ -97,7 +97,7 @@ def test_reproduce_makes_the_layouts_again_if_the_generator_is_the_same(small_sp
     entry = splits.manifest("test").layouts[0].model_dump()
     edit(small_split / "manifest.json", layouts=[entry | {"seed": 6}])
     assert main(["reproduce"]) == 1
-    assert "test-sub_02: made again, its hash is" in capsys.readouterr().err
+    assert "test-sub_02: regenerated, its hash is" in capsys.readouterr().err
 
 
 def test_reproduce_names_the_release_of_an_older_generator_and_checks_the_files(small_split, capsys):

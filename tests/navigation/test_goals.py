@@ -64,7 +64,7 @@ def test_poses_are_named_by_location_in_the_order_of_the_visits(make_plan, make_
 
 
 def test_a_location_that_is_not_placed_is_named(make_plan, make_protocol):
-    with pytest.raises(LabgymError, match="FumeHood is a location of the protocol and not placed in the layout"):
+    with pytest.raises(LabgymError, match="FumeHood is a location of the protocol, but the layout does not contain it"):
         goal_pairs(make_plan(), make_protocol("FumeHood", "Bench"))
 
 

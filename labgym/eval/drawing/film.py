@@ -41,7 +41,7 @@ def film(
 
     Raises:
         OptionError: the picture is larger than the scene's off-screen buffer, or too small.
-        MissingRendererError: there is no OpenGL.
+        MissingRendererError: OpenGL is not available.
     """
     if min(width, height) < 96:
         raise OptionError(f"film size {width}x{height} is too small; the minimum is 96x96")

@@ -1,1 +1,1 @@
-"""Navigation: which episodes, how they are driven, and the figures over them."""
+"""Navigation evaluation: suites, episodes, metrics and statistics."""

@@ -182,7 +182,7 @@ def _resolved(suite: str | Path | Suite | Sequence[Layout]) -> tuple[Suite, tupl
     ids = [layout.id for layout in layouts]
     repeated = sorted({name for name in ids if ids.count(name) > 1})
     if repeated or not layouts:
-        problem = f"two layouts have the id {repeated[0]!r}" if repeated else "there are no layouts to drive in"
+        problem = f"two layouts have the id {repeated[0]!r}" if repeated else "no layouts to drive in"
         raise LabgymError(f"{problem}; an evaluation needs at least one layout, and ids must be unique")
     return suite_of(layouts), layouts
 

@@ -47,7 +47,7 @@ class Suite(Document):
         control_dt: duration of a control step, seconds.
         arrival, stuck: further rules that end an episode; None if only success ends it.
         metrics: "touchstone", or "navdp" for the metrics of the NavDP benchmark. Suites with `arrival`, `stuck` or
-            another control step must use "navdp", whose metrics have names of their own, so that tables never mix both.
+            another control step must use "navdp", whose metrics have separate names, so that tables never mix both.
     """
 
     SCHEMA: ClassVar[str] = "labgym.suite/1"

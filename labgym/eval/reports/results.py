@@ -77,7 +77,7 @@ class ResultsFolder:
 
         Raises:
             LabgymError: two evaluations are of the same policy.
-            DocumentError: there are no results, or a file is broken.
+            DocumentError: the folder has no results, or a file is broken.
         """
         folder = Path(folder)
         folders = [folder, *map(Path, others)]

@@ -44,7 +44,7 @@ def drives_figure(evaluation: Evaluation, layouts: Mapping[str, Layout], rows: S
         rows: the episodes.
 
     Raises:
-        LabgymError: there are no episodes.
+        LabgymError: no episodes.
     """
     from matplotlib.figure import Figure
 

@@ -148,7 +148,7 @@ def _chemical_points(scores: tuple[float | None, ...]) -> float | None:
 
 
 def _physical(assessment: Assessment) -> PhysicalScore:
-    """Return S_phys: for each of four faults, the share of the relevant objects without it, 1 if there are none."""
+    """Return S_phys: for each of four faults, the share of the relevant objects without it, 1 for no objects."""
     placements = assessment.arrangement.placements
     desktop = {placement.id for placement in placements if placement.support not in (FLOOR, WALL)}
     standing = {placement.id for placement in placements} - desktop

@@ -32,7 +32,7 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     """Return the pairs that overlap by more than 1 mm on every axis.
 
     Solids are bounding boxes, and of hollow objects the shell, so that an item inside collides with walls and shelves
-    and not with the hollow. Parts of one object never collide; touching is no collision.
+    and not with the hollow. Parts of one object never collide; touching objects do not collide.
     """
     first, second = _close_pairs(arrangement)
     if not len(first):

@@ -108,7 +108,7 @@ def _obstacles(arrangement: Arrangement) -> list[OrientedBox]:
 
 
 def _widest(field: _Clearance, door: Door, place: _Place) -> float:
-    """Width of the widest way from a door to a place, to a centimetre; 0 if there is none."""
+    """Width of the widest way from a door to a place, to a centimetre; 0 without a way."""
     low, high = -MARGIN, WIDEST / 2.0
     while high - low > 0.005:
         middle = (low + high) / 2.0

@@ -110,7 +110,7 @@ class Assessment:
 
     @property
     def cost(self) -> int:
-        """v(L) plus the number of facility errors: what the optimiser brings down."""
+        """v(L) plus the number of facility errors: the quantity that the optimiser minimizes."""
         return self.v + len(self.errors)
 
     @property

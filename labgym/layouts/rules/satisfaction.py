@@ -10,13 +10,13 @@ from labgym.layouts.rules.thresholds import WORST
 
 @dataclass(frozen=True)
 class Instance:
-    """One instance of a chemical rule: a pair to keep apart, a reagent to store, a glass to keep from the edge.
+    """One instance of a chemical rule: a pair to keep apart, a reagent to store, glassware to keep from the edge.
 
     Attributes:
         ids: placements that take part.
         distance: what the rule measures, metres; None for storage.
         limit: the distance under which the satisfaction is 0 (d_low), metres; 0 if there is none.
-        satisfaction: in [0, 1]; 0 where a participant is out of bounds or collides.
+        satisfaction: in [0, 1]; 0 if a participant is out of bounds or collides.
         hard: whether it counts in v(L): a pair under d_low, a reagent that is not stored.
         note: hazard or reason, for messages.
     """
@@ -38,11 +38,11 @@ def penalised(instances: Sequence[Instance], faulty: frozenset[str]) -> tuple[In
 
 
 def mean(instances: Sequence[Instance]) -> float | None:
-    """Return the mean satisfaction, None where there is no instance."""
+    """Return the mean satisfaction, None without instances."""
     return sum(instance.satisfaction for instance in instances) / len(instances) if instances else None
 
 
 def worst_mean(instances: Sequence[Instance], worst: int = WORST) -> float | None:
-    """Return the mean of the worst few satisfactions, None where there is no instance."""
+    """Return the mean of the worst few satisfactions, None without instances."""
     lowest = sorted(instance.satisfaction for instance in instances)[:worst]
     return sum(lowest) / len(lowest) if lowest else None

@@ -17,7 +17,7 @@ STORAGE_CLASSES = frozenset(
 
 
 def storage_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
-    """Return one instance for each placed reagent: 1 where it is stored, else 0."""
+    """Return one instance for each placed reagent: 1 if it is stored, else 0."""
     instances = []
     for row in arrangement.reagents:
         stored = storage_cabinet(arrangement, row) is not None
@@ -40,7 +40,7 @@ def storage_cabinet(arrangement: Arrangement, row: int) -> int | None:
 
 
 def closed_cabinet(arrangement: Arrangement, row: int) -> int | None:
-    """Return the row of the storage cabinet with doors that an object stands in, None if there is none."""
+    """Return the row of the storage cabinet with doors that an object stands in, or None."""
     cabinet = storage_cabinet(arrangement, row)
     if cabinet is None:
         return None

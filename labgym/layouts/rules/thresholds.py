@@ -31,7 +31,7 @@ PENETRATION = 0.001
 """Two solids collide when they overlap by more than this on every axis, metres."""
 
 OVERLAP_VOLUME = 1e-4
-"""The further condition of SceneWeaver's collision count, cubic metres."""
+"""Additional minimum volume of SceneWeaver's collision count, cubic metres."""
 
 WORST = 3
 """Separation scores are the mean of this many worst instances (LabBuilder, LabTouchstone appendix, metrics 1 and 3)."""
@@ -142,7 +142,7 @@ def profile(name: str | Profile) -> Profile:
     """Return the thresholds of that name; a `Profile` is returned unchanged.
 
     Raises:
-        UnknownNameError: there is no such profile.
+        UnknownNameError: no profile has that name.
     """
     if isinstance(name, Profile):
         return name

@@ -28,12 +28,12 @@ class Inputs:
     """The observations that a network takes, in its order.
 
     Args:
-        names: of the inputs.
+        names: names of the inputs.
         renamed: observation by input, for inputs with other names than the observation.
         source: the file, for errors.
 
     Attributes:
-        sensors: that the environment must have for them.
+        sensors: sensors that the environment must provide for them.
 
     Raises:
         UnknownNameError: an input is not an observation.

@@ -21,7 +21,7 @@ class OnnxPolicy(Policy):
     action, two numbers in [-1, 1]. No state is kept between steps.
 
     Args:
-        path: of the file.
+        path: path of the file.
         inputs: observation by input, for inputs with other names.
 
     Raises:

@@ -42,7 +42,7 @@ class StableBaselines3Policy(Policy):
     therefore refused unless `trust` is set.
 
     Args:
-        path: of the .zip file.
+        path: path of the .zip file.
         algorithm: "A2C", "DDPG", "PPO", "SAC" or "TD3".
         trust: load the file although loading may run code that is in it.
         deterministic: act with the mean of the model's distribution; False samples from it.
@@ -70,7 +70,7 @@ class StableBaselines3Policy(Policy):
         self.observation = sensors_for(self._keys, str(path))  # type: ignore[misc] # the file decides, not the class
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Take over the episode's generator."""
+        """Store the episode's random generator."""
         self._rng = episode.rng
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:

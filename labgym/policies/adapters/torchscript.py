@@ -22,7 +22,7 @@ class TorchScriptPolicy(Policy):
     (`torch.save`) are refused, because loading one can run any code in it.
 
     Args:
-        path: of the file.
+        path: path of the file.
         inputs: observation by argument, for arguments with other names.
 
     Raises:

@@ -50,11 +50,11 @@ def load_dataset(folder: str | Path, samples: int | None = None) -> Dataset:
     """Return the finished shards of a dataset.
 
     Args:
-        folder: of the dataset.
+        folder: folder of the dataset.
         samples: number of samples to read, the first ones; None reads all.
 
     Raises:
-        DocumentError: there is no manifest, or it is broken.
+        DocumentError: the manifest is missing or broken.
         OptionError: no shard is finished.
         MissingDependencyError: pyarrow is not installed.
     """
@@ -88,7 +88,7 @@ def pictures(folder: str | Path, samples: int) -> Iterator[NDArray[np.uint8]]:
     """Yield the RGB images (72, 128, 3) of a dataset's first samples.
 
     Raises:
-        DocumentError: there is no manifest, or it is broken.
+        DocumentError: the manifest is missing or broken.
         MissingDependencyError: pyarrow is not installed.
     """
     pa, folder = arrow(), Path(folder)

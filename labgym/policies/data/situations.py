@@ -24,7 +24,7 @@ COMFORT = 0.40
 """Preferred clearance of an expert path, meters; where it does not fit, the planning radius is used."""
 
 SHORTEST = 0.6
-"""Shortest way to a goal, meters; nearer goals teach nothing."""
+"""Minimum path length to a goal, meters; nearer goals are not useful for training."""
 
 PLACES_SHARE = 0.7
 """Share of the drives' ends that are goal poses of the layout's protocol; the others are random."""
@@ -206,7 +206,7 @@ def _heading(rng: np.random.Generator, ahead: Array, length: float) -> float:
     Args:
         rng: generator.
         ahead: (n, 2) points of the way relative to the robot, meters.
-        length: of the way, meters.
+        length: length of the way, meters.
     """
     draw = rng.random()
     if draw < 0.6:

@@ -41,10 +41,10 @@ class HttpPolicy(Policy):
     `state_data` has the odometry, as in x-navdp's client; other servers ignore it.
 
     Args:
-        url: of the server.
+        url: URL of the server.
         stop_threshold: passed to the server; NavDP turns in place if its critic's values are below it.
         replan: control steps between two requests.
-        step_timeout, reset_timeout: of one answer, seconds; the first reset may load a model.
+        step_timeout, reset_timeout: time limit of one answer, seconds; the first reset may load a model.
         retries, backoff: see `Connection`.
         send_state: whether the odometry is sent.
 

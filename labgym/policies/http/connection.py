@@ -30,10 +30,10 @@ class _TransientError(Exception):
 
 
 class Connection:
-    """Posts requests to one server. Each request opens a new connection, because some servers keep none open.
+    """Posts requests to one server. Each request opens a new connection, because some servers close theirs.
 
     Args:
-        url: of the server, such as http://127.0.0.1:8888; https works, redirects and proxies do not.
+        url: URL of the server, such as http://127.0.0.1:8888; https works, redirects and proxies do not.
         retries: number of repetitions after a failed connection. A request that timed out is not repeated: the server
             may still be processing it.
         backoff: seconds before the first repetition, doubled before each further one.
@@ -64,8 +64,8 @@ class Connection:
 
         Args:
             path: such as "/pointgoal_step".
-            content_type, body: of the request.
-            timeout: of one attempt, from the first byte to the last, seconds.
+            content_type, body: content type and body of the request.
+            timeout: time limit of one attempt, from the first byte to the last, seconds.
 
         Raises:
             ServerError: no connection after all retries, no answer in time, a status other than 200, or an answer that

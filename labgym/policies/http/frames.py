@@ -24,7 +24,7 @@ def to_start_frame(trajectory: Array, pose: Pose, camera_forward: float) -> Arra
 
     Args:
         trajectory: (n, 2) in the camera's ground frame.
-        pose: of the robot in the start frame.
+        pose: pose of the robot in the start frame.
         camera_forward: distance from the robot's axis to the lens, meters.
     """
     ahead = trajectory[np.linalg.norm(trajectory, axis=1) > camera_forward] + (camera_forward, 0.0)

@@ -69,7 +69,7 @@ def intrinsic_matrix(width: int, height: int, hfov: float) -> NDArray[np.float64
     Pixel coordinates start with 0 at the left edge of the first pixel, so that the center is at width / 2.
 
     Args:
-        width, height: of the image, pixels.
+        width, height: size of the image, pixels.
         hfov: horizontal field of view, radians.
     """
     focal = width / 2.0 / np.tan(hfov / 2.0)

@@ -18,7 +18,7 @@ class IPlannerNetworkOptions(Record):
     """Size of the network.
 
     Attributes:
-        channels: of the encoder's stages; each halves the image and has one residual block.
+        channels: channels of the encoder's stages; each stage halves the image and has one residual block.
         goal_width: channels that the goal is spread over.
         key_points: points that the network predicts.
         path_points: points of the cubic path through the robot and the key points.

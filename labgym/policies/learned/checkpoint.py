@@ -20,14 +20,14 @@ class Stateful(Protocol):
         """Return its state as tensors and plain numbers."""
 
     def load_state_dict(self, state_dict: Any) -> Any:
-        """Take over a state."""
+        """Restore a state."""
 
 
 def save_checkpoint(path: Path, parts: Mapping[str, Stateful], record: Any) -> None:
     """Write the state of all parts and a record atomically; a crash leaves the previous checkpoint.
 
     Args:
-        path: of the checkpoint.
+        path: path of the checkpoint.
         parts: networks, optimizers and schedules by name.
         record: plain data to store with them, such as the losses so far.
     """

@@ -12,7 +12,7 @@ class ImageStage(nn.Module):
     """Halve an image, then apply one residual block: (b, c_in, h, w) -> (b, c_out, ceil(h / 2), ceil(w / 2)).
 
     Args:
-        channels_in, channels_out: of the images.
+        channels_in, channels_out: channels of the images.
         norm: applied after the halving convolution; None for no normalization.
     """
 

@@ -36,7 +36,7 @@ def free_side(depth: NDArray[np.floating[Any]], bearing: float) -> float:
 
     Args:
         depth: (72, 128) planar meters.
-        bearing: of the goal, radians.
+        bearing: bearing of the goal, radians.
     """
     if abs(bearing) > ABEAM:
         return math.copysign(1.0, bearing)

@@ -75,7 +75,7 @@ def run_epochs(
     Args:
         trainer: the network in training.
         trained, held_out: indices of the samples.
-        options: of the training.
+        options: options of the training.
         out: folder of the run.
         progress: whether to show progress bars.
 

@@ -23,9 +23,9 @@ class NavDPNetworkOptions(Record):
 
     Attributes:
         memory: number of frames that it sees, the last one the present.
-        channels: of the encoder's stages, each of which halves a frame; each a multiple of 8, for group normalization.
+        channels: channels of the encoder's stages, multiples of 8 (group normalization); each halves a frame.
         queries: learned tokens that the frames' tokens are condensed to.
-        width, heads, layers: of the decoder; `heads` divides `width`.
+        width, heads, layers: size of the decoder; `heads` divides `width`.
         points: steps of a trajectory.
     """
 

@@ -51,7 +51,7 @@ def sample_steps(
         tokens: (1, queries, width) of `NavDPNetwork.encode`.
         goal: (2,) float32 in the robot frame, meters.
         count: number of trajectories.
-        generator: of the noise.
+        generator: generator of the noise.
     """
     options = network.config
     tokens = tokens.expand(count, -1, -1)

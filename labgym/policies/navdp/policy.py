@@ -192,7 +192,7 @@ class NavDPPolicy(Policy):
             rgb: (72, 128, 3).
             depth: (72, 128), planar, meters.
             goal: (x, y) in the robot frame, meters.
-            seed: of the noise.
+            seed: random seed of the noise.
         """
         self._begin(self._robot, seed)
         self._frames.append(frame(rgb, depth))

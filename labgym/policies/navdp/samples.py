@@ -46,7 +46,7 @@ class NavDPSamples:
         """Read a dataset; return its samples and the dataset itself.
 
         Raises:
-            DocumentError: there is no manifest, or it is broken.
+            DocumentError: the manifest is missing or broken.
             OptionError: no shard of it is finished.
             MissingDependencyError: pyarrow is not installed.
         """

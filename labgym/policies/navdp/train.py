@@ -71,9 +71,9 @@ class NavDPTrainer(Trainer):
     """A NavDP-style network in training.
 
     Args:
-        network: of the configuration that it holds.
+        network: the network to train, with its configuration.
         schedule: of `make_schedule`.
-        samples, maps: of the dataset.
+        samples, maps: samples and maps of the dataset.
         trained: number of samples that are trained on.
 
     Attributes:

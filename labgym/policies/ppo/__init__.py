@@ -1,1 +1,1 @@
-"""PPO: the training and the policy that drives with the trained weights. Nothing here is imported before it is used."""
+"""PPO: training, and the policy that drives with the trained weights. Modules are imported on first use."""

@@ -28,7 +28,7 @@ class TrainingDrives(TaskSource):
 
     Args:
         layouts: the pool; each is prepared once and cached.
-        seed: of the points on the floor.
+        seed: random seed of the points on the floor.
         points: pairs of points per layout.
 
     Attributes:

@@ -39,7 +39,7 @@ class Atlas:
         self._next: dict[Cell, NDArray[np.int32]] = {}
 
     def path(self, start: tuple[float, float], goal: tuple[float, float]) -> NDArray[np.float64] | None:
-        """Return a path (n, 2) in room coordinates, meters, that prefers clearance; None if there is none.
+        """Return a path (n, 2) in room coordinates, meters, that prefers clearance; None if no path exists.
 
         An end where the robot does not fit is joined to the nearest free cell by a straight piece.
         """

@@ -48,7 +48,7 @@ class DriveMemory:
     - for the depth camera, the image reduced to 18 x 32 by the nearest depth of each square.
 
     Args:
-        sensor: that the observations come from.
+        sensor: source of the observations.
     """
 
     def __init__(self, sensor: Sensor) -> None:

@@ -30,7 +30,7 @@ class Encoder(nn.Module):
     nearness exp(-depth / 1 m), and two convolutions.
 
     Args:
-        sensor: that the vectors come from.
+        sensor: source of the vectors.
     """
 
     angles: Tensor
@@ -81,7 +81,7 @@ class Actor(nn.Module):
     """Vectors, (n, SIZES[sensor]), to actions, (n, 2): forward and turn, not clipped to [-1, 1].
 
     Args:
-        sensor: that the vectors come from.
+        sensor: source of the vectors.
     """
 
     def __init__(self, sensor: Sensor) -> None:

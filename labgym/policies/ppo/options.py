@@ -19,7 +19,7 @@ class PPOOptions(Document):
 
     Attributes:
         observation: the sensor.
-        seed: random seed of everything.
+        seed: random seed of the whole run.
         steps: control steps of PPO, summed over the environments; those of the warm start come in addition.
         layouts: number of training layouts in the pool.
         environments: number of environments, stepped in turn.
@@ -37,7 +37,7 @@ class PPOOptions(Document):
         rate: initial learning rate of Adam; it falls linearly to a tenth of this.
         discount: gamma.
         trace: lambda of generalized advantage estimation.
-        clip: of the probability ratio.
+        clip: clipping range of the probability ratio.
         entropy: weight of the entropy bonus.
         noise: standard deviation of the actions at the start of PPO.
         nearest: largest straight distance to a goal at the start of PPO, meters.

@@ -18,9 +18,9 @@ def layout_pool(folder: str | Path, count: int, seed: int = 0, progress: bool = 
     Layout i depends on the seed and i alone: a larger pool begins with the smaller one.
 
     Args:
-        folder: of the pools; each seed has a folder in it.
+        folder: folder of the pools; each seed has a subfolder.
         count: number of layouts.
-        seed: of the pool.
+        seed: random seed of the pool.
         progress: whether to show a progress bar while layouts are generated.
 
     Raises:

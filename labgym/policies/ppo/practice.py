@@ -59,7 +59,7 @@ class PracticeEnv(gym.Env[Vector, NDArray[np.float32]]):
             OptionError: `reset` was not called.
         """
         if self._task is None:
-            raise OptionError("there is no drive yet; call reset() first")
+            raise OptionError("the environment has no drive yet; call reset() first")
         return self._task
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:

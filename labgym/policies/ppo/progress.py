@@ -13,7 +13,7 @@ class Progress(Document):
     Attributes:
         legs: number of finished legs.
         best: highest score on validation so far, without the warm start's; None before the first.
-        records: of the warm start's rounds, the legs and the evaluations, in order.
+        records: records of the warm start's rounds, the legs and the evaluations, in order.
     """
 
     SCHEMA: ClassVar[str] = "labgym.ppo-progress/1"

@@ -39,10 +39,10 @@ def train(
     not.
 
     Args:
-        options: of the run.
+        options: options of the run.
         out: its folder: `options.json`, `progress.json`, the checkpoint, and `last/` and `best/` with weights.
         judge: scores policies on the validation split; without it the last weights are the best.
-        layouts: to train in; None uses the pool of the options, stored in the folder next to `out`.
+        layouts: layouts to train in; None uses the pool of the options, stored in the folder next to `out`.
 
     Raises:
         OptionError: the folder holds a run with other options.

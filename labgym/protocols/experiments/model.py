@@ -114,7 +114,7 @@ class Experiment(Record):
         synonyms: other names under which a search should find it, in English and Chinese.
         materials: all substances that its actions use.
         origin: the library, or the format from which it was imported.
-        license: of the data, or "" if it is not stated.
+        license: license of the data, or "" if it is not stated.
     """
 
     id: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,127}$")]

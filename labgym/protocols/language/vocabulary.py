@@ -1,4 +1,4 @@
-"""The ordinary words of laboratory prose: what is not among them, and names nothing known, may be a substance."""
+"""The ordinary words of laboratory prose; any other unknown word may name a substance."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def unmeasured(text: str) -> tuple[str, ...]:
 
 
 def is_verbal_ending(rest: str) -> bool:
-    """Return whether what follows the stem of an operation makes a verb or noun of it: "hydrogenat" + "ion"."""
+    """Return whether an ending turns the stem of an operation into a verb or noun: "hydrogenat" + "ion"."""
     return _VERBAL.match(rest) is not None
 
 

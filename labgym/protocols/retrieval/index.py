@@ -31,7 +31,7 @@ class Hit:
     """A fragment that matches a query.
 
     Attributes:
-        score: of the fusion, comparable within one search only.
+        score: score of the fusion, comparable within one search only.
         keyword: BM25 score.
         similarity: cosine of the embeddings, or None without embeddings.
     """

@@ -12,7 +12,7 @@ from labgym.protocols.rules.finding import Case, Finding, Severity
 from labgym.protocols.rules.hazards import INERT, INERT_DEVICES
 
 ENDING = ("Quench", "Acidify", "Basify", "Neutralize", "Extract", "Wash", "Filter", "Concentrate", "Clean")
-"""Actions in which what destroys a reagent is meant to destroy it."""
+"""Actions in which a reagent is destroyed on purpose."""
 CHARGING = ("Add", "MakeSolution", "Dissolve", "Mix", "Charge")
 SOLVENT_SHARE = 0.25
 """A liquid that is at least this share of the volume is a solvent of the mixture."""
@@ -31,7 +31,7 @@ MISCIBLE = frozenset(
         *("FormicAcid", "Pyridine", "EthyleneGlycol", "Glycerol", "TrifluoroaceticAcid"),
     )
 )
-"""Organic liquids that form no layer of their own with water."""
+"""Organic liquids that form no separate layer with water."""
 AZEOTROPIC = frozenset({"Toluene", "Benzene"})
 LAYERED = ("Wash", "PhaseSeparation")
 METALLIC_PALLADIUM, TOLERANCE = 106.42, 0.25
@@ -209,7 +209,7 @@ def supported_catalysts_are_weighed_with_their_support(case: Case) -> Iterator[F
 
 
 def sensitive_catalysts_have_inert_gas(case: Case) -> Iterator[Finding]:
-    """Palladium(0) phosphine complexes are added and heated under an inert gas, for oxygen destroys them."""
+    """Palladium(0) phosphine complexes are added and heated under an inert gas, because oxygen destroys them."""
     shielded = False
     for situation in case.situations:
         step = situation.step

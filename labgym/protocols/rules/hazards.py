@@ -1,4 +1,4 @@
-"""Fire, toxic vapour and violent reactions: what a step handles decides, also what it took over from steps before."""
+"""Rules on fire, toxic vapor and violent reactions, for everything that a step handles, also from earlier steps."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from labgym.protocols.places import is_ventilated, needs_ventilation
 from labgym.protocols.rules.finding import Case, Finding
 
 FACE_VELOCITY = FACE[0]
-"""Slowest air into a hood that holds vapours back, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
+"""Lowest face velocity at which a hood contains vapors, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
 FATAL = ("H300", "H310", "H330")
 PYROPHORIC = ("H250",)
 INERT = re.compile(r"(?<!liquid )\b(?:nitrogen|argon)\b(?!\s+(?:trap|dewar))|\b(?:inert|glove\s?box|schlenk)\b", re.I)
-"""An inert gas above the mixture; liquid nitrogen in a cold trap is none."""
+"""An inert gas above the mixture; liquid nitrogen in a cold trap does not count."""
 INERT_DEVICES = ("SchlenkLine", "NitrogenCylinder", "ArgonCylinder")
 PEROXIDE_TEST = re.compile(
     r"\b(?:test|check|assay|examin|try)\w*\b[^.;]{0,60}\bperoxides?\b|\bperoxide[- ](?:test|strip|free|indicator)|"
     r"\bperoxides?\b[^.;]{0,30}\b(?:test|strip|absent|absence|negative)|\bfree (?:of|from) peroxides?\b",
     re.I,
 )
-"""A test of the liquid for peroxides; the reagent hydrogen peroxide is none."""
+"""A test of the liquid for peroxides; the reagent hydrogen peroxide does not count."""
 POURED_ONTO = re.compile(
     r"\b(?:in|into|on|onto|to|over)\s+(?:[\w,-]+\s+){0,5}?(?:water|ice)\b(?![\s-]*(?:water\s+)?(?:bath|cool))", re.I
 )
-"""The mixture goes onto water or ice; "in an ice bath" is no such thing."""
+"""The mixture goes onto water or ice; "in an ice bath" does not count."""
 WATER_INTO_ACID = re.compile(
     r"\b(?:water|ice)\b\s+(?:\w+\s+){0,3}?(?:to|into|onto|over)\s+(?:the\s+|an?\s+)?(?:[\w-]+\s+){0,3}?"
     r"(?:acid|mixture|flask|solution)\b",
@@ -43,9 +43,9 @@ VIOLENT_PAIRS = (
     (frozenset({"alkali_metal"}), frozenset({"halogenated_solvent"}), "can detonate"),
     (frozenset({"azide"}), frozenset({"halogenated_solvent"}), "form explosive polyazides"),
 )
-"""Groups that no experiment brings together (Bretherick's Handbook, entries on sodium and on sodium azide)."""
+"""Groups that must never be combined (Bretherick's Handbook, entries on sodium and on sodium azide)."""
 NITRIC, FUEL = {"oxidizing_acid", "strong_oxidizer"}, {"alcohol", "aldehyde", "ketone", "ether"}
-"""Acids that are both, nitric and perchloric, make explosives of these (Bretherick's Handbook, on nitric acid)."""
+"""Groups that form explosives with nitric or perchloric acid (Bretherick's Handbook, on nitric acid)."""
 SCRUBBERS = ("GasWashBottle", "ColdTrap")
 
 

@@ -93,7 +93,7 @@ def _write_placements(stage: Any, layout: Layout, files: Mapping[Asset, str]) ->
 
 
 def _asset_files(layout: Layout) -> dict[Asset, str]:
-    """Return the file of each asset, relative to the stage; the sizes of a resized asset have files of their own."""
+    """Return the file of each asset, relative to the stage; each size of a resized asset has a separate file."""
     assets = dict.fromkeys(layout.asset(placement.id) for placement in layout.placements)
     return {
         asset: f"{ASSET_FOLDER}/{name}.usdc"
