@@ -88,7 +88,7 @@ Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, s
             return "Every episode succeeded."
         drawn = min(len(failures), SHOWN_FAILURES)
         lines = [f"{len(failures)} of {len(self.evaluation.rows)} episodes failed; the first {drawn} are drawn.", ""]
-        lines += ["| layout | room | pair | what happened |", "| --- | --- | --- | --- |"]
+        lines += ["| layout | room | pair | outcome |", "| --- | --- | --- | --- |"]
         lines += [
             f"| {row.layout} | {self.layouts[row.layout].room.name} | {row.pair} "
             f"| {what_went_wrong(row, self.evaluation.routes[row.key])} |"

@@ -212,7 +212,7 @@ def _island_units(request: Request, furnishing: Furnishing, generator: np.random
                 stance=stance,
                 walls=("left", "right") if stance == "peninsula" else (),
                 anchors={"island": anchor} if stance == "island" else {},
-                reason=f"{stance} bench in the free middle of the room",
+                reason=f"{stance} bench in the middle of the room",
             )
         )
     return units

@@ -47,7 +47,7 @@ def height_conflicts(request: Request, brief: Brief) -> list[str]:
     height = request.room.height
     tall = {unit.asset.name: unit.asset.size.height for unit in brief.units if unit.asset.size.height > height}
     return [
-        f"{name} is {needed:.2f} m high and the ceiling {height:.2f} m: at least {needed:.2f} m is required"
+        f"{name} is {needed:.2f} m high, but the ceiling is {height:.2f} m: at least {needed:.2f} m is required"
         for name, needed in sorted(tall.items(), key=lambda entry: -entry[1])
     ]
 
@@ -70,7 +70,7 @@ def search_stopped(request: Request, effort: float, reasons: Sequence[str] = ())
 
 def attempts_used_up(request: Request, attempts: int, errors: Sequence[str]) -> SearchLimitError:
     """Return the error for floor plans that all break a facility rule; `errors` are those of the last one."""
-    what = f"{attempts} floor plans were found for {_where(request)} and each breaks a facility rule"
+    what = f"each of the {attempts} floor plans found for {_where(request)} breaks a facility rule"
     return _search_error(request, what, errors)
 
 

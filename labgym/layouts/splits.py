@@ -185,13 +185,13 @@ def reproduce(split: str, out: Path | None = None) -> Reproduction:
     if generator != GENERATOR:
         return Reproduction(
             tuple(problems),
-            f"the layouts of {split} were made by generator {generator} and this version has generator {GENERATOR}: to "
-            f"make them again, pip install labgym-nav=={RELEASES[generator]} and run labgym reproduce --split {split}",
+            f"the layouts of {split} were made by generator {generator}, but this version has generator {GENERATOR}: to "
+            f"regenerate them, pip install labgym-nav=={RELEASES[generator]} and run labgym reproduce --split {split}",
         )
     for entry, layout in zip(entries, layouts, strict=True):
         if layout.hash != entry.hash:
             problems.append(f"{entry.id}: regenerated, its hash is {layout.hash[:12]}, published {entry.hash[:12]}")
-    return Reproduction(tuple(problems), f"the {len(entries)} layouts of {split} were made again")
+    return Reproduction(tuple(problems), f"the {len(entries)} layouts of {split} were regenerated")
 
 
 def train_layout(

@@ -97,7 +97,7 @@ class Endpoint:
         status, detail = error.status_code, f"(status {error.status_code}: {self._quoted(error)})"
         server = self.config.base_url
         if status in (401, 403):
-            return _FailedTryError("unauthorized", f"{server} does not accept the key {detail}; set LABGYM_LLM_API_KEY")
+            return _FailedTryError("unauthorized", f"{server} rejects the key {detail}; set LABGYM_LLM_API_KEY")
         if status == 429:
             wait = _retry_after(error.response.headers)
             remedy = "wait, or raise LABGYM_LLM_RETRIES"

@@ -30,8 +30,8 @@ class MissingRendererError(LabgymError):
 
     def __init__(self, reason: object) -> None:
         super().__init__(
-            f"MuJoCo cannot draw here ({' '.join(str(reason).split())[:200]}); install an OpenGL library "
-            "(Debian: apt install libegl1 libgl1-mesa-dri), or ask for the traced renderer, which needs none"
+            f"MuJoCo cannot render with OpenGL on this machine ({' '.join(str(reason).split())[:200]}); install an OpenGL library "
+            "(Debian: apt install libegl1 libgl1-mesa-dri), or use the traced renderer, which does not need it"
         )
 
 

@@ -11,7 +11,9 @@ FRONT = (Door(wall="front", offset=1.5),)
 
 
 def test_a_ceiling_that_is_too_low_is_named_with_the_height_that_is_required():
-    with pytest.raises(InfeasibleError, match=r"FumeHood is 2\.35 m high and the ceiling 2\.20 m: at least 2\.35 m"):
+    with pytest.raises(
+        InfeasibleError, match=r"FumeHood is 2\.35 m high, but the ceiling is 2\.20 m: at least 2\.35 m"
+    ):
         generate("sub_01", room=Room(width=8.0, depth=8.0, height=2.2, doors=FRONT))
 
 

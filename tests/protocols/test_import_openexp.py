@@ -136,7 +136,7 @@ def test_actions_with_materials(tmp_path: Path, text: str, verb: str, names: lis
     [
         ({"actions": "ADD $1$ ; NOACTION ; YIELD $-1$."}, "without an action"),
         ({"actions": "FOLLOWOTHERPROCEDURE."}, "another procedure"),
-        ({"actions": "OTHERLANGUAGE."}, "another language"),
+        ({"actions": "OTHERLANGUAGE."}, "not in English"),
         ({"actions": "INVALIDACTION oops."}, "could not be read"),
         ({"actions": "EXPLODE $1$."}, "'EXPLODE' is not known"),
         ({"actions": "ADD $9$."}, "$9$ is not among"),

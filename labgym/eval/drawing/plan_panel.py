@@ -42,7 +42,7 @@ class Panel:
 
     def stops(self, locations: Sequence[str]) -> None:
         """List the numbered locations."""
-        self._heading("Where the protocol goes")
+        self._heading("Route of the protocol")
         for number, location in enumerate(locations, start=1):
             centre = (0.1, self.y + LINE / 2.0)
             self.axes.plot(*centre, "o", markersize=9, color=palette.INK)

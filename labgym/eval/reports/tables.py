@@ -74,7 +74,7 @@ def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
     ]
     notes = [f"Means over layouts, {', '.join(summary.versions)}, profile {', '.join(summary.profiles)}."]
     if absent:
-        notes.append(f"Metrics that do not apply to every layout are means over the others: {', '.join(absent)}.")
+        notes.append(f"Means over the layouts to which the metric applies: {', '.join(absent)}.")
     notes.append("The paper does not give the thresholds of its chemistry metrics, so its row is not comparable.")
     return Table(
         title=f"Layout metrics, {summary.layouts} layouts",
@@ -138,8 +138,8 @@ def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
             "Brackets: 95% bootstrap intervals over layouts.",
             "Time is the mean time to goal over successful episodes; planning is the time per control step and depends "
             "on the machine.",
-            "The paper's rows are from its own scenes and models, without and with its navigation optimization; they "
-            "are not comparable, and the paper gives no intervals.",
+            "The paper's rows are from other scenes and models, without and with its navigation optimization; they are "
+            "not comparable, and the paper gives no intervals.",
         ),
     )
 

@@ -267,7 +267,7 @@ def _fronts(arrangement: Arrangement) -> list[FacilityIssue]:
             continue
         free, blockers = blocked
         cause = f"move {', '.join(blockers)}" if blockers else "turn it away from the wall"
-        message = f"{placement.id} needs {asset.clearance:g} m clear in front, has {free:.2f} m: {cause}"
+        message = f"{placement.id} needs {asset.clearance:g} m clear in front but has {free:.2f} m: {cause}"
         ids = (placement.id, *blockers)
         severity: Severity = "warning" if asset.subtype in MOVABLE else "error"
         source = "catalogue clearance"

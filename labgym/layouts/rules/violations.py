@@ -117,7 +117,7 @@ def _navigation_violation(arrangement: Arrangement, transition: Transition) -> V
         "missing": ("a location is not placed", "place it"),
         "outside_room": ("the robot would stand outside the room", "turn the furniture so that its front looks inward"),
         "endpoint_invalid": ("the robot does not fit in front of it", "free 0.90 m in front of the furniture"),
-        "unreachable": ("no free way leads from one to the other", "widen the passages between them to 0.70 m or more"),
+        "unreachable": ("no free path connects them", "widen the passages between them to 0.70 m or more"),
     }
     problem, remedy = remedies[transition.failure or "unreachable"]
     named = {"start": here, "goal": there}

@@ -187,7 +187,7 @@ class _Handler(BaseHTTPRequestHandler):
             elif self.path == "/pointgoal_step":
                 self._answer(HTTPStatus.OK, fleet.step(decode_form(self.headers.get("Content-Type", ""), body)))
             else:
-                self._refuse(HTTPStatus.NOT_FOUND, "no such path; POST /navigator_reset, then /pointgoal_step")
+                self._refuse(HTTPStatus.NOT_FOUND, "unknown path; POST /navigator_reset, then /pointgoal_step")
         except (WireError, DocumentError) as error:
             self._refuse(HTTPStatus.BAD_REQUEST, str(error))
         except OSError:

@@ -37,13 +37,13 @@ def _incomplete(experiment: Experiment) -> Iterator[str]:
         yield f"{name} is listed twice among the materials"
     parts = experiment.reaction.split(">")
     if len(parts) != 3 or not parts[0] or not parts[2]:
-        yield "the reaction SMILES is not of the form reactants>agents>products"
+        yield "the reaction SMILES does not have the form reactants>agents>products"
     if experiment.reaction_type is None:
         yield "the reaction type is missing"
     if not experiment.product or len(experiment.description) < 40:
         yield "the product is missing, or the description has fewer than 40 characters"
     if len(experiment.synonyms) < 2 or not any(_CHINESE.search(synonym) for synonym in experiment.synonyms):
-        yield "it has fewer than two synonyms, or none in Chinese"
+        yield "it has fewer than two synonyms, or no Chinese synonym"
     verbs = [action.verb for action in experiment.actions]
     if verbs[-1] != "Yield" or "Analyze" not in verbs:
         yield "it has no analysis, or does not end with the action Yield"

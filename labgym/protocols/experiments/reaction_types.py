@@ -95,7 +95,7 @@ def typed(reaction: str) -> TypeProposal | None:
     if sides is None:
         return None
     proposal = next((proposal for rule in _RULES if (proposal := rule(sides)) is not None), None)
-    return proposal or TypeProposal("functional_group_transformation", "no other rule holds")
+    return proposal or TypeProposal("functional_group_transformation", "no other rule applies")
 
 
 def propose(reaction: str) -> TypeProposal | None:

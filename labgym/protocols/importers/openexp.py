@@ -62,7 +62,7 @@ UNUSABLE = {
     "FOLLOWOTHERPROCEDURE": "it refers to another procedure",
     "INVALIDACTION": "it has an action that could not be read when the data were made",
     "NOACTION": "it has a step without an action",
-    "OTHERLANGUAGE": "it is in another language than English",
+    "OTHERLANGUAGE": "it is not in English",
 }
 _ROLES: dict[str, Role] = {"REACTANT": "reactant", "CATALYST": "catalyst", "SOLVENT": "solvent"}
 _SLOTS = (" at ", " for ", " over ", " under ", " to pH ")

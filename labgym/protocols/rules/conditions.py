@@ -158,7 +158,7 @@ def wet_layers_are_dried(case: Case) -> Iterator[Finding]:
         elif step.action in ("DrySolution", "DryVacuum", "Quench", "Acidify", "Basify", "Crystallize"):
             wet = None
         elif step.action == "Distill" and wet is not None and "steam" not in step.text.lower():
-            message = f"step {step.index} distils what step {wet} left wet"
+            message = f"step {step.index} distils the layer that step {wet} left wet"
             yield Finding(
                 "dry-before-distillation", step.index, message, "add a DrySolution step, with MagnesiumSulfate"
             )
@@ -217,7 +217,7 @@ def sensitive_catalysts_have_inert_gas(case: Case) -> Iterator[Finding]:
         shielded = shielded or bool(inert and step.action not in STILL)
         sensitive = [asset.name for asset in situation.added if asset.name in AIR_SENSITIVE]
         if sensitive and step.action not in STILL and not shielded:
-            message = f"step {step.index} adds {sensitive[0]} in air, which oxygen destroys"
+            message = f"step {step.index} adds {sensitive[0]}, which oxygen destroys, in air"
             yield Finding("catalyst-inert", step.index, message, "purge the flask with nitrogen first: SchlenkLine")
             return
 

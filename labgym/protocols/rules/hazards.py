@@ -126,7 +126,7 @@ def peroxides_are_tested_for(case: Case) -> Iterator[Finding]:
                 and chemistry is not None
                 and chemistry.peroxide_former
             ):
-                message = f"step {situation.step.index} distils {name}, which forms explosive peroxides, untested"
+                message = f"step {situation.step.index} distils {name}, which forms explosive peroxides, without a peroxide test"
                 suggestion = "test for peroxides before the step, and do not distil to dryness"
                 yield Finding("peroxides-tested", situation.step.index, message, suggestion)
                 break

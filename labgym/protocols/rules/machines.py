@@ -130,7 +130,9 @@ def stirrers_move_the_batch(case: Case) -> Iterator[Finding]:
         if situation.step.action in STILL or not stirring or situation.volume <= max(stirring)[0]:
             continue
         most, name = max(stirring)
-        message = f"step {situation.step.index} stirs about {situation.volume:.0f} mL, {name} moves {most:g} mL"
+        message = (
+            f"step {situation.step.index} stirs about {situation.volume:.0f} mL, but {name} moves at most {most:g} mL"
+        )
         options = sorted((stirs(a) or 0.0, a.name) for a in case.catalog.of_kind("instrument"))
         fit = next((other for moved, other in options if moved >= situation.volume), None)
         yield Finding(
@@ -169,7 +171,7 @@ def benches_carry_their_load(case: Case) -> Iterator[Finding]:
         after, most = sum(load.values()), place.specs.load_kg
         if before <= most < after:
             heaviest = max(load, key=lambda name: load[name])
-            message = f"by step {situation.step.index} {place.name} carries {after:.0f} kg; its limit is {most:g} kg"
+            message = f"at step {situation.step.index}, {place.name} carries {after:.0f} kg; its limit is {most:g} kg"
             suggestion = f"use {heaviest} ({load[heaviest]:g} kg) at another bench"
             yield Finding("bench-load", situation.step.index, message, suggestion, "advice")
 

@@ -54,9 +54,7 @@ def ware_stands_the_heat(case: Case) -> Iterator[Finding]:
         for asset in situation.devices:
             limit = stands_to(asset)
             if temperature is not None and limit is not None and temperature > limit:
-                message = (
-                    f"step {step.index} ({step.action}) is at {temperature:g} C, {asset.name} withstands {limit:g} C"
-                )
+                message = f"step {step.index} ({step.action}) is at {temperature:g} C, but {asset.name} withstands {limit:g} C"
                 yield Finding("temperature-limit", step.index, message, _hardier(case, asset, temperature, limit))
 
 
@@ -115,7 +113,7 @@ def explosives_stay_cool(case: Case) -> Iterator[Finding]:
         for name in situation.contents:
             if case.catalog.get(name).hazards.explosive and temperature is not None and temperature > EXPLOSIVE_LIMIT:
                 message = f"step {step.index} ({step.action}) heats {name}, which can explode, to {temperature:g} C"
-                suggestion = f"stay below {EXPLOSIVE_LIMIT:g} C, or destroy what is left of it first"
+                suggestion = f"stay below {EXPLOSIVE_LIMIT:g} C, or destroy its residue first"
                 yield Finding("explosive-heated", step.index, message, suggestion)
 
 

@@ -79,7 +79,7 @@ def additions_fit_the_funnel(case: Case) -> Iterator[Finding]:
             poured = sum(situation.contents.get(reagent.name, 0.0) for reagent in situation.added)
             if poured > holds:
                 message = f"step {situation.step.index} adds about {poured:.0f} mL from {funnel.name} of {holds:g} mL"
-                suggestion = "refill it, and say so: add in portions"
+                suggestion = "add the liquid in portions and state it in the text"
                 yield Finding("funnel-volume", situation.step.index, message, suggestion, "advice")
 
 
@@ -179,7 +179,7 @@ def _larger(case: Case, vessel: Asset, volume: float) -> str:
         and (asset.name not in SPECIAL or vessel.name in SPECIAL)
     ]
     name = alternative(case.catalog, vessel, capacity, lambda value: value >= volume, names)
-    return f"use {name}" if name else f"no vessel of the catalogue takes {volume:.0f} mL; halve the batch"
+    return f"use {name}" if name else f"no vessel of the catalogue holds {volume:.0f} mL; halve the batch"
 
 
 def _smaller(case: Case, volume: float) -> str:
