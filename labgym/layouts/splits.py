@@ -185,7 +185,7 @@ def reproduce(split: str, out: Path | None = None) -> Reproduction:
     if generator != GENERATOR:
         return Reproduction(
             tuple(problems),
-            f"the layouts of {split} were made by generator {generator}, but this version has generator {GENERATOR}: to "
+            f"the layouts of {split} were made by generator {generator}, but this version has {GENERATOR}: to "
             f"regenerate them, pip install labgym-nav=={RELEASES[generator]} and run labgym reproduce --split {split}",
         )
     for entry, layout in zip(entries, layouts, strict=True):

@@ -30,7 +30,7 @@ class MissingRendererError(LabgymError):
 
     def __init__(self, reason: object) -> None:
         super().__init__(
-            f"MuJoCo cannot render with OpenGL on this machine ({' '.join(str(reason).split())[:200]}); install an OpenGL library "
+            f"MuJoCo cannot render with OpenGL here ({' '.join(str(reason).split())[:200]}); install an OpenGL library "
             "(Debian: apt install libegl1 libgl1-mesa-dri), or use the traced renderer, which does not need it"
         )
 

@@ -153,7 +153,9 @@ class FeasibilityFilter:
                 total += self._millilitres(listed.get(portion.name), read_amount(portion.amount))
             if self._largest is None or total > FILL * self._largest:
                 limit = _limit(self._largest)
-                message = f"the flask would hold about {total:.0f} mL; the largest one has {limit} mL and may be at most 60 % full"
+                message = (
+                    f"the flask would hold about {total:.0f} mL; the largest one has {limit} mL, filled to at most 60 %"
+                )
                 yield Obstacle("volume", number, message)
                 return
 

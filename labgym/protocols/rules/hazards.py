@@ -126,7 +126,8 @@ def peroxides_are_tested_for(case: Case) -> Iterator[Finding]:
                 and chemistry is not None
                 and chemistry.peroxide_former
             ):
-                message = f"step {situation.step.index} distils {name}, which forms explosive peroxides, without a peroxide test"
+                what = f"{name}, which forms explosive peroxides, without a peroxide test"
+                message = f"step {situation.step.index} distils {what}"
                 suggestion = "test for peroxides before the step, and do not distil to dryness"
                 yield Finding("peroxides-tested", situation.step.index, message, suggestion)
                 break

@@ -54,7 +54,8 @@ def ware_stands_the_heat(case: Case) -> Iterator[Finding]:
         for asset in situation.devices:
             limit = stands_to(asset)
             if temperature is not None and limit is not None and temperature > limit:
-                message = f"step {step.index} ({step.action}) is at {temperature:g} C, but {asset.name} withstands {limit:g} C"
+                problem = f"is at {temperature:g} C, but {asset.name} withstands {limit:g} C"
+                message = f"step {step.index} ({step.action}) {problem}"
                 yield Finding("temperature-limit", step.index, message, _hardier(case, asset, temperature, limit))
 
 
