@@ -221,6 +221,18 @@ def test_faces_bound_to_another_material_become_a_part_of_their_own(tmp_path):
     assert {part.name: (len(part.faces), part.material) for part in parts} == {"A/Lid": (4, "Red"), "A": (8, None)}
 
 
+@pytest.mark.parametrize("present", [True, False])
+def test_a_reference_to_a_materialx_file_costs_the_look_and_not_the_geometry(tmp_path, present):
+    if present:
+        write(tmp_path / "king.mtlx", '<?xml version="1.0"?>\n<materialx version="1.38"></materialx>\n')
+    look = 'def Scope "Looks" (references = @./king.mtlx@</MaterialX>) {\n}\n'
+    (tmp_path / "parts").mkdir()
+    write(tmp_path / "parts" / "leg.usda", usd(thing(look.replace("./", "../") + cube())))
+    top = usd(f'def Xform "Thing" {{\n {look} def "Leg" (references = @./parts/leg.usda@) {{\n}}\n}}')
+    (part,) = read_mesh(write(tmp_path / "top.usda", top)).parts
+    assert len(part.vertices) == 8
+
+
 def test_files_in_the_same_folder_may_be_referenced_and_packages_too(tmp_path):
     pxr = pytest.importorskip("pxr")
     from pxr import UsdUtils

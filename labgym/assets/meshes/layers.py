@@ -8,9 +8,17 @@ from typing import Any
 from labgym.assets.meshes.model import Limits, MeshError, printable
 from labgym.assets.meshes.packages import check_package
 
+MATERIALS = ".mtlx"
+"""Suffix of MaterialX files: they hold looks and no geometry, and not every build of OpenUSD reads them."""
 
-def check_layers(path: Path, limits: Limits) -> None:
+
+def check_layers(path: Path, limits: Limits) -> tuple[Any, ...]:
     """Follow sublayers, references and payloads from a USD file, in every variant, and check each file met.
+
+    References to MaterialX files are removed from the layers in memory.
+
+    Returns:
+        The layers; the removals last as long as they are held.
 
     Raises:
         MeshError: a file that is missing, unreadable or outside the first one's folder; value clips; or too many
@@ -18,6 +26,7 @@ def check_layers(path: Path, limits: Limits) -> None:
     """
     folder = path.resolve().parent
     waiting, visited, total = [str(path.resolve())], set[str](), 0
+    layers: list[Any] = []
     while waiting:
         identifier = waiting.pop()
         if identifier in visited:
@@ -32,9 +41,13 @@ def check_layers(path: Path, limits: Limits) -> None:
         layer = open_layer(path, identifier)
         if _has_clips(layer):
             raise MeshError(path, "uses value clips, which are not read; flatten the stage at one time")
-        # An empty path is a reference within the layer.
-        references = filter(None, layer.GetCompositionAssetDependencies())
-        waiting += [_target(path, folder, layer, reference) for reference in references]
+        layers.append(layer)
+        for reference in layer.GetCompositionAssetDependencies():
+            if Path(reference).suffix.lower() == MATERIALS:
+                layer.UpdateCompositionAssetDependency(reference, "")
+            elif reference:  # an empty path is a reference within the layer
+                waiting.append(_target(path, folder, layer, reference))
+    return tuple(layers)
 
 
 def open_layer(path: Path, identifier: str) -> Any:

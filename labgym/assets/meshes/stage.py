@@ -40,9 +40,10 @@ def read_stage(path: Path, limits: Limits = LIMITS) -> RawMesh:
     from pxr import Tf, Usd, UsdGeom
 
     try:
-        check_layers(path, limits)
+        layers = check_layers(path, limits)
         stage = Usd.Stage.Open(str(path.resolve()))
         errors = stage.GetCompositionErrors()
+        del layers  # held until the stage is composed
         if errors:
             more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
             problem = f"cannot be composed: {printable(errors[0])}{more}"
