@@ -15,7 +15,7 @@ from labgym.assets import Catalog
 from labgym.cli import main
 from labgym.cli.app import GROUPS, app
 from labgym.cli.training import ablate_app, card_app, train_app
-from labgym.layouts import Layout, load_published, published
+from labgym.layouts import Door, Floor, Layout, Placement, load_published, published
 from labgym.policies import policy_names
 from labgym.protocols import protocols
 
@@ -259,6 +259,19 @@ def test_a_layout_with_violations_fails_its_check(call, tmp_path):
     code, out, _ = call("score", "bad.json", "--check")
     assert code == 1
     assert first.id in out
+
+
+def test_a_cabinet_in_the_doorway_fails_the_check_without_a_violation(call, tmp_path):
+    floor = Floor.rectangle(4.0, 4.0, doors=(Door(wall="front", offset=2.0),))
+    cabinet = Placement(id="cabinet", asset="GeneralCabinet", position=(2.0, 0.6, 0.0))
+    layout = Layout(id="lab", floor=floor, placements=())
+    layout.save("clear.json")
+    layout.replace(placements=(cabinet,)).save("blocked.json")
+    assert call("score", "clear.json", "--check")[0] == 0
+    code, out, _ = call("score", "blocked.json", "--check")
+    assert code == 1
+    assert "violation:" not in out
+    assert "facility error: cabinet in the 1.20 x 1.20 m area inside the front door" in out
 
 
 def test_assets_are_found_by_what_people_call_them(call):

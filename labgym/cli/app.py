@@ -110,7 +110,7 @@ def score(
         protocol: Id or .json file of the protocol to score the layout for; by default the layout's own.
         profile: Thresholds: default, strict, paper or code.
         as_json: Print the whole report as JSON.
-        check: Exit 1 if the layout has a violation or lacks a required asset.
+        check: Exit 1 if the layout has a violation or a facility error, or lacks a required asset.
     """
     import labgym.eval
     from labgym.cli.describe import layout_score
@@ -118,7 +118,7 @@ def score(
 
     report = labgym.eval.score(resolve_layout(layout), protocol, profile)
     print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
-    return FAILED if check and (report.violations or report.missing) else DONE
+    return DONE if report.passed or not check else FAILED
 
 
 @app.command(name="compile")

@@ -48,6 +48,7 @@ FAULTS = {
     "a narrow exit": (lab(room=NARROW), "exit_width", 0.8, ()),
     "one exit only": (lab(room=ROOM.model_copy(update={"doors": DOORS[:1]})), "second_exit", 1.0, ()),
     "a bin inside the door": (lab(put("bin", "SolidWasteBin", 1.2, 0.9, yaw=math.pi)), "door_area", None, ()),
+    "a stool inside the door": (lab(put("stool", "LabStool", 1.2, 0.3)), "door_area", None, ()),
     "a hood near the door": (
         lab(put("second", "FumeHood", 5.0, 0.425), without=("bench",)),
         "hood_door",

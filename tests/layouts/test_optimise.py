@@ -75,6 +75,19 @@ def test_a_cabinet_left_in_the_middle_of_the_room_returns_to_a_wall(layout: Layo
     assert distance_to_wall(after, cabinet.id) <= 0.15
 
 
+def test_a_stool_left_in_a_doorway_is_put_aside(layout: Layout) -> None:
+    door = layout.room.doors[0]
+    assert door.wall == "front"
+    stool = next(item for item in layout.placements if item.asset == "LabStool")
+    x, y, _ = stool.position
+    edited = moved_alone(layout, stool.id, door.offset - x, 0.35 - y)
+    assert [issue.rule for issue in assess(edited).errors] == ["door_area"]
+    after = optimise(edited, PROTOCOL)
+    assert (assess(after).v, assess(after).errors) == (0, ())
+    x, y, _ = after.placement(stool.id).position
+    assert abs(x - door.offset) > 0.6 or y > 1.2
+
+
 def test_a_cabinet_that_faces_its_wall_is_turned_round(layout: Layout) -> None:
     cabinet = next(item for item in layout.placements if layout.asset(item.id).storage_class == "Flammable")
     edited = apply(layout, Rotate(cabinet.id, cabinet.yaw + math.pi))

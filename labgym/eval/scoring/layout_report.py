@@ -104,7 +104,7 @@ class LayoutReport(Document):
         consistency_proxy: rule-based scores under their own name.
         total: S_phys + S_chem + S_consist; None without a model.
         total_with_proxy: the same with the proxy as the third part.
-        violations: hard violations. warnings: recommendations that are not met.
+        violations: hard violations. warnings: facility rules that are broken, with their severity.
     """
 
     SCHEMA: ClassVar[str] = "labgym.layout-report/1"
@@ -146,6 +146,12 @@ class LayoutReport(Document):
     total_with_proxy: float | None = None
     violations: tuple[ReportedViolation, ...]
     warnings: tuple[FacilityIssue, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the layout has no violation, no facility error and every required asset."""
+        errors = any(issue.severity == "error" for issue in self.warnings)
+        return not (self.violations or self.missing or errors)
 
 
 class MetricMean(Record):

@@ -204,7 +204,7 @@ def _door_areas(arrangement: Arrangement) -> list[FacilityIssue]:
     issues = []
     for door in arrangement.layout.room.doors:
         zone = door_area(arrangement.layout.room, door)
-        blockers = standing_in(arrangement, zone)
+        blockers = standing_in(arrangement, zone, seats=True)
         if blockers:
             message = (
                 f"{', '.join(blockers)} in the {zone.width:.2f} x {zone.depth:.2f} m area inside the {door.wall} door: "

@@ -56,15 +56,22 @@ def front_zone(box: OrientedBox, depth: float) -> OrientedBox:
     return OrientedBox(box.x + reach * fx, box.y + reach * fy, box.width, depth, box.yaw, 0.0, HEADROOM)
 
 
-def standing_in(arrangement: Arrangement, zone: OrientedBox, ignore: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the floor and wall objects that obstruct a zone; seats do not count, people push them aside."""
+def standing_in(
+    arrangement: Arrangement, zone: OrientedBox, ignore: Iterable[str] = (), seats: bool = False
+) -> tuple[str, ...]:
+    """Return the floor and wall objects that obstruct a zone.
+
+    Args:
+        ignore: placements that do not count.
+        seats: whether seats count. People push them away from furniture, but not from behind a closed door.
+    """
     skipped = set(ignore)
     rows = [
         row
         for row, placement in enumerate(arrangement.placements)
         if placement.support in (FLOOR, WALL)
         and placement.id not in skipped
-        and arrangement.assets[row].subtype != "seat"
+        and (seats or arrangement.assets[row].subtype != "seat")
     ]
     if not rows:
         return ()
