@@ -85,7 +85,7 @@ def unpack(content: bytes, source: object) -> Geometry:
 
 
 def digest(content: bytes) -> str:
-    """Return the hash that geometry is found by."""
+    """Return the hash that identifies geometry."""
     return hashlib.sha256(content).hexdigest()
 
 
@@ -104,12 +104,16 @@ def find_geometry(asset: Asset, folder: Path) -> None:
     """
     name, recorded = (str(asset.shape.parameters.get(key, "")) for key in ("file", "sha256"))
     if SAFE_NAME.fullmatch(name) is None:
-        raise DocumentError(folder, f"{asset.name}.shape.file", f"{name[:80]!r} is no name in the folder meshes")
+        raise DocumentError(
+            folder, f"{asset.name}.shape.file", f"{name[:80]!r} is not a file name in the folder meshes"
+        )
     path = folder / name
     if path.is_symlink() or not path.is_file():
         raise DocumentError(path, "", f"missing; {asset.name} needs it: add the asset again with --replace")
     if path.stat().st_size > MAX_BYTES or digest(path.read_bytes()) != recorded:
-        raise DocumentError(path, "", f"not what was added as {asset.name}: add the asset again with --replace")
+        raise DocumentError(
+            path, "", f"its contents changed since {asset.name} was added: add the asset again with --replace"
+        )
     if not isinstance(_contents.get(recorded), Geometry):
         _contents[recorded] = path
 

@@ -89,7 +89,7 @@ class Catalog:
         """Read every JSON file below a folder.
 
         Raises:
-            DocumentError: no such folder, a file that is no asset file, an implausible size, or a duplicate name.
+            DocumentError: no such folder, a file that is not an asset file, an implausible size, or a duplicate name.
         """
         files = sorted(Path(folder).rglob("*.json"))
         if not files:
@@ -130,7 +130,7 @@ class Catalog:
         """Return the asset of exactly that canonical name.
 
         Raises:
-            UnknownNameError: there is none; lists the nearest five.
+            UnknownNameError: no asset has that name; lists the nearest five.
         """
         try:
             return self._by_name[name]
@@ -141,8 +141,8 @@ class Catalog:
         """Return the asset that a free text names, in English, Chinese or as a formula.
 
         Canonical names, synonyms and CAS numbers are compared without regard to case, spacing and punctuation. A
-        misspelling is forgiven where one asset is clearly the nearest; for reagents only a slip that cannot be the
-        name of another substance.
+        misspelling is accepted if one asset is clearly the nearest; for reagents only if it cannot be the name of
+        another substance.
 
         Raises:
             UnknownNameError: nothing is near enough; lists the nearest.
@@ -168,11 +168,11 @@ class Catalog:
         return match
 
     def candidates(self, text: str, count: int = 5) -> tuple[Match, ...]:
-        """Return the assets whose names or synonyms are spelt most like a text, best first, with their scores."""
+        """Return the assets whose names or synonyms are spelled most like a text, best first, with their scores."""
         return self._index.candidates(text, count)
 
     def nearest(self, text: str, count: int = 5) -> tuple[str, ...]:
-        """Return the canonical names whose names or synonyms are spelt most like a text, best first."""
+        """Return the canonical names whose names or synonyms are spelled most like a text, best first."""
         return self._index.nearest(text, count)
 
     def of_kind(self, kind: Kind) -> tuple[Asset, ...]:
@@ -222,7 +222,7 @@ def _reloaded(folder: Path | None, digest: str) -> Catalog:
     """Return the catalogue that was pickled.
 
     Raises:
-        LabgymError: what is installed, or in the folder, is no longer what was pickled.
+        LabgymError: the installed catalogue or the folder has changed since.
     """
     catalog = _published() if folder is None else Catalog.load(folder)
     if catalog.digest != digest:

@@ -36,7 +36,7 @@ class Problem:
 
 
 def check(catalog: Catalog) -> tuple[Problem, ...]:
-    """Return all problems of a catalogue; empty if there are none."""
+    """Return all problems of a catalogue; empty for a sound one."""
     single = tuple(problem for asset in catalog for rule in RULES for problem in rule(asset))
     return single + tuple(names_are_unique(catalog))
 

@@ -67,7 +67,7 @@ def rules(profile: str = "segregation") -> tuple[Rule, ...]:
     """Return the rules of a profile.
 
     Raises:
-        UnknownNameError: there is no such profile.
+        UnknownNameError: no profile has that name.
     """
     for name, entries in rulebook().profiles.items():
         if name == profile:
@@ -89,7 +89,7 @@ def incompatible(a: Asset, b: Asset, profile: str = "segregation") -> Hazard | N
     Symmetric; a reagent is compatible with itself, and only reagents can be incompatible.
 
     Raises:
-        UnknownNameError: there is no such profile.
+        UnknownNameError: no profile has that name.
     """
     entries = rules(profile)
     if a.name == b.name:

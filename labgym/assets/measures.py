@@ -78,7 +78,7 @@ def size_note(asset: Asset, size: Measure) -> str:
     """Return how an asset differs from a requested size, "" if it does not."""
     value = nominal_size(asset, size.dimension)
     if value is None:
-        return f"the catalogue states no size of it to compare with {size.written}"
+        return f"the catalogue states no size to compare with {size.written}"
     if _is_same(value, size.value):
         return ""
     if size.dimension == "frequency":

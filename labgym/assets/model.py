@@ -75,10 +75,10 @@ class Hazards(Record):
 
 
 class Surface(Record):
-    """A horizontal rectangle that things stand on, in the asset's frame (origin: centre of its bottom face).
+    """A horizontal rectangle that carries objects, in the asset's frame (origin: centre of its bottom face).
 
     Attributes:
-        x, y: centre. width, depth: extents. z: height. headroom: free height above, None where open.
+        x, y: centre. width, depth: extents. z: height. headroom: free height above, None if open.
     """
 
     x: float = 0.0
@@ -154,10 +154,10 @@ class Asset(Record):
     Attributes:
         name: canonical CamelCase name.
         kind: reagent, instrument or facility (furniture, storage, safety and building elements).
-        surfaces: what can stand on or in it, slot by slot: a bench has one, a cabinet one a shelf.
+        surfaces: surfaces that carry objects, by slot: a bench has one, a cabinet one per shelf.
         cavity: set for hollow assets; their solids are then walls, floor, top and shelves.
         fittings: solids outside the bounding box, which does not include them.
-        storage_class: what a storage cabinet is for.
+        storage_class: storage class that a cabinet is made for.
         heat_class: class of heat source; None for other assets.
         clearance: free depth required in front, metres.
         mount_height: height of the bottom above the floor of a wall-mounted asset, metres.

@@ -130,7 +130,7 @@ def of_substance(text: str) -> tuple[QualifiedName, QualifiedName]:
 
 
 def of_equipment(text: str) -> tuple[str, ...]:
-    """Return a text without what the equipment comes with, and the same without its maker and model.
+    """Return a text without the qualifiers of equipment, and the same without maker and model.
 
     Model designations have a digit, or are one or two words with a capital after the maker: IKA RCT, Waters Acquity.
     """

@@ -184,10 +184,10 @@ def reactivity() -> Reactivity:
 
 
 def cell(a: str, b: str) -> Cell:
-    """Return the cell of two reactive groups; symmetric, and there is one for every pair.
+    """Return the cell of two reactive groups; symmetric; every pair has one.
 
     Raises:
-        UnknownNameError: there is no such group.
+        UnknownNameError: no group has that name.
     """
     groups = rulebook().groups
     for group in (a, b):
@@ -197,11 +197,11 @@ def cell(a: str, b: str) -> Cell:
 
 
 def reactions(a: Asset, b: Asset) -> tuple[Reaction, ...]:
-    """Return what happens when two reagents meet: all cells that apply, worst first; symmetric.
+    """Return what happens when two reagents mix: all cells that apply, worst first; symmetric.
 
     A cell applies if one reagent has its first group or trait and the other its second, and no narrower group of either
-    has an entry. For a reagent with itself, the cells of its groups with themselves are returned: what it does on
-    standing. Empty if a reagent has no groups, and for equipment.
+    has an entry. For a reagent with itself, the cells of its groups with themselves are returned: what it does in
+    storage. Empty if a reagent has no groups, and for equipment.
     """
     a, b = sorted((a, b), key=lambda asset: asset.name)
     cells, mine, others = _cells(), _features(a), _features(b)

@@ -1,4 +1,4 @@
-"""From what people write to canonical names: exact names first, then names with qualifiers, then misspellings."""
+"""From user input to canonical names: exact names first, then names with qualifiers, then misspellings."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SPELLINGS = str.maketrans({"α": "alpha", "β": "beta", "γ": "gamma", "μ": "u
 _VARIANTS = (("sulph", "sulf"), ("aluminium", "aluminum"), ("caesium", "cesium"))
 _SEPARATORS = re.compile(r"[\W_]+")
 _WORD = re.compile(r"^(?!.*\b[A-Z]{2,}\b).*[a-z]{3}")
-"""A name without abbreviations or formulas: TBDPSCl is no misspelling of TBDMSCl, nor TMA chloride of TMS chloride."""
+"""A name without abbreviations or formulas: TBDPSCl does not misspell TBDMSCl, nor TMA chloride TMS chloride."""
 _ENDING = re.compile(r"[a-z]{3}(?:amine|amide|ide|ane|ene|ole|idine)$")
 _FAMILY = re.compile(r"^Large|\d+$")
 """The part of an asset's name that distinguishes it from those of other sizes."""
@@ -48,7 +48,7 @@ def normalise(text: str) -> str:
 
 
 def surface_forms(asset: Asset) -> tuple[str, ...]:
-    """Return what an asset may be called: its name, its synonyms and its CAS number.
+    """Return the names of an asset: its canonical name, its synonyms and its CAS number.
 
     An imported bottle has the CAS number of its contents, which stays a name of the published reagent alone.
     """
@@ -66,7 +66,7 @@ class Match:
         form: the name, synonym or CAS number that matched, as the catalogue writes it.
         how: "name", "synonym" or "fuzzy".
         score: similarity of form and text; 1 unless fuzzy.
-        aside: what the text says in addition to the name, such as "1 M", "anhydrous" or "2 L".
+        aside: parts of the text besides the name, such as "1 M", "anhydrous" or "2 L".
         note: how the asset differs from the size or dryness that the text asks for, else "".
     """
 
@@ -93,7 +93,7 @@ class SynonymIndex:
         for asset in ordered:
             for form in surface_forms(asset):
                 self._forms.setdefault(normalise(form), (asset.name, form))
-        # A name made by rule is near to names that the name it is made of is not: phenyl ether to phenylethen.
+        # A name that follows from a rule may be near to names that its source is far from: phenyl ether to phenylethen.
         self._signatures = tuple((form, _letters(form)) for form in self._forms if len(form) >= MIN_LENGTH)
         for asset in ordered:
             for form in _variants(asset):
@@ -237,7 +237,7 @@ def _other_substances() -> tuple[str, ...]:
 
 
 def _letters(form: str) -> int:
-    """Return the set of a text's characters as bits; an edit changes two at most, so it rules most forms out fast."""
+    """Return the set of a text's characters as bits; an edit changes at most two, so most forms are excluded fast."""
     bits = 0
     for char in form:
         bits |= 1 << (ord(char) % 64)
@@ -245,7 +245,7 @@ def _letters(form: str) -> int:
 
 
 def _variants(asset: Asset) -> Iterator[str]:
-    """Yield what else a reagent is called by rule.
+    """Yield further names of a reagent that follow from rules.
 
     "hydrochloric acid" of "hydrochloric acid (37%)", "三氯化铝" of "无水三氯化铝", German "triethylamin".
     """

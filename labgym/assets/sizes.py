@@ -1,4 +1,4 @@
-"""Plausible sizes: what a class of asset may measure, and which slip of units explains a size outside it."""
+"""Plausible sizes of classes of assets, and the unit error that explains a size outside them."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ _SLIPS = {
     0.01: "centimetres",
     0.001: "millimetres",
 }
-"""Factor that would put the size right, and what was then given instead of metres."""
+"""Factor that corrects the size, and the unit that was then used instead of metres."""
 
 
 def bounds(asset: Asset) -> Bounds:
-    """Return what the sides of an asset of this kind, category and placing may measure."""
+    """Return the permitted side lengths of an asset of this kind, category and placing."""
     gas = asset.chemistry is not None and asset.chemistry.state == "gas"
     return bounds_of(asset.kind, asset.category, asset.placing, gas)
 
 
 def bounds_of(kind: Kind, category: str, placing: Placing, gas: bool = False) -> Bounds:
-    """Return what the sides of an asset may measure; `gas` is for reagents alone."""
+    """Return the permitted side lengths of an asset; `gas` applies to reagents only."""
     if kind == "reagent":
         return CYLINDER if gas else CONTAINER
     if placing == "floor":
@@ -66,7 +66,7 @@ def size_problem(asset: Asset) -> str | None:
 
 
 def _likely_slips(sides: tuple[float, ...], allowed: Bounds) -> list[str]:
-    """Name the slips whose undoing brings every side into bounds."""
+    """Return the unit errors whose correction brings every side into bounds."""
     return [
         name
         for factor, name in _SLIPS.items()

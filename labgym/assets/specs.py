@@ -198,12 +198,12 @@ class Specifications(Record):
         if self.capacity_mL is not None and self.working_mL is not None and self.working_mL[1] > self.capacity_mL:
             raise ValueError(f"working_mL ends at {self.working_mL[1]:g}, above capacity_mL {self.capacity_mL:g}")
         if len(set(self.features)) != len(self.features):
-            raise ValueError("features: each once")
+            raise ValueError("features: each may occur only once")
         return self
 
     @model_serializer(mode="wrap")
     def _brief(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Omit what is not specified."""
+        """Omit unspecified fields."""
         return {name: value for name, value in dump(self).items() if value not in (None, (), [], "")}
 
     def items(self) -> Iterator[tuple[str, Any]]:

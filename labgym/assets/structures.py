@@ -16,7 +16,7 @@ MAX_ATOMS = 200
 
 
 class StructureError(LabgymError, ValueError):
-    """A SMILES that cannot be read, or is too large."""
+    """A SMILES that is invalid or too large."""
 
 
 @contextmanager

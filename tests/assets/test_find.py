@@ -155,7 +155,7 @@ def test_a_match_says_how_it_was_found_and_how_sure_it_is(text, name, how):
         ("3 m lab bench", "LabBench1800", "the catalogue's measures 1.8 m, not 3 m"),
         ("90 mm buchner funnel", "BuchnerFunnel", ""),
         ("500 MHz NMR", "NMRSpectrometer", "the catalogue's has 400 MHz, not 500 MHz"),
-        ("500 mL thermometer", "Thermometer", "the catalogue states no size of it to compare with 500 mL"),
+        ("500 mL thermometer", "Thermometer", "the catalogue states no size to compare with 500 mL"),
     ],
 )
 def test_a_size_chooses_among_assets_and_another_size_is_said(text, name, note):

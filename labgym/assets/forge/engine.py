@@ -37,7 +37,7 @@ _RULES = (sizes_are_plausible, texts_are_complete, surfaces_fit, kinds_agree)
 
 @dataclass(frozen=True)
 class Options:
-    """How a mesh file is read and what the user says about it.
+    """Options for reading and annotating a mesh file.
 
     Attributes:
         unit: of the file, such as "mm"; overrides the file's. up: its vertical axis, X, Y or Z; likewise.

@@ -69,7 +69,7 @@ class Facts:
 
 
 def is_mute(text: str) -> bool:
-    """Return whether a name says nothing about the object."""
+    """Return whether a name does not describe the object."""
     return all(word.casefold() in NOISE or not any(char.isalpha() for char in word) for word in telling(text))
 
 

@@ -32,7 +32,7 @@ SUBSTANCES: dict[str, tuple[str, ...]] = {
     "rubber": ("rubber", "silicone", "橡胶", "硅胶"),
     "wood": ("wood", "oak", "plywood", "timber", "木"),
 }
-"""What a thing is made of, and the words of material names that say so."""
+"""Substances, and the words in material names that indicate them."""
 _LOOKS = {
     "glass": "borosilicate",
     "ceramic": "porcelain",
@@ -43,20 +43,20 @@ _LOOKS = {
 }
 _GLASSES = ("borosilicate", "thick_glass", "amber_glass")
 CLEAR = 0.85
-"""Opacity below which a surface is seen through."""
+"""Opacity below which a surface counts as transparent."""
 PLAIN = "plastic_light"
-"""Material of what has neither a telling name nor a colour."""
+"""Material of parts without a color or an informative name."""
 LEAST_VERTICES = 4
 
 
 def substance(name: str | None) -> str | None:
-    """Return what a material's name says that it is: glass, metal, ...; None where it says nothing."""
+    """Return the substance that a material's name indicates, such as glass or metal, or None."""
     said = {word.casefold() for word in name_words(name or "")} | ({name.casefold()} if name else set())
     return next((kind for kind, known in SUBSTANCES.items() if said & set(known)), None)
 
 
 def look(part: MeshPart, plain: str = PLAIN) -> str:
-    """Return the name in `MATERIALS` of what a part of a mesh file looks like; `plain` where the file does not say."""
+    """Return the name in `MATERIALS` that matches the look of a part of a mesh file; `plain` if it is unknown."""
     if part.material in MATERIALS:
         return part.material
     made_of = substance(part.material)
@@ -69,7 +69,7 @@ def look(part: MeshPart, plain: str = PLAIN) -> str:
 
 
 def geometry_of(mesh: PhysicalMesh, category: str) -> Geometry:
-    """Return a mesh with labgym's materials, a piece for each; glassware without looks of its own is clear."""
+    """Return a mesh with labgym's materials, a piece for each; glassware without materials in the file is clear."""
     plain = _LOOKS["glass"] if category == "glassware" else PLAIN
     by_look: dict[str, list[MeshPart]] = {}
     for part in mesh.parts:

@@ -25,7 +25,7 @@ SIZE_DOUBT = 0.15
 SIZE_RATIO = 2.5
 """Ratio of longest sides from which a size is reported as unusual."""
 FLOOR = 0.5
-"""Least confidence at which an entry is taken as what a mesh is."""
+"""Least confidence at which a mesh is identified with an entry."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def size_distance(asset: Asset, extents: Extents) -> float:
 
 def _less_doubt(asset: Asset, confidence: float, extents: Extents) -> float:
     if asset.kind == "reagent":
-        return confidence  # a name tells the contents; bottles come in all sizes
+        return confidence  # a name states the contents; bottles come in all sizes
     longest = max(asset.size.width, asset.size.depth, asset.size.height)
     off = abs(math.log(max(max(extents), 1e-9) / longest))
     return max(confidence - SIZE_DOUBT * max(off - 1.0, 0.0), 0.1)
@@ -87,8 +87,8 @@ class _Evidence:
 class _Index:
     """Names of a catalogue, whole and by their last word.
 
-    A head is the last word of a canonical name, such as flask of RoundBottomFlask. Words such as device or system are
-    none: they name nothing in particular.
+    A head is the last word of a canonical name, such as flask of RoundBottomFlask. Words such as device or system
+    are excluded because they are too general.
     """
 
     def __init__(self, catalog: Catalog) -> None:

@@ -67,7 +67,7 @@ def drafted(draft: EntryDraft) -> dict[str, Any]:
 def take(answer: Described, facts: Facts, draft: EntryDraft) -> None:
     """Put the answer of a model into a draft, with the confidence that it states.
 
-    The rules keep what a model cannot know: a reagent's chemistry and flags come from the chemistry base, a model can
+    The rules decide what a model cannot know: a reagent's chemistry and flags come from the chemistry base, a model can
     neither make an object a reagent nor a reagent something else, and the heat class is that of the resembled entry.
     """
     chemical = "reagent" in (answer.kind, draft.fields["kind"])

@@ -10,11 +10,11 @@ _NOISE = """
     old test node group xform material mat looks v1 v2 v3 v4 part body mm cm inch vis visual collision col mesh
 """
 NOISE = frozenset(_NOISE.split())
-"""Words that say nothing about what an object is."""
+"""Words that do not describe an object."""
 CONTAINERS = frozenset(
     ("bottle", "jar", "flask", "can", "drum", "vial", "canister", "container", "pack", "reagent", "chemical", "solvent")
 )
-"""Words for what a reagent is packed in."""
+"""Words for containers of reagents."""
 AMOUNT = re.compile(r"\d+(?:\.\d+)?(?:ml|l|g|kg|mg|m|mm|cm|um|pc|percent|n|x)?", re.IGNORECASE)
 _BREAKS = re.compile(
     r"(?<=[a-z])(?=[A-Z])|(?<=\d)(?=[a-z]{4})|(?<=[a-z]{3})(?=\d)|(?<=[A-Z])(?=[A-Z][a-z])|(?<!\d)\.|\.(?!\d)|[^\w.]+|_+|(?<=[^\x00-\x7f])(?=[\x00-\x7f])"

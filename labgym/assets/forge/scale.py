@@ -1,4 +1,4 @@
-"""Sizes that cannot be right, with the unit or the scale that was most likely meant."""
+"""Implausible sizes, with the most likely unit or scale."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from labgym.assets.sizes import Bounds, bounds_of
 SPREAD = 4.0
 """The longest side may be this many times beyond those of the published entries of the same subtype."""
 HINT_SPREAD = 2.5
-"""The same for a unit to be suggested: a wrong hint is worse than none."""
+"""The same limit for a suggested unit, because a wrong hint is worse than no hint."""
 HOLDS = (0.7, 30.0)
 """Volume of the bounding box of a vessel or bottle over the volume in its name, least and greatest."""
 UNIT_NAMES = {
@@ -68,7 +68,7 @@ def check_scale(catalog: Catalog, file: MeshFile, stem: str, nearest: Resemblanc
             speaks against it, so that a wrong unit is reported rather than a wrong category.
 
     Raises:
-        MeshError: it has not; names the unit or the scale that was likely meant.
+        MeshError: the size is implausible; names the likely unit or scale.
     """
     low, high = file.bounds
     sides = (float(high[0] - low[0]), float(high[1] - low[1]), float(high[2] - low[2]))

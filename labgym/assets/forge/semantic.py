@@ -21,7 +21,7 @@ INHERITED = (
     *("heating_C", "cooling_C", "flame_C", "rotation_rpm", "power_W", "ultimate_mbar", "water_L_min"),
     *("capacity_g", "resolution_g", "measures_C", "features"),
 )
-"""Specifications that a device shares with the entry that it resembles, whatever its size."""
+"""Specifications that a device shares with the entry that it resembles, independent of size."""
 OF_WARE = ("withstands_C",)
 """Specifications that ware shares with an entry of the same material."""
 
@@ -72,7 +72,7 @@ def _classify(facts: Facts, draft: EntryDraft) -> None:
         if category == "glassware" and facts.substances and "glass" not in facts.substances:
             category, source = "plasticware", origin("rule", f"made of {', '.join(facts.substances)}", 0.6)
     elif kind == "instrument" and "glass" in facts.substances:
-        category, subtype, source = "glassware", VESSEL, origin("rule", "made of glass, nothing names it", 0.3)
+        category, subtype, source = "glassware", VESSEL, origin("rule", "made of glass, no name matches", 0.3)
     else:
         subtype, source = "other", origin("default", "by size alone")
         draft.notes.append(_unnamed(facts, f"{kind}, {category}"))

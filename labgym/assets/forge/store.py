@@ -72,7 +72,7 @@ class OwnAssets:
         """Return the annotation of an imported asset.
 
         Raises:
-            DocumentError: there is no such record.
+            DocumentError: the asset has no record.
         """
         return Annotation.load(self._annotation_path(name))
 

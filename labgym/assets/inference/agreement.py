@@ -25,12 +25,12 @@ class Score:
 
     @property
     def precision(self) -> float | None:
-        """Share of the inferences that are correct; None if there are none."""
+        """Share of the inferences that are correct; None without inferences."""
         return self.right / (self.right + self.wrong) if self.right + self.wrong else None
 
     @property
     def recall(self) -> float | None:
-        """Share of the labels that are inferred; None if there are none."""
+        """Share of the labels that are inferred; None without labels."""
         return self.right / (self.right + self.missed) if self.right + self.missed else None
 
 

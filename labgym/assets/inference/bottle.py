@@ -1,4 +1,4 @@
-"""A catalogue entry for a substance of which only the structure is known: a standard pack, every field inferred."""
+"""A catalogue entry for a substance with a known structure only: a standard pack, every field inferred."""
 
 from __future__ import annotations
 

@@ -167,7 +167,7 @@ def _storage(
         ("base" in flags, "Base", "is a base"),
         ("volatile_or_toxic" in flags, "Toxic", "is volatile or toxic"),
     )
-    general: tuple[bool, StorageClass, str] = (True, "General", "no flag requires a cabinet of its own")
+    general: tuple[bool, StorageClass, str] = (True, "General", "no flag requires a special cabinet")
     _, storage, why = next(choice for choice in (*choices, general) if choice[0])
     doubts = [EXPLOSIVE] if "explosive" in flags else []
     doubts += [PYROPHORIC] if "organometallic" in groups and "flammable" in flags else []

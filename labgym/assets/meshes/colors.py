@@ -1,4 +1,4 @@
-"""Colours between sRGB, as the catalogue's materials and OBJ have them, and linear light, as USD and glTF have them."""
+"""Conversion of colors between sRGB (catalogue materials, OBJ) and linear light (USD, glTF)."""
 
 from __future__ import annotations
 

@@ -130,6 +130,6 @@ def _by_coacd(parts: Sequence[MeshPart], most: int) -> tuple[list[list[Points]],
     except subprocess.TimeoutExpired:
         return [], f"took more than {WALL_SECONDS} s"
     if child.returncode or not child.stdout:
-        return [], f"took more than {CPU_SECONDS} s of processor time or {MEMORY // 1024**2} MiB, or broke down"
+        return [], f"took more than {CPU_SECONDS} s of processor time or {MEMORY // 1024**2} MiB, or failed"
     with np.load(io.BytesIO(child.stdout), allow_pickle=False) as pieces:
         return [[pieces[f"{k}_{j}"] for j in range(int(pieces[f"count{k}"]))] for k in range(len(parts))], ""

@@ -1,4 +1,4 @@
-"""Binary glTF 2.0: triangles, colours and the scene's nodes. Images and whatever lies outside the file stay unread."""
+"""Binary glTF 2.0: triangles, colours and the scene's nodes. Images and external files are not read."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def read_glb(path: Path, content: bytes, limits: Limits = LIMITS) -> RawMesh:
 
     Raises:
         MeshError: not glTF 2.0, cut off, compressed by an extension, buffers in other files, a node that is its own
-            ancestor, indices out of range, or too much of anything.
+            ancestor, indices out of range, or a limit exceeded.
     """
     try:
         return _File(path, *_chunks(path, content), limits).mesh()

@@ -1,4 +1,4 @@
-"""Reading USD in a process of its own, so that no file can hang or crash the caller."""
+"""Reading USD in a separate process, so that no file can hang or crash the caller."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def read_usd(path: Path, limits: Limits = LIMITS) -> RawMesh:
     """Return what `stage.read_stage` reads, from a process with bounded memory and time.
 
     Raises:
-        MeshError: as `read_stage`, and where the process takes too long, takes too much memory or crashes.
+        MeshError: as `read_stage`, and if the process takes too long, takes too much memory or crashes.
         MissingDependencyError: usd-core is not installed.
     """
     if importlib.util.find_spec("pxr") is None:
@@ -38,13 +38,13 @@ def read_usd(path: Path, limits: Limits = LIMITS) -> RawMesh:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        problem = f"took more than {limits.seconds} s to read; flatten the stage, it may repeat itself without end"
+        problem = f"took more than {limits.seconds} s to read; flatten the stage; it may instance itself recursively"
         raise MeshError(path, problem) from None
     if child.stdout.startswith(b"{"):
         raise MeshError(path, str(json.loads(child.stdout)["error"]))
     if child.returncode or not child.stdout:
         how = f"signal {-child.returncode}" if child.returncode < 0 else f"exit {child.returncode}"
-        problem = f"USD's reader broke down on it ({how}; it may take {limits.memory // 1024**2} MiB of memory)"
+        problem = f"USD's reader failed on it ({how}; it may take {limits.memory // 1024**2} MiB of memory)"
         raise MeshError(path, f"{problem}; flatten and simplify the stage or export it again")
     return _unpack(child.stdout)
 

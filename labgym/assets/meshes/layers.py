@@ -68,7 +68,7 @@ def open_layer(path: Path, identifier: str) -> Any:
 
 
 def diagnostics(error: Any) -> str:
-    """Return what USD's C++ side complained of, one bounded line."""
+    """Return the error messages of USD's C++ library in one bounded line."""
     texts = [str(getattr(item, "commentary", item)) for item in error.args] or [str(error)]
     return printable(texts[0], 200)
 

@@ -63,7 +63,7 @@ class MeshPart:
 
     Attributes:
         vertices: (n, 3) float64. faces: (m, 3) int64, wound outwards.
-        color: red, green, blue as sRGB and opacity, in [0, 1]; None where the file gives none.
+        color: red, green, blue as sRGB and opacity, in [0, 1]; None if the file gives none.
         material: the material's name in the file.
     """
 
@@ -132,7 +132,7 @@ class PhysicalMesh:
     Attributes:
         size: bounding box.
         watertight: whether every part is closed and consistently wound.
-        volume: of the parts together in cubic metres, overlaps counted twice; None where not watertight.
+        volume: of the parts together in cubic metres, overlaps counted twice; None if not watertight.
         convex: (vertices (n, 3), faces (m, 3)) of convex bodies that together stand for the mesh in collisions.
         decomposed_by: how they were made. note: why decomposition fell back to hulls, else "".
     """
@@ -158,5 +158,5 @@ def bounded_metadata(pairs: dict[str, object]) -> dict[str, str]:
 
 
 def printable(text: object, limit: int = MAX_TEXT) -> str:
-    """Return text of a file nobody trusts as one printable line of at most `limit` characters."""
+    """Return untrusted text as one printable line of at most `limit` characters."""
     return "".join(char if char.isprintable() else " " for char in str(text)[: 4 * limit]).strip()[:limit]

@@ -1,4 +1,4 @@
-"""USDZ packages: what is inside, before anything of it is read."""
+"""USDZ packages: check of the contents before they are read."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MAX_ENTRIES = 1024
 
 
 def check_package(path: Path, limits: Limits) -> None:
-    """Check a usdz file's directory: stored entries alone, as the format demands, that do not add up to more.
+    """Check a usdz file's directory: only stored entries, as the format requires, within the size limit.
 
     Raises:
         MeshError: not a zip file, or an entry that is compressed, encrypted, overlapping, a package itself, or named

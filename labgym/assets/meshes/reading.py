@@ -1,4 +1,4 @@
-"""One entry for every mesh format: bounded reading, checks that all formats share, then metres and z up."""
+"""Reading of all mesh formats: bounded reading, common checks, conversion to metres and z up."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ TO_Z_UP: dict[Axis, Points] = {
 def read_mesh(
     path: Path, unit: str | None = None, up: Axis | None = None, limits: Limits = LIMITS, scale: float | None = None
 ) -> MeshFile:
-    """Read a USD, GLB, OBJ or STL file into metres with z up. No texture and no network address is ever opened.
+    """Read a USD, GLB, OBJ or STL file into metres with z up. Textures and network addresses are never opened.
 
     Args:
         unit: name in `UNITS`; overrides the file's.
@@ -87,7 +87,7 @@ def from_raw(
     """Return the mesh of a format's reader in metres with z up, after the checks that all formats share.
 
     Raises:
-        MeshError: no faces, faces or vertices out of order, or a unit that makes no sense.
+        MeshError: no faces, faces or vertices out of order, or an implausible unit.
     """
     metres, name, unit_from = _unit(path, raw, unit, DEFAULT_UNITS[path.suffix.lower()])
     factor = 1.0 if scale is None else scale

@@ -1,4 +1,4 @@
-"""USD stages as meshes: what a renderer would show of the default prim at the first time."""
+"""USD stages as meshes: the default prim as a renderer shows it at the first time."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ UNREAD = ("PointInstancer", "NurbsPatch", "BasisCurves", "NurbsCurves", "Hermite
 def read_stage(path: Path, limits: Limits = LIMITS) -> RawMesh:
     """Return the visible meshes and solids of a USD file with their transforms, one part for each material of each.
 
-    Guides, proxies and what is invisible are left out; instances are written out; subdivision is not applied.
+    Guides, proxies and invisible prims are skipped; instances are expanded; subdivision is not applied.
 
     Raises:
         MeshError: unreadable, composition errors (a missing reference, a cycle), files outside the folder, a type
-            that is not read, indices out of range, or too much of anything.
+            that is not read, indices out of range, or a limit exceeded.
     """
     from pxr import Tf, Usd, UsdGeom
 

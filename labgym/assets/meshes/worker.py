@@ -1,6 +1,6 @@
 """The process that reads one USD file: bounded in memory and time, silent, its answer on standard output.
 
-USD's reader is a large C++ library; a file that makes it hang, crash or ask for all memory ends this process alone.
+USD's reader is a large C++ library; a file that makes it hang, crash or ask for all memory ends only this process.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def main() -> None:
     """Read the file named by the first argument within the limits of the second, a JSON object."""
     answer = os.dup(1)
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    # What C++ prints, on either stream, is no part of the answer.
+    # Output of C++ libraries, on either stream, does not belong to the answer.
     os.dup2(nowhere, 1)
     os.dup2(nowhere, 2)
     limits = Limits(**json.loads(sys.argv[2]))

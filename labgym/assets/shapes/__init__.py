@@ -1,4 +1,4 @@
-"""Parametric shapes: what each asset of the catalogue looks like, from primitives and revolved profiles."""
+"""Parametric shapes: the visible geometry of each asset, from primitives and revolved profiles."""
 
 from labgym.assets.shapes import (
     bench_instruments,

@@ -1,4 +1,4 @@
-"""Instruments with a form of their own on a bench: balances, microscope, mixers, stirrer, screens."""
+"""Bench instruments with an individual form: balances, microscope, mixers, stirrer, screens."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bottles, jars and vials, with labels that tell the hazard, and the canisters that waste goes into."""
+"""Bottles, jars and vials, with hazard labels, and waste canisters."""
 
 from __future__ import annotations
 

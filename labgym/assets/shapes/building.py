@@ -1,4 +1,4 @@
-"""Parts of the building and what hangs on its walls: doors, windows, boards, clocks, hooks; the robot's stand-in."""
+"""Parts of the building and wall-mounted objects: doors, windows, boards, clocks, hooks; the robot's stand-in."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Details that many things share: feet, knobs, screens, handles, vents, castors, keypads."""
+"""Details that many shapes share: feet, knobs, screens, handles, vents, castors, keypads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Things that heat or cool on a bench: hotplates, mantles, baths, burners, ovens, the rotary evaporator."""
+"""Bench devices that heat or cool: hotplates, mantles, baths, burners, ovens, the rotary evaporator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shape of what was imported from a mesh file: its pieces as they are."""
+"""The shape of an asset imported from a mesh file: its pieces, unchanged."""
 
 from __future__ import annotations
 

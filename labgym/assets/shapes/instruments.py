@@ -1,4 +1,4 @@
-"""Measuring instruments: boxes with fronts of their own, balances, microscopes, screens."""
+"""Measuring instruments: boxes with individual fronts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FACE = 0.012
 
 @shape("instrument_box")
 def instrument_box(asset: Asset) -> Iterator[Part]:
-    """An instrument in a housing; each flag of the shape adds the feature that makes it what it is."""
+    """An instrument in a housing; each flag of the shape adds a characteristic feature."""
     size = extents(asset)
     for name, feature in FEATURES.items():
         if flag(asset, name):
@@ -312,4 +312,4 @@ FEATURES: dict[str, Callable[[Size], Iterator[Part]]] = {
     "electrode": _electrode,
     "wall": _wall_unit,
 }
-"""Flags that give an instrument a form of its own, the more specific first."""
+"""Flags that give an instrument an individual form, the more specific first."""

@@ -1,4 +1,4 @@
-"""Named materials of laboratory things: colour and how they answer light."""
+"""Named materials: color and optical properties."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ MATERIALS: dict[str, SurfaceMaterial] = {
     "door_leaf": _satin(0.69, 0.75, 0.78),
     "door_frame": _satin(0.33, 0.37, 0.41),
 }
-"""Every material a part may name."""
+"""All materials by name."""
 
 COATINGS = {
     "yellow": "safety_yellow",
@@ -168,7 +168,7 @@ def coating(colour: str) -> str:
     """Return the material of a painted or plastic surface of that colour.
 
     Raises:
-        UnknownNameError: there is no such colour.
+        UnknownNameError: no color has that name.
     """
     if colour not in COATINGS:
         raise UnknownNameError("colour", colour, COATINGS)
@@ -176,10 +176,10 @@ def coating(colour: str) -> str:
 
 
 def substance(word: str) -> str:
-    """Return the material that things of that substance show.
+    """Return the material for objects of that substance.
 
     Raises:
-        UnknownNameError: there is no such substance.
+        UnknownNameError: no substance has that name.
     """
     if word not in SUBSTANCES:
         raise UnknownNameError("substance", word, SUBSTANCES)

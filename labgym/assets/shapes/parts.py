@@ -31,7 +31,7 @@ class Part:
 
     Attributes:
         primitive: box, cylinder, sphere, ellipsoid and capsule as MuJoCo has them; `revolve` turns a profile about
-            z; `prism` extrudes a convex outline along z, symmetric about z = 0; `mesh` has triangles of its own.
+            z; `prism` extrudes a convex outline along z, symmetric about z = 0; `mesh` lists its triangles.
         size: full extents along the part's own axes before rotation, metres; (0, 0, 0) for a revolve.
         position: origin of the part in the asset's frame: its centre, for a revolve the profile's (0, 0).
         quaternion: rotation (w, x, y, z).

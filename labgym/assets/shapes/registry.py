@@ -28,7 +28,7 @@ def build(asset: Asset) -> tuple[Part, ...]:
     """Return the visible parts of an asset in its own frame, inside its bounding box.
 
     Raises:
-        UnknownNameError: no shape, or no colour, of the name that the asset gives.
+        UnknownNameError: the asset names an unknown shape or color.
         OptionError: a shape parameter of the wrong type.
     """
     if asset.shape.name not in SHAPES:
@@ -54,7 +54,7 @@ def number(asset: Asset, name: str, default: float) -> float:
 
 
 def count(asset: Asset, name: str, default: int) -> int:
-    """Return a shape parameter that counts something."""
+    """Return an integer shape parameter."""
     return round(number(asset, name, default))
 
 

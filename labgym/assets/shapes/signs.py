@@ -17,7 +17,7 @@ def diamond(symbol: str, size: float, x: float, y: float, z: float) -> Iterator[
     """A hazard diamond of that diagonal, centred at (x, z), on a front at y: it reaches y + 3 * RELIEF.
 
     Raises:
-        UnknownNameError: there is no such symbol.
+        UnknownNameError: no symbol has that name.
     """
     if symbol not in SYMBOLS:
         raise UnknownNameError("hazard symbol", symbol, SYMBOLS)

@@ -19,7 +19,7 @@ PROUD = 0.012
 
 
 def cavity(asset: Asset) -> Cavity:
-    """Return the hollow of an asset whose shape needs one.
+    """Return the cavity of an asset whose shape requires one.
 
     Raises:
         OptionError: the asset is not hollow.

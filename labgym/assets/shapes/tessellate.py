@@ -1,4 +1,4 @@
-"""Parts as triangles: the one place where round things get their number of sides."""
+"""Parts as triangles; the number of sides of round parts is set here."""
 
 from __future__ import annotations
 
