@@ -37,7 +37,7 @@ class Hold:
         action: name of the action.
         temperature: degrees Celsius.
         duration: minutes.
-        bath: of the bath where the mixture boils below it, degrees Celsius.
+        bath: temperature of the bath if the mixture boils below it, degrees Celsius.
     """
 
     action: str
@@ -97,7 +97,7 @@ def periods(
     """Return the periods of clauses in order; one without a temperature keeps that of the one before.
 
     Args:
-        start: temperature before the first, degrees Celsius, where the text gives one.
+        start: temperature before the first, degrees Celsius, if the text gives one.
     """
     at, stretches = start, []
     for position, clause in enumerate(clauses):
@@ -137,7 +137,7 @@ def hold(kind: Transformation, clause: Clause | None, parts: Sequence[Participan
     """Return the period that a clause describes, or that is usual for the kind of reaction.
 
     Args:
-        add: temperature of the addition before it, degrees Celsius, where the text gives one; it is kept where the
+        add: temperature of the addition before it, degrees Celsius, if the text gives one; it is kept if the
             clause gives none.
 
     Raises:

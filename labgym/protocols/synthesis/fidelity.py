@@ -30,10 +30,10 @@ _PHYSICAL = re.compile(
 
 
 def refuse_unfaithful(description: ParsedDescription, protocol: Protocol, catalog: Catalog) -> None:
-    """Pass a protocol that keeps every statement of its description.
+    """Raise an error unless a protocol keeps every statement of its description.
 
     Raises:
-        RefusalError: it would leave something out; names each statement.
+        RefusalError: it omits statements; names each of them.
     """
     lost = tuple(dict.fromkeys(unkept(description, protocol, catalog)))
     if lost:

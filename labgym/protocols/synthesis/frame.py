@@ -17,7 +17,7 @@ _WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
 
 
 def weigh_first(builder: ProtocolBuilder, vessel: str) -> None:
-    """Put the preparation before all other steps: solids are weighed, moisture-sensitive ones in the glove box."""
+    """Insert the preparation before all other steps: solids are weighed, moisture-sensitive ones in the glove box."""
     catalog = builder.catalog
     solids = [use.name for use in builder.reagents if is_solid(catalog.get(use.name))]
     dry = tuple(name for name in solids if name in GLOVE_BOX or is_pyrophoric(catalog.get(name)))

@@ -18,7 +18,7 @@ def from_library(commission: Commission, name: str) -> WriterResult:
     """Return the first experiment of a named reaction that keeps every statement of the text, as a protocol.
 
     Args:
-        name: of the reaction, as written: "Swern".
+        name: name of the reaction as written: "Swern".
 
     Raises:
         RefusalError: the library has no such experiment, or those that it has differ from the text; names them.
@@ -40,7 +40,7 @@ def from_library(commission: Commission, name: str) -> WriterResult:
     if differences:
         message = f"there is no template for {name!r}; the library has {'; '.join(differences[:2])}"
         raise RefusalError("no-reaction", f"{message}: take it as it is with labgym protocols stage")
-    raise RefusalError("no-reaction", f"there is no template for a reaction called {name!r}, and no experiment")
+    raise RefusalError("no-reaction", f"neither a template nor an experiment exists for a reaction called {name!r}")
 
 
 def _scaled(experiment: Experiment, commission: Commission) -> Experiment:

@@ -1,4 +1,4 @@
-"""Protocols written by a language model: from the inventory alone, checked, and sent back with the findings."""
+"""Protocols written by a language model from the inventory; protocols with faults are returned with the findings."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class WritingSources:
         request: the description as the user wrote it.
         passages: of known experiments, most similar first.
         catalog: the assets that the protocol may use.
-        priors: what the rules know about the type of reaction.
+        priors: result of the rules about the type of reaction.
     """
 
     request: str
@@ -68,7 +68,7 @@ class LanguageWriter:
 
     Args:
         model: the client.
-        repairs: how often a protocol with faults is sent back.
+        repairs: maximum number of times a protocol with faults is returned.
     """
 
     def __init__(self, model: LanguageModel, repairs: int = REPAIRS) -> None:
@@ -80,12 +80,12 @@ class LanguageWriter:
         """Return a protocol without faults, and what it took to write it.
 
         Raises:
-            RefusalError: the text speaks of no substance and of no reaction.
+            RefusalError: the text names neither a substance nor a reaction.
             LanguageModelError: the model refuses, or gives no usable answer.
             ProtocolError: faults are left after the repairs.
         """
         if not commission.description.spoken_of:
-            raise RefusalError("no-chemistry", "the text speaks of no substance and of no reaction: say what reacts")
+            raise RefusalError("no-chemistry", "the text names neither a substance nor a reaction: say what reacts")
         before = self.model.usage
         protocol, attempts = compose(self.model, writing_sources(commission), self.repairs)
         usage = self.model.usage.since(before)
@@ -137,7 +137,7 @@ def compose(model: LanguageModel, sources: WritingSources, repairs: int = REPAIR
 
 
 def _abstracts(inventory: Sequence[Asset], kind: str) -> dict[str, str]:
-    """Return by name what a writer has to know of each asset."""
+    """Return the properties of each asset that a writer needs, by name."""
     return {asset.name: "; ".join(_abstract(asset)) for asset in inventory if asset.kind == kind}
 
 
@@ -157,7 +157,7 @@ def _abstract(asset: Asset) -> Iterator[str]:
 
 
 def _priors(commission: Commission) -> list[str]:
-    """Return what the rules know: the kind of reaction that they see, and what they read in each clause."""
+    """Return the result of the rules: the recognized kind of reaction and the parsed clauses."""
     kind = next(iter(recognise(commission.description.spoken_of)), None)
     priors = []
     if kind is not None:

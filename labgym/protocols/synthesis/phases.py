@@ -26,7 +26,7 @@ class WorkUpStep:
 
     Attributes:
         action: name of the action.
-        reagents: with amounts as written, "" where the text has none.
+        reagents: reagents with amounts as written, "" without an amount.
         temperature: degrees Celsius, if the text gives it.
         duration: minutes, if the text gives it.
         devices: instruments that the text names.
@@ -188,14 +188,14 @@ def _apply(step: WorkUpStep, state: _State) -> None:
 
 
 def _kept(step: WorkUpStep, rest: Sequence[WorkUpStep], state: _State) -> str:
-    """Return what a filtration keeps: the filtrate before something that works on a liquid, else the solid."""
+    """Return the fraction that a filtration keeps: the filtrate if the next step needs a liquid, else the solid."""
     after = rest[0].action if rest else ""
     liquid = after in ("Extract", "Concentrate", "DrySolution", "Acidify", "Distill", "Basify", "Quench")
     return "filtrate" if liquid or step.of("adsorbent") or state.catalyst else "solid"
 
 
 def _is_repeated(step: WorkUpStep, done: Sequence[WorkUpStep]) -> bool:
-    """Return whether the step before has done a step already, as crystallizing includes collecting the crystals."""
+    """Return whether the previous step includes a step, as crystallizing includes collecting the crystals."""
     last = done[-1] if done else None
     if last is None:
         return False

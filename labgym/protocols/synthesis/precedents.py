@@ -1,4 +1,4 @@
-"""Precedents: conditions of the same reaction in the library, for what a text leaves open."""
+"""Precedents: conditions of the same reaction in the library, used if a text gives none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names of products in a description: what a reaction gives is not a reagent that the catalogue lacks."""
+"""Names of products in a description, which need not be in the catalogue."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def _stands_for_product(text: str, start: int, end: int) -> bool:
 
 
 def _isolated(text: str, start: int, end: int, named: Sequence[Mention]) -> bool:
-    """Return whether a name is what a work-up collects after reagents were named: "filter the dibenzalacetone"."""
+    """Return whether a name is collected in the work-up after reagents were named: "filter the dibenzalacetone"."""
     before = [m for m in named if m.kind in ("reagent", "class") and m.end <= start]
     head = text[:start]
     if not before or _AMOUNT_BEFORE.search(head):

@@ -325,7 +325,7 @@ _OF_VESSEL = re.compile(
     r"(?:flask|beaker|vial|funnel|tube|cylinder|RBF|column|syringe|balloon|reactor)|(?:三口|圆底|单口)?(?:烧瓶|烧杯|分液漏斗|试管)",
     re.IGNORECASE,
 )
-"""A vessel's size is no amount of a substance."""
+"""A vessel's size is not an amount of a substance."""
 _PERCENT_YIELD = re.compile(r"\s*[,;]\s*\d{1,3}(?:\.\d+)?\s*%\s*(?:yield)?\s*[)）]", re.IGNORECASE)
 """A percentage after an amount without a substance: "a colorless oil (1.1 g, 90 %)"."""
 _YIELD = re.compile(r"(?:yield\w*|gave|afford\w*|obtain\w*|收率|得|产量)[^;.。；]{0,30}$", re.IGNORECASE)

@@ -121,10 +121,10 @@ def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> C
 
 
 def _refuse_assumed_substrate(kind: Transformation, chosen: Collection[int], rest: Sequence[str]) -> None:
-    """Pass a cast whose substrates the text names.
+    """Raise an error unless the text names all substrates.
 
     Raises:
-        RefusalError: it does not; says what is missing.
+        RefusalError: names the missing substrate.
     """
     for position, slot in enumerate(kind.slots):
         if is_substrate(slot.role) and not slot.optional and position not in chosen:
@@ -169,7 +169,7 @@ def scaled(amount: str, factor: float) -> str:
 
 
 def _rounded(match: re.Match[str]) -> str:
-    """Return a volume as one measures it: by 5 mL from 20 mL on, by 1 mL from 5 mL on."""
+    """Return a volume rounded as it is measured: to 5 mL from 20 mL on, by 1 mL from 5 mL on."""
     value = float(match[1])
     step = 5.0 if value >= 20.0 else 1.0 if value >= 5.0 else 0.5 if value >= 1.0 else 0.0
     return f"{_figure(round(value / step) * step if step else value)}{match[2]}"

@@ -35,7 +35,7 @@ class Stage:
     Attributes:
         charged: what goes in at once, before anything is added.
         added: what is added afterwards, in order.
-        temperature, minutes: of the addition, where the text gives them.
+        temperature, minutes: temperature and duration of the addition, if the text gives them.
         periods: clauses that say how the mixture is then kept.
     """
 
@@ -61,10 +61,10 @@ class _Draft:
 def stages(
     clauses: Sequence[Clause], parts: Sequence[Participant], is_period: Callable[[Clause], bool]
 ) -> tuple[Stage, ...]:
-    """Return the stages that a text describes; nothing where it gives no order.
+    """Return the stages that a text describes; empty if it gives no order.
 
     Args:
-        clauses: of the reaction, in order.
+        clauses: clauses of the reaction, in order.
         parts: its participants.
         is_period: whether a clause keeps the mixture at a temperature for a while.
     """
@@ -95,7 +95,7 @@ def stages(
 
 
 def _place_the_rest(drafts: Sequence[_Draft], rest: Sequence[Participant]) -> None:
-    """Put what the text does not place where it usually goes: into the flask first, or last of what is added."""
+    """Assign reagents without a stated stage to their usual one: charged first, or added last."""
     for part in rest:
         if part.when == "add" and drafts[0].charged:
             drafts[-1].added.append(part)

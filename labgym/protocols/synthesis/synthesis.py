@@ -32,7 +32,7 @@ _FLAME = re.compile(
 )
 _GRIGNARD = re.compile(r"grignard|magnesium (?:bromide|chloride|iodide)|格氏|格利雅", re.IGNORECASE)
 INCOMPATIBLE = ("peracid-in-ketone", "hydride-in-protic", "borohydride-in-acid", "grignard-in-protic", "quench-order")
-"""Rules whose findings say more than others why a protocol is refused."""
+"""Rules whose findings explain a refusal best."""
 ALKALI_METALS = ("Sodium", "Potassium", "Lithium")
 TYPING_ERROR = 0.88
 """Similarity from which a name is taken for a misspelling of another."""
@@ -131,10 +131,10 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
 
 
 def _refuse_flame(description: ParsedDescription, catalog: Catalog) -> None:
-    """Pass a description that heats nothing flammable with a flame.
+    """Raise an error if a description heats something flammable with a flame.
 
     Raises:
-        RefusalError: it does; names the flame and what would burn.
+        RefusalError: names the flame and the flammable reagent.
     """
     flame = _FLAME.search(description.text)
     if flame is None:
@@ -147,10 +147,10 @@ def _refuse_flame(description: ParsedDescription, catalog: Catalog) -> None:
 
 
 def _refuse_water(description: ParsedDescription) -> None:
-    """Pass a description that puts nothing into water, alcohol or acid that they destroy violently.
+    """Raise an error if a reagent meets water, alcohol or acid that destroys it violently.
 
     Raises:
-        RefusalError: it does; names both.
+        RefusalError: names both.
     """
     for clause in description.clauses:
         if clause.operation is not None and clause.operation.phase != "reaction":
@@ -171,7 +171,7 @@ def _refuse_water(description: ParsedDescription) -> None:
 
 
 def _lacking(names: Sequence[str], catalog: Catalog) -> str:
-    """Return the message on names that are no substance of the catalogue, with the reagents nearest to them."""
+    """Return the message about substances that the catalogue lacks, with the nearest reagents."""
     listed = ", ".join(repr(name[:60]) for name in names[:5])
     near = dict.fromkeys(name for text in names for name in near_reagents(text, catalog))
     hint = f" (nearest: {', '.join(near)})" if near else ""
@@ -179,7 +179,7 @@ def _lacking(names: Sequence[str], catalog: Catalog) -> str:
 
 
 def near_reagents(text: str, catalog: Catalog) -> tuple[str, ...]:
-    """Return up to two reagents that a name means but for a typing error, or whose derivative it is."""
+    """Return up to two reagents that a name misspells, or of which it names a derivative."""
     reagents = catalog.of_kind("reagent")
     forms = {form.lower(): asset.name for asset in reagents for form in (asset.name, *asset.synonyms_en)}
     lowered = text.lower()

@@ -89,7 +89,7 @@ class TemplateWriter:
     def write(self, commission: Commission) -> WriterResult:
         """Return a protocol whose names, amounts and conditions come from the text, else from the table.
 
-        A reaction that the table has no template for is taken from the library of experiments.
+        A reaction without a template is taken from the library of experiments.
 
         Raises:
             RefusalError: no kind of reaction fits the text, no vessel or bath is suitable, or reagents must not meet.
@@ -178,7 +178,7 @@ class _Reaction:
                 builder.notes.append(f"{above}: refluxed at {point[0]:g} C with the bath at {period.bath:g} C")
 
     def _staged_holds(self, usual: Sequence[Hold]) -> tuple[Hold, ...]:
-        """Return the periods of all stages; the usual one where the text gives none."""
+        """Return the periods of all stages; the usual one if the text gives none."""
         stretches = tuple(
             period
             for stage in self.stages
@@ -363,20 +363,20 @@ class _Reaction:
 
 
 def _refuse_nothing(description: ParsedDescription) -> None:
-    """Pass a description that names a substance.
+    """Raise an error unless a description names a substance.
 
     Raises:
-        RefusalError: it names none.
+        RefusalError: it names no substance.
     """
     if not any(m.kind in ("reagent", "class") for clause in description.clauses for m in clause.mentions):
         raise RefusalError("no-chemistry", "the text names no substance of the catalogue: say what reacts with what")
 
 
 def _refuse_purification(description: ParsedDescription) -> None:
-    """Pass a description of more than a purification.
+    """Raise an error if a description contains only a purification.
 
     Raises:
-        RefusalError: it describes a purification alone.
+        RefusalError: it describes only a purification.
     """
     purifying = [c.operation.action for c in description.clauses if c.operation and c.operation.phase == "purification"]
     if purifying:
@@ -415,10 +415,10 @@ def _pressure(clauses: Sequence[Clause]) -> Condition | None:
 
 
 def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant]) -> None:
-    """Pass a cast that fits the kind of reaction.
+    """Raise an error unless the participants fit the kind of reaction.
 
     Raises:
-        RefusalError: the text names a decisive reagent that has no part in it, while one that has is missing.
+        RefusalError: the text names a decisive reagent that the reaction does not use, and a required one is missing.
     """
     roles = {slot.role for slot in kind.slots}
     extra = [p.asset for p in parts if p.when == "add" and p.role not in roles]
@@ -430,7 +430,7 @@ def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant]) -> None
 
 
 def _parted(kind: Transformation, clauses: Sequence[Clause]) -> tuple[list[Clause], list[Clause]]:
-    """Return the clauses of the reaction and those of what comes after.
+    """Return the clauses of the reaction and those after it.
 
     A clause after the reaction belongs to it where it brings in a reagent that the reaction needs, as copper chloride
     that a diazonium salt is poured into.

@@ -54,10 +54,10 @@ class Transformation(Record):
 
     Attributes:
         like: a published protocol of the kind.
-        signs: assets and concepts that decide for this kind where a text speaks of one of them.
-        cues: sets of assets, concepts and classes; a text that speaks of all of a set may mean this kind.
-        action, temperature, duration: of the reaction itself, degrees Celsius and minutes.
-        add_temperature: at which the second half of the reagents is added, where it is another.
+        signs: assets and concepts; a text that names one of them means this kind.
+        cues: sets of assets, concepts and classes; a text that names a complete set may mean this kind.
+        action, temperature, duration: action and conditions of the reaction, degrees Celsius and minutes.
+        add_temperature: temperature at which the second half of the reagents is added, if different.
         extras: instruments of the reaction beyond vessel, stirrer and bath.
         workup: operations after the quench as "extract:EthylAcetate"; purify: the last of them.
     """
@@ -83,7 +83,7 @@ class Transformation(Record):
 
 
 class Unwritten(Record):
-    """Names of reactions that the table has nothing for: a pattern over English, and Chinese words."""
+    """Names of reactions without a template: a pattern over English, and Chinese words."""
 
     english: str
     chinese: tuple[str, ...]
@@ -115,7 +115,7 @@ def transformations() -> Transformations:
 
 
 def recognise(spoken_of: frozenset[str]) -> tuple[Transformation, ...]:
-    """Return the kinds of reaction that a text may mean, best first, by the assets, concepts and classes it speaks of.
+    """Return the kinds of reaction that a text may mean, best first, by the assets, concepts and classes in it.
 
     A kind with a sign goes before one without; then the kind with the largest complete set of cues; of several, the
     one with more such sets, then the first of the table.

@@ -1,4 +1,4 @@
-"""Names in a text that are no asset of the catalogue and no ordinary word: substances that the catalogue lacks."""
+"""Names in a text that are neither assets of the catalogue nor ordinary words: unknown substances."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def unlisted(text: str, mentioned: Sequence[Mention]) -> tuple[tuple[int, int], 
 
 
 def chemical_names(text: str) -> bool:
-    """Return whether a text has a word that looks like the name or formula of a substance, whatever it is."""
+    """Return whether a text has a word that looks like the name or formula of any substance."""
     return any(True for _ in (*_compounds(text), *_words(text), *_formulas(text)))
 
 
@@ -238,7 +238,7 @@ _RADICAL_WORDS = re.compile(r"(?:(?<![A-Za-z-])(?:[A-Za-z0-9,'-]*yl|[A-Z][A-Za-z
 
 
 def _chinese(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int]]:
-    """Yield what is left of a Chinese text between mentions, ordinary words and particles, if it may be a name."""
+    """Yield the rest of a Chinese text between mentions, ordinary words and particles, if it may be a name."""
     free = [True] * len(text)
     names = [(m.start, m.end) for m in mentioned if m.kind != "class"]
     for start, end in (*names, *ordinary_chinese(text)):

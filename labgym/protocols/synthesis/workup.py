@@ -23,7 +23,7 @@ PURIFYING = ("Recrystallize", "Crystallize", "Chromatograph", "Distill", "DrySol
 SOLID = ("Filter", "Recrystallize", "Crystallize")
 WORKING_UP = ("Extract", "Wash", "Filter", "Concentrate", "DrySolution")
 FUNNEL_ROOM, LEAST_WASH = 225.0, 15.0
-"""What the separating funnel takes, and the least that an assumed wash or quench has, mL."""
+"""Capacity of the separating funnel, and least volume of an assumed wash or quench, mL."""
 COOLED = 40.0
 """Temperature above which a mixture is left to cool before it is worked up, degrees Celsius."""
 BATH_ABOVE, HOTTEST_BATH = 30.0, 170.0
@@ -48,7 +48,7 @@ def work_up_steps(
     if not isolated and not any(action in ("Quench", "Acidify", "Basify") for action in actions):
         steps = [*usual["quench"], *steps]
     if _reducing(kind) and "Quench" not in actions and "Acidify" in actions:
-        # Acid on what is left of an oxidizer, or on manganese dioxide, releases chlorine.
+        # Acid releases chlorine from residual oxidizer or manganese dioxide.
         steps = [*usual["quench"], *usual["workup"][:1], *steps]
     if not any(action in WORKING_UP for action in actions):
         at = next((i for i, step in enumerate(steps) if step.action in PURIFYING), len(steps))
@@ -69,7 +69,7 @@ def _first(steps: Sequence[WorkUpStep], action: str) -> WorkUpStep | None:
 
 
 def _finish(actions: Sequence[str], usual: Sequence[WorkUpStep]) -> Sequence[WorkUpStep]:
-    """Return how the product is finished where the text does not say: its own work-up only needs the product dried."""
+    """Return the default last steps; if the text describes a work-up, the product is only dried."""
     worked_up = [action for action in actions if action in WORKING_UP]
     if not worked_up:
         return usual
@@ -95,7 +95,7 @@ def _settled(steps: Sequence[WorkUpStep]) -> list[WorkUpStep]:
 
 
 def _is_reactive(reagent: Asset) -> bool:
-    """Return whether the rest of a reagent has to be destroyed before the mixture is worked up."""
+    """Return whether excess reagent has to be destroyed before the mixture is worked up."""
     chemistry = reagent.chemistry
     return reagent.hazards.oxidizer or (chemistry is not None and chemistry.water_reactive)
 
@@ -125,7 +125,7 @@ def _steps_of(clause: Clause, catalog: Catalog) -> tuple[WorkUpStep, ...]:
 
 
 def _amount(clause: Clause, name: str) -> str:
-    """Return the amount of a reagent in a clause; a strength alone goes with the usual volume."""
+    """Return the amount of a reagent in a clause; a concentration alone is combined with the usual volume."""
     strength = clause.strengths.get(name, "")
     return clause.amounts.get(name, "") or (f"40 mL of {strength}{ASSUMED}" if strength else "")
 
@@ -225,7 +225,7 @@ class WorkUp:
         return " and ".join(short_name(name, self.catalog) for name in names) or "water"
 
     def _dissolved(self, names: Sequence[str]) -> str:
-        """Return the names of what is poured in; solids are solutions in water."""
+        """Return the names of the liquids that are poured in; solids are dissolved in water."""
         words = [
             short_name(name, self.catalog) + (" solution" if is_solid(self.catalog.get(name)) else "") for name in names
         ]
@@ -278,14 +278,14 @@ class WorkUp:
         return bases and not any(item & {"strong_acid", "oxidizing_acid"} for item in groups)
 
     def _evolves_gas(self, names: Sequence[str]) -> bool:
-        """Return whether a quench gives off a gas: a carbonate with acid, or what is left of a hydride."""
+        """Return whether a quench releases gas: a carbonate with acid, or residual hydride."""
         groups = {group for name in names for group in groups_of(self.catalog.get(name))}
         present = {group for asset in self.mixture.reagents for group in groups_of(asset)}
         acidic = bool(present & {"strong_acid", "oxidizing_acid", "carboxylic_acid", "acyl_halide"})
         return ("carbonate" in groups and acidic) or "metal_hydride" in present
 
     def _quench_hydride(self, names: tuple[str, ...], step: WorkUpStep) -> None:
-        """Destroy the rest of a hydride or organometallic in its flask, dropwise in the cold."""
+        """Destroy the excess of a hydride or organometallic in its flask, dropwise in the cold."""
         gas = tuple(name for name in PROTECTIVE_GASES if self.builder.takes(name))
         after: tuple[str, ...] = ()
         if any(self.builder.takes(name) for name in ALUMINIUM_HYDRIDES):
@@ -298,7 +298,7 @@ class WorkUp:
         shield = " under inert gas" if gas else ""
         self._do(
             replace(step, duration=step.duration or 30.0),
-            f"Cool the flask in an ice bath and add {liquids} drop by drop{shield}; wait until no more gas comes.",
+            f"Cool the flask in an ice bath and add {liquids} drop by drop{shield}; wait until gas evolution ends.",
             (*names, *after),
             usual_temperature("Quench"),
             vessel=(self.vessel,),
@@ -429,7 +429,7 @@ class WorkUp:
 
 
 def _ice(text: str) -> str:
-    """Return the ice of a quench: "100 g of ice" where the text says how much."""
+    """Return the ice of a quench: "100 g of ice" if the text states the amount."""
     stated = _ICE.search(text)
     return f"{stated[1]} of ice" if stated is not None else "ice"
 
@@ -480,4 +480,4 @@ _STEPS: dict[str, Callable[[WorkUp, WorkUpStep], None]] = {
     "DrySolid": WorkUp._dry_solid,
     "DryVacuum": WorkUp._dry_vacuum,
 }
-"""What appends the steps of each action of a work-up."""
+"""Methods that append the steps of each action of a work-up."""
