@@ -171,7 +171,7 @@ def _without_remark(asset: Asset) -> Iterator[str]:
         if form.endswith(")") and " (" in form:
             yield form[: form.index(" (")]
         for remark in (" monohydrate", " dihydrate", " pentahydrate", " hydrate"):
-            if form.endswith(remark) and asset.name != "HydrazineHydrate":
+            if form.endswith(remark) and " " in form.removesuffix(remark):
                 yield form.removesuffix(remark)
     for form in asset.synonyms_zh:
         if form.startswith("无水") and len(form) > 3:

@@ -43,6 +43,9 @@ _CATALYTIC = re.compile(
     re.IGNORECASE,
 )
 _WEAK = re.compile(r"and ")
+_AFTER = re.compile(r"\s*(?:and\s+)?(?:after|following)\b", re.IGNORECASE)
+_AFTER_ZH = re.compile(r"[^，。；,;]*?(?:小时|分钟|min|h|天)(?:之后|以后|后)", re.IGNORECASE)
+"""A piece that begins with the period before its operation."""
 _AWAY = re.compile(
     r"\b(?:removal|loss|exclusion|absence|evolution) of (?:the )?$|\bremov(?:e|ing) (?:the )?$", re.IGNORECASE
 )
@@ -208,9 +211,11 @@ def _bounds(text: str, named: Sequence[Mention]) -> list[tuple[int, int]]:
     for match in _BREAK.finditer(text):
         inside_name = any(m.start < match.start() < m.end for m in named)
         weak = _WEAK.match(match[0]) is not None
+        inside_name = inside_name or (match[0] in ",;，；、" and _is_bracketed(text, match.start()))
         if not inside_name and not (weak and not _starts_operation(text[match.end() :])):
             cuts.append(match.end())
-    pieces = list(zip(cuts, [*cuts[1:], len(text)], strict=True))
+    bounds = list(zip(cuts, [*cuts[1:], len(text)], strict=True))
+    pieces = [part for start, end in bounds for part in _parted_after(text, start, end)]
     joined: list[tuple[int, int]] = []
     for start, end in pieces:
         alone = main_operation(text[start:end]) is None and not _implied([m for m in named if start <= m.start < end])
@@ -219,6 +224,33 @@ def _bounds(text: str, named: Sequence[Mention]) -> list[tuple[int, int]]:
         elif text[start:end].strip():
             joined.append((start, end))
     return joined
+
+
+def _is_bracketed(text: str, place: int) -> bool:
+    """Return whether a place is inside round brackets of its sentence."""
+    sentence = re.split(r"[.。;；\n](?:\s|$)", text[:place])[-1]
+    opened = max(sentence.rfind("("), sentence.rfind("（"))
+    return opened > max(sentence.rfind(")"), sentence.rfind("）"))
+
+
+def _parted_after(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
+    """Yield the span of a piece, parted where a period ends: "after 30 min at 5 C | add acid", 反应30分钟后|加水淬灭."""
+    piece = text[start:end]
+    operation = main_operation(piece)
+    if operation is not None and operation.phase != "reaction":
+        head = piece[: operation.start]
+        chinese = _AFTER_ZH.match(head)
+        cut = chinese.end() if chinese is not None else _verb(head) if _AFTER.match(head) else 0
+        if cut and duration(piece[:cut]) is not None:
+            yield start, start + cut
+            start += cut
+    yield start, end
+
+
+def _verb(head: str) -> int:
+    """Return where the words about the period end in a text before the verb: the verb itself, or its subject."""
+    subject = re.search(r"\b(?:the|it|this|all)\b[^,]*$", head)
+    return subject.start() if subject is not None else len(head)
 
 
 def _starts_operation(rest: str) -> bool:

@@ -9,6 +9,7 @@ from functools import lru_cache
 from labgym.protocols.language import Mention, concepts
 from labgym.protocols.language.concepts import lexicon
 from labgym.protocols.language.vocabulary import is_ordinary, is_particle, is_verbal_ending, ordinary_chinese
+from labgym.protocols.synthesis.derivatives import derivatives
 from labgym.protocols.synthesis.operations import operation_stem, operations, table
 from labgym.quantities import UNITS
 
@@ -65,6 +66,7 @@ def unlisted(text: str, mentioned: Sequence[Mention]) -> tuple[tuple[int, int], 
     """
     names = [*_compounds(text), *_words(text), *_formulas(text), *_salts(text, mentioned), *_unknown(text, mentioned)]
     names += [match.span() for match in _NUMBERED.finditer(text)]
+    names += derivatives(text, mentioned)
     spans: list[tuple[int, int]] = []
     for start, end in sorted((*names, *_chinese(text, mentioned)), key=lambda span: (span[0] - span[1], span[0])):
         covered = any(m.start <= start and end <= m.end for m in mentioned)
@@ -122,7 +124,7 @@ def _formulas(text: str) -> Iterator[tuple[int, int]]:
 
 
 def _salts(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int]]:
-    """Yield names that go on as another substance: "aniline hydrochloride", "pyridine N-oxide"."""
+    """Yield names that go on as another substance: "aniline hydrochloride", "benzaldehyde dimethyl acetal"."""
     for mention in mentioned:
         match = _SALT_OF.match(text, mention.end)
         if match is not None and mention.kind == "reagent":
@@ -145,9 +147,19 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
             continue
         head, tail = text[:start], text[end:]
         weighed = _AMOUNT_AFTER.match(tail) or _AMOUNT_BEFORE.search(head)
-        if weighed or _NAME_LIKE.search(token) or (_POSITION.search(head) and not _PROCESS.search(token)):
+        expected = _POSITION.search(head) or _is_ordered(head, mentioned)
+        ester = _RADICAL_WORDS.search(head) is not None and _ENDING.search(token) is not None
+        if weighed or ester or _NAME_LIKE.search(token) or (expected and not _PROCESS.search(token)):
             if not _NOUN_AFTER.match(tail) and not _EXCLUDED.search(head):
                 yield _with_radicals(text, start), end
+
+
+def _is_ordered(head: str, mentioned: Sequence[Mention]) -> bool:
+    """Return whether a text before a word is the verb of an instruction, as "Saponify" in "Saponify estrone"."""
+    verb = _IMPERATIVE.search(head)
+    if verb is None or any(m.start <= verb.start(1) < m.end for m in mentioned):
+        return False
+    return bool(concepts(verb[1])) and not _is_operation(verb[1])
 
 
 def _tokens(text: str) -> Iterator[tuple[int, int]]:
@@ -204,7 +216,9 @@ _NAME_LIKE = re.compile(r"\d.*[A-Za-z]{2}|[A-Za-z]{2}.*\d|[A-Z].*[A-Z]|^[a-z]-[A
 """Digits or several capitals in a word: HATU, T3P, 2-naphthol, SPhos, Pd(dppf)Cl2."""
 _SALT_OF = re.compile(
     r"\s(?:mono|di|hemi)?(?:hydrochloride|hydrobromide|hydroiodide|sulfate|sulphate|nitrate|phosphate|tosylate|acetate|"
-    r"oxalate|tartrate|N-oxide|oxide|methiodide|picrate|imine|oxime|hydrazone|semicarbazone)s?\b",
+    r"oxalate|tartrate|N-oxide|oxide|methiodide|picrate|imine|oxime|hydrazone|semicarbazone|cyanohydrin|"
+    r"anhydride|(?:di)?(?:methyl|ethyl|propyl|butyl|benzyl|phenyl|tert-butyl|silyl|vinyl|enol)\s(?:ester|ether|"
+    r"acetal|ketal|imine|amide|hydrazone))s?\b",
     re.IGNORECASE,
 )
 _N = r"\d+(?:\.\d+)?\s*(?:[mkµu]?g|[mµu]?l|m?mol|equiv|eq|oz|cc|lb|grams?|drops?)\b"
@@ -222,6 +236,8 @@ _POSITION = re.compile(
     rf"\s*{_MODIFIER}$",
     re.IGNORECASE,
 )
+_IMPERATIVE = re.compile(rf"(?:^|[.;:。；]\s*)([A-Z][a-z]+)\s+(?:[a-z]*yl\s+)*$")
+"""The first word of a sentence, which tells what to do with the next: "Saponify ethyl lactate"."""
 _NOUN_AFTER = re.compile(
     r"\s+(?:reaction|synthesis|conditions?|work-?up|procedure|protocol|method|apparatus|flask|funnel|trap|bath|column|"
     r"coupling|reduction|oxidation|condensation|addition|esterification|rearrangement|conversion|modification|type|"
