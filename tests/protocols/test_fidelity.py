@@ -3,6 +3,13 @@
 `fidelity.json` was written before the code that it grades. The entries marked `held_out` were run once, after the code
 was finished: 30 of 41 were faithful at that first try; what the rest showed was then fixed. Expectations
 that changed since: purifications alone (4 entries) are refused, because a protocol has one of seven types of reaction.
+
+`fidelity_foreign.json` holds 60 more, written later by someone who had not read `fidelity.json`; 40 name something that
+the catalogue lacks. At the first try 49 of the 60 were faithful, 8 were written wrongly, 2 refused for another reason
+than what they lack, and 1 refused although it can be written. The protocols were also read by hand: 4 of the 8 had
+passed the expectations of that time, which were then tightened (`azide_dmso`, `half_hour_quench`, `mcpba_wt`,
+`tosyl_py`); two expectations had a wrong name (`dibal_m78`, `xphos_pd_g3`). Of 15 entries drawn at random before the
+first try, 3 failed and were used to change the code; the other 12, marked `unseen`, were not.
 """
 
 from __future__ import annotations
@@ -20,7 +27,11 @@ from labgym.protocols import Protocol, examine
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.synthesis import synthesize
 
-CASES: list[dict[str, Any]] = json.loads((Path(__file__).parent / "fidelity.json").read_text(encoding="utf-8"))
+CASES: list[dict[str, Any]] = [
+    case
+    for name in ("fidelity.json", "fidelity_foreign.json")
+    for case in json.loads((Path(__file__).parent / name).read_text(encoding="utf-8"))
+]
 CATALOG = Catalog.load()
 PREPARING = ("Weigh", "Measure", "Clean", "Analyze")
 ENDING = ("Quench", "Acidify", "Basify", "Extract", "Wash", "Filter", "DrySolution", "Concentrate")

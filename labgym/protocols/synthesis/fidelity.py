@@ -9,18 +9,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import takewhile
 
 from labgym.assets import Catalog
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.model import Protocol
 from labgym.protocols.synthesis.products import within
-from labgym.protocols.synthesis.reading import ParsedDescription
+from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import COOLANTS, PROTECTIVE_GASES
 from labgym.quantities import Condition, durations, pressures, temperatures
 
 SAME_TEMPERATURE, SAME_SHARE = 1.0, 0.03
 """Differences up to which a temperature, degrees Celsius, and a relative amount or duration count as the same."""
+ENDING = ("Quench", "Acidify", "Basify", "Extract", "Wash", "Concentrate")
+"""Actions with which the work-up begins."""
 _PHYSICAL = re.compile(
     r"(?:\bm\.?\s?p\.?|\bb\.?\s?p\.?|melting (?:point|range)|boiling (?:point|range)|melts?|boils?|below|above|under|"
     r"exceed\w*|熔点|沸点|熔程|低于|高于|不超过)\W{0,4}(?:of|at|is|:|=)?\s*$",
@@ -88,6 +91,7 @@ def _conditions(description: ParsedDescription, protocol: Protocol) -> Iterator[
             continue
         if not any(s.temperature is not None and abs(s.temperature - item.value) <= SAME_TEMPERATURE for s in steps):
             yield item.text
+    yield from _misplaced(description, protocol)
     for item in durations(text):
         is_kept = any(s.duration is not None and abs(s.duration - item.value) <= SAME_SHARE * item.value for s in steps)
         if not is_kept and item.text not in words and not within(item.start, description.products):
@@ -95,6 +99,22 @@ def _conditions(description: ParsedDescription, protocol: Protocol) -> Iterator[
     for item in pressures(text):
         if item.text not in words and not _is_property(description, item):
             yield item.text
+
+
+def _misplaced(description: ParsedDescription, protocol: Protocol) -> Iterator[str]:
+    """Yield the durations of the reaction, as written, that no step before its end has."""
+    steps = list(takewhile(lambda step: step.action not in ENDING, protocol.steps))
+    words = " ".join(step.text for step in steps)
+    for clause in takewhile(_is_reaction, description.clauses):
+        for item in durations(clause.text):
+            near = (s for s in steps if s.duration is not None)
+            is_kept = any(abs((s.duration or 0.0) - item.value) <= SAME_SHARE * item.value for s in near)
+            if not is_kept and item.text not in words:
+                yield item.text
+
+
+def _is_reaction(clause: Clause) -> bool:
+    return clause.operation is None or clause.operation.phase == "reaction"
 
 
 def _is_property(description: ParsedDescription, item: Condition) -> bool:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from labgym.assets import Catalog
 from labgym.protocols.language import Mention, concepts, language_of, mentions, without_chinese_names
 from labgym.protocols.language.scripts import Language
+from labgym.protocols.synthesis.mixtures import mixtures, solutions
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
 from labgym.protocols.synthesis.products import AUXILIARY, products, within
 from labgym.protocols.synthesis.unlisted import unlisted
@@ -61,13 +62,14 @@ class Clause:
         operation: its action and phase, or None if the text only names substances or devices.
         mentions: the names in it.
         amounts: by asset name, as "2.07 g, 10 mmol".
-        strengths: concentrations by asset name, as "10 %" or "2 M".
+        strengths: concentrations by asset name, as "10 %", "2 M" or "1 M in hexane".
         catalytic: names of reagents that the text calls catalytic.
         removed: names of reagents that are evaporated or distilled off.
         temperature: degrees Celsius.
         duration: minutes.
         pressure: as written, in bar.
         warmed: whether the mixture then warms to room temperature.
+        mixtures: liquids that are mixed in a ratio, by asset name with their shares of the volume.
     """
 
     text: str
@@ -81,6 +83,7 @@ class Clause:
     duration: float | None = None
     pressure: Condition | None = None
     warmed: bool = False
+    mixtures: tuple[tuple[tuple[str, float], ...], ...] = ()
 
     def names(self, *kinds: str) -> tuple[str, ...]:
         """Return the distinct names of some kinds of mention."""
@@ -140,7 +143,10 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     names = [text[a:b].strip() for a, b in spans]
     reagents = [m for m in named if not within(m.start, spans)]
     assigned, unassigned = _assign(text, reagents, spans)
-    clauses = tuple(_clauses(text, reagents, assigned))
+    sold = solutions(text, reagents)
+    dissolved = {solute: solvent for solvent, solute in sold.items()}
+    reagents = [mention for mention in reagents if mention not in sold]
+    clauses = tuple(_clauses(text, reagents, assigned, dissolved))
     topics = {mention.name for clause in clauses for mention in clause.mentions}
     topics |= set(concepts(without_chinese_names(text, assets)))
     return ParsedDescription(
@@ -155,20 +161,29 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     )
 
 
-def _clauses(text: str, named: Sequence[Mention], assigned: Sequence[tuple[Quantity, Mention]]) -> Iterator[Clause]:
+def _clauses(
+    text: str,
+    named: Sequence[Mention],
+    assigned: Sequence[tuple[Quantity, Mention]],
+    dissolved: Mapping[Mention, Mention],
+) -> Iterator[Clause]:
+    mixed = mixtures(text, named)
     for start, end in _bounds(text, named):
         piece = text[start:end].strip()
         inside = tuple(m for m in named if start <= m.start < end)
-        parts: dict[str, list[str]] = {}
+        parts: dict[str, list[Quantity]] = {}
         for quantity, mention in assigned:
             if start <= mention.start < end:
-                parts.setdefault(mention.name, []).append(_metric(quantity))
+                parts.setdefault(mention.name, []).append(quantity)
         strengths = {m.name: text_ for m in inside if (text_ := strength(text, m.start, m.end))}
+        for m in inside:
+            if m in dissolved and m.name in strengths:
+                strengths[m.name] += f" in {dissolved[m].text}"
         yield Clause(
             piece,
             main_operation(piece) or _implied(inside),
             inside,
-            {name: _stated(texts, strengths.get(name, "")) for name, texts in parts.items()},
+            {name: _stated(quantities, strengths.get(name, "")) for name, quantities in parts.items()},
             strengths,
             frozenset(m.name for m in inside if _is_catalytic(text, m)),
             frozenset(m.name for m in inside if _is_removed(text, m)),
@@ -176,6 +191,7 @@ def _clauses(text: str, named: Sequence[Mention], assigned: Sequence[tuple[Quant
             duration(piece),
             next(iter(pressures(piece)), None),
             _WARMED.search(piece) is not None,
+            tuple(mixture.names() for mixture in mixed if start <= mixture.start < end),
         )
 
 
@@ -187,9 +203,13 @@ def _metric(quantity: Quantity) -> str:
     return f"{portions}{quantity.base:.3g} {'g' if quantity.dimension == 'mass' else 'mL'}"
 
 
-def _stated(texts: Sequence[str], concentration: str) -> str:
-    """Return the amounts of a reagent as one text, the concentration with the first: "20 mL of 10 %, 50 mmol"."""
-    parts = list(dict.fromkeys(texts))
+def _stated(quantities: Sequence[Quantity], concentration: str) -> str:
+    """Return the amounts of a reagent as one text, the concentration with the first: "20 mL of 10 %, 50 mmol".
+
+    A mass percentage is the purity where another amount is given: "(77 wt%, 2.7 g)" is 2.7 g of 77 %.
+    """
+    measured = [quantity for quantity in quantities if quantity.unit != "weight_percent"]
+    parts = list(dict.fromkeys(_metric(q) for q in (measured if measured and concentration else quantities)))
     if concentration:
         parts[0] = f"{parts[0]} of {concentration}"
     return ", ".join(parts)
@@ -234,7 +254,7 @@ def _is_bracketed(text: str, place: int) -> bool:
 
 
 def _parted_after(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
-    """Yield the span of a piece, parted where a period ends: "after 30 min at 5 C | add acid", 反应30分钟后|加水淬灭."""
+    """Yield the span of a piece, parted where a period ends: "after 30 min | add acid", 反应30分钟后|加水淬灭."""
     piece = text[start:end]
     operation = main_operation(piece)
     if operation is not None and operation.phase != "reaction":
@@ -294,7 +314,13 @@ def _assign(
     substances = [m for m in named if m.kind in ("reagent", "class")]
     assigned: list[tuple[Quantity, Mention]] = []
     unassigned: list[str] = []
+    mixed = mixtures(text, named)
+    sold = solutions(text, named)
     for quantity in amounts(text):
+        shares = next((parts for mixture in mixed if (parts := mixture.parts(text, quantity))), ())
+        if shares:
+            assigned.extend(shares)
+            continue
         after = next((m for m in substances if m.start >= quantity.end), None)
         before = next((m for m in reversed(substances) if m.end <= quantity.start), None)
         gap_after = text[quantity.end : after.start] if after else None
@@ -307,7 +333,7 @@ def _assign(
         of_product = any(b <= quantity.start <= b + 12 or 0 <= a - quantity.end <= 6 for a, b in spans)
         if within(quantity.start, spans) or (of_product and not ahead and not behind):
             continue
-        solute = _solute(text, before, substances) if before and behind else None
+        solute = (sold.get(before) or _solute(text, before, substances)) if before and behind else None
         if _ICE.match(text, quantity.end):
             continue
         if solute is not None:

@@ -40,6 +40,9 @@ SUBSTRATES = ("carbonyl compound", "halide")
 CATALYTIC, METAL_SHARE, PALLADIUM = 0.05, 0.1, 106.42
 """Equivalents of what the text calls catalytic; share of metal in palladium on carbon; its molar mass, g/mol."""
 _RELATIVE = re.compile(r"(\d+(?:\.\d+)?) (equiv|mol%|wt%)")
+_MOLARITY = re.compile(r"\bof (\d+(?:\.\d+)?) [MN]\b")
+_MOLES = re.compile(r"(\d+(?:\.\d+)?)( mmol\b)")
+_VOLUME = re.compile(r"(?<![\d.x] )(?<![\d.])(\d+(?:\.\d+)?)( mL\b)")
 _ROUNDED = re.compile(r"(\d+(?:\.\d+)?)(\s*mL\b)")
 _SCALABLE = re.compile(r"(\d+(?:\.\d+)?)(\s*(?:kg|mg|g|mmol|mol|mL|L)\b)")
 
@@ -117,7 +120,40 @@ def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> C
         if i in chosen or not slot.optional
     ]
     everything = (*_merged(parts), *_others(kind, rest, parts, factor, media, catalog))
-    return Cast(tuple(_weighed_out(part, parts) for part in everything), factor)
+    weighed = tuple(_sensible(_weighed_out(part, parts)) for part in everything)
+    ratios = [mixture for clause in clauses for mixture in clause.mixtures]
+    return Cast(_in_ratio(weighed, ratios), factor)
+
+
+def _sensible(part: Participant) -> Participant:
+    """Return a participant whose assumed volume is one that is measured easily: 3.91 mL becomes 4 mL."""
+    volume = _VOLUME.search(part.amount) if part.amount.endswith(ASSUMED) else None
+    if volume is None:
+        return part
+    rounded = _rounded(volume)
+    change = float(rounded.split()[0]) / float(volume[1])
+    amount = part.amount.replace(volume[0], rounded, 1)
+    if change != 1.0:
+        amount = _MOLES.sub(lambda match: f"{float(f'{float(match[1]) * change:.2g}'):g}{match[2]}", amount)
+    return replace(part, amount=amount)
+
+
+def _in_ratio(parts: Sequence[Participant], ratios: Sequence[Sequence[tuple[str, float]]]) -> tuple[Participant, ...]:
+    """Return participants whose assumed volumes have the ratio that the text gives; their sum stays.
+
+    Args:
+        ratios: mixtures by asset name, with the shares of the volume.
+    """
+    by_name = {part.asset.name: part for part in parts}
+    for ratio in ratios:
+        volumes = [read_amount(by_name[name].amount).volume if name in by_name else None for name, _ in ratio]
+        assumed = all(by_name[name].amount.endswith(ASSUMED) for name, _ in ratio if name in by_name)
+        if not assumed or any(volume is None for volume in volumes):
+            continue
+        total = sum(volume for volume in volumes if volume is not None)
+        for name, share in ratio:
+            by_name[name] = replace(by_name[name], amount=f"{_figure(total * share)} mL{ASSUMED}")
+    return tuple(by_name[part.asset.name] for part in parts)
 
 
 def _refuse_assumed_substrate(kind: Transformation, chosen: Collection[int], rest: Sequence[str]) -> None:
@@ -250,7 +286,7 @@ def _of_strength(amount: str, strength: str) -> str:
     if not strength:
         return amount
     stated = read_amount(amount)
-    number, unit = strength.split()
+    number, unit = strength.split()[:2]
     if unit == "M" and stated.moles is not None:
         return f"{_figure(1000.0 * stated.moles / float(number))} mL of {strength}, {1000.0 * stated.moles:.3g} mmol"
     volume = re.search(r"\d+(?:\.\d+)?\s*mL", amount)
@@ -323,6 +359,9 @@ def moles_of(asset: Asset, amount: str) -> float | None:
     stated, chemistry = read_amount(amount), asset.chemistry
     if stated.moles is not None:
         return stated.moles
+    molarity = _MOLARITY.search(amount)
+    if molarity is not None and stated.volume is not None:
+        return stated.volume * stated.portions * float(molarity[1]) / 1000.0
     if chemistry is None or not chemistry.molar_mass:
         return None
     if stated.mass is not None:
@@ -367,7 +406,8 @@ def _others(
         volume = usual_solvent.amount if usual_solvent else "30 mL"
         amount = item.amount or _of_strength(scaled(volume, factor), item.strength) + ASSUMED
         yield Participant(catalog.get(item.name), "co-solvent" if place else "solvent", amount, "medium", named=True)
-    if not media and usual_solvent and usual_solvent.asset not in used:
+    dissolves = any(part.named and _is_medium(part.asset, stated_media) for part in parts)
+    if not media and usual_solvent and usual_solvent.asset not in used and not dissolves:
         amount = scaled(usual_solvent.amount, factor) + ASSUMED
         yield Participant(catalog.get(usual_solvent.asset), "solvent", amount, "medium", named=False)
     for item in left:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
 
+from labgym.assets import Catalog
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.apparatus import bath_for, millilitres, vessel_for
 from labgym.protocols.constraints import derive
@@ -49,6 +51,7 @@ SHARED_REAGENTS = 2
 """Number of reagents of the nearest protocol that a text without words for a reaction must name to be taken for it."""
 AIRLESS = frozenset({"Magnesium", "PalladiumOnCarbon", "RaneyNickel", "TetrakisTriphenylphosphinePalladium"})
 """Metals and catalysts that work, or are safe next to a solvent, only without air."""
+_DILUTES = re.compile(r"\bdilut|稀释", re.IGNORECASE)
 QUENCHES = frozenset(
     (
         "HydrochloricAcid",
@@ -123,7 +126,7 @@ def _written(kind: Transformation, commission: Commission) -> WriterResult:
         RefusalError: the text does not fit the kind, or cannot be carried out.
     """
     description, catalog = commission.description, commission.catalog
-    before, after = _parted(kind, description.clauses)
+    before, after = _parted(kind, description.clauses, catalog)
     assignment = cast(kind, before, catalog)
     parts = assignment.parts
     _refuse_mismatch(kind, parts)
@@ -429,7 +432,7 @@ def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant]) -> None
         raise RefusalError("no-reaction", message)
 
 
-def _parted(kind: Transformation, clauses: Sequence[Clause]) -> tuple[list[Clause], list[Clause]]:
+def _parted(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> tuple[list[Clause], list[Clause]]:
     """Return the clauses of the reaction and those after it.
 
     A clause after the reaction belongs to it where it brings in a reagent that the reaction needs, as copper chloride
@@ -440,8 +443,8 @@ def _parted(kind: Transformation, clauses: Sequence[Clause]) -> tuple[list[Claus
     before: list[Clause] = []
     after: list[Clause] = []
     for clause in clauses:
-        if _ends_reaction(kind, clause, before):
-            clause = replace(clause, operation=Operation("Quench", "quench", 0))
+        ending = _ending(kind, clause, before, catalog)
+        clause = replace(clause, operation=ending) if ending is not None else clause
         phase = clause.operation.phase if clause.operation else "reaction"
         present = {name for earlier in before for name in earlier.names("reagent")}
         brings = set(clause.names("reagent")) & (needed - ends - present)
@@ -450,12 +453,20 @@ def _parted(kind: Transformation, clauses: Sequence[Clause]) -> tuple[list[Claus
     return before, after
 
 
-def _ends_reaction(kind: Transformation, clause: Clause, before: Sequence[Clause]) -> bool:
-    """Return whether a clause adds what ends a reaction that was left to react: "stir 2 h, add dilute acid"."""
+def _ending(kind: Transformation, clause: Clause, before: Sequence[Clause], catalog: Catalog) -> Operation | None:
+    """Return the operation of a clause that ends a reaction which was left to react, or None.
+
+    "stir 2 h, add dilute acid" quenches; "stir 2 h, dilute with ether" begins the extraction.
+    """
     needed = {name for slot in kind.slots for name in (slot.asset, *slot.accepts)}
     reagents = set(clause.names("reagent"))
     adds = clause.operation is not None and clause.operation.action == "Add"
-    return adds and any(c.duration for c in before) and bool(reagents) and reagents <= QUENCHES - needed
+    if not adds or not reagents or not any(c.duration for c in before):
+        return None
+    if reagents <= QUENCHES - needed:
+        return Operation("Quench", "quench", 0)
+    organic = all(catalog.get(name).category == "organic_solvent" for name in reagents)
+    return Operation("Extract", "workup", 0) if _DILUTES.search(clause.text) and organic else None
 
 
 def _protective_gas(description: ParsedDescription, parts: Sequence[Participant]) -> str:

@@ -236,7 +236,7 @@ _POSITION = re.compile(
     rf"\s*{_MODIFIER}$",
     re.IGNORECASE,
 )
-_IMPERATIVE = re.compile(rf"(?:^|[.;:。；]\s*)([A-Z][a-z]+)\s+(?:[a-z]*yl\s+)*$")
+_IMPERATIVE = re.compile(r"(?:^|[.;:。；]\s*)([A-Z][a-z]+)\s+(?:[a-z]*yl\s+)*$")
 """The first word of a sentence, which tells what to do with the next: "Saponify ethyl lactate"."""
 _NOUN_AFTER = re.compile(
     r"\s+(?:reaction|synthesis|conditions?|work-?up|procedure|protocol|method|apparatus|flask|funnel|trap|bath|column|"

@@ -30,6 +30,8 @@ BATH_ABOVE, HOTTEST_BATH = 30.0, 170.0
 """How much hotter than the vapor the bath of a still is, and the hottest oil bath, degrees Celsius."""
 MIN_SCALE, MAX_SCALE = 0.5, 2.5
 """Work-up volumes follow the batch between these factors."""
+MIXED = {"Chromatograph": 200.0, "Extract": 60.0}
+"""Assumed volumes of mixtures whose ratio the text gives, by action, mL; 40 mL for the others."""
 QUENCH_FILL = 0.95
 """Largest share of a beaker that a quench may fill."""
 
@@ -127,6 +129,10 @@ def _steps_of(clause: Clause, catalog: Catalog) -> tuple[WorkUpStep, ...]:
 def _amount(clause: Clause, name: str) -> str:
     """Return the amount of a reagent in a clause; a concentration alone is combined with the usual volume."""
     strength = clause.strengths.get(name, "")
+    share = next((share for ratio in clause.mixtures for liquid, share in ratio if liquid == name), None)
+    if share is not None and name not in clause.amounts:
+        action = clause.operation.action if clause.operation else ""
+        return f"{share * MIXED.get(action, 40.0):.3g} mL{ASSUMED}"
     return clause.amounts.get(name, "") or (f"40 mL of {strength}{ASSUMED}" if strength else "")
 
 
@@ -390,6 +396,8 @@ class WorkUp:
         at = stated + BATH_ABOVE if stated is not None and stated > 30.0 else usual_temperature("Distill")
         at = min(at, HOTTEST_BATH)
         peroxides = any(_forms_peroxides(self.catalog.get(use.name)) for use in self.builder.reagents)
+        if vacuum and _VACUUM.search(step.text) is None:
+            self.builder.notes.append("the distillation is assumed to be under reduced pressure")
         text = "Test for peroxides, then distil" if peroxides else "Distil"
         text += " with steam" if "steam" in step.text.lower() else ""
         text += " under reduced pressure" if vacuum else ""

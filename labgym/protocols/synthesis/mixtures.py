@@ -1,0 +1,88 @@
+"""Mixtures of liquids by ratio, "dioxane/H2O (4:1, 25 mL)", and reagents in solution, "DIBAL-H (1 M in hexanes)"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from labgym.protocols.language import Mention
+from labgym.protocols.refusals import refusals
+from labgym.quantities import Quantity, strength
+
+_JOINT = re.compile(r"\s*(?:[/:+–-]|and|与|和|-)\s*")
+_RATIO = r"(\d+(?:\.\d+)?(?:\s*[:：/]\s*\d+(?:\.\d+)?)+)"
+_RATIO_AFTER = re.compile(
+    rf"\s*(?:mixture\s*|混合\S{{0,3}})?[(（,]?\s*(?:[^()（）]{{0,16}}[,;，]\s*)?{_RATIO}(?![\d.%])"
+)
+_RATIO_BEFORE = re.compile(rf"(?<![\d.]){_RATIO}\s*(?:\(?v/v\)?\s*)?(?:mixture\s+(?:of|in)\s+|solution\s+of\s+)?$")
+_FILLER = re.compile(
+    r"(?:[\s(（,;，:：/]|\d+(?:\.\d+)?(?=\s*[:：/])|(?<=[:：/])\s*\d+(?:\.\d+)?|v/v|an?\b|of\b|mixture\b|的|混合溶?剂?)*"
+)
+_SOLD = re.compile(
+    r"\s*(?:solution\s*)?(?:[(（,]\s*)(?:\d+(?:\.\d+)?\s*(?:M|N|mol/L|wt\s?%|%)\s*)?(?:solution\s+)?in\s+(?:dry\s+)?"
+)
+_IN = re.compile(r"\s+(?:solution\s+)?in\s+")
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """Liquids with their shares of the volume.
+
+    Attributes:
+        shares: the mentions with their shares, which sum to 1.
+        start, end: the span of the names.
+    """
+
+    shares: tuple[tuple[Mention, float], ...]
+    start: int
+    end: int
+
+    def names(self) -> tuple[tuple[str, float], ...]:
+        """Return the names of the liquids with their shares."""
+        return tuple((mention.name, share) for mention, share in self.shares)
+
+    def parts(self, text: str, quantity: Quantity) -> tuple[tuple[Quantity, Mention], ...]:
+        """Return the volume of each liquid where a quantity is that of the whole mixture, else nothing."""
+        after = quantity.start >= self.end and _FILLER.fullmatch(text, self.end, quantity.start)
+        before = quantity.end <= self.start and _FILLER.fullmatch(text, quantity.end, self.start)
+        if quantity.dimension != "volume" or not (after or before):
+            return ()
+        return tuple((_share(quantity, share), mention) for mention, share in self.shares)
+
+
+def _share(quantity: Quantity, share: float) -> Quantity:
+    return replace(quantity, value=float(f"{quantity.value * share:.3g}"), number="")
+
+
+def mixtures(text: str, mentioned: Sequence[Mention]) -> tuple[Mixture, ...]:
+    """Return the mixtures whose ratio a text gives, in order."""
+    return tuple(_mixtures(text, [mention for mention in mentioned if mention.kind == "reagent"]))
+
+
+def _mixtures(text: str, reagents: Sequence[Mention]) -> Iterator[Mixture]:
+    run = list(reagents[:1])
+    for first, second in pairwise([*reagents, *reagents[-1:]]):
+        if second is not first and _JOINT.fullmatch(text, first.end, second.start):
+            run.append(second)
+            continue
+        ratio = _RATIO_AFTER.match(text, run[-1].end) or _RATIO_BEFORE.search(text, 0, run[0].start)
+        numbers = [float(number) for number in re.split(r"[:：/]", ratio[1])] if ratio is not None else []
+        if len(run) > 1 and len(numbers) == len(run) and sum(numbers) > 0.0:
+            shares = tuple((mention, number / sum(numbers)) for mention, number in zip(run, numbers, strict=True))
+            yield Mixture(shares, run[0].start, run[-1].end)
+        run = [second]
+
+
+def solutions(text: str, mentioned: Sequence[Mention]) -> dict[Mention, Mention]:
+    """Return the solvents that reagents of stated strength are sold in, with the reagent of each."""
+    sold: dict[Mention, Mention] = {}
+    reagents = [mention for mention in mentioned if mention.kind == "reagent"]
+    for solute, solvent in pairwise(reagents):
+        plain = _IN.fullmatch(text, solute.end, solvent.start) and solute.name in refusals().destroyed_by_protic
+        bracketed = _SOLD.fullmatch(text, solute.end, solvent.start)
+        protic = solvent.name in refusals().protic
+        if (plain or bracketed) and not protic and strength(text, solute.start, solute.end):
+            sold[solvent] = solute
+    return sold
