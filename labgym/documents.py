@@ -59,9 +59,10 @@ class Document(Record):
         """
         if not isinstance(data, dict):
             raise DocumentError(source, "", f"expected a JSON object, got {type(data).__name__}")
-        schema = data.get("schema")
-        if schema != cls.SCHEMA:
-            raise DocumentError(source, "schema", f"expected {cls.SCHEMA!r}, got {str(schema)[:80]!r}")
+        if "schema" not in data:
+            raise DocumentError(source, "schema", f"missing; this kind of file has {cls.SCHEMA!r} there")
+        if data["schema"] != cls.SCHEMA:
+            raise DocumentError(source, "schema", f"expected {cls.SCHEMA!r}, got {str(data['schema'])[:80]!r}")
         try:
             return cls.model_validate({key: value for key, value in data.items() if key != "schema"})
         except ValidationError as error:

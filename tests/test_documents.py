@@ -2,11 +2,12 @@ from __future__ import annotations
 
 import errno
 import json
+import re
 import tracemalloc
 
 import pytest
 
-from labgym.documents import MAX_CONTAINERS, append_text, parse_json, read_json, write_bytes
+from labgym.documents import MAX_CONTAINERS, Document, append_text, parse_json, read_json, write_bytes
 from labgym.errors import DocumentError
 
 
@@ -23,6 +24,25 @@ def test_a_value_out_of_bounds_is_named_by_its_path(data, field):
     with pytest.raises(DocumentError) as error:
         parse_json(json.dumps(data).encode(), "a.json")
     assert error.value.field.startswith(field)
+
+
+class Box(Document):
+    SCHEMA = "labgym.box/1"
+
+    width: float
+
+
+@pytest.mark.parametrize(
+    ("data", "problem"),
+    [
+        ({"width": 1.0}, "box.json: field schema: missing; this kind of file has 'labgym.box/1' there"),
+        ({"schema": None, "width": 1.0}, "expected 'labgym.box/1', got 'None'"),
+        ({"schema": "labgym.box/2", "width": 1.0}, "expected 'labgym.box/1', got 'labgym.box/2'"),
+    ],
+)
+def test_a_missing_or_other_schema_is_named_with_the_expected_one(data, problem):
+    with pytest.raises(DocumentError, match=re.escape(problem)):
+        Box.parse(data, "box.json")
 
 
 def test_a_file_of_empty_lists_takes_little_memory():

@@ -192,6 +192,11 @@ def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
         if options:
             raise OptionError(f"options {sorted(options)} need a policy named by a string; a policy object takes none")
         return PolicySource(policy.name, {}, policy)
+    if not isinstance(policy, str):
+        got = type(policy).__name__
+        raise OptionError(
+            f"policy: expected a name or a labgym.policies.Policy, got {got}; derive its class from Policy"
+        )
     try:
         return PolicySource(policy, json.loads(json.dumps(options)))
     except TypeError as error:

@@ -354,6 +354,9 @@ def test_bad_requests_say_what_is_wrong(layouts):
         evaluate("astar", (), progress=False)
     with pytest.raises(UnknownNameError, match="colour"):
         evaluate("astar", layouts, options={"colour": "red"}, progress=False)
+    for policy in (Quitter, lambda observation: [0.0, 0.0]):  # a class in place of an object; a function
+        with pytest.raises(OptionError, match=r"expected a name or a labgym\.policies\.Policy"):
+            evaluate(policy, layouts, progress=False)
 
 
 def test_an_object_that_cannot_be_sent_to_workers_says_so(layouts):
