@@ -1,4 +1,4 @@
-"""LabForge I: the catalogue of assets, their chemistry and their shapes."""
+"""LabForge I: the catalog of assets, their chemistry and their shapes."""
 
 from labgym.assets.catalog import AssetFile, Catalog
 from labgym.assets.compatibility import Hazard, incompatible, pairs

@@ -25,12 +25,12 @@ SHAPE = "mesh"
 SAFE_NAME = re.compile(r"meshes/[A-Za-z0-9]{2,64}-[0-9a-f]{12}\.npz")
 MAX_BYTES = 512 * 1024**2
 SAME_SIZE = 1e-3
-"""Largest difference, in metres, between the extents of geometry and a size that it agrees with."""
+"""Largest difference, in meters, between the extents of geometry and a size that it agrees with."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Triangles of one material in an asset's frame: vertices (n, 3) in metres, faces (m, 3) wound outwards."""
+    """Triangles of one material in an asset's frame: vertices (n, 3) in meters, faces (m, 3) wound outwards."""
 
     vertices: Points
     faces: Faces
@@ -97,7 +97,7 @@ def remember(content: bytes) -> str:
 
 
 def find_geometry(asset: Asset, folder: Path) -> None:
-    """Register the geometry of a catalogue entry, from its file under the catalogue's folder.
+    """Register the geometry of a catalog entry, from its file under the catalog's folder.
 
     Raises:
         DocumentError: an unsafe name, no such file, or contents other than recorded.
@@ -122,7 +122,7 @@ def geometry(asset: Asset) -> Geometry:
     """Return the geometry of an imported asset, scaled along each axis to the asset's size.
 
     Raises:
-        LabgymError: its catalogue has not been read in this process.
+        LabgymError: its catalog has not been read in this process.
     """
     name = str(asset.shape.parameters.get("sha256", ""))
     entry = _contents.get(name)
@@ -133,13 +133,13 @@ def geometry(asset: Asset) -> Geometry:
     if isinstance(entry, Path):
         content = entry.read_bytes()
         if digest(content) != name:
-            raise DocumentError(entry, "", f"changed since {asset.name} was loaded; load the catalogue again")
+            raise DocumentError(entry, "", f"changed since {asset.name} was loaded; load the catalog again")
         entry = _contents[name] = unpack(content, entry)
     return _fitted(entry, asset)
 
 
 def _fitted(geometry: Geometry, asset: Asset) -> Geometry:
-    """Return geometry scaled to an asset's size; geometry that agrees with it within a millimetre is unchanged."""
+    """Return geometry scaled to an asset's size; geometry that agrees with it within a millimeter is unchanged."""
     corners = np.concatenate([piece.vertices for piece in geometry.pieces])
     extents = np.ptp(corners, axis=0)
     size = np.array([asset.size.width, asset.size.depth, asset.size.height])

@@ -1,7 +1,7 @@
-"""The catalogue: an immutable value that holds the published assets and, on request, those of a user's folder.
+"""The catalog: an immutable value that holds the published assets and, on request, those of a user's folder.
 
 `Catalog.load()` reads the environment variable LABGYM_CATALOG. Call it at the boundary (a command, an environment's
-constructor, a public entry point) and pass the catalogue on; no function of labgym.assets calls it.
+constructor, a public entry point) and pass the catalog on; no function of labgym.assets calls it.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from labgym.errors import DocumentError, LabgymError, UnknownNameError
 
 FOLDER_VARIABLE = "LABGYM_CATALOG"
 OWN_ASSETS = "assets"
-"""Folder of the entries within a user's catalogue folder."""
+"""Folder of the entries within a user's catalog folder."""
 OWN_MESHES = "meshes"
-"""Folder of the geometry within a user's catalogue folder."""
+"""Folder of the geometry within a user's catalog folder."""
 FileStates = tuple[tuple[str, int, int, int], ...]
 """Name, inode, size and modification time of each file of a folder."""
 
 
 class AssetFile(Document):
-    """A file of the catalogue: assets that belong together."""
+    """A file of the catalog: assets that belong together."""
 
     SCHEMA: ClassVar[str] = "labgym.assets/1"
 
@@ -42,19 +42,19 @@ class AssetFile(Document):
 class Catalog:
     """All assets by canonical name, with a search over names and synonyms; immutable, comparable and hashable.
 
-    Two catalogues are equal if all their assets are. A loaded catalogue is pickled as its folder and digest and loaded
+    Two catalogs are equal if all their assets are. A loaded catalog is pickled as its folder and digest and loaded
     again where it is unpickled; one made from a list of assets is pickled with its assets.
 
     Attributes:
         assets: sorted by name.
-        folder: the user's folder that it was loaded with, absolute; None for the published catalogue alone and for
-            catalogues made from a list of assets.
+        folder: the user's folder that it was loaded with, absolute; None for the published catalog alone and for
+            catalogs made from a list of assets.
 
     Raises:
         DocumentError: two assets share a name.
     """
 
-    def __init__(self, assets: Sequence[Asset], source: object = "catalogue") -> None:
+    def __init__(self, assets: Sequence[Asset], source: object = "catalog") -> None:
         self.assets = tuple(sorted(assets, key=lambda asset: asset.name))
         self.folder: Path | None = None
         self._is_loaded = False
@@ -66,7 +66,7 @@ class Catalog:
 
     @classmethod
     def load(cls, folder: str | Path | None = None) -> Catalog:
-        """Return the published catalogue together with the assets of a user's folder.
+        """Return the published catalog together with the assets of a user's folder.
 
         A folder is read again only if one of its files changed; otherwise the same object is returned.
 
@@ -81,7 +81,7 @@ class Catalog:
 
     @classmethod
     def published(cls) -> Catalog:
-        """Return the published catalogue alone; it is read once per process."""
+        """Return the published catalog alone; it is read once per process."""
         return _published()
 
     @classmethod
@@ -180,10 +180,10 @@ class Catalog:
         return tuple(asset for asset in self.assets if asset.kind == kind)
 
     def _unknown(self, name: object) -> UnknownNameError:
-        """Return the error for a name that the catalogue lacks: the nearest five, and where other assets may be."""
+        """Return the error for a name that the catalog lacks: the nearest five, and where other assets may be."""
         near = [f"{match.name} ({match.score:.2f})" for match in self.candidates(str(name), 5)]
         if self.folder is not None:
-            remedy = f"the catalogue folder {self.folder} does not have it either"
+            remedy = f"the catalog folder {self.folder} does not have it either"
         else:
             remedy = f"an asset that you added yourself is found only if {FOLDER_VARIABLE} names its folder"
         return UnknownNameError("asset", name, self._by_name, near, remedy)
@@ -219,17 +219,17 @@ def read_own(folder: str | Path) -> tuple[Asset, ...]:
 
 
 def _reloaded(folder: Path | None, digest: str) -> Catalog:
-    """Return the catalogue that was pickled.
+    """Return the catalog that was pickled.
 
     Raises:
-        LabgymError: the installed catalogue or the folder has changed since.
+        LabgymError: the installed catalog or the folder has changed since.
     """
     catalog = _published() if folder is None else Catalog.load(folder)
     if catalog.digest != digest:
-        where = "the published catalogue" if folder is None else f"the catalogue in {folder}"
+        where = "the published catalog" if folder is None else f"the catalog in {folder}"
         raise LabgymError(
             f"{where} changed: its digest is {catalog.digest[:12]}, expected {digest[:12]}; "
-            "start again with the catalogue as it is now"
+            "start again with the catalog as it is now"
         )
     return catalog
 
@@ -241,7 +241,7 @@ def _file_states(folder: Path) -> FileStates:
 
 
 _loaded: dict[Path, tuple[FileStates, Catalog]] = {}
-"""The catalogue of each folder that was loaded, with the state of its files at that time."""
+"""The catalog of each folder that was loaded, with the state of its files at that time."""
 
 
 def _with_own(folder: Path) -> Catalog:

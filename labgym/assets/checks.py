@@ -1,4 +1,4 @@
-"""Consistency checks of a catalogue: sizes, cavities, specifications, identifiers, flags, groups and names.
+"""Consistency checks of a catalog: sizes, cavities, specifications, identifiers, flags, groups and names.
 
 `check(catalog)` runs all checks; `labgym assets --check` and the tests call it. Sizes are also checked on reading.
 """
@@ -28,7 +28,7 @@ DENSITY = (0.5, 8000.0)
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem in the catalogue: the asset, the field and a message."""
+    """A problem in the catalog: the asset, the field and a message."""
 
     asset: str
     field: str
@@ -36,7 +36,7 @@ class Problem:
 
 
 def check(catalog: Catalog) -> tuple[Problem, ...]:
-    """Return all problems of a catalogue; empty for a sound one."""
+    """Return all problems of a catalog; empty for a sound one."""
     single = tuple(problem for asset in catalog for rule in RULES for problem in rule(asset))
     return single + tuple(names_are_unique(catalog))
 

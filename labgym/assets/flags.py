@@ -71,7 +71,7 @@ CLAUSES: tuple[FlagRule, ...] = (
     # Acute poisons and proven carcinogens in any state; what is suspected or harms in the long run where it evaporates.
     FlagRule("volatile_or_toxic", ("H300", "H301", "H310", "H311", "H330", "H331", "H340", "H350", "H360", "EUH029")),
     FlagRule("volatile_or_toxic", ("H351", "H361", "H370", "H372"), states=FLUID),
-    # A flash point below 23 C is a vapour that can be lit at room temperature.
+    # A flash point below 23 C is a vapor that can be lit at room temperature.
     FlagRule("volatile_or_toxic", ("H224", "H225"), states=("liquid",)),
     FlagRule("volatile_or_toxic", ("H314",), also=("H332", "H335"), states=("liquid",)),
     FlagRule("acid", groups=("strong_acid", "oxidizing_acid", "carboxylic_acid", "lewis_acid")),

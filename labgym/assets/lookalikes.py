@@ -1,4 +1,4 @@
-"""Substances that the catalogue lacks and whose names resemble those of its reagents."""
+"""Substances that the catalog lacks and whose names resemble those of its reagents."""
 
 from __future__ import annotations
 

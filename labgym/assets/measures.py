@@ -27,7 +27,7 @@ class Measure:
     """A size in a text.
 
     Attributes:
-        written: as in the text. value: in mL, metres or MHz.
+        written: as in the text. value: in mL, meters or MHz.
     """
 
     written: str
@@ -49,7 +49,7 @@ def first_size(text: str) -> tuple[Measure | None, str]:
 
 
 def nominal_size(asset: Asset, dimension: Dimension) -> float | None:
-    """Return the size of an asset in the catalogue: capacity (mL), width or diameter (m), or frequency (MHz)."""
+    """Return the size of an asset in the catalog: capacity (mL), width or diameter (m), or frequency (MHz)."""
     specs = asset.specs
     if dimension == "volume":
         litres = specs.chamber_L or specs.storage_L
@@ -78,14 +78,14 @@ def size_note(asset: Asset, size: Measure) -> str:
     """Return how an asset differs from a requested size, "" if it does not."""
     value = nominal_size(asset, size.dimension)
     if value is None:
-        return f"the catalogue states no size to compare with {size.written}"
+        return f"the catalog states no size to compare with {size.written}"
     if _is_same(value, size.value):
         return ""
     if size.dimension == "frequency":
-        return f"the catalogue's has {value:g} MHz, not {size.written}"
+        return f"the catalog's has {value:g} MHz, not {size.written}"
     if size.dimension == "length":
-        return f"the catalogue's measures {_length(value)}, not {size.written}"
-    return f"the catalogue's holds {_volume(value)}, not {size.written}"
+        return f"the catalog's measures {_length(value)}, not {size.written}"
+    return f"the catalog's holds {_volume(value)}, not {size.written}"
 
 
 def _is_same(one: float, other: float) -> bool:

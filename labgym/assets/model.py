@@ -1,4 +1,4 @@
-"""Catalogue entries: geometry, semantics, hazards and, for a reagent, its chemistry."""
+"""Catalog entries: geometry, semantics, hazards and, for a reagent, its chemistry."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ WORDS: dict[str, Any] = {
 """Fields that name or describe an asset and do not enter `Asset.digest`; `shape.parameters.file` is only a path."""
 
 SHELL = 0.02
-"""Thickness of the shelves of a hollow asset, metres."""
+"""Thickness of the shelves of a hollow asset, meters."""
 
 
 class Size(Record):
@@ -75,10 +75,10 @@ class Hazards(Record):
 
 
 class Surface(Record):
-    """A horizontal rectangle that carries objects, in the asset's frame (origin: centre of its bottom face).
+    """A horizontal rectangle that carries objects, in the asset's frame (origin: center of its bottom face).
 
     Attributes:
-        x, y: centre. width, depth: extents. z: height. headroom: free height above, None if open.
+        x, y: center. width, depth: extents. z: height. headroom: free height above, None if open.
     """
 
     x: float = 0.0
@@ -109,7 +109,7 @@ class Fitting(Record):
     """A solid box outside an asset's bounding box, in the asset's frame: a tap above a worktop.
 
     Attributes:
-        x, y: centre. width, depth: extents. z0, z1: bottom and top.
+        x, y: center. width, depth: extents. z0, z1: bottom and top.
     """
 
     x: float = 0.0
@@ -149,7 +149,7 @@ class Chemistry(Record):
 
 
 class Asset(Record):
-    """One entity of the catalogue.
+    """One entity of the catalog.
 
     Attributes:
         name: canonical CamelCase name.
@@ -159,8 +159,8 @@ class Asset(Record):
         fittings: solids outside the bounding box, which does not include them.
         storage_class: storage class that a cabinet is made for.
         heat_class: class of heat source; None for other assets.
-        clearance: free depth required in front, metres.
-        mount_height: height of the bottom above the floor of a wall-mounted asset, metres.
+        clearance: free depth required in front, meters.
+        mount_height: height of the bottom above the floor of a wall-mounted asset, meters.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9]{1,63}$")]

@@ -12,7 +12,7 @@ from labgym.assets.model import Asset, HeatClass
 Fault = tuple[str, str]
 
 LITRES = {"capacity_mL": 1e-3, "pack_mL": 1e-3, "chamber_L": 1.0, "storage_L": 1.0}
-"""Specifications of contents, and litres per unit."""
+"""Specifications of contents, and liters per unit."""
 LEAST_SHARE = 0.01
 """Least volume of glassware as a share of its bounding box; less is a wrong unit."""
 HOTTEST: dict[HeatClass, float] = {"bath": 300.0, "hot_surface": 800.0, "oven": 1800.0, "instrument": 600.0}
@@ -28,7 +28,7 @@ STIRRED, CENTRIFUGED = 4000.0, 100_000.0
 RCF = 1.118e-5
 """Relative centrifugal force over the product of radius (cm) and squared speed (rpm)."""
 ROTOR = 3.0
-"""Least radius of a rotor, centimetres."""
+"""Least radius of a rotor, centimeters."""
 FACE = (0.3, 0.8)
 """Face velocity of a fume hood, m/s: below it does not contain vapors, above it is turbulent (tests: EN 14175-3 and
 ASHRAE 110; 0.4 to 0.6 is usual)."""

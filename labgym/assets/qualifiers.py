@@ -142,7 +142,7 @@ def of_equipment(text: str) -> tuple[str, ...]:
 def is_neutral(words: Iterable[str]) -> bool:
     """Return whether words next to the name of equipment do not change its meaning.
 
-    Neutral are materials, descriptors, colours, sizes, joints such as 24/40, and model designations of at least two
+    Neutral are materials, descriptors, colors, sizes, joints such as 24/40, and model designations of at least two
     digits; a formula such as N2 is not.
     """
     return _patterns().neutral.fullmatch(" ".join(words)) is not None
@@ -162,7 +162,7 @@ def is_aqueous(asset: Asset) -> bool:
 
 
 def is_hydrate(asset: Asset) -> bool:
-    """Return whether the structure of a solid reagent contains water of crystallisation."""
+    """Return whether the structure of a solid reagent contains water of crystallization."""
     chemistry = asset.chemistry
     return chemistry is not None and chemistry.state == "solid" and "O" in (chemistry.smiles or "").split(".")
 

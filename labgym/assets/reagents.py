@@ -18,7 +18,7 @@ def reactive_reagent(catalog: Catalog, text: str) -> Asset:
     """Return the reagent that a name or a SMILES means, with known reactive groups.
 
     Raises:
-        UnknownNameError: neither a name of the catalogue nor a structure; lists the nearest names.
+        UnknownNameError: neither a name of the catalog nor a structure; lists the nearest names.
         OptionError: the asset is not a reagent, or none of its reactive groups are known.
         MissingDependencyError: the text looks like a SMILES and RDKit is not installed.
     """
@@ -32,10 +32,10 @@ def reactive_reagent(catalog: Catalog, text: str) -> Asset:
 
 
 def reagent_by_structure(catalog: Catalog, smiles: str) -> Asset:
-    """Return the reagent that a SMILES is: the catalogue's, or one with groups inferred from the structure.
+    """Return the reagent that a SMILES is: the catalog's, or one with groups inferred from the structure.
 
-    An abbreviation that the catalogue lacks may be a valid SMILES by accident, as NCS is. Text without any of
-    `SMILES_SIGNS` is therefore compared with the structures of the catalogue only.
+    An abbreviation that the catalog lacks may be a valid SMILES by accident, as NCS is. Text without any of
+    `SMILES_SIGNS` is therefore compared with the structures of the catalog only.
 
     Raises:
         UnknownNameError: not a SMILES, or letters that name nothing; lists the nearest names.

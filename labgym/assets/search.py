@@ -63,7 +63,7 @@ class Match:
 
     Attributes:
         name: canonical.
-        form: the name, synonym or CAS number that matched, as the catalogue writes it.
+        form: the name, synonym or CAS number that matched, as the catalog writes it.
         how: "name", "synonym" or "fuzzy".
         score: similarity of form and text; 1 unless fuzzy.
         aside: parts of the text besides the name, such as "1 M", "anhydrous" or "2 L".
@@ -79,7 +79,7 @@ class Match:
 
 
 class SynonymIndex:
-    """Canonical names by normalised surface form.
+    """Canonical names by normalized surface form.
 
     If assets share a surface form, the first keeps it: canonical names before synonyms, core assets before the rest.
     """
@@ -216,7 +216,7 @@ class SynonymIndex:
         asset = self._assets[match.name]
         if text.excludes_water and is_aqueous(asset):
             return None
-        note = "the catalogue's is a hydrate" if text.excludes_water and is_hydrate(asset) else ""
+        note = "the catalog's is a hydrate" if text.excludes_water and is_hydrate(asset) else ""
         return replace(match, aside=text.qualifiers, note=note)
 
     def _sized(self, match: Match, size: Measure) -> Match:
@@ -227,7 +227,7 @@ class SynonymIndex:
 
 
 def _is_other_substance(query: str, count: int) -> bool:
-    """Return whether a text is within `count` edits of a substance that is not in the catalogue."""
+    """Return whether a text is within `count` edits of a substance that is not in the catalog."""
     return any(OSA.distance(name, query, score_cutoff=count) <= count for name in _other_substances())
 
 
@@ -256,7 +256,7 @@ def _variants(asset: Asset) -> Iterator[str]:
 
 
 def _singulars(query: str) -> tuple[str, ...]:
-    """Return singular readings of a normalised English plural."""
+    """Return singular readings of a normalized English plural."""
     if query.endswith("ies"):
         return (query[:-3] + "y", query[:-1])
     if query.endswith("es"):

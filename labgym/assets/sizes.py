@@ -9,7 +9,7 @@ from labgym.assets.model import Asset, Kind, Placing
 
 @dataclass(frozen=True)
 class Bounds:
-    """Least and greatest side of a bounding box, metres."""
+    """Least and greatest side of a bounding box, meters."""
 
     least: float
     greatest: float
@@ -24,14 +24,14 @@ ON_WALL = Bounds(0.01, 3.50)
 
 GLASS_CATEGORIES = ("glassware", "ceramic")
 _SLIPS = {
-    1000.0: "metres divided by 1000",
-    100.0: "metres divided by 100",
-    10.0: "metres divided by 10",
+    1000.0: "meters divided by 1000",
+    100.0: "meters divided by 100",
+    10.0: "meters divided by 10",
     0.0254: "inches",
-    0.01: "centimetres",
-    0.001: "millimetres",
+    0.01: "centimeters",
+    0.001: "millimeters",
 }
-"""Factor that corrects the size, and the unit that was then used instead of metres."""
+"""Factor that corrects the size, and the unit that was then used instead of meters."""
 
 
 def bounds(asset: Asset) -> Bounds:
@@ -60,7 +60,7 @@ def size_problem(asset: Asset) -> str | None:
     measured = " x ".join(f"{side:g}" for side in sides)
     what = f"{asset.placing} {asset.kind} of category {asset.category!r}"
     slips = _likely_slips(sides, allowed)
-    remedy = f"likely given in {' or '.join(slips)}" if slips else "give width, depth and height in metres"
+    remedy = f"likely given in {' or '.join(slips)}" if slips else "give width, depth and height in meters"
     expected = f"outside {allowed.least:g} to {allowed.greatest:g} m for a {what}"
     return f"size {measured} m of {asset.name!r} is {expected}; {remedy}"
 

@@ -1,6 +1,6 @@
 """Specifications of an asset: limits, capacities and fittings of equipment, and the pack of a reagent.
 
-Each field name ends in its unit: `_C` degrees Celsius, `_bar` above ambient pressure, `_mbar` absolute, `_m_s` metres
+Each field name ends in its unit: `_C` degrees Celsius, `_bar` above ambient pressure, `_mbar` absolute, `_m_s` meters
 per second. `quantity` splits a name into quantity and unit. A pair is a range from the least to the greatest value.
 """
 

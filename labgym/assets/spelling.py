@@ -46,7 +46,7 @@ def similarity(one: str, other: str) -> float:
 def edits(form: str, query: str) -> int | None:
     """Return the number of edits by which a query misspells the name of an instrument or facility, or None.
 
-    Both are normalised. An edit inserts, deletes or changes a letter, or swaps two neighbours (optimal string
+    Both are normalized. An edit inserts, deletes or changes a letter, or swaps two neighbors (optimal string
     alignment). Numbers must agree, and Chinese names are not compared letter by letter. None means another word.
     """
     limit = MAX_EDITS if len(form) >= LONG else 1
@@ -59,7 +59,7 @@ def edits(form: str, query: str) -> int | None:
 
 
 def misspells_substance(form: str, query: str) -> bool:
-    """Return whether a query can only be a misspelling of a chemical name, both normalised.
+    """Return whether a query can only be a misspelling of a chemical name, both normalized.
 
     It can with one edit, not in the first letter, in a name of letters only. A query that is as close to a rival (the
     name with a part such as -ite or meth- exchanged for another of its group) is a misspelling of neither.

@@ -12,7 +12,7 @@ from labgym.errors import LabgymError, MissingDependencyError
 
 MAX_CHARACTERS = 500
 MAX_ATOMS = 200
-"""Longest SMILES and largest molecule; the longest SMILES of the catalogue has 90 characters."""
+"""Longest SMILES and largest molecule; the longest SMILES of the catalog has 90 characters."""
 
 
 class StructureError(LabgymError, ValueError):

@@ -77,7 +77,7 @@ def generate(
         protocol: Id of a protocol, or a protocol's .json file.
         seed: Random seed; the same seed gives the same layout on any machine.
         room: Room preset (bay_small, bay, bay_large with two exits; tight, default, roomy, two_exits of the published
-            layouts), size in metres such as 12x9, or a room's .json file. Default: bay.
+            layouts), size in meters such as 12x9, or a room's .json file. Default: bay.
         profile: Thresholds to satisfy: default, strict, paper, or code (default, and a second exit is required).
         out: A .json file, or a folder for a file named after protocol, room and seed.
         explain: Print the reason for each object.

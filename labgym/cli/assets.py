@@ -33,7 +33,7 @@ def show(
     kind: Annotated[Kind | None, arg(metavar="KIND", help_behavior_hint="")] = None,
     check: bool = False,
 ) -> int:
-    """List the catalogue, describe one asset, or check the catalogue. `labgym assets NAME` works without `show`.
+    """List the catalog, describe one asset, or check the catalog. `labgym assets NAME` works without `show`.
 
     Args:
         name: Name or synonym of an asset, in English or Chinese; without it all are listed.
@@ -65,9 +65,9 @@ def add(
     replace: bool = False,
     model: bool = False,
 ) -> int:
-    """Add USD, GLB, OBJ or STL files to your own catalogue folder, annotated by rules; exit code 1 if some fail.
+    """Add USD, GLB, OBJ or STL files to your own catalog folder, annotated by rules; exit code 1 if some fail.
 
-    The published catalogue does not change. If LABGYM_CATALOG names the folder, every command uses it in addition.
+    The published catalog does not change. If LABGYM_CATALOG names the folder, every command uses it in addition.
 
     Args:
         paths: Mesh files, or folders whose mesh files are added.
@@ -103,7 +103,7 @@ def add(
     if len(files) == 1 and problems:
         raise LabgymError(problems[0])
     if len(files) > 1:
-        print(f"{len(files) - len(problems)} of {len(files)} files are in the catalogue")
+        print(f"{len(files) - len(problems)} of {len(files)} files are in the catalog")
     _activation_hint(own)
     return complaints(problems)
 
@@ -118,7 +118,7 @@ def add_reagent(
     catalog: OptionalPath = None,
     replace: bool = False,
 ) -> int:
-    """Add a reagent to your own catalogue folder from its structure; needs the extra chem.
+    """Add a reagent to your own catalog folder from its structure; needs the extra chem.
 
     Reactive groups, hazard flags and storage class are inferred by rules and marked as inferred; the pack is a 500 mL
     bottle, a 500 g jar or a gas cylinder. Read the safety data sheet. Every command uses the folder if LABGYM_CATALOG
@@ -154,7 +154,7 @@ def build(
     """Write assets as USD files with materials, colliders, mass and hazards; needs the extra usd.
 
     Args:
-        names: Names or synonyms of assets; by default the whole published catalogue.
+        names: Names or synonyms of assets; by default the whole published catalog.
         out: Folder for KIND/NAME.usdc; by default assets/usd of this checkout or installation.
         check: Write nothing; exit code 1 if a file is missing, outdated, or fails OpenUSD's validators.
     """
@@ -207,7 +207,7 @@ def infer(
 
     Args:
         smiles: The structure as SMILES, quoted.
-        agreement: Compare the classification of the catalogue's reagents with their data instead.
+        agreement: Compare the classification of the catalog's reagents with their data instead.
     """
     from labgym.assets.inference import classify, compare, listed
     from labgym.cli.describe import agreement_table, inference_details

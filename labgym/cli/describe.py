@@ -108,7 +108,7 @@ def inference_details(inference: Inference) -> str:
 
 
 def agreement_table(agreement: Agreement) -> str:
-    """Return how inferred groups and flags agree with the catalogue: counts, precision, recall, disagreements."""
+    """Return how inferred groups and flags agree with the catalog: counts, precision, recall, disagreements."""
     rows = tuple(
         (
             kind,
@@ -122,7 +122,7 @@ def agreement_table(agreement: Agreement) -> str:
         for kind in agreement.scores
         for score in (*agreement.scores[kind], agreement.total(kind))
     )
-    columns = ("kind", "label", "in catalogue", "wrong", "missed", "precision", "recall")
+    columns = ("kind", "label", "in catalog", "wrong", "missed", "precision", "recall")
     exact = ", ".join(f"all {kind} of {count}" for kind, count in agreement.exact.items())
     differs = tuple(
         (item.name, item.kind, item.label, "inferred" if item.inferred else "missed")
@@ -272,7 +272,7 @@ def _groups(reaction: Reaction, asset: Asset) -> str:
 
 
 def _inferred(asset: Asset) -> list[str]:
-    """Return a line that says how a reagent's groups were inferred; none if they come from the catalogue."""
+    """Return a line that says how a reagent's groups were inferred; none if they come from the catalog."""
     chemistry = asset.chemistry
     if chemistry is None or not chemistry.notes.startswith(INFERRED):
         return []

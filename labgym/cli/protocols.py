@@ -189,7 +189,7 @@ def import_(
         format: openexp (ReactXT), chemtrans (also ChemActor), ord (Open Reaction Database, extra ord) or xdl.
         out: Folder for the experiments, up to 1000 per file, and rejected.csv.
         limit: Largest number of records to read.
-        feasible: Accept only experiments that the catalogue's reagents and equipment can carry out.
+        feasible: Accept only experiments that the catalog's reagents and equipment can carry out.
         replace: Replace an earlier import in the folder.
         product: Product of XDL files that name none; "{stem}" stands for the name of the file without its suffix.
     """
@@ -208,7 +208,7 @@ def filter_(
     out: OptionalPath = None,
     replace: bool = False,
 ) -> int:
-    """List which experiments the catalogue's reagents and equipment can carry out, and the obstacles to the others.
+    """List which experiments the catalog's reagents and equipment can carry out, and the obstacles to the others.
 
     Args:
         path: File or folder of experiments. If omitted, the published library.

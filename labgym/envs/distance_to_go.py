@@ -19,7 +19,7 @@ class DistanceToGo:
 
     Args:
         grid: the occupancy grid dilated by the planning radius.
-        goal: x and y in metres; further components are ignored.
+        goal: x and y in meters; further components are ignored.
     """
 
     def __init__(self, grid: OccupancyGrid, goal: tuple[float, ...]) -> None:
@@ -34,7 +34,7 @@ class DistanceToGo:
         self._field = field
 
     def at(self, x: float, y: float) -> float:
-        """Return the remaining driving distance from a point of the room, metres."""
+        """Return the remaining driving distance from a point of the room, meters."""
         if not self.reachable:
             return math.dist((x, y), self._goal)
         rows, columns = self._field.shape

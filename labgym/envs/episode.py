@@ -13,7 +13,7 @@ from labgym.envs.stage import Stage, stage_of
 from labgym.envs.tasks import Task
 
 SUCCESS_DISTANCE = 0.5
-"""The goal is reached within this distance, metres."""
+"""The goal is reached within this distance, meters."""
 
 
 class Episode:
@@ -21,10 +21,10 @@ class Episode:
 
     Attributes:
         task: layout, protocol and goal pair. stage: the layout prepared for simulation. simulation: the robot in it.
-        distance: distance from the robot's center to the goal, metres.
-        progress: decrease of the distance to go in the last step, metres.
+        distance: distance from the robot's center to the goal, meters.
+        progress: decrease of the distance to go in the last step, meters.
         collision: whether the robot touched something in the last step.
-        contacts: number of steps with a collision. steps: number of control steps. path_length: length driven, metres.
+        contacts: number of steps with a collision. steps: number of control steps. path_length: length driven, meters.
     """
 
     def __init__(self, task: Task, robot: RobotSpec = ROBOT) -> None:

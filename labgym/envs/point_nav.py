@@ -27,7 +27,7 @@ from labgym.scenes.opengl import QUALITIES, Quality
 Observation = dict[str, Any]
 
 GOAL_RANGE = 50.0
-"""Largest distance in the goal observation, metres."""
+"""Largest distance in the goal observation, meters."""
 
 OBSERVATIONS = ("lidar", "depth", "rgbd")
 RENDER_MODES = ("rgb_array", "depth_array")
@@ -47,13 +47,13 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     A `Dict` of `goal`, `velocity` and the sensors chosen by the argument `observation`. Angles are counter-clockwise.
 
-    - `goal`, float32 (3,): distance to the goal in metres, clipped to 50; cosine and sine of its bearing relative to
+    - `goal`, float32 (3,): distance to the goal in meters, clipped to 50; cosine and sine of its bearing relative to
       the heading.
     - `velocity`, float32 (2,): forward velocity in [-0.3, 1.0] m/s; turn rate in [-1.5, 1.5] rad/s.
-    - `lidar` (for "lidar"), float32 (180,): ranges from the robot's axis in metres, clipped to 10, in the plane 0.25 m
+    - `lidar` (for "lidar"), float32 (180,): ranges from the robot's axis in meters, clipped to 10, in the plane 0.25 m
       above the floor. Ray i points -180 + 2 i degrees from the heading: ray 0 points backwards, ray 90 straight ahead.
       The lidar sees the solid boxes that stop the robot; the camera sees the visual shapes.
-    - `depth` (for "depth" and "rgbd"), float32 (9216,): planar depth in metres, clipped to 10, of a level camera 0.2 m
+    - `depth` (for "depth" and "rgbd"), float32 (9216,): planar depth in meters, clipped to 10, of a level camera 0.2 m
       ahead of the axis and 0.5 m above the floor, with a horizontal field of view of 68 degrees. `reshape(72, 128)`
       gives the image, first row at the top. It is flat because learning libraries treat every three-dimensional box as
       an 8-bit image.
@@ -70,7 +70,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     The sum of `info["reward_terms"]`, weighted by the argument `weights`. With the default weights:
 
-    - `progress`: +1 per metre by which the shortest path to the goal became shorter, measured on a 5 cm grid for a disc
+    - `progress`: +1 per meter by which the shortest path to the goal became shorter, measured on a 5 cm grid for a disc
       of radius 0.30 m;
     - `success`: +10 when the goal is reached;
     - `collision`: -0.1 per step in which the robot touched something;
@@ -90,7 +90,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
       file. By default the first protocol that the layout embeds.
     - `observation` ("lidar"): "lidar", "depth" or "rgbd".
     - `render_mode` (None): "rgb_array", an image from behind and above the robot; "depth_array", the image of the depth
-      camera, float32 (72, 128), metres.
+      camera, float32 (72, 128), meters.
     - `profile` ("default"): thresholds that generated layouts satisfy: "default", "strict" or "paper".
     - `weights` (`RewardWeights()`): weights of the reward terms.
     - `episodes_per_layout` (8): for "train", number of episodes in a layout before the next one is generated.
@@ -108,13 +108,13 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     `reset` and `step` return the same keys.
 
-    - `pose`, `goal`: float64 (3,), x and y in metres, yaw in radians, room frame.
-    - `distance`: distance from the robot's center to the goal, metres. `success`: whether it is at most 0.5 m.
+    - `pose`, `goal`: float64 (3,), x and y in meters, yaw in radians, room frame.
+    - `distance`: distance from the robot's center to the goal, meters. `success`: whether it is at most 0.5 m.
     - `collision`: whether the robot touched something in this step. `contacts`: number of such steps in this episode.
-    - `clearance`: distance from the chassis to the nearest footprint or wall, metres. Privileged.
-    - `path_length`: length driven so far, metres.
+    - `clearance`: distance from the chassis to the nearest footprint or wall, meters. Privileged.
+    - `path_length`: length driven so far, meters.
     - `shortest_path_length`: length of the shortest any-angle path of the goal pair for a disc of radius 0.30 m,
-      metres; inf if no path exists. Privileged.
+      meters; inf if no path exists. Privileged.
     - `layout`, `protocol`: ids. `pair`: index of the goal pair.
     - `time`: seconds since the start of the episode.
     - `reward_terms`: the weighted reward terms by name; zeros at reset.

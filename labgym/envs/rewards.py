@@ -10,7 +10,7 @@ class RewardWeights:
     """Weight of each term of the reward.
 
     Attributes:
-        progress: per metre by which the shortest path to the goal became shorter.
+        progress: per meter by which the shortest path to the goal became shorter.
         success: once, when the goal is reached.
         collision: per control step in which the robot touched something.
         time: per control step.
@@ -25,7 +25,7 @@ class RewardWeights:
         """Return the weighted terms of one control step; their sum is the reward.
 
         Args:
-            progress: decrease of the distance to go, metres.
+            progress: decrease of the distance to go, meters.
             success: whether the goal was reached in this step.
             collision: whether the robot touched something in this step.
             steps: number of control steps: 1, or 0 for a reset, whose terms are all zero.

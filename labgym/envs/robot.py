@@ -24,17 +24,17 @@ class RobotSpec:
     """Dimensions and limits of the robot, SI units.
 
     Attributes:
-        chassis_radius: radius of the colliding base, metres.
-        planning_radius: radius of the disc that planners keep clear, metres.
-        height: top of the sensor head, metres.
+        chassis_radius: radius of the colliding base, meters.
+        planning_radius: radius of the disc that planners keep clear, meters.
+        height: top of the sensor head, meters.
         mass: kilograms. yaw_inertia: about the vertical axis, kg m².
         v_min, v_max: limits of the forward velocity, m/s. w_max: limit of the turn rate in both directions, rad/s.
         acceleration, turn_acceleration: limits of the accelerations in both directions, m/s² and rad/s².
         grip: sideways acceleration at which the wheels slip, m/s².
         lag: time constant of the servos within their force limits, seconds.
         control_dt: time between two actions, seconds. timestep: physics step, seconds.
-        lidar_height: height of the lidar's plane, metres.
-        camera_height, camera_forward: position of the level camera in the robot frame (x ahead), metres.
+        lidar_height: height of the lidar's plane, meters.
+        camera_height, camera_forward: position of the level camera in the robot frame (x ahead), meters.
         camera_hfov: horizontal field of view, radians.
     """
 

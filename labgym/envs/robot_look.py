@@ -24,7 +24,7 @@ ARM: tuple[Point, ...] = ((0.00, 0.0, 0.74), (-0.01, 0.0, 1.02), (0.15, 0.0, 0.8
 
 @dataclass(frozen=True)
 class Dresser:
-    """Adds visual geoms to one body of a spec; lengths in metres, the robot frame."""
+    """Adds visual geoms to one body of a spec; lengths in meters, the robot frame."""
 
     spec: mujoco.MjSpec
     body: mujoco.MjsBody
@@ -59,7 +59,7 @@ class Dresser:
 
 
 def dress(spec: mujoco.MjSpec, base: mujoco.MjsBody, radius: float, height: float) -> None:
-    """Add materials and visual geoms to the base of a robot; radius of the chassis and height in metres."""
+    """Add materials and visual geoms to the base of a robot; radius of the chassis and height in meters."""
     for name, (rgba, specular, shininess, emission) in FINISHES.items():
         spec.add_material(name=name, rgba=rgba, specular=specular, shininess=shininess, emission=emission)
     dresser = Dresser(spec, base)

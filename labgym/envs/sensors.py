@@ -1,4 +1,4 @@
-"""The robot's sensors, cast as rays against the static scene: a planar lidar and a level depth and colour camera."""
+"""The robot's sensors, cast as rays against the static scene: a planar lidar and a level depth and color camera."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ IMAGE_SHAPE = (72, 128)
 """Rows and columns of the camera image."""
 
 RANGE = 10.0
-"""Largest reading of lidar and camera, metres."""
+"""Largest reading of lidar and camera, meters."""
 
 
 class Bundle:
@@ -28,7 +28,7 @@ class Bundle:
 
     Args:
         directions: (n, 3) unit vectors in the robot frame.
-        forward, height: start point of the rays in the robot's plane of symmetry, metres.
+        forward, height: start point of the rays in the robot's plane of symmetry, meters.
     """
 
     def __init__(self, directions: NDArray[np.float64], forward: float, height: float) -> None:
@@ -63,13 +63,13 @@ class Lidar:
         self._bundle = Bundle(directions, 0.0, robot.lidar_height)
 
     def scan(self, rays: RayScene, pose: Pose) -> Floats:
-        """Return ranges from the robot's axis, (180,) metres, clipped to 10."""
+        """Return ranges from the robot's axis, (180,) meters, clipped to 10."""
         distances, _ = self._bundle.cast(rays, pose, RANGE)
         return np.minimum(distances, np.float32(RANGE))
 
 
 def pixel_slopes(robot: RobotSpec = ROBOT) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the offset to the left of each column (128,) and upwards of each row (72,), per metre of depth."""
+    """Return the offset to the left of each column (128,) and upwards of each row (72,), per meter of depth."""
     rows, columns = IMAGE_SHAPE
     focal = columns / 2.0 / math.tan(robot.camera_hfov / 2.0)
     left = (columns / 2.0 - 0.5 - np.arange(columns, dtype=np.float64)) / focal
@@ -93,11 +93,11 @@ class Camera:
         self._bundle = Bundle(grid / lengths[:, None], robot.camera_forward, robot.camera_height)
 
     def depth(self, rays: RayScene, pose: Pose) -> Floats:
-        """Return planar depth, (72, 128) metres, clipped to 10."""
+        """Return planar depth, (72, 128) meters, clipped to 10."""
         return self._see(rays, pose)[0]
 
     def colour_and_depth(self, rays: RayScene, pose: Pose) -> tuple[NDArray[np.uint8], Floats]:
-        """Return the color image, (72, 128, 3), and planar depth, (72, 128) metres, clipped to 10."""
+        """Return the color image, (72, 128, 3), and planar depth, (72, 128) meters, clipped to 10."""
         depth, faces = self._see(rays, pose)
         return rays.color(faces, self._bundle.directions).reshape(*IMAGE_SHAPE, 3), depth
 

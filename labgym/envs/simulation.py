@@ -45,7 +45,7 @@ class Simulation:
         """Apply a target twist in m/s and rad/s for one control step.
 
         Returns:
-            the length driven in metres, as the sum of arcs between contact checks, and whether the robot touched
+            the length driven in meters, as the sum of arcs between contact checks, and whether the robot touched
             anything.
         """
         data, at = self.data, self._at

@@ -42,7 +42,7 @@ class Stage:
         return stage_of, (self._layout,)
 
     def clearance(self, x: float, y: float) -> float:
-        """Return the distance from the chassis to the nearest footprint or wall, metres; 0 if they overlap.
+        """Return the distance from the chassis to the nearest footprint or wall, meters; 0 if they overlap.
 
         Footprints are the bounding boxes of all objects whose bottom is below `OBSTACLE_HEIGHT`.
         """
@@ -57,7 +57,7 @@ class Stage:
         return self._goals[goal[:2]]
 
     def shortest_length(self, pair: GoalPair) -> float:
-        """Return the length of the shortest any-angle path of a goal pair, metres; inf if no path exists."""
+        """Return the length of the shortest any-angle path of a goal pair, meters; inf if no path exists."""
         ends = pair.start[:2] + pair.goal[:2]
         if ends not in self._lengths:
             path = self._paths.path(pair.start[:2], pair.goal[:2])
@@ -100,7 +100,7 @@ _recent: deque[Stage] = deque(maxlen=KEPT)
 
 
 def stage_of(layout: Layout) -> Stage:
-    """Return the stage of a layout; layouts with the same room, placements and catalogue entries share one.
+    """Return the stage of a layout; layouts with the same room, placements and catalog entries share one.
 
     A stage lives as long as something uses it or it is among the last `KEPT` that were made.
     """

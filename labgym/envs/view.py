@@ -20,7 +20,7 @@ from labgym.scenes.mesh import ROOM
 from labgym.scenes.opengl import LARGEST
 
 DISTANCE = 3.6
-"""Distance from the camera to the point that it looks at, metres."""
+"""Distance from the camera to the point that it looks at, meters."""
 
 STATIONS = tuple(
     (math.radians(aside), math.radians(pitch))
@@ -30,10 +30,10 @@ STATIONS = tuple(
 """Candidate camera positions, best first: angle to the right of straight behind, and angle below the horizontal."""
 
 SEEN = (0.15, 0.7, 1.25)
-"""Heights on the robot's axis that furniture should not hide, metres."""
+"""Heights on the robot's axis that furniture should not hide, meters."""
 
 AHEAD, LOOK_AT_HEIGHT = 0.5, 0.6
-"""The point that the camera looks at: its distance ahead of the robot and its height above the floor, metres."""
+"""The point that the camera looks at: its distance ahead of the robot and its height above the floor, meters."""
 
 FOVY = 55.0
 """Vertical field of view, degrees."""

@@ -23,10 +23,10 @@ class OrientedBox:
     """An upright box.
 
     Attributes:
-        x, y: centre in the plane, metres.
-        width, depth: full extents along the box's own x and y, metres.
+        x, y: center in the plane, meters.
+        width, depth: full extents along the box's own x and y, meters.
         yaw: rotation about +Z, radians.
-        z0, z1: bottom and top, metres.
+        z0, z1: bottom and top, meters.
     """
 
     x: float
@@ -57,7 +57,7 @@ class OrientedBox:
         return self.x - ex, self.y - ey, self.x + ex, self.y + ey
 
     def to_local(self, x: float, y: float) -> tuple[float, float]:
-        """Express a world point in the box's frame, origin at its centre."""
+        """Express a world point in the box's frame, origin at its center."""
         return rotate(x - self.x, y - self.y, -self.yaw)
 
     def to_world(self, x: float, y: float) -> tuple[float, float]:
@@ -111,7 +111,7 @@ def pairwise_penetration(a: BoxArray, b: BoxArray) -> Array:
 
 
 def pairwise_distance(a: BoxArray, b: BoxArray) -> Array:
-    """Return surface-to-surface 3D distances in metres, shape (n, m); 0 if the boxes touch or overlap."""
+    """Return surface-to-surface 3D distances in meters, shape (n, m); 0 if the boxes touch or overlap."""
     planar = np.minimum(_corner_distance(a, b), _corner_distance(b, a).T)
     planar = np.where(_planar_penetration(a, b) > 0.0, 0.0, planar)
     gap = np.maximum(a.z[:, None, 0], b.z[None, :, 0]) - np.minimum(a.z[:, None, 1], b.z[None, :, 1])
@@ -120,12 +120,12 @@ def pairwise_distance(a: BoxArray, b: BoxArray) -> Array:
 
 
 def penetration(a: OrientedBox, b: OrientedBox) -> float:
-    """Return the least overlap of two boxes over all separating axes, metres; negative if they are apart."""
+    """Return the least overlap of two boxes over all separating axes, meters; negative if they are apart."""
     return float(pairwise_penetration(BoxArray.of([a]), BoxArray.of([b]))[0, 0])
 
 
 def distance(a: OrientedBox, b: OrientedBox) -> float:
-    """Return the surface-to-surface 3D distance of two boxes, metres."""
+    """Return the surface-to-surface 3D distance of two boxes, meters."""
     return float(pairwise_distance(BoxArray.of([a]), BoxArray.of([b]))[0, 0])
 
 

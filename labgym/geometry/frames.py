@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 PlanarPose = tuple[float, float, float]
-"""(x, y, yaw): metres and radians."""
+"""(x, y, yaw): meters and radians."""
 
 Array = NDArray[np.float64]
 

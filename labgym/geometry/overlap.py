@@ -32,7 +32,7 @@ def paired_inset(inner: BoxArray, outer: BoxArray) -> Array:
 
 
 def overlap_volume(a: OrientedBox, b: OrientedBox) -> float:
-    """Return the exact volume that two upright boxes share, cubic metres."""
+    """Return the exact volume that two upright boxes share, cubic meters."""
     height = min(a.z1, b.z1) - max(a.z0, b.z0)
     if height <= 0.0:
         return 0.0

@@ -20,15 +20,15 @@ from labgym.protocols import Protocol
 
 Level = Literal["room", "desktop"]
 SLIDES = (0.1, 0.25, 0.5, 1.0, 1.5)
-"""Distances along a wall that are tried, metres."""
+"""Distances along a wall that are tried, meters."""
 BUDGET = 60
 """Maximum number of commands verified in one adjustment."""
 PLACES = 8
 """Maximum number of free places tried for a piece of furniture."""
 NUDGES = (0.2, 0.4)
-"""Distances that an island is moved to widen a way, metres."""
+"""Distances that an island is moved to widen a way, meters."""
 ALIKE = 0.6
-"""Greatest difference in width and depth together between objects that are swapped, metres."""
+"""Greatest difference in width and depth together between objects that are swapped, meters."""
 
 
 class Adjuster(Interface):

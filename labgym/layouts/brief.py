@@ -26,12 +26,12 @@ class Unit:
     """A piece of floor furniture that the floor plan places.
 
     Attributes:
-        id: id of the future placement. asset: catalogue entry.
-        width, depth: footprint in metres; the front lies along the depth.
-        front: free depth required in front, metres.
+        id: id of the future placement. asset: catalog entry.
+        width, depth: footprint in meters; the front lies along the depth.
+        front: free depth required in front, meters.
         stance: back against a wall, free on all sides (island), or one short end against a wall (peninsula).
         walls: walls that it may stand against, preferred ones first.
-        clear: distance that other furniture keeps on all sides, metres; 0 for the ordinary gap between neighbors.
+        clear: distance that other furniture keeps on all sides, meters; 0 for the ordinary gap between neighbors.
         anchors: preferred position along each wall, 0 to 1 from the wall's start; for an island its y.
         reason: why the room has it.
     """
@@ -50,7 +50,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Content:
-    """An object in or on a unit: catalogue entry, slot of the unit, spot relative to that slot's center, and why."""
+    """An object in or on a unit: catalog entry, slot of the unit, spot relative to that slot's center, and why."""
 
     asset: Asset
     slot: int
@@ -60,7 +60,7 @@ class Content:
 
 @dataclass(frozen=True)
 class Separation:
-    """A distance in metres that two units' footprints keep, and why."""
+    """A distance in meters that two units' footprints keep, and why."""
 
     first: str
     second: str
@@ -84,10 +84,10 @@ class Brief:
     Attributes:
         contents: what each unit holds, by unit id, in the order in which the units were filled.
         fixed: placements that must stay, by id: units that the plan does not move, and objects on walls.
-        wall_assets: catalogue entries of the fixed objects on walls, by id.
+        wall_assets: catalog entries of the fixed objects on walls, by id.
         hoods: ids of the units that are fume hoods.
-        aisle: clear width around islands, metres.
-        door_zone: clear depth inside each door, metres. hood_door: least distance of a hood from a door, metres.
+        aisle: clear width around islands, meters.
+        door_zone: clear depth inside each door, meters. hood_door: least distance of a hood from a door, meters.
     """
 
     units: tuple[Unit, ...]

@@ -19,9 +19,9 @@ from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.stocking import stock
 
 MARGIN = 0.02
-"""Added to every distance between hazards, metres, so that rounding never undercuts a threshold."""
+"""Added to every distance between hazards, meters, so that rounding never undercuts a threshold."""
 TIGHT_FRONT = 1.2
-"""Free depth in front of a hood in a room that is not fully furnished, metres; 1.5 otherwise."""
+"""Free depth in front of a hood in a room that is not fully furnished, meters; 1.5 otherwise."""
 
 
 def write_brief(request: Request, furnishing: Furnishing, generator: np.random.Generator) -> Brief:

@@ -21,9 +21,9 @@ from labgym.layouts.rules.zones import door_pose
 STOOLS = 4
 """Maximum number of stools."""
 PASSAGE = 0.9
-"""Free width that remains next to a stool, metres."""
+"""Free width that remains next to a stool, meters."""
 SEAT_GAP = 0.06
-"""Gap between a stool and its furniture, metres."""
+"""Gap between a stool and its furniture, meters."""
 LIKELY = 0.85
 """Probability that an accessory of a surface is added; the first one always is."""
 ISLAND_ITEMS = (4, 7)

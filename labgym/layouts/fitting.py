@@ -19,13 +19,13 @@ from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
 
 BRACKET = 0.01
-"""Gap between a wall-mounted object and its wall, metres."""
+"""Gap between a wall-mounted object and its wall, meters."""
 ELBOW = 0.03
-"""Gap to all other objects, metres."""
+"""Gap to all other objects, meters."""
 WORKING_HEIGHT = 0.35
 """Free height between a worktop and wall-mounted objects, metres: a gooseneck tap, a flask on its stand."""
 WALL_STEP = 0.05
-"""Spacing of the places tried along a wall, metres."""
+"""Spacing of the places tried along a wall, meters."""
 
 
 @dataclass(frozen=True)

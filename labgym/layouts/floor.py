@@ -21,7 +21,7 @@ DoorHeight = Annotated[float, Field(ge=1.8, le=4.0)]
 Side = Literal["front", "back", "left", "right"]
 
 SAME_POINT = 1e-3
-"""Ends of walls that are nearer to a corner than this meet it, metres."""
+"""Ends of walls that are nearer to a corner than this meet it, meters."""
 INWARD: dict[Side, Literal["left", "right"]] = {"front": "left", "back": "right", "left": "right", "right": "left"}
 """Side of each wall of a rectangle on which the room lies, seen from the wall's start."""
 
@@ -31,8 +31,8 @@ class Door(Record):
 
     Attributes:
         wall: front (y = 0), back (y = depth), left (x = 0) or right (x = width).
-        offset: metres from the wall's start (x or y = 0) to the doorway's middle.
-        width, height: clear opening, metres.
+        offset: meters from the wall's start (x or y = 0) to the doorway's middle.
+        width, height: clear opening, meters.
     """
 
     wall: Side
@@ -72,7 +72,7 @@ class Room(Record):
         return self
 
     def length(self, wall: Side) -> float:
-        """Return the length of a wall between its corners, metres."""
+        """Return the length of a wall between its corners, meters."""
         return self.width if wall in ("front", "back") else self.depth
 
     @property
@@ -85,8 +85,8 @@ class Opening(Record):
     """A door in a wall.
 
     Attributes:
-        position: metres from the wall's start to the middle of the opening.
-        width, height: clear opening, metres.
+        position: meters from the wall's start to the middle of the opening.
+        width, height: clear opening, meters.
         hinge: the end of the wall that is nearer to the hinge.
         swing: the side of the wall, seen from its start, to which the leaf opens.
     """
@@ -100,7 +100,7 @@ class Opening(Record):
 
 
 class Wall(Record):
-    """A straight wall: `start` and `end` are the ends (x, y) of its middle line; lengths in metres."""
+    """A straight wall: `start` and `end` are the ends (x, y) of its middle line; lengths in meters."""
 
     start: tuple[Coordinate, Coordinate]
     end: tuple[Coordinate, Coordinate]
@@ -110,7 +110,7 @@ class Wall(Record):
 
 
 class Rectangle(Record):
-    """An axis-aligned rectangle in the frame of a space: two opposite corners, metres."""
+    """An axis-aligned rectangle in the frame of a space: two opposite corners, meters."""
 
     x0: Coordinate = 0.0
     y0: Coordinate = 0.0
@@ -123,9 +123,9 @@ class Space(Record):
 
     Attributes:
         use: purpose of the space.
-        x, y, yaw: the space's frame in the floor's; metres, radians.
+        x, y, yaw: the space's frame in the floor's; meters, radians.
         region: rectangles whose union is the free floor between the walls, in the space's frame.
-        ceiling: height of the ceiling, metres.
+        ceiling: height of the ceiling, meters.
     """
 
     id: Identifier = "laboratory"
@@ -166,7 +166,7 @@ class Floor(Record):
         doors: Sequence[Door] = (Door(wall="front", offset=1.5),),
         name: str = "custom",
     ) -> Floor:
-        """Return the floor of one rectangular room; arguments in metres, as in `Room`.
+        """Return the floor of one rectangular room; arguments in meters, as in `Room`.
 
         Raises:
             ValueError: a value out of range, a door that does not fit its wall, or doors that overlap.

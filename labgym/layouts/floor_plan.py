@@ -1,4 +1,4 @@
-"""Places a brief's furniture in a room: a constraint program over centimetres, solved by CP-SAT.
+"""Places a brief's furniture in a room: a constraint program over centimeters, solved by CP-SAT.
 
 Every wall unit chooses a wall and a position along it; islands choose a position and one of two headings. Footprints
 do not overlap, the zone in front of each unit is free of footprints, door areas stay clear, hazards keep their
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 
 CM = 100
 WALL_GAP = 1
-"""Gap between a unit and its wall, centimetres."""
+"""Gap between a unit and its wall, centimeters."""
 SIDE_GAP = 2
-"""Gap between neighbours, centimetres."""
+"""Gap between neighbors, centimeters."""
 YAW: dict[Wall, float] = {"front": 0.0, "back": math.pi, "left": -math.pi / 2.0, "right": math.pi / 2.0}
 _Range = tuple[int, int]
 _Ranges = tuple[_Range, _Range, _Range, _Range]
 GROUPS = ("hood clearance", "front clearance", "aisles", "doors", "separations", "emergency shower")
 """Groups of constraints that can be lifted to find out which of them clash."""
 RANK_COST = 150
-"""Cost of each step down a unit's list of walls, centimetres of doubled distance: as much as 0.75 m off its anchor."""
+"""Cost of each step down a unit's list of walls, centimeters of doubled distance: as much as 0.75 m off its anchor."""
 GAP_LIMIT = 0.1
 """Relative distance to the best known bound at which the search stops: preferences need no proof of optimality."""
 Status = Literal["solved", "infeasible", "stopped"]
@@ -39,7 +39,7 @@ Status = Literal["solved", "infeasible", "stopped"]
 
 @dataclass(frozen=True)
 class Pose:
-    """Centre of a footprint in the room frame, metres, and yaw, radians."""
+    """Center of a footprint in the room frame, meters, and yaw, radians."""
 
     x: float
     y: float
@@ -61,7 +61,7 @@ class Solution:
 
 
 class _Edge(NamedTuple):
-    """A coordinate: a linear expression and the numbers that it lies between, centimetres."""
+    """A coordinate: a linear expression and the numbers that it lies between, centimeters."""
 
     value: Any
     low: int
@@ -97,7 +97,7 @@ class _Piece:
 
 @dataclass(frozen=True)
 class _Obstacle:
-    """A fixed object: bounds, clear zone in front, height of the bottom in metres, and whether it obstructs zones."""
+    """A fixed object: bounds, clear zone in front, height of the bottom in meters, and whether it obstructs zones."""
 
     id: str
     foot: _Rect
@@ -412,7 +412,7 @@ def _obstacle(brief: Brief, placement: Placement) -> _Obstacle:
 
 
 def _bounds(box: OrientedBox) -> _Rect:
-    """Whole centimetres around a box."""
+    """Whole centimeters around a box."""
     x0, y0, x1, y1 = box.bounds()
     return _Rect.fixed(math.floor(x0 * CM + 1e-6), math.floor(y0 * CM + 1e-6), _cm(x1), _cm(y1))
 
@@ -422,7 +422,7 @@ def _fixed_pose(placement: Placement) -> Pose:
 
 
 def _pose(piece: _Piece, solver: cp_model.CpSolver, room: Room) -> Pose:
-    """Return the exact pose: the solver's centimetres along the wall, the exact gap across."""
+    """Return the exact pose: the solver's centimeters along the wall, the exact gap across."""
     foot, unit = piece.foot, piece.unit
     x0, y0 = solver.value(foot.x0.value) / CM, solver.value(foot.y0.value) / CM
     if unit.stance != "wall":

@@ -30,7 +30,7 @@ HEAVY_AISLE = 1.5
 AISLE = 1.2
 """Clear width around islands, metres: 1.5 between occupied benches, 1.2 at least (design.md, section 6)."""
 BENCH_DEPTH, HOOD_DEPTH, SIDE_DEPTH, ISLAND_DEPTH, HOOD_FRONT = 0.8, 0.85, 0.85, 1.5, 1.5
-"""Depths of a row at the front wall, at the back wall and at a side wall, of an island, and in front of hoods, metres;
+"""Depths of a row at the front wall, at the back wall and at a side wall, of an island, and in front of hoods, meters;
 they only estimate how many islands fit."""
 MOST_ISLANDS = 3
 PENINSULA_SHARE = 0.25
@@ -160,7 +160,7 @@ def _wall_unit(
     reason: str,
     least_front: float = 0.0,
 ) -> Unit:
-    """Return a wall unit of that catalogue name with the habits of its kind."""
+    """Return a wall unit of that catalog name with the habits of its kind."""
     asset, habit = request.catalog.get(name), request.habits.of(name)
     place = generator.random()
     anchors: dict[str, float] = {}

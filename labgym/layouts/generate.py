@@ -39,7 +39,7 @@ def generate(
     catalog: Catalog | None = None,
     fixed: Iterable[Placement] = (),
 ) -> Layout:
-    """Return a laboratory for a protocol: proposed, optimised, refined for navigation, and dressed.
+    """Return a laboratory for a protocol: proposed, optimized, refined for navigation, and dressed.
 
     The same arguments give a layout with the same hash in any process.
 

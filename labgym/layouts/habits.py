@@ -30,7 +30,7 @@ class Habit(Record):
         side: preferred span of a side wall, 0 at the front to 1 at the back.
         front: preferred span of the front wall, 0 at the end with the door to 1 at the other.
         back: preferred span of the back wall, 0 at the store side to 1 at the work side.
-        clear: free depth in front, metres; None for the catalogue's clearance.
+        clear: free depth in front, meters; None for the catalog's clearance.
     """
 
     walls: tuple[Side, ...] = ("store", "work", "front", "back")

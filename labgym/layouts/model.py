@@ -27,7 +27,7 @@ from labgym.protocols import Protocol, protocols
 __all__ = ["FLOOR", "WALL", "Door", "Floor", "Layout", "Placement", "Provenance", "Room", "placed_box"]
 
 OPEN_HEADROOM = 1000.0
-"""Headroom of a surface with nothing above it, metres."""
+"""Headroom of a surface with nothing above it, meters."""
 
 
 def _untagged(data: Any) -> Any:
@@ -55,7 +55,7 @@ EmbeddedProtocol = Annotated[
 
 
 class Layout(Document):
-    """A floor with placements and the protocols that it is for. Immutable; bound to a catalogue.
+    """A floor with placements and the protocols that it is for. Immutable; bound to a catalog.
 
     A layout is written as version 2 of the document. A version 1 file can still be read: it stays version 1, with its
     hash and its bytes, until it is changed in a way that version 1 cannot express.
@@ -83,7 +83,7 @@ class Layout(Document):
         """Make a layout of version 2.
 
         Args:
-            catalog: the catalogue that defines the placements' assets; by default `Catalog.load()`.
+            catalog: the catalog that defines the placements' assets; by default `Catalog.load()`.
             fields: the fields of the document.
 
         Raises:
@@ -107,7 +107,7 @@ class Layout(Document):
 
         Args:
             path: a .json file.
-            catalog: the catalogue to bind the layout to; by default `Catalog.load()`.
+            catalog: the catalog to bind the layout to; by default `Catalog.load()`.
 
         Raises:
             DocumentError: not a layout, or it names an asset or a support that does not exist.
@@ -188,7 +188,7 @@ class Layout(Document):
 
     @property
     def catalog(self) -> Catalog:
-        """The catalogue that the layout is bound to."""
+        """The catalog that the layout is bound to."""
         return self._catalog
 
     @property
@@ -233,7 +233,7 @@ class Layout(Document):
     def hash(self) -> str:
         """SHA-256 of canonical JSON, lengths rounded to 0.1 mm and angles to 0.1 mrad.
 
-        Version 2 hashes the floor, the placements, the embedded protocols and the digests of the catalogue entries
+        Version 2 hashes the floor, the placements, the embedded protocols and the digests of the catalog entries
         that are placed; version 1 the room, the placements and the protocol's id. Id, provenance and the floor's name
         do not count, nor do fields that have their default value: a field added later changes no hash.
         """
@@ -260,10 +260,10 @@ class Layout(Document):
         return self.by_id[placement_id]
 
     def asset(self, placement_id: str) -> Asset:
-        """Return the catalogue entry of a placement, with the placement's size if it has one.
+        """Return the catalog entry of a placement, with the placement's size if it has one.
 
         Raises:
-            UnknownNameError: no placement has that id, or the catalogue has no such asset.
+            UnknownNameError: no placement has that id, or the catalog has no such asset.
         """
         placement = self.placement(placement_id)
         if placement.size is None:
@@ -306,7 +306,7 @@ class Layout(Document):
         return next((placement for placement in self.placements if placement.asset == asset), None)
 
     def obstacles(self, below: float) -> Iterator[OrientedBox]:
-        """Yield bounding boxes of floor and wall objects that reach below a height in metres."""
+        """Yield bounding boxes of floor and wall objects that reach below a height in meters."""
         for placement in self.placements:
             if placement.support in (FLOOR, WALL):
                 box = self.box(placement.id)
@@ -314,7 +314,7 @@ class Layout(Document):
                     yield box
 
     def replace(self, **changes: Any) -> Layout:
-        """Return a copy with some fields changed, bound to the same catalogue (or to `catalog=`).
+        """Return a copy with some fields changed, bound to the same catalog (or to `catalog=`).
 
         A version 1 layout becomes version 2 if its floor or its protocols are changed, or if a placement is given a
         field that version 1 does not have.
@@ -358,7 +358,7 @@ class Layout(Document):
         return version1.to_version_1(self.id, self._version_1, self.placements, self.provenance).to_json()
 
     def __getstate__(self) -> dict[Any, Any]:
-        # Only the fields and the catalogue's reference travel to another process, not what is cached.
+        # Only the fields and the catalog's reference travel to another process, not what is cached.
         state = super().__getstate__()
         fields = {name: value for name, value in state["__dict__"].items() if name in type(self).model_fields}
         return {**state, "__dict__": fields}

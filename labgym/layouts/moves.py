@@ -10,7 +10,7 @@ from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 
 @dataclass(frozen=True)
 class Move:
-    """Translate a placement in the room frame, metres."""
+    """Translate a placement in the room frame, meters."""
 
     id: str
     dx: float
@@ -27,7 +27,7 @@ class Rotate:
 
 @dataclass(frozen=True)
 class Place:
-    """Put a placement at a position (x, y) and yaw in the room frame; metres, radians."""
+    """Put a placement at a position (x, y) and yaw in the room frame; meters, radians."""
 
     id: str
     x: float
@@ -137,7 +137,7 @@ def _settled(layout: Layout, command: Settle) -> Layout:
 
 
 def rests_on(layout: Layout, placement: Placement) -> float | None:
-    """Return the height at which a placement's bottom belongs, metres; None on a wall."""
+    """Return the height at which a placement's bottom belongs, meters; None on a wall."""
     if placement.support == WALL:
         return None
     if placement.support == FLOOR:
@@ -146,7 +146,7 @@ def rests_on(layout: Layout, placement: Placement) -> float | None:
 
 
 def lifted(layout: Layout, placement_id: str, height: float) -> Layout:
-    """Return the layout with a placement, and what stands on it, raised or lowered to a height in metres."""
+    """Return the layout with a placement, and what stands on it, raised or lowered to a height in meters."""
     item = layout.placement(placement_id)
     return _carried(layout, placement_id, item.yaw, 0.0, 0.0, height - item.position[2])
 

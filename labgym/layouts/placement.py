@@ -17,15 +17,15 @@ WALL = "wall"
 
 
 class Placement(Record):
-    """One object: the centre of its bottom face in the room frame, and its yaw.
+    """One object: the center of its bottom face in the room frame, and its yaw.
 
     Attributes:
-        position: x, y, z in metres.
+        position: x, y, z in meters.
         yaw: radians, counter-clockwise; the front looks along +y at yaw 0.
         support: "floor", "wall", or the id of the placement that it stands on or in.
         slot: index of the support's surface (a cabinet's shelf), None on floor and wall.
-        fixed: whether repair and optimisation must leave the object where it is.
-        size: width, depth and height in metres in place of the catalogue's; surfaces and cavity are scaled with it
+        fixed: whether repair and optimization must leave the object where it is.
+        size: width, depth and height in meters in place of the catalog's; surfaces and cavity are scaled with it
             along each axis, and must stay within the bounds of the asset's category.
     """
 
@@ -40,7 +40,7 @@ class Placement(Record):
 
 
 def resized(asset: Asset, size: Size) -> Asset:
-    """Return a catalogue entry with another bounding box.
+    """Return a catalog entry with another bounding box.
 
     Surfaces and cavity are scaled along each axis. Fittings keep their size and their distances to back and top.
     """

@@ -39,7 +39,7 @@ QUICK, PATIENT, THOROUGH = 0.04, 0.4, 1.0
 """Deterministic search time with walls chosen beforehand, of one last attempt at a level at which the solver reached
 that limit, and with walls left to the solver."""
 QUICK_AREA = 100.0
-"""Floor area for which QUICK suffices, square metres; the search time grows with the area above it."""
+"""Floor area for which QUICK suffices, square meters; the search time grows with the area above it."""
 MOST_SCALE = 8.0
 """Greatest factor by which the search time grows."""
 THOROUGH_ATTEMPTS = 4
@@ -230,7 +230,7 @@ def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
 
 
 def shortest_drive(layout: Layout, protocol: Protocol) -> float:
-    """Return the shortest straight-line distance between consecutive goal poses, metres; inf without drives."""
+    """Return the shortest straight-line distance between consecutive goal poses, meters; inf without drives."""
     lengths = [math.dist(pair.start[:2], pair.goal[:2]) for pair in goal_pairs(layout, protocol)]
     return min(lengths, default=math.inf)
 

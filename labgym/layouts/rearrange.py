@@ -90,5 +90,5 @@ def _unit(layout: Layout, placement: Placement) -> Unit:
 
 
 def _turn(yaw: float, wall: Wall) -> float:
-    """Cost of turning an object to a wall's direction, metres."""
+    """Cost of turning an object to a wall's direction, meters."""
     return abs(math.remainder(yaw - WALL_YAW[wall], 2.0 * math.pi)) / math.pi

@@ -21,14 +21,14 @@ BUDGET = 80
 PLACES = 4
 """Maximum number of free places tried for an object."""
 STEPS = (0.1, 0.2, 0.4, 0.7)
-"""Translations that are tried, metres."""
+"""Translations that are tried, meters."""
 
 
 def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default") -> Layout:
     """Return a layout in which more transitions are feasible, all of them if the space allows it.
 
     Failures are classified by the planner; rotations come first, then translations and free places, and
-    after each accepted update the optimiser repairs what it broke. No update that adds a violation is accepted. Fixed
+    after each accepted update the optimizer repairs what it broke. No update that adds a violation is accepted. Fixed
     objects never move. Deterministic.
     """
     current = evaluate_layout(layout, protocol, profile, navigation=True)

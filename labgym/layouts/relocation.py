@@ -16,15 +16,15 @@ from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
 from labgym.layouts.rules.zones import INTRUSION, door_area, front_zone
 
 WALL_STEP = 0.05
-"""Spacing of the places tried along a wall, metres."""
+"""Spacing of the places tried along a wall, meters."""
 FLOOR_STEP = 0.15
-"""Spacing of the places tried in the open, metres."""
+"""Spacing of the places tried in the open, meters."""
 WALL_GAP = 0.01
-"""Gap to the wall and to neighbors, metres."""
+"""Gap to the wall and to neighbors, meters."""
 AISLES = (1.2, 0.95)
 """Clear widths around an island that are tried, metres: an aisle, and a way out."""
 SPREAD = 0.3
-"""Least distance between two places that are returned, metres."""
+"""Least distance between two places that are returned, meters."""
 MOST = 12
 """Maximum number of places returned."""
 
@@ -105,7 +105,7 @@ def _open_poses(layout: Layout, placement_id: str, aisle: float) -> list[Pose]:
 
 
 def _hits(boxes: Sequence[OrientedBox], others: Sequence[OrientedBox], depth: float) -> NDArray[np.bool_]:
-    """Which boxes overlap one of the others by more than a depth in metres, shape (n,)."""
+    """Which boxes overlap one of the others by more than a depth in meters, shape (n,)."""
     if not others:
         return np.zeros(len(boxes), dtype=np.bool_)
     overlaps = pairwise_penetration(BoxArray.of(boxes), BoxArray.of(others))

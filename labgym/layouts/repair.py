@@ -18,7 +18,7 @@ from labgym.layouts.rules.thresholds import Profile
 
 ROUNDS = 12
 SAFETY = 0.005
-"""Added to every push, metres, so that rounding does not undo it."""
+"""Added to every push, meters, so that rounding does not undo it."""
 SEED = 0
 """Seed of the search for free spots; the same layout is always repaired in the same way."""
 
@@ -135,7 +135,7 @@ def _mover(layout: Layout, placement_id: str, pair: tuple[str, ...]) -> str:
 
 
 def separating_push(mover: OrientedBox, other: OrientedBox) -> tuple[float, float] | None:
-    """Return the shortest planar translation of `mover` out of `other`, metres; None if they are apart."""
+    """Return the shortest planar translation of `mover` out of `other`, meters; None if they are apart."""
     a, b = BoxArray.of([mover]), BoxArray.of([other])
     if pairwise_penetration(a, b)[0, 0] <= 0.0:
         return None

@@ -31,10 +31,10 @@ class Request:
     fixed: tuple[Placement, ...] = ()
 
     def fixed_asset(self, placement: Placement) -> Asset:
-        """Return the catalogue entry of a fixed object, with the object's size if it has one.
+        """Return the catalog entry of a fixed object, with the object's size if it has one.
 
         Raises:
-            UnknownNameError: the catalogue has no such asset.
+            UnknownNameError: the catalog has no such asset.
         """
         asset = self.catalog.get(placement.asset)
         return asset if placement.size is None else resized(asset, placement.size)

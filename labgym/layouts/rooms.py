@@ -54,9 +54,9 @@ DEFAULT = "bay"
 
 
 SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*[x×]\s*(\d+(?:\.\d+)?)", re.IGNORECASE)
-"""A room by its size: WIDTHxDEPTH in metres."""
+"""A room by its size: WIDTHxDEPTH in meters."""
 FROM_CORNER = 1.5
-"""Distance of the doors of a room given by its size from the nearest corner, metres."""
+"""Distance of the doors of a room given by its size from the nearest corner, meters."""
 
 
 class RoomFile(Document, Room):
@@ -78,7 +78,7 @@ def resolve_room(room: Room | str | Path | None) -> Room:
     """Return the room that an argument names.
 
     Args:
-        room: a `Room`; the name of a preset; a size such as "12x9", width by depth in metres, which gets a door in the
+        room: a `Room`; the name of a preset; a size such as "12x9", width by depth in meters, which gets a door in the
             front wall and one in the right wall; the path of a `labgym.room/1` file; None for the preset "bay" (8 x 8 m
             with two doors).
 

@@ -1,4 +1,4 @@
-"""Arranges objects on one surface: a seeded scan of a centimetre grid, largest object first."""
+"""Arranges objects on one surface: a seeded scan of a centimeter grid, largest object first."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from numpy.typing import NDArray
 from labgym.layouts.rules.thresholds import ONE_SIDED
 
 GRID = 0.01
-"""Spacing of the spots that are tried, metres."""
+"""Spacing of the spots that are tried, meters."""
 GAP = 0.03
-"""Least gap between neighbours, metres."""
+"""Least gap between neighbors, meters."""
 BULKY = 0.03
 """Footprint above which an item goes to the back, square metres: a hot plate, not a flask."""
 ROW_COST, NOISE = 2.0, 0.05
-"""Cost of a metre off the row, against 1 for a metre along it, and of the noise that makes seeds differ."""
+"""Cost of a meter off the row, against 1 for a meter along it, and of the noise that makes seeds differ."""
 TRIES = 6
 """Number of arrangements tried before a surface counts as full."""
 
 
 @dataclass(frozen=True)
 class Item:
-    """An object to stand on a surface: footprint and height in metres, and the margin that it needs to every edge."""
+    """An object to stand on a surface: footprint and height in meters, and the margin that it needs to every edge."""
 
     name: str
     width: float
@@ -36,7 +36,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Spot:
-    """Where an item stands: center relative to the surface's center, metres, and yaw relative to the surface."""
+    """Where an item stands: center relative to the surface's center, meters, and yaw relative to the surface."""
 
     x: float
     y: float

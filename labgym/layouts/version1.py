@@ -31,7 +31,7 @@ class Door1(Record):
 
 
 class Room1(Record):
-    """The room of a version 1 layout, in metres."""
+    """The room of a version 1 layout, in meters."""
 
     name: Annotated[str, Field(max_length=80)] = "custom"
     width: Annotated[float, Field(ge=2.0, le=50.0)]
@@ -42,7 +42,7 @@ class Room1(Record):
 
 
 class Placement1(Record):
-    """A placement of a version 1 layout: position in metres, yaw in radians."""
+    """A placement of a version 1 layout: position in meters, yaw in radians."""
 
     id: Identifier
     asset: Annotated[str, Field(max_length=64)]
@@ -164,5 +164,5 @@ def hash_of(fields: Version1Fields, placements: tuple[Placement, ...]) -> str:
 
 
 def _tenths(length: float) -> int:
-    """Return a length in tenths of a millimetre."""
+    """Return a length in tenths of a millimeter."""
     return round(length * 1e4)

@@ -20,14 +20,14 @@ HOSTILE = 0.7
 OVERFLOW = 100.0
 """Cost of a wall that is too short: more than all other costs together."""
 SIDE_GAP = 0.02
-"""Gap between neighbors, metres, as in the floor plan."""
+"""Gap between neighbors, meters, as in the floor plan."""
 CORNERS = {"back": 0.0, "front": 1.7, "left": 1.9, "right": 1.9}
 """Length lost to the rows on neighboring walls, metres: 0.85 m of side row twice at the front; at a side wall 0.85 m
 of hood row and 1.05 m of front row with its clearance. The back row has its corners to itself."""
 ROW = 0.75
-"""Depth of a row of furniture, metres; a fixed object nearer to the wall takes its length."""
+"""Depth of a row of furniture, meters; a fixed object nearer to the wall takes its length."""
 SHORTEST = 0.1
-"""Least length of wall assumed, metres, so that the used share stays finite."""
+"""Least length of wall assumed, meters, so that the used share stays finite."""
 
 
 def choose_walls(brief: Brief, room: Room, generator: np.random.Generator) -> Brief:
@@ -68,14 +68,14 @@ def _away(brief: Brief) -> dict[str, set[str]]:
 
 
 def _free_length(brief: Brief, room: Room, wall: str) -> float:
-    """Length of wall that units can use: without corners, door swings and fixed objects, metres."""
+    """Length of wall that units can use: without corners, door swings and fixed objects, meters."""
     length = room.width if wall in ("front", "back") else room.depth
     fixed = sum(_along(brief.fixed[unit.id], unit, room, wall) for unit in brief.units if unit.id in brief.fixed)
     return length - CORNERS[wall] - fixed - sum(door_span(door) for door in room.doors if door.wall == wall)
 
 
 def _along(placement: Placement, unit: Unit, room: Room, wall: str) -> float:
-    """Length of a wall that a fixed object takes, metres; 0 if it leaves enough depth for a unit behind it."""
+    """Length of a wall that a fixed object takes, meters; 0 if it leaves enough depth for a unit behind it."""
     x, y, _ = placement.position
     x0, y0, x1, y1 = OrientedBox(x, y, unit.width, unit.depth, placement.yaw).bounds()
     gap = {"front": y0, "back": room.depth - y1, "left": x0, "right": room.width - x1}[wall]

@@ -27,15 +27,15 @@ class Obstacles:
         return len(self.boxes)
 
     def point_distances(self, points: Array) -> Array:
-        """Return the distance from points (m, 2) to each rectangle, (m, n) metres; 0 inside."""
+        """Return the distance from points (m, 2) to each rectangle, (m, n) meters; 0 inside."""
         return _outside(self._local(points), self.boxes.half)
 
     def nearest(self, points: Array) -> Array:
-        """Return the distance from points (m, 2) to the nearest rectangle, (m,) metres; inf if there are none."""
+        """Return the distance from points (m, 2) to the nearest rectangle, (m,) meters; inf if there are none."""
         return np.asarray(self.point_distances(points).min(axis=1, initial=np.inf))
 
     def segment_distances(self, starts: Array, ends: Array) -> Array:
-        """Return the distance from segments to each rectangle, (m, n) metres; 0 if they intersect.
+        """Return the distance from segments to each rectangle, (m, n) meters; 0 if they intersect.
 
         Args:
             starts: (m, 2) first points of the segments.

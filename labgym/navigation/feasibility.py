@@ -57,8 +57,8 @@ def feasibility(
     Args:
         plan: the layout.
         pairs: goal pairs, as from `goal_pairs`.
-        radius: radius of the disc, metres.
-        resolution: side of a cell, metres.
+        radius: radius of the disc, meters.
+        resolution: side of a cell, meters.
         grid: the dilated grid if it exists already; radius and resolution are then ignored.
     """
     grid = grid if grid is not None else occupancy(plan, resolution).dilated(radius)

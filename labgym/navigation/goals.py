@@ -16,7 +16,7 @@ from labgym.protocols import Protocol
 Pose = tuple[float, float, float]
 
 SAME_PLACE = 1e-3
-"""Goal poses that are nearer than this count as the same, metres."""
+"""Goal poses that are nearer than this count as the same, meters."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class GoalPair:
 
     Attributes:
         index: position in the tuple that `goal_pairs` returns.
-        start, goal: (x, y, yaw) in the room frame; metres, radians; yaw is the robot's heading.
+        start, goal: (x, y, yaw) in the room frame; meters, radians; yaw is the robot's heading.
         start_location, goal_location: asset names.
     """
 
@@ -48,7 +48,7 @@ def goal_pose(target: OrientedBox, parent: OrientedBox | None = None) -> Pose:
         parent: the object that carries it; None if it stands on the floor.
 
     Returns:
-        (x, y, yaw): metres, and the heading in (-pi, pi].
+        (x, y, yaw): meters, and the heading in (-pi, pi].
     """
     box = target
     if parent is not None and parent.width * parent.depth > target.width * target.depth:

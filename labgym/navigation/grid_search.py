@@ -27,9 +27,9 @@ def astar(
 
     Args:
         grid: the grid dilated by the robot's radius.
-        start: (x, y), metres.
-        goal: (x, y), metres.
-        costs: (ny, nx), cost per metre through each cell, at least 1; a step costs its length times the mean of its two
+        start: (x, y), meters.
+        goal: (x, y), meters.
+        costs: (ny, nx), cost per meter through each cell, at least 1; a step costs its length times the mean of its two
             cells. None stands for 1 everywhere.
 
     Returns:
@@ -60,7 +60,7 @@ def distance_field(grid: OccupancyGrid, source: Point) -> NDArray[np.float64]:
     """Return the length of the shortest grid path from every cell to the cell of a point, with the moves of `astar`.
 
     Returns:
-        (ny, nx) metres; inf for cells without a path, and everywhere if the source is not free.
+        (ny, nx) meters; inf for cells without a path, and everywhere if the source is not free.
     """
     field = np.full(grid.shape, np.inf)
     if grid.free(*source):

@@ -16,11 +16,11 @@ from labgym.geometry import OrientedBox
 from labgym.navigation.plan import OBSTACLE_HEIGHT, FloorPlan
 
 RESOLUTION = 0.05
-"""Side of a cell, metres."""
+"""Side of a cell, meters."""
 
 MAX_CELLS = 4_000_000
 TOUCH = 1e-9
-"""Overlaps smaller than this count as touching, metres."""
+"""Overlaps smaller than this count as touching, meters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +29,8 @@ class OccupancyGrid:
 
     Attributes:
         occupied: (ny, nx) bool; row is y, column is x.
-        resolution: side of a cell, metres.
-        origin: room coordinates of the outer corner of cell [0, 0], metres.
+        resolution: side of a cell, meters.
+        origin: room coordinates of the outer corner of cell [0, 0], meters.
     """
 
     occupied: NDArray[np.bool_]
@@ -107,15 +107,15 @@ class OccupancyGrid:
 
 
 def occupancy(plan: FloorPlan, resolution: float = RESOLUTION, below: float = OBSTACLE_HEIGHT) -> OccupancyGrid:
-    """Rasterise a floor plan.
+    """Rasterize a floor plan.
 
     A cell is occupied if its interior intersects the footprint of an obstacle or extends outside the room. A footprint
     that only touches the cell does not count.
 
     Args:
         plan: the layout.
-        resolution: side of a cell, metres.
-        below: objects whose bottom is above this height are ignored, metres.
+        resolution: side of a cell, meters.
+        below: objects whose bottom is above this height are ignored, meters.
 
     Raises:
         OptionError: the resolution is not positive, or gives more than four million cells.

@@ -12,23 +12,23 @@ PLANNING_RADIUS = 0.30
 """Radius of the disc that paths are planned for, metres: the chassis (0.27 m) and 3 cm for tracking errors."""
 
 STAND_OFF = 2.0 * PLANNING_RADIUS
-"""Distance from the front of a device to the center of the robot that works there, metres."""
+"""Distance from the front of a device to the center of the robot that works there, meters."""
 
 OBSTACLE_HEIGHT = 1.40
 """Objects whose bottom is below this height are obstacles, metres: the robot (1.32 m, `RobotSpec.height`) and 8 cm."""
 
 
 class Extent(Interface):
-    """The room's interior: x in [0, width], y in [0, depth], metres."""
+    """The room's interior: x in [0, width], y in [0, depth], meters."""
 
     @property
     def width(self) -> float:
-        """Along x, metres."""
+        """Along x, meters."""
         ...
 
     @property
     def depth(self) -> float:
-        """Along y, metres."""
+        """Along y, meters."""
         ...
 
 
@@ -42,7 +42,7 @@ class Placed(Interface):
 
     @property
     def asset(self) -> str:
-        """Name in the catalogue."""
+        """Name in the catalog."""
         ...
 
 

@@ -29,7 +29,7 @@ class Corners:
     """Quarter circles of radius r around the corners of the rectangles.
 
     Attributes:
-        centre: (k, 2). begin: (k,) angle at which the quarter begins, counter-clockwise. radius: metres.
+        centre: (k, 2). begin: (k,) angle at which the quarter begins, counter-clockwise. radius: meters.
     """
 
     centre: Array

@@ -26,7 +26,7 @@ class ShortestPath:
     """A shortest path.
 
     Attributes:
-        length: metres, with arcs measured as arcs.
+        length: meters, with arcs measured as arcs.
         points: (n, 2) from start to goal; arcs are given by points at most 5 degrees apart.
     """
 
@@ -43,8 +43,8 @@ class ShortestPaths:
 
     Args:
         plan: the layout.
-        radius: radius of the disc, metres.
-        below: objects whose bottom is above this height are ignored, metres.
+        radius: radius of the disc, meters.
+        below: objects whose bottom is above this height are ignored, meters.
 
     Raises:
         OptionError: the radius is not positive.
@@ -64,7 +64,7 @@ class ShortestPaths:
     def path(self, start: Sequence[float], goal: Sequence[float]) -> ShortestPath | None:
         """Return a shortest path between two points, or None if the disc cannot get from one to the other.
 
-        Points are room coordinates in metres; components after x and y, such as a yaw, are ignored.
+        Points are room coordinates in meters; components after x and y, such as a yaw, are ignored.
         """
         ends = np.array([start[:2], goal[:2]], dtype=np.float64)
         if not self.space.holds(ends).all():
@@ -86,7 +86,7 @@ class ShortestPaths:
         return self._corners.points(contacts.corner, contacts.normal)
 
     def _along_arcs(self, nodes: Contacts) -> tuple[Index, Index, Array]:
-        """Join neighbouring contacts on each free arc; return pairs of contacts and the lengths between them."""
+        """Join neighboring contacts on each free arc; return pairs of contacts and the lengths between them."""
         turn = self._corners.turned(nodes.corner, nodes.normal)
         # Quarters are at most pi/2 long: spaced by 4, one sorted line holds the arcs of all corners.
         begin, end = (self._arc_corner * 4.0 + self._arcs[:, k] for k in range(2))

@@ -75,10 +75,10 @@ class Ledger:
 
 @cache
 def results_digest(catalog: str) -> str:
-    """Return a digest of what determines results in addition to options: package, artefacts and a catalogue.
+    """Return a digest of what determines results in addition to options: package, artefacts and a catalog.
 
     Args:
-        catalog: digest of the catalogue in use, the user's own assets included.
+        catalog: digest of the catalog in use, the user's own assets included.
     """
     package = Path(labgym.__file__).resolve().parent
     files = [path for path in package.rglob("*") if path.suffix in {".py", ".j2"}]

@@ -1,6 +1,6 @@
 """Apparatus: the devices, the place and the usual conditions of each action; vessels by volume, baths by temperature.
 
-`APPARATUS` is the only table from actions to devices. The feasibility filter asks it what the catalogue must hold, and
+`APPARATUS` is the only table from actions to devices. The feasibility filter asks it what the catalog must hold, and
 everything that writes protocols (`labgym.protocols.synthesis`) takes the devices of its steps from it.
 """
 
@@ -36,7 +36,7 @@ class Apparatus:
         place: asset name of the location.
         minutes: usual duration.
         temperature: usual temperature, degrees Celsius; None if it depends on the mixture.
-        needs: sets of assets; the catalogue must hold one of each set for the action to be feasible. Basic glassware,
+        needs: sets of assets; the catalog must hold one of each set for the action to be feasible. Basic glassware,
             which every laboratory has, is not listed.
     """
 
@@ -173,7 +173,7 @@ def vessel_for(volume: float, catalog: Catalog, among: Sequence[str] = FLASKS, f
         limit = capacity(catalog.get(name))
         if limit is not None and volume <= fill * limit:
             return name
-    raise RefusalError("infeasible", f"a batch of {volume / 1000:.3g} L is too large for every vessel of the catalogue")
+    raise RefusalError("infeasible", f"a batch of {volume / 1000:.3g} L is too large for every vessel of the catalog")
 
 
 def bath_for(temperature: float | None) -> tuple[str, ...]:

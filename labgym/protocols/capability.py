@@ -1,4 +1,4 @@
-"""Capabilities of equipment according to the catalogue, and alternatives to an asset."""
+"""Capabilities of equipment according to the catalog, and alternatives to an asset."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Span = tuple[float, float]
 
 
 def capacity(asset: Asset) -> float | None:
-    """Return the capacity of a vessel or device in mL, or None if the catalogue does not state it."""
+    """Return the capacity of a vessel or device in mL, or None if the catalog does not state it."""
     return asset.specs.capacity_mL
 
 
@@ -65,7 +65,7 @@ def shines(asset: Asset) -> tuple[Span, ...]:
 
 
 def stirs(asset: Asset) -> float | None:
-    """Return the largest volume of water that a stirrer moves, mL, or None if the catalogue does not state it."""
+    """Return the largest volume of water that a stirrer moves, mL, or None if the catalog does not state it."""
     return asset.specs.stirring_mL
 
 

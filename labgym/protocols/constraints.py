@@ -20,10 +20,10 @@ def derive(protocol: Protocol, catalog: Catalog | None = None) -> Protocol:
     """Return the protocol with its constraints replaced by those that its content implies.
 
     Args:
-        catalog: the assets that the protocol names; the default catalogue if None.
+        catalog: the assets that the protocol names; the default catalog if None.
 
     Raises:
-        UnknownNameError: the protocol names an asset that the catalogue lacks.
+        UnknownNameError: the protocol names an asset that the catalog lacks.
     """
     assets = catalog if catalog is not None else Catalog.load()
     return protocol.model_copy(

@@ -39,7 +39,7 @@ class Situation:
 
     Attributes:
         step: the step.
-        place: its location; None if the catalogue lacks it.
+        place: its location; None if the catalog lacks it.
         vessel: the vessel that holds the batch; None if it cannot be determined.
         contents: mL of each reagent in the vessel at the fullest; 0 for solids and gases.
         added: the reagents that the step itself uses.
@@ -69,7 +69,7 @@ def is_vessel(asset: Asset) -> bool:
 
 
 def situations(protocol: Protocol, catalog: Catalog) -> tuple[Situation, ...]:
-    """Return the situation of each step; names that the catalogue lacks are ignored."""
+    """Return the situation of each step; names that the catalog lacks are ignored."""
     return tuple(_BatchTracker(protocol, catalog).steps())
 
 

@@ -73,7 +73,7 @@ class SpatialConstraint(Record):
 
 
 class Protocol(Document):
-    """A complete protocol. All names are asset names of the catalogue.
+    """A complete protocol. All names are asset names of the catalog.
 
     Attributes:
         reaction: reaction SMILES.

@@ -31,7 +31,7 @@ def validate(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Findin
 
     Args:
         protocol: any protocol that satisfies the schema.
-        catalog: the assets that the protocol names; the default catalogue if None.
+        catalog: the assets that the protocol names; the default catalog if None.
     """
     case = Case(protocol, catalog if catalog is not None else Catalog.load())
     return tuple(finding for rule in ALL for finding in rule(case))
@@ -41,12 +41,12 @@ def examine(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Finding
     """Return the findings of `validate`, followed by those about equipment and hazards.
 
     The additional rules go beyond the paper: they compare volumes, temperatures, pressures and speeds with the
-    specifications of the catalogue, and consider the hazards of what each vessel holds. A step with a fault cannot or
+    specifications of the catalog, and consider the hazards of what each vessel holds. A step with a fault cannot or
     must not be carried out as written; advice names a better way.
 
     Args:
         protocol: any protocol that satisfies the schema.
-        catalog: the assets that the protocol names; the default catalogue if None.
+        catalog: the assets that the protocol names; the default catalog if None.
     """
     case = Case(protocol, catalog if catalog is not None else Catalog.load())
     return tuple(finding for rule in (*ALL, *EQUIPMENT) for finding in rule(case))

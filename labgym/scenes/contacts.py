@@ -18,7 +18,7 @@ class Contact:
 
     Attributes:
         a, b: ids in the layout's order.
-        depth: smallest translation that separates the pair of their solids that overlap most, metres.
+        depth: smallest translation that separates the pair of their solids that overlap most, meters.
     """
 
     a: str
@@ -27,7 +27,7 @@ class Contact:
 
 
 def contacts(layout: Layout, depth: float = 0.001) -> tuple[Contact, ...]:
-    """Return the pairs of placements that interpenetrate by more than `depth` metres in the compiled scene.
+    """Return the pairs of placements that interpenetrate by more than `depth` meters in the compiled scene.
 
     MuJoCo computes no contacts between static bodies. Therefore `mj_geomDistance`, which is negative for overlapping
     geoms, is evaluated for every pair of solids whose axis-aligned bounds overlap. A placement does not count as

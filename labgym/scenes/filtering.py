@@ -18,7 +18,7 @@ LIGHT_SHARPNESS = 2.5
 
 
 def smooth_light(light: Floats, normal: Floats, distance: Floats) -> Floats:
-    """Return light (h, w, 3) smoothed along surfaces given by normals (h, w, 3) and distances (h, w) in metres.
+    """Return light (h, w, 3) smoothed along surfaces given by normals (h, w, 3) and distances (h, w) in meters.
 
     The kernel is applied along rows and then along columns.
     """

@@ -46,7 +46,7 @@ class SceneMesh:
     """Triangles in the room frame.
 
     Attributes:
-        vertices: (n, 3) float64, metres. faces: (m, 3) int64, wound outwards.
+        vertices: (n, 3) float64, meters. faces: (m, 3) int64, wound outwards.
         material: (m,) index into `MATERIAL_NAMES`.
         owner: (m,) index into the layout's placements, `ROOM` for floor and walls.
     """
@@ -81,7 +81,7 @@ class AssetMesh:
 
 @lru_cache(maxsize=2048)
 def asset_mesh(asset: Asset) -> AssetMesh:
-    """Return an asset's mesh, computed once for each catalogue entry and size."""
+    """Return an asset's mesh, computed once for each catalog entry and size."""
     parts = build(asset)
     meshes = [tessellate(part) for part in parts]
     material = np.concatenate(

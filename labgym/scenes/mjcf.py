@@ -23,7 +23,7 @@ from labgym.scenes.views import View, views
 VISUAL_GROUP = 2
 COLLISION_GROUP = 3
 TILE = 0.6
-"""Side of a floor tile, metres."""
+"""Side of a floor tile, meters."""
 LAMPS = (
     ("sun", (0.16, 0.22, -0.96), (0.26, 0.255, 0.24), 0.10),
     ("fill_front", (-0.70, 0.65, -0.25), (0.35, 0.35, 0.36), 0.05),

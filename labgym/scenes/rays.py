@@ -55,8 +55,8 @@ class RayScene:
         """Return the distance to the first hit of each ray, and the face that it hits.
 
         Args:
-            origins: (n, 3) metres in the room frame. directions: (n, 3) unit vectors.
-            max_range: distance that is returned for rays that hit nothing nearer, metres.
+            origins: (n, 3) meters in the room frame. directions: (n, 3) unit vectors.
+            max_range: distance that is returned for rays that hit nothing nearer, meters.
 
         Returns:
             Distances (n,) float32 and face indices (n,) int32, -1 for rays that hit nothing.
@@ -86,7 +86,7 @@ class RayScene:
 
 
 def _flat_colors(mesh: SceneMesh) -> NDArray[np.float32]:
-    """Return face colors (m, 3) in [0, 255]; translucent ones are blended with a light grey."""
+    """Return face colors (m, 3) in [0, 255]; translucent ones are blended with a light gray."""
     rgba = mesh.rgba
     opacity = rgba[:, 3:]
     return (255.0 * (rgba[:, :3] * opacity + 0.82 * (1.0 - opacity))).astype(np.float32)

@@ -42,7 +42,7 @@ LAYERS = 5
 """Largest number of translucent surfaces that a ray passes."""
 CHUNK = 1 << 17
 NUDGE = np.float32(2e-4)
-"""Distance between a surface and the origins of the rays that leave it, metres."""
+"""Distance between a surface and the origins of the rays that leave it, meters."""
 
 
 def trace(
@@ -70,7 +70,7 @@ def trace(
 def trace_mesh(
     mesh: SceneMesh, place: View, width: int, height: int, samples: int, ceiling: float = math.inf
 ) -> NDArray[np.uint8]:
-    """Return a ray-traced picture of a mesh; rays that rise above `ceiling` metres hit a ceiling with lamps."""
+    """Return a ray-traced picture of a mesh; rays that rise above `ceiling` meters hit a ceiling with lamps."""
     scene = Scene(mesh)
     image = _Image(width * height)
     pixels = np.arange(width * height)

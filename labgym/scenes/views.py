@@ -15,7 +15,7 @@ from labgym.layouts.model import FLOOR
 Array = NDArray[np.float64]
 Point = tuple[float, float, float]
 EYE_HEIGHT = 1.6
-"""Height of a standing person's eyes, metres."""
+"""Height of a standing person's eyes, meters."""
 WIDE = 16.0 / 9.0
 """Aspect ratio of the pictures that the overview is fitted to: width over height."""
 
@@ -25,7 +25,7 @@ class View:
     """A camera in the room frame.
 
     Attributes:
-        position: of the camera. target: the point that it looks at, metres.
+        position: of the camera. target: the point that it looks at, meters.
         fovy: vertical field of view, degrees.
     """
 

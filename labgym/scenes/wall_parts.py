@@ -12,15 +12,15 @@ from labgym.layouts import Door, Room
 Span = tuple[float, float]
 
 SKIRTING = 0.10
-"""Height of the skirting, metres."""
+"""Height of the skirting, meters."""
 SILL = 2.45
 """Height of the sills of the high windows, metres: above fume hoods and wall cabinets."""
 CAP = "wall_cap"
 """Material of the top of a wall."""
 LINTEL = 0.12
-"""Height of the wall above the high windows, metres."""
+"""Height of the wall above the high windows, meters."""
 RECESS = 0.06
-"""Distance of door leaves and panes behind the inner face of the wall, metres."""
+"""Distance of door leaves and panes behind the inner face of the wall, meters."""
 
 
 def wall_parts(room: Room, wall: str) -> Iterator[Part]:

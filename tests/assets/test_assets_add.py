@@ -137,7 +137,7 @@ def test_one_file_that_breaks_its_reader_does_not_stop_a_batch(tmp_path, own, ca
     box(models / "c_beaker.stl", (70, 70, 95))
     assert main(["assets", "add", str(models), "--catalog", str(own.folder)]) == 1
     captured = capsys.readouterr()
-    assert "2 of 3 files are in the catalogue" in captured.out
+    assert "2 of 3 files are in the catalog" in captured.out
     assert "b_broken.obj" in captured.err
     assert len(own.names()) == 2
 

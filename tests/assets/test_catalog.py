@@ -122,7 +122,7 @@ def test_an_empty_or_missing_folder_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("sides", "slip"),
     [
-        ((7.0, 7.0, 9.5), "centimetres"),
+        ((7.0, 7.0, 9.5), "centimeters"),
         ((2.76, 2.76, 3.74), "inches"),
         ((0.0007, 0.0007, 0.00095), "divided by 100"),
         ((0.0009996, 0.002414, 0.002351), "divided by 100"),

@@ -144,18 +144,18 @@ def test_a_match_says_how_it_was_found_and_how_sure_it_is(text, name, how):
         ("250 mL RBF", "RoundBottomFlask", ""),
         ("0.25 L RBF", "RoundBottomFlask", ""),
         ("250 cm³ round-bottom flask", "RoundBottomFlask", ""),
-        ("2 L RBF", "RoundBottomFlask", "the catalogue's holds 250 mL, not 2 L"),
-        ("100ml beaker", "Beaker", "the catalogue's holds 250 mL, not 100ml"),
-        ("600 mL beaker", "LargeBeaker", "the catalogue's holds 1 L, not 600 mL"),
-        ("5 L beaker", "LargeBeaker", "the catalogue's holds 1 L, not 5 L"),
+        ("2 L RBF", "RoundBottomFlask", "the catalog's holds 250 mL, not 2 L"),
+        ("100ml beaker", "Beaker", "the catalog's holds 250 mL, not 100ml"),
+        ("600 mL beaker", "LargeBeaker", "the catalog's holds 1 L, not 600 mL"),
+        ("5 L beaker", "LargeBeaker", "the catalog's holds 1 L, not 5 L"),
         ("1000毫升烧杯", "LargeBeaker", ""),
         ("180 cm fume cupboard", "FumeHood1800", ""),
         ("6 foot hood", "FumeHood1800", ""),
         ("2.4 m island bench", "IslandBench2400", ""),
-        ("3 m lab bench", "LabBench1800", "the catalogue's measures 1.8 m, not 3 m"),
+        ("3 m lab bench", "LabBench1800", "the catalog's measures 1.8 m, not 3 m"),
         ("90 mm buchner funnel", "BuchnerFunnel", ""),
-        ("500 MHz NMR", "NMRSpectrometer", "the catalogue's has 400 MHz, not 500 MHz"),
-        ("500 mL thermometer", "Thermometer", "the catalogue states no size to compare with 500 mL"),
+        ("500 MHz NMR", "NMRSpectrometer", "the catalog's has 400 MHz, not 500 MHz"),
+        ("500 mL thermometer", "Thermometer", "the catalog states no size to compare with 500 mL"),
     ],
 )
 def test_a_size_chooses_among_assets_and_another_size_is_said(text, name, note):
@@ -221,7 +221,7 @@ def test_a_word_that_changes_what_is_meant_is_not_set_aside(text):
 
 def test_a_hydrate_is_found_where_the_dry_salt_is_asked_and_it_says_so():
     match = CATALOG.match("anhydrous copper sulfate")
-    assert (match.name, match.note) == ("CopperIISulfate", "the catalogue's is a hydrate")
+    assert (match.name, match.note) == ("CopperIISulfate", "the catalog's is a hydrate")
     assert CATALOG.match("copper sulfate").note == ""
 
 

@@ -148,10 +148,10 @@ def test_every_field_that_is_set_tells_where_it_comes_from(tmp_path):
 @pytest.mark.parametrize(
     "suffix, extents, unit, remedy",
     [
-        ("obj", (70.0, 95.0, 70.0), None, "looks like millimetres read as metres (format default): --unit mm"),
-        ("stl", (0.07, 0.07, 0.095), None, "looks like metres read as millimetres (format default): --unit m"),
-        ("stl", (7.0, 7.0, 9.5), None, "looks like centimetres read as millimetres (format default): --unit cm"),
-        ("stl", (70.0, 70.0, 95.0), "m", "looks like millimetres read as metres (option): --unit mm"),
+        ("obj", (70.0, 95.0, 70.0), None, "looks like millimeters read as meters (format default): --unit mm"),
+        ("stl", (0.07, 0.07, 0.095), None, "looks like meters read as millimeters (format default): --unit m"),
+        ("stl", (7.0, 7.0, 9.5), None, "looks like centimeters read as millimeters (format default): --unit cm"),
+        ("stl", (70.0, 70.0, 95.0), "m", "looks like millimeters read as meters (option): --unit mm"),
     ],
 )
 def test_a_beaker_of_an_impossible_size_is_refused_with_the_unit_that_was_meant(
@@ -262,7 +262,7 @@ def test_a_folder_adds_what_it_can_and_tells_what_failed(tmp_path, own, capsys):
     (models / "readme.txt").write_text("no mesh")
     assert main(["assets", "add", str(models), "--catalog", str(own.folder)]) == 1
     said = capsys.readouterr()
-    assert "2 of 3 files are in the catalogue" in said.out
+    assert "2 of 3 files are in the catalog" in said.out
     assert "broken.stl" in said.err
     assert own.names() == ("Acetone500ml", "BeakerMesh")
     assert main(["assets", "add", str(models / "broken.stl"), "--catalog", str(own.folder)]) == 2

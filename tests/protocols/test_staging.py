@@ -44,7 +44,7 @@ def test_what_breaks_a_rule_is_not_written_and_the_rule_is_named(name: str) -> N
 
 @pytest.mark.parametrize("name", [name for name in experiments() if name not in FEASIBLE])
 def test_what_is_infeasible_is_refused_with_the_reason(name: str) -> None:
-    with pytest.raises(RefusalError, match="the catalogue has no"):
+    with pytest.raises(RefusalError, match="the catalog has no"):
         stage(experiments()[name])
 
 

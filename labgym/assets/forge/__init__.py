@@ -1,4 +1,4 @@
-"""The annotation engine: mesh files become catalogue entries in four phases, physical, semantic, domain and caption."""
+"""The annotation engine: mesh files become catalog entries in four phases, physical, semantic, domain and caption."""
 
 from labgym.assets.forge.engine import Annotated, Options, annotate
 from labgym.assets.forge.modelled import Annotator, Described

@@ -1,4 +1,4 @@
-"""From a mesh file to a catalogue entry: the four phases in order, by rules or with a language model."""
+"""From a mesh file to a catalog entry: the four phases in order, by rules or with a language model."""
 
 from __future__ import annotations
 
@@ -90,11 +90,11 @@ def annotate(
     annotator: Annotator | None = None,
     views: Views | None = None,
 ) -> Annotated:
-    """Return the catalogue entry for a mesh file; the same file and options give the same entry.
+    """Return the catalog entry for a mesh file; the same file and options give the same entry.
 
     Args:
         path: a USD, GLB, OBJ or STL file.
-        catalog: catalogue that the mesh is compared with; the published one by default.
+        catalog: catalog that the mesh is compared with; the published one by default.
         annotator: asks a language model; without one, rules annotate.
         views: renders the draft for the annotator.
 

@@ -17,9 +17,9 @@ from labgym.assets.model import Asset, Kind, Placing, Size, Surface
 from labgym.assets.search import normalise, surface_forms
 
 TALL, LONG = 0.6, 1.6
-"""Height and longest side, metres, beyond which an unknown object stands on the floor."""
+"""Height and longest side, meters, beyond which an unknown object stands on the floor."""
 FLAT = 0.005
-"""Depth below the top within which faces belong to it, metres."""
+"""Depth below the top within which faces belong to it, meters."""
 COVERED = 0.8
 """Least share of the outline that faces at the top must cover to be a surface that carries objects."""
 
@@ -30,7 +30,7 @@ class Facts:
 
     Attributes:
         stem: name of the file without its suffix. digest: SHA-256 of the file.
-        catalog: the catalogue that it is compared with. resemblance: the entry that it resembles, if any.
+        catalog: the catalog that it is compared with. resemblance: the entry that it resembles, if any.
         chosen_name: canonical name that the user chose.
     """
 
@@ -59,7 +59,7 @@ class Facts:
 
     @cached_property
     def taken(self) -> frozenset[str]:
-        """Names and synonyms of the catalogue's entries, normalised."""
+        """Names and synonyms of the catalog's entries, normalized."""
         return frozenset(normalise(form) for asset in self.catalog for form in surface_forms(asset))
 
     @property

@@ -46,12 +46,12 @@ def describe(
     draft: Mapping[str, Any],
     pictures: Sequence[bytes] = (),
 ) -> Description:
-    """Return a language model's description of an object, with a kind, category and subtype of the catalogue.
+    """Return a language model's description of an object, with a kind, category and subtype of the catalog.
 
     Args:
         model: the client.
         catalog: its kinds, categories and subtypes are the ones to choose from.
-        measured: name, sizes in metres, materials and colours from the file; untrusted text to the model.
+        measured: name, sizes in meters, materials and colors from the file; untrusted text to the model.
         draft: the entry by rules.
         pictures: PNG views of the object.
 
@@ -64,7 +64,7 @@ def describe(
     reply = model.ask(prompt.label, question, _answer(catalog.assets))
     answer = Description.model_validate(reply.answer.model_dump())
     if answer.subtype not in categories.get(answer.kind, {}).get(answer.category, []):
-        problem = f"no {answer.kind} of the catalogue has category {answer.category!r} and subtype {answer.subtype!r}"
+        problem = f"no {answer.kind} of the catalog has category {answer.category!r} and subtype {answer.subtype!r}"
         raise LanguageModelError("malformed", f"language model: {problem}; ask again with another model", reply.text)
     return answer
 

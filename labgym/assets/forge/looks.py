@@ -1,4 +1,4 @@
-"""Materials of a mesh file as materials of labgym: by the words of their names, else by the nearest colour."""
+"""Materials of a mesh file as materials of labgym: by the words of their names, else by the nearest color."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _joined(name: str, parts: list[MeshPart]) -> Piece:
 
 @lru_cache(maxsize=4096)
 def _nearest(color: tuple[float, ...]) -> str:
-    """Return the material of the nearest colour among those that are as clear or as opaque, without lights."""
+    """Return the material of the nearest color among those that are as clear or as opaque, without lights."""
     clear = color[3] < CLEAR
     alike = [name for name, known in MATERIALS.items() if (known.rgba[3] < CLEAR) == clear and known.emission == 0.0]
     return min(alike, key=lambda name: (math.dist(MATERIALS[name].rgba[:3], color[:3]), name))

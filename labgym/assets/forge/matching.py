@@ -17,7 +17,7 @@ Extents = tuple[float, float, float]
 
 MAX_PHRASE = 6
 SHORTEST = 3
-"""Least length of a part of a name that counts as a catalogue name; shorter ones must be the whole name."""
+"""Least length of a part of a name that counts as a catalog name; shorter ones must be the whole name."""
 EXACT, PHRASE, HEAD, MISSPELT = 0.9, 0.8, 0.6, 0.55
 """Confidence by evidence: the whole name; words within it; its last noun, such as flask; a misspelling."""
 SIZE_DOUBT = 0.15
@@ -47,7 +47,7 @@ def resemblance(catalog: Catalog, texts: Sequence[tuple[str, str]], extents: Ext
 
     Args:
         texts: (where it is from, text), most trusted first.
-        extents: sides of the bounding box in metres; among entries that fit equally well the nearest size decides.
+        extents: sides of the bounding box in meters; among entries that fit equally well the nearest size decides.
     """
     index = _Index(catalog)
     for search in (index.named, index.headed, index.misspelt):
@@ -85,7 +85,7 @@ class _Evidence:
 
 
 class _Index:
-    """Names of a catalogue, whole and by their last word.
+    """Names of a catalog, whole and by their last word.
 
     A head is the last word of a canonical name, such as flask of RoundBottomFlask. Words such as device or system
     are excluded because they are too general.
@@ -132,7 +132,7 @@ class _Index:
         return _Evidence(assets, HEAD, nouns[-1]) if assets else None
 
     def misspelt(self, words: list[str]) -> _Evidence | None:
-        """The entry that the search of the catalogue finds for all words together."""
+        """The entry that the search of the catalog finds for all words together."""
         text = " ".join(word for word in words if not is_amount(word))
         match = self._catalog.match(text)
         return None if match is None else _Evidence([self._catalog.get(match.name)], MISSPELT, text)
@@ -147,7 +147,7 @@ class _Index:
 
 
 def _is_modifier(word: str) -> bool:
-    """Return whether a word after a name leaves its meaning: amounts, materials, colours, and words such as final."""
+    """Return whether a word after a name leaves its meaning: amounts, materials, colors, and words such as final."""
     return is_amount(word) or word.casefold() in NOISE or is_neutral([word])
 
 

@@ -45,7 +45,7 @@ Annotator = Callable[[Mapping[str, Any], Mapping[str, Any], Sequence[bytes]], De
 
 
 def measured(facts: Facts) -> dict[str, Any]:
-    """Return the description of a mesh for a model: sizes in metres and the file's texts."""
+    """Return the description of a mesh for a model: sizes in meters and the file's texts."""
     size = facts.size
     return {
         "file": facts.stem[:80],

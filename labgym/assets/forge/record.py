@@ -54,7 +54,7 @@ class Source(Record):
 
 
 class Physical(Record):
-    """Measurements in metres and cubic metres; only closed meshes have a volume."""
+    """Measurements in meters and cubic meters; only closed meshes have a volume."""
 
     short: float
     long: float

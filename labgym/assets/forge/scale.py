@@ -20,11 +20,11 @@ HINT_SPREAD = 2.5
 HOLDS = (0.7, 30.0)
 """Volume of the bounding box of a vessel or bottle over the volume in its name, least and greatest."""
 UNIT_NAMES = {
-    "m": "metres",
-    "dm": "decimetres",
-    "cm": "centimetres",
-    "mm": "millimetres",
-    "um": "micrometres",
+    "m": "meters",
+    "dm": "decimeters",
+    "cm": "centimeters",
+    "mm": "millimeters",
+    "um": "micrometers",
     "in": "inches",
     "ft": "feet",
     "yd": "yards",
@@ -49,7 +49,7 @@ class _Limits:
     volume: tuple[float, float] | None
 
     def admit(self, sides: Extents) -> bool:
-        """Return whether sides in metres are within all limits."""
+        """Return whether sides in meters are within all limits."""
         within = all(self.allowed.least <= side <= self.allowed.greatest for side in sides)
         box = sides[0] * sides[1] * sides[2]
         return (

@@ -83,7 +83,7 @@ def _classify(facts: Facts, draft: EntryDraft) -> None:
 def _unnamed(facts: Facts, what: str) -> str:
     nearest = facts.resemblance
     doubt = f" (closest: {nearest.asset.name}, confidence {nearest.confidence:.2f})" if nearest else ""
-    return f"its texts name no entry of the catalogue{doubt}: entered as {what} by size alone; give --like or --model"
+    return f"its texts name no entry of the catalog{doubt}: entered as {what} by size alone; give --like or --model"
 
 
 def _name(facts: Facts, draft: EntryDraft) -> None:

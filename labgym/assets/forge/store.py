@@ -1,4 +1,4 @@
-"""A user's catalogue folder: entries, annotations and geometry, changed one entry at a time."""
+"""A user's catalog folder: entries, annotations and geometry, changed one entry at a time."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Addition:
 
 
 class OwnAssets:
-    """A folder that `Catalog.load` merges with the published catalogue, which itself is never changed.
+    """A folder that `Catalog.load` merges with the published catalog, which itself is never changed.
 
     It holds `assets/NAME.json` (the entry), `annotations/NAME.json` (the origin of each field of an imported mesh), and
     `meshes/NAME-HASH.npz` and `.glb`. The entry is written last, so that a crash leaves the old state or the new.

@@ -1,4 +1,4 @@
-"""An imported mesh as GLB for viewers, in the file's own colours."""
+"""An imported mesh as GLB for viewers, in the file's own colors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Classification of reagents that the catalogue lacks, from their structure by substructure rules (extra `chem`)."""
+"""Classification of reagents that the catalog lacks, from their structure by substructure rules (extra `chem`)."""
 
 from labgym.assets.inference.agreement import Agreement, Disagreement, Score, compare, listed
 from labgym.assets.inference.bottle import infer

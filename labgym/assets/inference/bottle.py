@@ -1,4 +1,4 @@
-"""A catalogue entry for a substance with a known structure only: a standard pack, every field inferred."""
+"""A catalog entry for a substance with a known structure only: a standard pack, every field inferred."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _PACKS: dict[State, dict[str, Any]] = {
         "specs": {"container": "47 L steel cylinder", "filling_bar": 150},
     },
 }
-"""The most frequent packs of the catalogue's reagents."""
+"""The most frequent packs of the catalog's reagents."""
 
 
 def infer(

@@ -1,4 +1,4 @@
-"""Mesh files: read safely, converted to metres and z up, then to the frame of an asset."""
+"""Mesh files: read safely, converted to meters and z up, then to the frame of an asset."""
 
 from labgym.assets.meshes.model import LIMITS, Limits, MeshError, MeshFile, MeshPart, PhysicalMesh
 from labgym.assets.meshes.physical import DIRECTIONS, normalise

@@ -1,4 +1,4 @@
-"""Conversion of colors between sRGB (catalogue materials, OBJ) and linear light (USD, glTF)."""
+"""Conversion of colors between sRGB (catalog materials, OBJ) and linear light (USD, glTF)."""
 
 from __future__ import annotations
 

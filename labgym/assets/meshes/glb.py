@@ -1,4 +1,4 @@
-"""Binary glTF 2.0: triangles, colours and the scene's nodes. Images and external files are not read."""
+"""Binary glTF 2.0: triangles, colors and the scene's nodes. Images and external files are not read."""
 
 from __future__ import annotations
 

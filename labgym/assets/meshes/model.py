@@ -79,7 +79,7 @@ class RawMesh:
     """Parts in a file's own unit and axes, with its instances and transforms applied.
 
     Attributes:
-        unit: metres per unit by the file, None if it does not say. up_axis: by the file or the standard of its format,
+        unit: meters per unit by the file, None if it does not say. up_axis: by the file or the standard of its format,
             None if neither says.
         metadata: at most 32 texts of at most 200 characters.
     """
@@ -93,10 +93,10 @@ class RawMesh:
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A mesh file in metres, z up; origin and heading are the file's.
+    """A mesh file in meters, z up; origin and heading are the file's.
 
     Attributes:
-        parts: bodies with vertices in metres.
+        parts: bodies with vertices in meters.
         name: what the file calls its object, else the file's stem. path: the file as it was named.
         source_unit: name of the file's unit, or "N m" for one without a name. unit_from: where the unit is from.
         up_axis: the file's own vertical axis. up_from: where it is from.
@@ -116,7 +116,7 @@ class MeshFile:
 
     @property
     def bounds(self) -> Points:
-        """Least and greatest coordinates, shape (2, 3), metres."""
+        """Least and greatest coordinates, shape (2, 3), meters."""
         return np.array(
             [
                 np.min([part.vertices.min(axis=0) for part in self.parts], axis=0),
@@ -127,12 +127,12 @@ class MeshFile:
 
 @dataclass(frozen=True)
 class PhysicalMesh:
-    """A mesh in the frame of an asset: metres, z up, front along +y, origin at the centre of the bottom face.
+    """A mesh in the frame of an asset: meters, z up, front along +y, origin at the center of the bottom face.
 
     Attributes:
         size: bounding box.
         watertight: whether every part is closed and consistently wound.
-        volume: of the parts together in cubic metres, overlaps counted twice; None if not watertight.
+        volume: of the parts together in cubic meters, overlaps counted twice; None if not watertight.
         convex: (vertices (n, 3), faces (m, 3)) of convex bodies that together stand for the mesh in collisions.
         decomposed_by: how they were made. note: why decomposition fell back to hulls, else "".
     """

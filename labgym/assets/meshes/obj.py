@@ -1,4 +1,4 @@
-"""Wavefront OBJ: polygons with the colours of an MTL file in the same folder."""
+"""Wavefront OBJ: polygons with the colors of an MTL file in the same folder."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class _Group:
 def read_obj(path: Path, content: bytes, limits: Limits = LIMITS) -> RawMesh:
     """Return the polygons of an OBJ file, one part for each object and material.
 
-    Colours come from MTL files in the OBJ's own folder; a library named elsewhere is not opened. Curves, lines,
+    Colors come from MTL files in the OBJ's own folder; a library named elsewhere is not opened. Curves, lines,
     normals and texture coordinates are passed over.
 
     Raises:
@@ -90,14 +90,14 @@ def _part(path: Path, points: np.ndarray, key: tuple[str, str], group: _Group, c
 
 
 def _colors(path: Path, name: str) -> dict[str, Rgba]:
-    """Return diffuse colour and opacity of each material of an MTL file in the same folder, or nothing."""
+    """Return diffuse color and opacity of each material of an MTL file in the same folder, or nothing."""
     library = path.parent / name
     try:
         if Path(name).name != name or not library.is_file() or library.resolve().parent != path.resolve().parent:
             return {}
         with library.open("rb") as stream:
             text = stream.read(MAX_MTL_BYTES).decode("utf-8", "replace")
-    except OSError:  # a name that the file system does not take, or a file that cannot be read: no colours
+    except OSError:  # a name that the file system does not take, or a file that cannot be read: no colors
         return {}
     materials: dict[str, Rgba] = {}
     current = ""

@@ -24,7 +24,7 @@ FRONTS: dict[Axis, str] = {"X": "+z", "Y": "+z", "Z": "+y"}
 
 
 def normalise(mesh: MeshFile, front: str | None = None, hulls_only: bool = False) -> PhysicalMesh:
-    """Return a mesh in an asset's frame: front along +y, origin at the centre of the bottom face, with its physics.
+    """Return a mesh in an asset's frame: front along +y, origin at the center of the bottom face, with its physics.
 
     Args:
         mesh: returned by `read_mesh`.

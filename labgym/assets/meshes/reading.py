@@ -1,4 +1,4 @@
-"""Reading of all mesh formats: bounded reading, common checks, conversion to metres and z up."""
+"""Reading of all mesh formats: bounded reading, common checks, conversion to meters and z up."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from labgym.assets.meshes.stl import read_stl
 from labgym.errors import OptionError, UnknownNameError
 
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "um": 1e-6, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
-"""Metres per unit."""
+"""Meters per unit."""
 DEFAULT_UNITS = {".stl": "mm", ".obj": "m", ".glb": "m", ".usd": "cm", ".usda": "cm", ".usdc": "cm", ".usdz": "cm"}
 """Unit of a file that does not name it: by the standards of glTF and USD, by custom for STL and OBJ."""
 DEFAULT_UP: dict[str, Axis] = {".stl": "Z", ".obj": "Y", ".usd": "Y", ".usda": "Y", ".usdc": "Y", ".usdz": "Y"}
@@ -34,7 +34,7 @@ SCALES = (1e-6, 1e6)
 """Least and greatest scale factor."""
 FORMATS = tuple(DEFAULT_UNITS)
 FAR = 1e6
-"""Greatest coordinate in metres."""
+"""Greatest coordinate in meters."""
 
 _READERS: dict[str, Callable[[Path, bytes, Limits], RawMesh]] = {".stl": read_stl, ".obj": read_obj, ".glb": read_glb}
 TO_Z_UP: dict[Axis, Points] = {
@@ -48,7 +48,7 @@ TO_Z_UP: dict[Axis, Points] = {
 def read_mesh(
     path: Path, unit: str | None = None, up: Axis | None = None, limits: Limits = LIMITS, scale: float | None = None
 ) -> MeshFile:
-    """Read a USD, GLB, OBJ or STL file into metres with z up. Textures and network addresses are never opened.
+    """Read a USD, GLB, OBJ or STL file into meters with z up. Textures and network addresses are never opened.
 
     Args:
         unit: name in `UNITS`; overrides the file's.
@@ -84,7 +84,7 @@ def read_mesh(
 def from_raw(
     path: Path, raw: RawMesh, unit: str | None = None, up: Axis | None = None, scale: float | None = None
 ) -> MeshFile:
-    """Return the mesh of a format's reader in metres with z up, after the checks that all formats share.
+    """Return the mesh of a format's reader in meters with z up, after the checks that all formats share.
 
     Raises:
         MeshError: no faces, faces or vertices out of order, or an implausible unit.
@@ -101,7 +101,7 @@ def from_raw(
 
 
 def _unit(path: Path, raw: RawMesh, option: str | None, default: str) -> tuple[float, str, OptionSource]:
-    """Return metres per unit, the unit's name and where it is from."""
+    """Return meters per unit, the unit's name and where it is from."""
     if option is not None:
         return UNITS[option], option, "option"
     if raw.unit is None:

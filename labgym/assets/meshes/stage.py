@@ -162,7 +162,7 @@ def _part(name: str, points: Points, faces: Faces, color: Rgba | None, material:
 
 
 def _look(bound: Any, gprim: Any, time: Any) -> tuple[Rgba | None, str | None]:
-    """Return colour and name of the material bound to a prim; without one, its display colour."""
+    """Return color and name of the material bound to a prim; without one, its display color."""
     from pxr import UsdGeom, UsdShade
 
     material, _ = UsdShade.MaterialBindingAPI(bound).ComputeBoundMaterial()

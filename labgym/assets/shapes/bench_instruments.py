@@ -26,7 +26,7 @@ from labgym.assets.shapes.registry import extents, flag, shape
 
 @shape("balance")
 def balance(asset: Asset) -> Iterator[Part]:
-    """A balance with a pan and a sloping display; `shield` puts the pan in a glass draught shield."""
+    """A balance with a pan and a sloping display; `shield` puts the pan in a glass draft shield."""
     width, depth, height = extents(asset)
     hw, hd, shield = width / 2.0, depth / 2.0, flag(asset, "shield")
     deck = height * 0.24 if shield else height * 0.74

@@ -35,7 +35,7 @@ BANDS = {
     "General": "signal_green",
     "Refrigerator": "edge_teal",
 }
-"""Colour of the band on a label by storage class, as suppliers print a storage code."""
+"""Color of the band on a label by storage class, as suppliers print a storage code."""
 CAPS = {
     "Flammable": "abs_red",
     "Acid": "abs_blue",
@@ -58,7 +58,7 @@ def wall(asset: Asset) -> str:
 
 
 def label(asset: Asset, radius: float, low: float, high: float) -> Iterator[Part]:
-    """A label round a bottle between two heights; a hazardous reagent's has a colour band and a diamond."""
+    """A label round a bottle between two heights; a hazardous reagent's has a color band and a diamond."""
     storage = asset.chemistry.storage_class if asset.chemistry else None
     yield band("paper", 2.0 * radius, (low, high))
     if storage is None:

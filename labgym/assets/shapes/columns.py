@@ -111,7 +111,7 @@ def adapter(asset: Asset) -> Iterator[Part]:
 
 @shape("column")
 def chromatography_column(asset: Asset) -> Iterator[Part]:
-    """A chromatography column with a reservoir; packed with sorbent and two coloured bands."""
+    """A chromatography column with a reservoir; packed with sorbent and two colored bands."""
     width, depth, height = extents(asset)
     radius, tube = depth / 2.0, depth * 0.34
     low = height * 0.16

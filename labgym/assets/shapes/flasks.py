@@ -11,7 +11,7 @@ from labgym.assets.shapes.registry import count, extents, flag, shape
 
 GLASS = "borosilicate"
 WALL = 0.0015
-"""Thickness of blown glass, metres."""
+"""Thickness of blown glass, meters."""
 
 
 def neck_rim(radius: float, z: float) -> list[Point]:
@@ -54,7 +54,7 @@ def round_flask(asset: Asset) -> Iterator[Part]:
 
 
 def _side_neck(x: float, side: float, centre: float, edge: float, radius: float) -> Part:
-    """A neck at 45 degrees from the sphere's centre whose rim just reaches the edge of the box."""
+    """A neck at 45 degrees from the sphere's center whose rim just reaches the edge of the box."""
     lean = math.pi / 4.0
     rim = radius * 1.15
     reach = (edge - rim * math.cos(lean) - side * x) / math.sin(lean)

@@ -12,9 +12,9 @@ from labgym.assets.shapes.parts import Part, Point, block, column, revolved, rod
 from labgym.assets.shapes.registry import count, extents, flag, shape
 
 TOP = 0.034
-"""Thickness of a worktop, metres."""
+"""Thickness of a worktop, meters."""
 KICK = 0.10
-"""Height of a toe kick, metres."""
+"""Height of a toe kick, meters."""
 OVERHANG = 0.034
 """Overhang of a worktop beyond the cupboards below, metres: space for their handles."""
 GAP = 0.004
@@ -55,7 +55,7 @@ def _pull(x: Point, y: float, side: float, z: float) -> Iterator[Part]:
 
 
 def worktop(width: float, depth: float, height: float, material: str = "epoxy_white") -> Iterator[Part]:
-    """A full-size worktop with a coloured edge strip along its front."""
+    """A full-size worktop with a colored edge strip along its front."""
     hw, hd = width / 2.0, depth / 2.0
     yield block(material, (-hw, hw), (-hd, hd - 0.006), (height - TOP, height))
     yield block("edge_blue", (-hw, hw), (hd - 0.006, hd), (height - TOP, height))
@@ -125,7 +125,7 @@ def _balance_table(width: float, depth: float, height: float) -> Iterator[Part]:
 
 @shape("island")
 def island(asset: Asset) -> Iterator[Part]:
-    """A double-sided island: cupboards to both sides, a worktop with two coloured edges."""
+    """A double-sided island: cupboards to both sides, a worktop with two colored edges."""
     width, depth, height = extents(asset)
     hw, hd = width / 2.0, depth / 2.0
     yield block("epoxy_white", (-hw, hw), (-hd + 0.006, hd - 0.006), (height - TOP, height))
@@ -188,7 +188,7 @@ def bowl(x: Point, y: Point, rim: float, floor: float, material: str = "stainles
 
 
 TAP = 0.32
-"""Height of a sink bench's tap above its worktop, metres; the fitting of the catalogue entry covers the tap."""
+"""Height of a sink bench's tap above its worktop, meters; the fitting of the catalog entry covers the tap."""
 
 
 @shape("sink_bench")

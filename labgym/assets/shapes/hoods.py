@@ -107,7 +107,7 @@ def _base(hw: float, hd: float, top: float) -> Iterator[Part]:
 
 
 def _services(right: float, left: float, y: float, edge: float, low: float) -> Iterator[Part]:
-    """Coloured service valves and sockets on the posts."""
+    """Colored service valves and sockets on the posts."""
     for k, colour in enumerate(("abs_green", "signal_blue", "safety_yellow")):
         yield from knob(colour, 0.034, right, y, edge, low + 0.22 + 0.10 * k)
         yield from knob(("safety_red", "plastic_white", "abs_blue")[k], 0.034, left, y, edge, low + 0.22 + 0.10 * k)

@@ -24,7 +24,7 @@ from labgym.assets.shapes.registry import extents, flag, shape
 
 Size = tuple[float, float, float]
 FACE = 0.012
-"""Depth that an instrument's front leaves to its screens, keys and knobs, metres."""
+"""Depth that an instrument's front leaves to its screens, keys and knobs, meters."""
 
 
 @shape("instrument_box")

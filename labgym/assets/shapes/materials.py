@@ -14,9 +14,9 @@ class SurfaceMaterial:
     """How a surface looks.
 
     Attributes:
-        rgba: colour in sRGB as MuJoCo takes it, and opacity, each in [0, 1].
+        rgba: color in sRGB as MuJoCo takes it, and opacity, each in [0, 1].
         specular: strength of highlights in [0, 1]. shininess: their sharpness in [0, 1].
-        reflectance: share of light mirrored, in [0, 1]. emission: share of its colour that it glows with.
+        reflectance: share of light mirrored, in [0, 1]. emission: share of its color that it glows with.
     """
 
     rgba: Rgba
@@ -150,7 +150,7 @@ COATINGS = {
     "black": "plastic_black",
     "purple": "poison_purple",
 }
-"""Material that a colour word of a shape parameter stands for."""
+"""Material that a color word of a shape parameter stands for."""
 
 SUBSTANCES = {
     "glass": "borosilicate",
@@ -165,7 +165,7 @@ SUBSTANCES = {
 
 
 def coating(colour: str) -> str:
-    """Return the material of a painted or plastic surface of that colour.
+    """Return the material of a painted or plastic surface of that color.
 
     Raises:
         UnknownNameError: no color has that name.

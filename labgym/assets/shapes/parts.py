@@ -32,8 +32,8 @@ class Part:
     Attributes:
         primitive: box, cylinder, sphere, ellipsoid and capsule as MuJoCo has them; `revolve` turns a profile about
             z; `prism` extrudes a convex outline along z, symmetric about z = 0; `mesh` lists its triangles.
-        size: full extents along the part's own axes before rotation, metres; (0, 0, 0) for a revolve.
-        position: origin of the part in the asset's frame: its centre, for a revolve the profile's (0, 0).
+        size: full extents along the part's own axes before rotation, meters; (0, 0, 0) for a revolve.
+        position: origin of the part in the asset's frame: its center, for a revolve the profile's (0, 0).
         quaternion: rotation (w, x, y, z).
         material: name in `MATERIALS`.
         profile: points (radius, z) of a revolve from bottom to top, or (x, y) of a prism counter-clockwise.
@@ -92,7 +92,7 @@ def block(material: str, x: Point, y: Point, z: Point) -> Part:
 
 
 def plate(material: str, size: Vector, at: Vector, quaternion: Quaternion) -> Part:
-    """A turned box, its centre at `at`."""
+    """A turned box, its center at `at`."""
     return Part("box", size, at, quaternion, material)
 
 
@@ -105,7 +105,7 @@ def rounded(material: str, x: Point, y: Point, z: Point, radius: float = 0.02) -
 
 
 def cylinder(material: str, diameter: float, height: float, at: Vector, quaternion: Quaternion = UPRIGHT) -> Part:
-    """A cylinder, its centre at `at`, its axis along the rotated z."""
+    """A cylinder, its center at `at`, its axis along the rotated z."""
     return Part("cylinder", (diameter, diameter, height), at, quaternion, material)
 
 

@@ -10,11 +10,11 @@ from labgym.errors import UnknownNameError
 
 SYMBOLS = ("flammable", "corrosive", "oxidizer", "toxic", "water_reactive", "warning", "biohazard")
 RELIEF = 0.0008
-"""Height of each layer of a sign above the one below, metres."""
+"""Height of each layer of a sign above the one below, meters."""
 
 
 def diamond(symbol: str, size: float, x: float, y: float, z: float) -> Iterator[Part]:
-    """A hazard diamond of that diagonal, centred at (x, z), on a front at y: it reaches y + 3 * RELIEF.
+    """A hazard diamond of that diagonal, centered at (x, z), on a front at y: it reaches y + 3 * RELIEF.
 
     Raises:
         UnknownNameError: no symbol has that name.
@@ -71,7 +71,7 @@ def triangle(size: float, x: float, y: float, z: float) -> Iterator[Part]:
 
 
 def lines(width: float, height: float, count: int, x: float, y: float, z: float) -> Iterator[Part]:
-    """Lines of print, alternately long and short, left-aligned as seen from the front, centred at (x, z)."""
+    """Lines of print, alternately long and short, left-aligned as seen from the front, centered at (x, z)."""
     pitch = height / count
     for k in range(count):
         length = width * (1.0 if k % 2 == 0 else 0.7)

@@ -13,9 +13,9 @@ from labgym.assets.shapes.signs import diamond, lines
 from labgym.errors import OptionError
 
 DOOR = 0.007
-"""Thickness of a door leaf, metres."""
+"""Thickness of a door leaf, meters."""
 PROUD = 0.012
-"""Depth in front of a door that its handle takes, metres."""
+"""Depth in front of a door that its handle takes, meters."""
 
 
 def cavity(asset: Asset) -> Cavity:
@@ -245,13 +245,13 @@ def waste_station(asset: Asset) -> Iterator[Part]:
 
 
 SHOULDERS = {"black": "gas_black", "green": "gas_red", "grey": "gas_dark_green"}
-"""Shoulder colours of EN 1089-3 by the catalogue's body colour: nitrogen black, hydrogen red, argon dark green."""
+"""Shoulder colors of EN 1089-3 by the catalog's body colour: nitrogen black, hydrogen red, argon dark green."""
 BODIES = {"black": "gas_grey", "green": "gas_red", "grey": "gas_grey"}
 
 
 @shape("gas_cylinder")
 def gas_cylinder(asset: Asset) -> Iterator[Part]:
-    """A gas cylinder: coloured shoulder, valve with handwheel, regulator with two gauges, label."""
+    """A gas cylinder: colored shoulder, valve with handwheel, regulator with two gauges, label."""
     width, _, height = extents(asset)
     radius, colour = width / 2.0, text(asset, "colour", "grey")
     body, shoulder = BODIES.get(colour, "gas_grey"), SHOULDERS.get(colour, "gas_grey")

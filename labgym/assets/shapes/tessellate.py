@@ -41,7 +41,7 @@ def _mesh(primitive: Primitive, size: Vector, profile: tuple[Point, ...]) -> tri
         mesh = creation.cylinder(radius=size[0] / 2.0, height=size[2], sections=_sections(size[0]))
     elif primitive == "capsule":
         sides = 16 if size[0] > 0.02 else 8
-        # trimesh stands the capsule's lower cap centre on the origin.
+        # trimesh stands the capsule's lower cap center on the origin.
         mesh = creation.capsule(radius=size[0] / 2.0, height=max(size[2] - size[0], 1e-9), count=[sides // 2, sides])
         mesh.apply_translation(-mesh.bounds.mean(axis=0))
     elif primitive in ("sphere", "ellipsoid"):

@@ -1,4 +1,4 @@
-"""The catalogue as OpenUSD: one file for each asset, with materials, colliders, mass, labels and hazards."""
+"""The catalog as OpenUSD: one file for each asset, with materials, colliders, mass, labels and hazards."""
 
 from labgym.assets.usd.attributes import ATTRIBUTES, NAMESPACE, Attribute
 from labgym.assets.usd.bodies import write_collider, write_mesh

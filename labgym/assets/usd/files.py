@@ -1,4 +1,4 @@
-"""The catalogue's USD files on disk: writing them, and checking that they are current."""
+"""The catalog's USD files on disk: writing them, and checking that they are current."""
 
 from __future__ import annotations
 

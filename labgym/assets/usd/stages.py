@@ -1,4 +1,4 @@
-"""A catalogue asset as a USD layer: geometry, materials, physics, semantic labels and catalogue attributes."""
+"""A catalog asset as a USD layer: geometry, materials, physics, semantic labels and catalog attributes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from labgym.errors import MissingDependencyError
 def asset_layer(asset: Asset) -> Any:
     """Return an asset as an anonymous `pxr.Sdf.Layer` with the same content on every machine.
 
-    The default prim is a component in metres, z up, with its origin at the centre of the asset's bottom face and its
+    The default prim is a component in meters, z up, with its origin at the center of the asset's bottom face and its
     front along +y. Its children are Geometry (visible parts with bound materials), Colliders (the boxes of
     `Asset.solids`, or the convex bodies of an imported mesh; purpose guide) and Looks. The prim is a rigid body of the
     asset's mass; facilities are kinematic, so that they do not move. Its semantic labels are the asset's name

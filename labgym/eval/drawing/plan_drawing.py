@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 ON_TOP = 40
 """Drawing order from which traces and goal poses are above every object."""
 MARK = 0.3
-"""Distance below which violations share a mark, metres."""
+"""Distance below which violations share a mark, meters."""
 ARROW = 0.42
-"""Length of the arrow along a goal pose's heading, metres."""
+"""Length of the arrow along a goal pose's heading, meters."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Trace:
 
     Attributes:
         policy: name of the policy.
-        points: (n, 2) positions of the robot's centre, metres, room frame.
+        points: (n, 2) positions of the robot's center, meters, room frame.
         success: whether the robot reached the goal; a cross marks the end of a path that did not.
     """
 
@@ -44,7 +44,7 @@ class Trace:
 
 
 def draw_room(axes: Axes, room: Room) -> None:
-    """Draw floor, metre grid, walls and doors."""
+    """Draw floor, meter grid, walls and doors."""
     from matplotlib.patches import Rectangle
 
     wall = room.wall_thickness
@@ -94,7 +94,7 @@ def draw_objects(axes: Axes, layout: Layout, scale: float, poses: Iterable[tuple
     Of the contents of storage cabinets only reagents are drawn.
 
     Args:
-        scale: points of the picture per metre.
+        scale: points of the picture per meter.
         poses: goal poses, which names do not cover.
     """
     for placement in sorted(layout.placements, key=lambda p: (p.support != FLOOR, layout.box(p.id).z1, p.id)):

@@ -25,22 +25,22 @@ SIZES = (7.0, 6.3, 5.6, 5.0)
 LINE = 1.25
 """Height of a line of text relative to its font size."""
 GAPS = (0.07, 0.3)
-"""Distances of a name from its furniture if it is outside, metres; the larger one is for names in front."""
+"""Distances of a name from its furniture if it is outside, meters; the larger one is for names in front."""
 MARGIN = 0.03
-"""Distance of a name from its furniture's outline if it is inside, metres."""
+"""Distance of a name from its furniture's outline if it is inside, meters."""
 DOT = 0.07
-"""Half the width of a reagent's dot, metres."""
+"""Half the width of a reagent's dot, meters."""
 STEPS = 13
 """Number of positions that are tried along each axis."""
 
 _DIRECTIONS = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
 Rectangle = tuple[float, float, float, float]
-"""x0, y0, x1, y1 in metres."""
+"""x0, y0, x1, y1 in meters."""
 
 
 @dataclass(frozen=True)
 class Label:
-    """A name in the picture: its centre in metres, font size in points, and whether it reads upwards."""
+    """A name in the picture: its center in meters, font size in points, and whether it reads upwards."""
 
     text: str
     x: float
@@ -49,7 +49,7 @@ class Label:
     upright: bool
 
     def rectangle(self, scale: float) -> Rectangle:
-        """Return the space that the text takes; `scale` is points per metre."""
+        """Return the space that the text takes; `scale` is points per meter."""
         width, height = _extent(self.text, self.size)
         across, up = (height, width) if self.upright else (width, height)
         across, up = across / scale / 2.0, up / scale / 2.0
@@ -60,7 +60,7 @@ def label_furniture(axes: Axes, layout: Layout, scale: float, occupied: Sequence
     """Write the names of the placements on the floor.
 
     Args:
-        scale: points of the picture per metre.
+        scale: points of the picture per meter.
         occupied: rectangles on the floor that names must not cover, such as goal poses.
     """
     from matplotlib.patheffects import withStroke
@@ -166,7 +166,7 @@ def _label_outside(layout: Layout, placement: Placement, scale: float, taken: Se
             for direction, along, gap in itertools.product(_DIRECTIONS, np.linspace(-0.6, 0.6, STEPS), GAPS)
             if gap == GAPS[0] or np.dot(direction, front) > 0.0
         ]
-        # The centre of the name stays next to its furniture.
+        # The center of the name stays next to its furniture.
         centres = np.array(
             [
                 (x0 + half[0], y0 + half[1])

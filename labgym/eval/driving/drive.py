@@ -35,7 +35,7 @@ class Drive:
 
     Attributes:
         row: the results.
-        route: poses (x, y, yaw) of the robot in the room frame, at the start and after each control step; metres and
+        route: poses (x, y, yaw) of the robot in the room frame, at the start and after each control step; meters and
             radians, rounded to 0.001.
     """
 

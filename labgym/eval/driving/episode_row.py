@@ -24,16 +24,16 @@ class EpisodeRow(Record):
         layout, layout_hash, protocol: the layout and the protocol that gives the goal pairs.
         pair: index into `goal_pairs(layout)`.
         policy: label of the policy. seed: random seed of the evaluation.
-        start, goal: poses (x, y, yaw) in the room frame, metres and radians.
+        start, goal: poses (x, y, yaw) in the room frame, meters and radians.
         success: whether the robot's center came within the suite's success distance of the goal before the time limit,
             by the suite's rules.
         spl, soft_spl: see `navigation_metrics`; None if no path exists for a disc of the planning radius, and in suites
             with the NavDP benchmark's rules.
         navdp_spl: SPL by the NavDP benchmark's definition; None in other suites.
-        path_length: length driven, metres. shortest_path_length: L*, metres.
-        final_distance: distance from the robot's center to the goal at the end, metres.
+        path_length: length driven, meters. shortest_path_length: L*, meters.
+        final_distance: distance from the robot's center to the goal at the end, meters.
         contacts: control steps in which the robot touched something.
-        min_clearance: smallest distance from the chassis to any footprint or wall during the episode, metres.
+        min_clearance: smallest distance from the chassis to any footprint or wall during the episode, meters.
         steps: control steps. time: simulated seconds.
         planning_ms: mean wall-clock milliseconds of the policy per action, its reset included; the only field that
             differs between repeated runs.

@@ -8,11 +8,11 @@ the length driven; d0 and dT are the straight distances to the goal at the start
     success              mean S
     spl, soft_spl        means over episodes
     collision_free       share of episodes that succeed without contact
-    contacts_per_metre   control steps in contact, over all episodes, / metres driven
-    min_clearance        mean over episodes of the smallest clearance of the chassis, metres
+    contacts_per_metre   control steps in contact, over all episodes, / meters driven
+    min_clearance        mean over episodes of the smallest clearance of the chassis, meters
     time_to_goal         mean simulated seconds of the successful episodes
     planning_ms          mean wall-clock milliseconds of the policy per action
-    final_distance       mean dT, metres
+    final_distance       mean dT, meters
 
 Suites with the NavDP benchmark's rules use that benchmark's metrics under separate names. They are not comparable with
 those above: episodes end at a different distance from the goal, and the straight distance replaces L*.
@@ -63,8 +63,8 @@ def spl(success: bool, shortest: float, driven: float) -> float:
 
     Args:
         success: whether the goal was reached.
-        shortest: L*, metres, positive.
-        driven: P, metres.
+        shortest: L*, meters, positive.
+        driven: P, meters.
     """
     return shortest / max(driven, shortest) if success else 0.0
 
@@ -73,10 +73,10 @@ def soft_spl(initial: float, final: float, shortest: float, driven: float) -> fl
     """Return SPL with progress toward the goal instead of success, in [0, 1].
 
     Args:
-        initial: distance to the goal at the start, metres.
-        final: distance to the goal at the end, metres.
-        shortest: L*, metres, positive.
-        driven: P, metres.
+        initial: distance to the goal at the start, meters.
+        final: distance to the goal at the end, meters.
+        shortest: L*, meters, positive.
+        driven: P, meters.
     """
     progress = max(0.0, 1.0 - final / initial) if initial > 0.0 else 1.0
     return progress * shortest / max(driven, shortest)

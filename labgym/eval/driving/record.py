@@ -78,7 +78,7 @@ class EvaluationIdentity(Document):
 
     Attributes:
         code: SHA-256 of the sources and of the policy's files.
-        catalog: digest of the catalogue that defines the layouts' assets; None in folders older than this field.
+        catalog: digest of the catalog that defines the layouts' assets; None in folders older than this field.
     """
 
     SCHEMA: ClassVar[str] = "labgym.navigation-run/1"

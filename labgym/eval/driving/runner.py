@@ -34,7 +34,7 @@ class NavigationReport:
     Attributes:
         summary: metrics with intervals, and the record of the evaluation; `summary.json`.
         rows: episodes in the suite's order; `episodes.jsonl`.
-        routes: poses (x, y, yaw) of the robot in metres and radians, by layout id and pair; `routes.jsonl`.
+        routes: poses (x, y, yaw) of the robot in meters and radians, by layout id and pair; `routes.jsonl`.
     """
 
     summary: NavigationSummary

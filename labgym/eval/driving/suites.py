@@ -20,14 +20,14 @@ Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
 
 
 class Arrival(Record):
-    """An episode ends when the robot is within `distance` metres of its goal and slower than `speed` m/s."""
+    """An episode ends when the robot is within `distance` meters of its goal and slower than `speed` m/s."""
 
     distance: Annotated[float, Field(gt=0.0, le=5.0)]
     speed: Annotated[float, Field(gt=0.0, le=5.0)]
 
 
 class Stuck(Record):
-    """An episode ends when the robot has moved less than `distance` metres over the last `steps` control steps."""
+    """An episode ends when the robot has moved less than `distance` meters over the last `steps` control steps."""
 
     steps: Annotated[int, Field(ge=2, le=10_000)]
     distance: Annotated[float, Field(gt=0.0, le=5.0)]
@@ -42,7 +42,7 @@ class Suite(Document):
         split: the published split of the layouts; None for layouts passed by hand.
         layouts: ids of layouts of the split; None includes all of them.
         max_steps: control steps after which an episode is truncated.
-        success_distance: an episode succeeds when the robot's center comes within this distance of the goal, metres;
+        success_distance: an episode succeeds when the robot's center comes within this distance of the goal, meters;
             with `arrival`, when it is within this distance at the end.
         control_dt: duration of a control step, seconds.
         arrival, stuck: further rules that end an episode; None if only success ends it.

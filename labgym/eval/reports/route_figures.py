@@ -24,7 +24,7 @@ PANEL_INCHES = 2.6
 COLUMNS = 5
 
 STILL_STEPS, STILL_DISTANCE = 50, 0.15
-"""A robot stood still if it moved less than `STILL_DISTANCE` metres over its last `STILL_STEPS` control steps."""
+"""A robot stood still if it moved less than `STILL_DISTANCE` meters over its last `STILL_STEPS` control steps."""
 BACK_AND_FORTH = 3.0
 """A robot went back and forth if it drove this multiple of its largest distance from the start."""
 

@@ -29,7 +29,7 @@ NAVIGATION_ROWS = (
     ("spl", "SPL ↑", 3),
     ("soft_spl", "SoftSPL ↑", 3),
     ("collision_free", "Collision-free SR ↑", 3),
-    ("contacts_per_metre", "Contacts per metre ↓", 3),
+    ("contacts_per_metre", "Contacts per meter ↓", 3),
     ("min_clearance", "Minimum clearance, m ↑", 3),
     ("time_to_goal", "Time to goal, s ↓", 2),
     ("final_distance", "Distance left, m ↓", 2),

@@ -20,10 +20,10 @@ from labgym.layouts.rules.zones import door_area, standing_in
 from labgym.protocols import Protocol
 
 BACK_GAP = 0.15
-"""Largest gap between the back of furniture and its wall, metres; it leaves room for pipes."""
+"""Largest gap between the back of furniture and its wall, meters; it leaves room for pipes."""
 
 TALL = 1.5
-"""Furniture of at least this height belongs against a wall, because it blocks the view, metres."""
+"""Furniture of at least this height belongs against a wall, because it blocks the view, meters."""
 
 FREE_STANDING = frozenset({"shower", "ventilation"})
 """Subtypes exempt from the rule on tall furniture: showers need clear space, hoods have their own rule."""
@@ -32,7 +32,7 @@ RIGHT_ANGLE = math.radians(2.0)
 """Largest angle between furniture and walls that counts as parallel, radians."""
 
 ROBOT_FRONT = 0.90
-"""Free depth that the robot needs in front of a location: stand-off plus planning radius, metres."""
+"""Free depth that the robot needs in front of a location: stand-off plus planning radius, meters."""
 
 BARE_WALL = 0.2
 """Share of the walls' length that furniture should line (LabBuilder's completeness rule: at most 80% empty)."""

@@ -72,7 +72,7 @@ class ConsistencyProxy(Record):
 
 
 class ReportedViolation(Record):
-    """A hard violation: the objects, the amount (metres, or 1 for a count), a message and a suggested fix."""
+    """A hard violation: the objects, the amount (meters, or 1 for a count), a message and a suggested fix."""
 
     kind: str
     ids: tuple[str, ...]

@@ -24,7 +24,7 @@ class BoundsFault:
     Attributes:
         cause: `room` (outside the interior), `surface` (over the edge of its support, or, if wall-mounted, away from
             every wall), `height` (above or below its support).
-        amount: by how much, metres.
+        amount: by how much, meters.
     """
 
     id: str

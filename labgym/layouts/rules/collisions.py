@@ -19,8 +19,8 @@ class Collision:
 
     Attributes:
         ids: the two placements, in the layout's order.
-        depth: least overlap over all separating axes of the deepest pair of solids, metres.
-        volume: volume that their solids share, cubic metres.
+        depth: least overlap over all separating axes of the deepest pair of solids, meters.
+        volume: volume that their solids share, cubic meters.
     """
 
     ids: tuple[str, str]

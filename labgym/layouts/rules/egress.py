@@ -22,14 +22,14 @@ from labgym.layouts.rules.zones import HEADROOM, door_pose
 from labgym.navigation import goal_pose
 
 STEP = 0.025
-"""Spacing of the grid, metres."""
+"""Spacing of the grid, meters."""
 MARGIN = STEP / 2.0
-"""Half a step: the difference between the clearance of a grid point and that of the points around it, metres."""
+"""Half a step: the difference between the clearance of a grid point and that of the points around it, meters."""
 REACH = 0.30
 """A way leads to furniture narrower than itself if it passes this near to the place in front, metres: such furniture
 may stand in a niche between deeper pieces."""
 WIDEST = 1.2
-"""Widths are measured up to this value, metres."""
+"""Widths are measured up to this value, meters."""
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class NarrowWay:
 
     Attributes:
         destinations: placements whose front is not reached.
-        width: clear width of the widest way to the one that is hardest to reach, metres; 0 if there is no way.
+        width: clear width of the widest way to the one that is hardest to reach, meters; 0 if there is no way.
     """
 
     door: Door
@@ -49,9 +49,9 @@ class NarrowWay:
 
 
 def narrow_ways(arrangement: Arrangement, width: float = EGRESS_WIDTH, margin: float = -MARGIN) -> list[NarrowWay]:
-    """Return the doors from which a place of work is not reached by a way of a width in metres.
+    """Return the doors from which a place of work is not reached by a way of a width in meters.
 
-    A place of work is the point 0.60 m before the front of a floor object with a clearance in the catalogue. The way
+    A place of work is the point 0.60 m before the front of a floor object with a clearance in the catalog. The way
     covers it, or passes within `REACH` of it if the object is narrow. Fronts that are blocked are not considered here.
 
     Args:
@@ -75,7 +75,7 @@ def narrow_ways(arrangement: Arrangement, width: float = EGRESS_WIDTH, margin: f
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a person stands to use a placement, and how near a way has to come, metres."""
+    """Where a person stands to use a placement, and how near a way has to come, meters."""
 
     id: str
     x: float
@@ -108,7 +108,7 @@ def _obstacles(arrangement: Arrangement) -> list[OrientedBox]:
 
 
 def _widest(field: _Clearance, door: Door, place: _Place) -> float:
-    """Width of the widest way from a door to a place, to a centimetre; 0 without a way."""
+    """Width of the widest way from a door to a place, to a centimeter; 0 without a way."""
     low, high = -MARGIN, WIDEST / 2.0
     while high - low > 0.005:
         middle = (low + high) / 2.0
@@ -121,7 +121,7 @@ def _widest(field: _Clearance, door: Door, place: _Place) -> float:
 
 @dataclass(frozen=True)
 class _Clearance:
-    """Distance from grid points to the nearest wall or obstacle, (ny, nx) metres, up to half of WIDEST."""
+    """Distance from grid points to the nearest wall or obstacle, (ny, nx) meters, up to half of WIDEST."""
 
     room: Room
     values: Array
@@ -152,13 +152,13 @@ class _Clearance:
         return min(max(round(y / STEP), 0), rows - 1), min(max(round(x / STEP), 0), columns - 1)
 
     def at(self, x: float, y: float) -> float:
-        """Clearance at a point, metres; not positive inside an obstacle or outside the room."""
+        """Clearance at a point, meters; not positive inside an obstacle or outside the room."""
         if not (0.0 < x < self.room.width and 0.0 < y < self.room.depth):
             return 0.0
         return float(self.values[self.node(x, y)])
 
     def gap(self, door: Door, radius: float) -> Array:
-        """Return the distance to what a disc covers that moves freely from a door, (ny, nx) metres; inf if nowhere."""
+        """Return the distance to what a disc covers that moves freely from a door, (ny, nx) meters; inf if nowhere."""
         free = (self.values >= radius - 1e-9).astype(np.uint8)
         _, labels = cv2.connectedComponents(free, connectivity=4, ltype=cv2.CV_32S)
         starts = np.unique(labels[self._entry(door, radius)])

@@ -1,6 +1,6 @@
 """Facility rules besides the metrics: exits, ways out, doors, fronts, hoods, emergency equipment.
 
-A broken rule is an issue. Errors are what the generator and the optimiser never leave behind; warnings are advice.
+A broken rule is an issue. Errors are what the generator and the optimizer never leave behind; warnings are advice.
 """
 
 from __future__ import annotations
@@ -31,25 +31,25 @@ from labgym.navigation import PLANNING_RADIUS, goal_pose, occupancy
 from labgym.navigation.grid_search import distance_field
 
 EXIT_WIDTH = 0.914
-"""Clear width of a laboratory's exit door, metres (California Building Code, 24 CCR: 36 in)."""
+"""Clear width of a laboratory's exit door, meters (California Building Code, 24 CCR: 36 in)."""
 
 SECOND_EXIT_AREA = 18.6
-"""Floor area above which a laboratory needs two exits, square metres (24 CCR and NFPA 45: 200 ft2)."""
+"""Floor area above which a laboratory needs two exits, square meters (24 CCR and NFPA 45: 200 ft2)."""
 
 HOOD_DOOR = 3.0
-"""Distance between a hood and a doorway, metres (NFPA 45 and ANSI/AIHA Z9.5: 10 ft, as university guides cite them)."""
+"""Distance between a hood and a doorway, meters (NFPA 45 and ANSI/AIHA Z9.5: 10 ft, as university guides cite them)."""
 
 HOOD_DOOR_LEAST = 1.0
-"""Least distance between a hood and a doorway, metres (BS 7258-2 guidance: 1.0 to 1.5 m)."""
+"""Least distance between a hood and a doorway, meters (BS 7258-2 guidance: 1.0 to 1.5 m)."""
 
 HOOD_OPPOSITE = 3.0
-"""No desk within this distance in front of a hood, metres (NFPA 45: not opposite desks)."""
+"""No desk within this distance in front of a hood, meters (NFPA 45: not opposite desks)."""
 
 SHOWER_WALK = 16.8
-"""Walk from a hood to a safety shower: 10 s at walking pace, 55 ft (ANSI/ISEA Z358.1-2014), metres."""
+"""Walk from a hood to a safety shower: 10 s at walking pace, 55 ft (ANSI/ISEA Z358.1-2014), meters."""
 
 TALL = 1.5
-"""Furniture of this height and more stands against a wall and not back to back, metres."""
+"""Furniture of this height and more stands against a wall and not back to back, meters."""
 
 
 class FacilityIssue(Record):
@@ -57,8 +57,8 @@ class FacilityIssue(Record):
 
     Attributes:
         rule: short name.
-        severity: `error` (the generator and the optimiser never leave it behind) or `warning`.
-        value, limit: metres or a count; value None if there is nothing to measure.
+        severity: `error` (the generator and the optimizer never leave it behind) or `warning`.
+        value, limit: meters or a count; value None if there is nothing to measure.
         source: the standard or guide that the rule comes from.
     """
 
@@ -137,7 +137,7 @@ def box_of(arrangement: Arrangement, row: int) -> OrientedBox:
 
 
 def shower_walks(arrangement: Arrangement) -> dict[str, float]:
-    """Return the walk from the front of each hood to the nearest safety shower, metres; inf if there is no way.
+    """Return the walk from the front of each hood to the nearest safety shower, meters; inf if there is no way.
 
     Measured over the free floor for a disc of the planning radius on a 5 cm grid, which overstates by up to 8%.
     """
@@ -158,7 +158,7 @@ def shower_walks(arrangement: Arrangement) -> dict[str, float]:
 
 
 def blocked_front(arrangement: Arrangement, row: int, depth: float) -> tuple[float, tuple[str, ...]] | None:
-    """Return how much of a depth in front of an object is free, metres, and what blocks it; None if all is free."""
+    """Return how much of a depth in front of an object is free, meters, and what blocks it; None if all is free."""
     box = box_of(arrangement, row)
     zone = front_zone(box, depth)
     placement = arrangement.placements[row].id
@@ -170,7 +170,7 @@ def blocked_front(arrangement: Arrangement, row: int, depth: float) -> tuple[flo
 
 
 def back_distance(arrangement: Arrangement, row: int) -> float:
-    """Return the distance between an object's back and the nearest wall along it, metres; its farther end counts."""
+    """Return the distance between an object's back and the nearest wall along it, meters; its farther end counts."""
     room = arrangement.layout.room
     back = box_of(arrangement, row).corners()[:2]
     gaps = np.stack([back[:, 0], back[:, 1], room.width - back[:, 0], room.depth - back[:, 1]])
@@ -189,7 +189,7 @@ def one_sided(arrangement: Arrangement, row: int) -> bool:
 
 
 def _to_wall(arrangement: Arrangement, box: OrientedBox) -> float:
-    """Free depth in front of a box up to the wall, metres."""
+    """Free depth in front of a box up to the wall, meters."""
     room, (fx, fy) = arrangement.layout.room, box.front
     corners = box.corners()[2:]
     reaches = []
@@ -270,7 +270,7 @@ def _fronts(arrangement: Arrangement) -> list[FacilityIssue]:
         message = f"{placement.id} needs {asset.clearance:g} m clear in front but has {free:.2f} m: {cause}"
         ids = (placement.id, *blockers)
         severity: Severity = "warning" if asset.subtype in MOVABLE else "error"
-        source = "catalogue clearance"
+        source = "catalog clearance"
         issues.append(_issue("front_clearance", ids, free, asset.clearance, message, source, severity))
     return issues
 

@@ -1,4 +1,4 @@
-"""The assessment of a layout: every rule computed once, for the optimiser and the score."""
+"""The assessment of a layout: every rule computed once, for the optimizer and the score."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class Assessment:
 
     @cached_property
     def errors(self) -> tuple[FacilityIssue, ...]:
-        """Facility rules that the generator and the optimiser never leave broken; egress only with navigation.
+        """Facility rules that the generator and the optimizer never leave broken; egress only with navigation.
 
         They do not count in v(L). Issues that concern fixed objects alone are left out: nothing can be moved.
         """
@@ -110,7 +110,7 @@ class Assessment:
 
     @property
     def cost(self) -> int:
-        """v(L) plus the number of facility errors: the quantity that the optimiser minimizes."""
+        """v(L) plus the number of facility errors: the quantity that the optimizer minimizes."""
         return self.v + len(self.errors)
 
     @property

@@ -28,9 +28,9 @@ def missing_assets(arrangement: Arrangement, protocol: Protocol, out_of_bounds: 
 
 @lru_cache(maxsize=1024)
 def resolved(names: tuple[str, ...], catalog: Catalog) -> tuple[str, ...]:
-    """Return the canonical names of assets named in any way that the catalogue knows.
+    """Return the canonical names of assets named in any way that the catalog knows.
 
     Raises:
-        UnknownNameError: the catalogue has no such asset.
+        UnknownNameError: the catalog has no such asset.
     """
     return tuple(catalog.find(name).name for name in names)

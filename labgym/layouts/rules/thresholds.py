@@ -16,45 +16,45 @@ ROOM_TOLERANCE = 0.010
 """A footprint may reach this far beyond the room's interior, metres: skirting and plaster tolerances."""
 
 SURFACE_TOLERANCE = 0.005
-"""A footprint may hang this far over its support's surface, metres."""
+"""A footprint may hang this far over its support's surface, meters."""
 
 HEIGHT_TOLERANCE = 0.005
-"""A bottom may be this far above or below what carries it, metres."""
+"""A bottom may be this far above or below what carries it, meters."""
 
 WALL_TOLERANCE = 0.020
 """The back of a wall-mounted object may be this far from the wall, metres: the depth of its brackets."""
 
 CONTAINMENT_TOLERANCE = 0.001
-"""A stored reagent may reach this far into the cabinet's wall without being a collision, metres."""
+"""A stored reagent may reach this far into the cabinet's wall without being a collision, meters."""
 
 PENETRATION = 0.001
-"""Two solids collide when they overlap by more than this on every axis, metres."""
+"""Two solids collide when they overlap by more than this on every axis, meters."""
 
 OVERLAP_VOLUME = 1e-4
-"""Additional minimum volume of SceneWeaver's collision count, cubic metres."""
+"""Additional minimum volume of SceneWeaver's collision count, cubic meters."""
 
 WORST = 3
 """Separation scores are the mean of this many worst instances (LabBuilder, LabTouchstone appendix, metrics 1 and 3)."""
 
 
 CORROSIVE_HEIGHT = 1.5
-"""Corrosive liquids stand below eye level, metres (university chemical storage practice)."""
+"""Corrosive liquids stand below eye level, meters (university chemical storage practice)."""
 
 
 EGRESS_WIDTH = 0.90
-"""Clear width of a way out, metres (OSHA 1910.36(g)(2) and NFPA 101 ask 0.71 to 0.91 m; 0.90 m is design.md's rule)."""
+"""Clear width of a way out, meters (OSHA 1910.36(g)(2) and NFPA 101 ask 0.71 to 0.91 m; 0.90 m is design.md's rule)."""
 
 PROTRUSION = 0.10
-"""An object on a wall may protrude this far into a way, metres (4 in: ADA 307.2, IBC 1003.3.3)."""
+"""An object on a wall may protrude this far into a way, meters (4 in: ADA 307.2, IBC 1003.3.3)."""
 
 MOVABLE = frozenset({"seat", "container", "spill", "fire"})
 """Subtypes of floor objects that a person pushes aside or picks up: stools, bins, spill kits, extinguishers."""
 
 SHOWER_RADIUS = 0.41
-"""Radius that stays clear around the center of an emergency shower, metres (16 in: ANSI/ISEA Z358.1-2014, 4.1.4)."""
+"""Radius that stays clear around the center of an emergency shower, meters (16 in: ANSI/ISEA Z358.1-2014, 4.1.4)."""
 
 ONE_SIDED = 1.2
-"""Furniture from this depth on is used from both sides, metres; shallower pieces have their back against a wall."""
+"""Furniture from this depth on is used from both sides, meters; shallower pieces have their back against a wall."""
 
 BACK_GAP = 0.15
 """Greatest distance between a wall and the back of furniture that stands against it, metres: space for pipes."""
@@ -62,13 +62,13 @@ BACK_GAP = 0.15
 
 @dataclass(frozen=True)
 class Band:
-    """A separation rule: satisfaction is 1 from `d_min` on and 0 below `d_low`, metres."""
+    """A separation rule: satisfaction is 1 from `d_min` on and 0 below `d_low`, meters."""
 
     d_min: float
     d_low: float
 
     def satisfaction(self, distance: float) -> float:
-        """Map a surface-to-surface distance in metres to [0, 1] (LabTouchstone appendix, metric 1)."""
+        """Map a surface-to-surface distance in meters to [0, 1] (LabTouchstone appendix, metric 1)."""
         if distance >= self.d_min:
             return 1.0
         return distance / self.d_min if distance >= self.d_low else 0.0
@@ -82,7 +82,7 @@ class Profile:
         heat: flammable reagent to a hot surface, bath or oven.
         flame: flammable reagent to an open flame.
         incompatible: two incompatible reagents.
-        glass: distance to the edge at which glassware is safe (D_safe), metres.
+        glass: distance to the edge at which glassware is safe (D_safe), meters.
         pairs: rule set that says which reagents are incompatible, see `labgym.assets.incompatible`.
         second_exit: severity of a missing second exit; a layout with an error is not generated.
     """

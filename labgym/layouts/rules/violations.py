@@ -21,7 +21,7 @@ class Violation:
 
     Attributes:
         ids: placements that take part; for navigation, the placements of the two locations that exist.
-        amount: metres out of bounds, of penetration or short of the least distance; 1 for counts.
+        amount: meters out of bounds, of penetration or short of the least distance; 1 for counts.
         message: the violation in one line.
         suggestion: the remedy in one line.
     """

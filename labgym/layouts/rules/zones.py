@@ -18,11 +18,11 @@ INTRUSION = 0.05
 """An object that reaches less far into a zone does not obstruct it, metres: wall boards, skirting, pipes."""
 
 HEADROOM = 2.0
-"""Objects that hang higher than this obstruct nobody, metres (OSHA 1910.36(g)(1): projections above an exit route)."""
+"""Objects that hang higher than this obstruct nobody, meters (OSHA 1910.36(g)(1): projections above an exit route)."""
 
 
 def door_span(door: Door) -> float:
-    """Return the length of wall that a door keeps free of furniture, metres."""
+    """Return the length of wall that a door keeps free of furniture, meters."""
     return max(door.width, DOOR_AREA)
 
 

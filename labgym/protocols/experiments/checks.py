@@ -1,4 +1,4 @@
-"""Checks that an experiment is complete and that its amounts are consistent with each other and the catalogue."""
+"""Checks that an experiment is complete and that its amounts are consistent with each other and the catalog."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def check(experiment: Experiment, catalog: Catalog | None = None) -> list[str]:
     """Return what is missing or inconsistent, one sentence each; empty for a sound experiment.
 
     Args:
-        catalog: source of molar masses and densities; the default catalogue if None.
+        catalog: source of molar masses and densities; the default catalog if None.
     """
     assets = catalog if catalog is not None else Catalog.load()
     return [*_incomplete(experiment), *_amounts(experiment, assets)]

@@ -1,4 +1,4 @@
-"""Feasibility: whether a catalogue's reagents and equipment suffice for an experiment, and the obstacles if not."""
+"""Feasibility: whether a catalog's reagents and equipment suffice for an experiment, and the obstacles if not."""
 
 from __future__ import annotations
 
@@ -63,10 +63,10 @@ class Verdict:
 
 
 class FeasibilityFilter:
-    """Compares experiments with a catalogue, whose limits are computed once.
+    """Compares experiments with a catalog, whose limits are computed once.
 
     Args:
-        catalog: the assets of the laboratory; the default catalogue if None.
+        catalog: the assets of the laboratory; the default catalog if None.
     """
 
     def __init__(self, catalog: Catalog | None = None) -> None:
@@ -105,17 +105,17 @@ class FeasibilityFilter:
                 near = self._reagents.nearest(material.name, 3)
                 hint = f"; nearest by name: {', '.join(near)}" if near else ""
                 what = f"{material.role} {material.name[:80]!r}"
-                yield Obstacle("unlisted", None, f"the catalogue has no {what}{hint}")
+                yield Obstacle("unlisted", None, f"the catalog has no {what}{hint}")
 
     def _equipment(self, number: int, action: Action) -> Iterator[Obstacle]:
         for choice in APPARATUS[action.verb].needs if action.verb in APPARATUS else ():
             if not any(name in self.catalog for name in choice):
-                message = f"{action.verb} needs {' or '.join(sorted(choice))}, which the catalogue lacks"
+                message = f"{action.verb} needs {' or '.join(sorted(choice))}, which the catalog lacks"
                 yield Obstacle("equipment", number, message)
         gas = GASES.get(action.atmosphere) if action.atmosphere is not None else None
         if gas is not None and gas not in self.catalog:
             yield Obstacle(
-                "atmosphere", number, f"an atmosphere of {action.atmosphere} needs {gas}, which the catalogue lacks"
+                "atmosphere", number, f"an atmosphere of {action.atmosphere} needs {gas}, which the catalog lacks"
             )
 
     def _conditions(self, number: int, action: Action) -> Iterator[Obstacle]:

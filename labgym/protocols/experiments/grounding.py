@@ -12,7 +12,7 @@ from labgym.errors import LabgymError, UnknownNameError
 from labgym.protocols.experiments.model import Experiment, Material
 
 MAX_STRUCTURE = 300
-"""Longest SMILES, in characters, that is compared by structure; the catalogue's longest has a third of that."""
+"""Longest SMILES, in characters, that is compared by structure; the catalog's longest has a third of that."""
 SOLVENTS = ("organic_solvent", "solvent")
 """Categories of solvents."""
 WATER = "DeionizedWater"
@@ -25,14 +25,14 @@ _HALF = re.compile(r"^half[ -](?=saturated)", re.IGNORECASE)
 
 
 class Grounder:
-    """Finds materials in a catalogue; structures are compared in canonical form if RDKit is installed."""
+    """Finds materials in a catalog; structures are compared in canonical form if RDKit is installed."""
 
     def __init__(self, catalog: Catalog) -> None:
         self.catalog = catalog
         self._names: dict[tuple[str, str], str | None] = {}
 
     def find(self, material: Material) -> str | None:
-        """Return the name of the reagent that a material is, or None if the catalogue lacks it.
+        """Return the name of the reagent that a material is, or None if the catalog lacks it.
 
         A structure, if there is one and RDKit can compare it, outweighs the name. A solution is its solute.
         """

@@ -80,7 +80,7 @@ def narrate(experiment: Experiment, catalog: Catalog) -> str:
 
 
 def common_name(name: str, catalog: Catalog) -> str:
-    """Return a material's common name: the first English synonym in the catalogue, else the name unchanged."""
+    """Return a material's common name: the first English synonym in the catalog, else the name unchanged."""
     if name not in catalog:
         return name
     synonyms = catalog.get(name).synonyms_en

@@ -68,7 +68,7 @@ class _Form:
 def mentions(text: str, catalog: Catalog) -> tuple[Mention, ...]:
     """Return the mentions in a text in order; of overlapping names, the one that begins first and is longest.
 
-    The names are those of the catalogue's assets, of classes of substances ("a tert-butyl ester") and laboratory slang
+    The names are those of the catalog's assets, of classes of substances ("a tert-butyl ester") and laboratory slang
     ("bicarb"). A name within the name of a reaction ("ether synthesis") is not a mention.
     """
     return tuple(mention for mention in _scan(text, catalog) if not _NAMES_REACTION.match(text, mention.end))

@@ -22,9 +22,9 @@ class Words(Document):
 
     Attributes:
         concepts: operations, transformations and kinds of substance.
-        shorthand: laboratory slang for assets, too loose for the catalogue's synonyms, by asset.
+        shorthand: laboratory slang for assets, too loose for the catalog's synonyms, by asset.
         classes: names of classes of substances ("aldehyde") that a text may use in place of a substance, by class.
-        everyday: synonyms of the catalogue that usually mean something else in running text.
+        everyday: synonyms of the catalog that usually mean something else in running text.
         english_words, other_languages: function words that distinguish English from other languages in Latin script.
     """
 

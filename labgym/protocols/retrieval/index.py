@@ -57,12 +57,12 @@ class SearchResults:
 
 
 class Index:
-    """A searchable index over fragments; it depends on the fragments and the catalogue only.
+    """A searchable index over fragments; it depends on the fragments and the catalog only.
 
     Args:
         fragments: what is searched, at least one.
         embedder: function that embeds texts, or None for keyword search.
-        catalog: the assets whose names are recognized; the default catalogue if None.
+        catalog: the assets whose names are recognized; the default catalog if None.
 
     Raises:
         OptionError: no fragments.
@@ -151,10 +151,10 @@ def search(
     origin: SourceKind | None = None,
     catalog: Catalog | None = None,
 ) -> SearchResults:
-    """Search the published library; see `Index.search`. The index is built once per process and catalogue.
+    """Search the published library; see `Index.search`. The index is built once per process and catalog.
 
     Args:
-        catalog: the assets whose names are recognized; the default catalogue if None.
+        catalog: the assets whose names are recognized; the default catalog if None.
     """
     index = _published(
         catalog if catalog is not None else Catalog.load(), load_embedder() is not None and not keyword_only

@@ -1,4 +1,4 @@
-"""The rules of the validation suite, by theme; a rule is a function of a case: a protocol and the catalogue."""
+"""The rules of the validation suite, by theme; a rule is a function of a case: a protocol and the catalog."""
 
 from labgym.protocols.rules import (
     conditions,

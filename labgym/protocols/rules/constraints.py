@@ -1,4 +1,4 @@
-"""Constraints refer to the protocol's own assets and agree with the catalogue (paper, appendix B, check iv)."""
+"""Constraints refer to the protocol's own assets and agree with the catalog (paper, appendix B, check iv)."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _storage_problem(constraint: ChemicalConstraint, case: Case) -> tuple[str, s
         return f"in {storage!r}, which is not a storage class", f"choose one of: {', '.join(get_args(StorageClass))}"
     asset = case.asset(constraint.subject)
     if asset is not None and asset.chemistry is not None and asset.chemistry.storage_class != storage:
-        return f"in {storage!r} contradicts the catalogue", f"store it in {asset.chemistry.storage_class!r}"
+        return f"in {storage!r} contradicts the catalog", f"store it in {asset.chemistry.storage_class!r}"
     return None
 
 

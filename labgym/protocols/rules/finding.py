@@ -34,7 +34,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Case:
-    """A protocol and the catalogue that holds its assets."""
+    """A protocol and the catalog that holds its assets."""
 
     protocol: Protocol
     catalog: Catalog

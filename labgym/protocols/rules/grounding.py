@@ -9,14 +9,14 @@ from labgym.protocols.rules.finding import Case, Finding
 
 
 def assets_exist(case: Case) -> Iterator[Finding]:
-    """Reagents, instruments and locations are catalogue entries of their kind."""
+    """Reagents, instruments and locations are catalog entries of their kind."""
     named: list[tuple[str, str, int | None]] = [(use.name, "reagent", None) for use in case.protocol.reagents]
     named += [(name, "instrument", None) for name in dict.fromkeys(case.protocol.instruments)]
     named += [(step.location, "facility", step.index) for step in case.protocol.steps]
     for name, kind, step in named:
         asset = case.asset(name)
         if asset is None:
-            yield Finding("asset-exists", step, f"{kind} {name!r} is not in the catalogue", _nearest(name, case))
+            yield Finding("asset-exists", step, f"{kind} {name!r} is not in the catalog", _nearest(name, case))
         elif asset.kind != kind:
             message = f"{name!r} is listed as {kind} but is a {asset.kind}"
             yield Finding("asset-kind", step, message, f"name a {kind}, or list it among the {asset.kind}s")
@@ -61,7 +61,7 @@ def everything_is_used(case: Case) -> Iterator[Finding]:
 
 def _nearest(name: str, case: Case) -> str:
     near = case.catalog.nearest(name)
-    return f"nearest: {', '.join(near)}" if near else "choose an asset of the catalogue"
+    return f"nearest: {', '.join(near)}" if near else "choose an asset of the catalog"
 
 
 RULES = (assets_exist, locations_are_workplaces, reagents_are_distinct, uses_are_listed, everything_is_used)

@@ -41,7 +41,7 @@ def cold_is_reached(case: Case) -> Iterator[Finding]:
                 if (lowest := cools_to(asset)) is not None and lowest <= temperature and asset.category == "cooling"
             )
             suggestion = (
-                f"use {options[-1][1]}" if options else "choose a higher temperature: the catalogue has no such device"
+                f"use {options[-1][1]}" if options else "choose a higher temperature: the catalog has no such device"
             )
             message = f"step {step.index} ({step.action}) needs {temperature:g} C, but {what}"
             yield Finding("cooling-reach", step.index, message, suggestion)

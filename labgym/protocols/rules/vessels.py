@@ -26,7 +26,7 @@ OPENED = re.compile(
 PRESSURISED = 50.0
 """Temperature below which the pressure in a closed vessel is negligible, degrees Celsius."""
 TROUTON, TROUTON_ASSOCIATED = 10.6, 13.1
-"""Entropy of vaporisation over the gas constant: of most liquids by Trouton's rule (88 J/(mol K)), and of water and
+"""Entropy of vaporization over the gas constant: of most liquids by Trouton's rule (88 J/(mol K)), and of water and
 alcohols (109 J/(mol K))."""
 
 
@@ -179,7 +179,7 @@ def _larger(case: Case, vessel: Asset, volume: float) -> str:
         and (asset.name not in SPECIAL or vessel.name in SPECIAL)
     ]
     name = alternative(case.catalog, vessel, capacity, lambda value: value >= volume, names)
-    return f"use {name}" if name else f"no vessel of the catalogue holds {volume:.0f} mL; halve the batch"
+    return f"use {name}" if name else f"no vessel of the catalog holds {volume:.0f} mL; halve the batch"
 
 
 def _smaller(case: Case, volume: float) -> str:

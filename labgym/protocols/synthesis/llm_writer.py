@@ -59,7 +59,7 @@ class WritingSources:
 
     @property
     def inventory(self) -> tuple[Asset, ...]:
-        """The reagents, instruments and workplaces of the catalogue."""
+        """The reagents, instruments and workplaces of the catalog."""
         return tuple(asset for asset in self.catalog if asset.kind != "facility" or is_workplace(asset))
 
 
@@ -93,7 +93,7 @@ class LanguageWriter:
 
 
 def writing_sources(commission: Commission) -> WritingSources:
-    """Return the material for a commission: the nearest passages, the catalogue and the priors of the rules."""
+    """Return the material for a commission: the nearest passages, the catalog and the priors of the rules."""
     passages = [f"{hit.fragment.place} ({hit.fragment.title}): {hit.fragment.text}" for hit in commission.context.hits]
     return WritingSources(commission.text, passages, commission.catalog, _priors(commission))
 
@@ -191,7 +191,7 @@ def _answer(inventory: Sequence[Asset]) -> type[Record]:
     names = {kind: _names(inventory, kind) for kind in KINDS}
     if not all(names.values()):
         lacking = ", ".join(kind for kind, listed in names.items() if not listed)
-        raise OptionError(f"the catalogue has no {lacking}; a protocol needs reagents, instruments and facilities")
+        raise OptionError(f"the catalog has no {lacking}; a protocol needs reagents, instruments and facilities")
     reagent, instrument, place = (_one_of(listed) for listed in names.values())
     used, action = _one_of(names["reagent"] + names["instrument"]), _one_of(ACTIONS)
     part: Any = create_model("Part", __base__=Record, name=(reagent, ...), role=(Line, ...), amount=(Line, ...))

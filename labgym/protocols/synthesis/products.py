@@ -1,4 +1,4 @@
-"""Names of products in a description, which need not be in the catalogue."""
+"""Names of products in a description, which need not be in the catalog."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def products(
 
     Args:
         named: the mentions of the text.
-        foreign: spans of substances that the catalogue lacks.
+        foreign: spans of substances that the catalog lacks.
         auxiliary: names of reagents that are removed rather than made, such as solvents and drying agents.
     """
     spans = [*_announced(text, named, foreign)]

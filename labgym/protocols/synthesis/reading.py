@@ -109,7 +109,7 @@ class ParsedDescription:
         language: its language.
         clauses: its clauses in order.
         product: name of the product as written, or "".
-        unlisted: substances that it names and the catalogue lacks, as written.
+        unlisted: substances that it names and the catalog lacks, as written.
         spoken_of: assets, classes of substances and concepts that it mentions.
         products: the spans that name products.
         unassigned: amounts that belong to no substance, as written.
@@ -126,11 +126,11 @@ class ParsedDescription:
 
 
 def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
-    """Parse a description; the result depends on the text and the catalogue only.
+    """Parse a description; the result depends on the text and the catalog only.
 
     Args:
         text: English or Chinese.
-        catalog: the assets that the text may name; the default catalogue if None.
+        catalog: the assets that the text may name; the default catalog if None.
     """
     assets = catalog if catalog is not None else Catalog.load()
     named = mentions(text, assets)

@@ -65,10 +65,10 @@ def stage(experiment: Experiment, catalog: Catalog | None = None) -> Protocol:
 
     Args:
         experiment: from the library or imported.
-        catalog: the assets that the protocol may use; the default catalogue if None.
+        catalog: the assets that the protocol may use; the default catalog if None.
 
     Raises:
-        RefusalError: the experiment is infeasible with the catalogue, or its reaction type is missing.
+        RefusalError: the experiment is infeasible with the catalog, or its reaction type is missing.
         ProtocolError: the protocol violates rules; the error carries the findings.
     """
     assets = catalog if catalog is not None else Catalog.load()

@@ -68,11 +68,11 @@ def synthesize(
         text: the procedure in English or Chinese.
         writer: the writer; by default templates, which give the same protocol for the same text.
         keyword_only: search the library without embeddings.
-        catalog: the assets that the protocol may use; the default catalogue if None.
+        catalog: the assets that the protocol may use; the default catalog if None.
 
     Raises:
         RefusalError: the text is in another language, contains no chemistry or no known reaction, names a substance
-            that the catalogue lacks, or asks for something dangerous.
+            that the catalog lacks, or asks for something dangerous.
         ProtocolError: the protocol has faults.
         LabgymError: other errors of the writer.
     """
@@ -114,7 +114,7 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     substances = [m for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")]
     named = any(not name.isascii() or _CHEMICAL_ENDING.search(name) for name in description.unlisted)
     if not substances and not named and not chemical_names(text):
-        raise RefusalError("no-chemistry", "the text names no substance of the catalogue: say what reacts with what")
+        raise RefusalError("no-chemistry", "the text names no substance of the catalog: say what reacts with what")
     homeless = [m.text for m in substances if m.kind == "class" and m.name not in transformations().stand_ins]
     if homeless:
         raise RefusalError("unlisted", _lacking(homeless, catalog))
@@ -171,11 +171,11 @@ def _refuse_water(description: ParsedDescription) -> None:
 
 
 def _lacking(names: Sequence[str], catalog: Catalog) -> str:
-    """Return the message about substances that the catalogue lacks, with the nearest reagents."""
+    """Return the message about substances that the catalog lacks, with the nearest reagents."""
     listed = ", ".join(repr(name[:60]) for name in names[:5])
     near = dict.fromkeys(name for text in names for name in near_reagents(text, catalog))
     hint = f" (nearest: {', '.join(near)})" if near else ""
-    return f"the catalogue has no {listed}{hint}; name a reagent that it has, or add this one to a catalogue"
+    return f"the catalog has no {listed}{hint}; name a reagent that it has, or add this one to a catalog"
 
 
 def near_reagents(text: str, catalog: Catalog) -> tuple[str, ...]:

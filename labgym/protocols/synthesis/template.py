@@ -372,7 +372,7 @@ def _refuse_nothing(description: ParsedDescription) -> None:
         RefusalError: it names no substance.
     """
     if not any(m.kind in ("reagent", "class") for clause in description.clauses for m in clause.mentions):
-        raise RefusalError("no-chemistry", "the text names no substance of the catalogue: say what reacts with what")
+        raise RefusalError("no-chemistry", "the text names no substance of the catalog: say what reacts with what")
 
 
 def _refuse_purification(description: ParsedDescription) -> None:
@@ -406,7 +406,7 @@ def _pressure(clauses: Sequence[Clause]) -> Condition | None:
     """Return the pressure above that of the air that the text gives, or None.
 
     Raises:
-        RefusalError: no vessel of the catalogue is built for it.
+        RefusalError: no vessel of the catalog is built for it.
     """
     stated = next((c.pressure for c in clauses if c.pressure is not None and c.pressure.value > BALLOON_BAR), None)
     if stated is not None and stated.value > VESSEL_BAR:

@@ -1,4 +1,4 @@
-"""Names in a text that are neither assets of the catalogue nor ordinary words: unknown substances."""
+"""Names in a text that are neither assets of the catalog nor ordinary words: unknown substances."""
 
 from __future__ import annotations
 

@@ -10,9 +10,9 @@ from labgym.scenes.usd.names import identifiers, write_note
 from labgym.scenes.views import WIDE, View
 
 SENSOR = 0.036
-"""Width of a camera's sensor, metres."""
+"""Width of a camera's sensor, meters."""
 NEAR, FAR = 0.05, 200.0
-"""Clipping distances, metres."""
+"""Clipping distances, meters."""
 
 
 def write_cameras(stage: Any, path: str, views: Mapping[str, View]) -> None:

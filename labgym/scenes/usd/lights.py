@@ -8,12 +8,12 @@ from typing import Any
 from labgym.layouts import Room
 
 PANEL = (1.2, 0.6)
-"""Width and depth of a ceiling panel, metres."""
+"""Width and depth of a ceiling panel, meters."""
 PITCH = 2.4
-"""Largest distance between the centres of neighboring panels, metres; larger if there would be too many panels."""
+"""Largest distance between the centers of neighboring panels, meters; larger if there would be too many panels."""
 MOST_PANELS = 64
 GAP = 0.02
-"""Distance of the panels below the ceiling height, metres."""
+"""Distance of the panels below the ceiling height, meters."""
 ILLUMINANCE = 1000.0
 """Luminous flux of all panels over the floor area, lux: twice the 500 lux that EN 12464-1 requires in laboratories."""
 DOME = 500.0

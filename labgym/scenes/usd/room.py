@@ -16,7 +16,7 @@ from labgym.scenes.mesh import floor_mesh
 from labgym.scenes.usd.names import identifiers
 
 FLOOR_THICKNESS = 0.1
-"""Depth of the floor's collider below z = 0, metres."""
+"""Depth of the floor's collider below z = 0, meters."""
 LABELS = {
     "floor_vinyl": "floor",
     "door_frame": "door",

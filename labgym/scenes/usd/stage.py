@@ -28,7 +28,7 @@ GRAVITY = 9.81
 def write_usd(layout: Layout, folder: str | Path) -> Path:
     """Write a layout as `folder/scene.usda`, `folder/room.usdc` and `folder/assets`; return the stage's path.
 
-    The stage is in metres, z up. `/Laboratory` has these children: `Room`, with visible and collision geometry of
+    The stage is in meters, z up. `/Laboratory` has these children: `Room`, with visible and collision geometry of
     floor and walls; `Placements`, with one prim for each placement that references its asset (wall-mounted ones are
     kinematic); `Lights`; and `Cameras`, one for each view of `labgym.scenes.views`. Prims have semantic labels
     (taxonomies `class`, `category` and `instance`). The folder can be moved; its references are relative.
