@@ -212,7 +212,7 @@ def _check_bounds(data: Any, source: object) -> None:
 
 
 def _first_fault(value: Any, depth: int) -> tuple[list[str], str] | None:
-    """Return the first value out of bounds: its path, innermost key first, and the problem; None if there is none.
+    """Return the first value out of bounds: its path, innermost key first, and the problem; None if all are valid.
 
     The path is built only for a fault, so that checking a large document takes no memory.
     """

@@ -26,10 +26,26 @@ PHRASES = {
     "nothing wrong": "no faults",
     "where there is none": "if there is none",
     "where there are none": "if there are none",
+    "there is none": "name what is missing: without a limit, if no path exists",
+    "there are none": "name what is missing: without notes",
+    "of its own": "separate, its",
+    "of their own": "separate, their",
+    "no such thing": "does not count",
+    "whoever": "any",
+    "made again": "regenerated",
+    "lest": "so that not",
+    "thereof": "of it",
 }
 """Phrases to avoid, each with what to write instead."""
 
 PATTERNS = {phrase: re.compile(rf"(?<![\w/.-]){re.escape(phrase)}(?![\w-])", re.IGNORECASE) for phrase in PHRASES}
+
+BRITISH = re.compile(
+    r"(?<![\w`./_-])(catalogues?|(?:milli|centi|micro)?metres?|coloured|colours?|centres?|behaviours?|greys?|neighbours?)"
+    r"(?![\w_(`:]|\.\w|=)",
+    re.IGNORECASE,
+)
+"""British spellings, apart from names in code."""
 
 ALLOWED: dict[str, frozenset[str]] = {}
 """Phrases that a file uses in another sense, by the file's path."""
@@ -87,5 +103,24 @@ def test_no_docstring_begins_with_a_clause(path):
         f"{name(path)}:{line}: {text.splitlines()[0]}"
         for line, text in docstrings(path)
         if re.match(r"(What|Who)\b", text)
+    ]
+    assert not hits, "\n".join(hits)
+
+
+SPELLED = [path for path in sources() if path.suffix != ".py" or "usd" not in path.parts]
+"""Files with checked spelling; the documentation in USD files is not changed for it."""
+
+
+@pytest.mark.parametrize("path", SPELLED, ids=name)
+def test_docstrings_and_pages_have_american_spelling(path):
+    lines = docstrings(path) if path.suffix == ".py" else prose(path)
+    values = ("| `labgym:", "how: file (its texts")  # texts and values of files, which keep their spelling
+    hits = [
+        f"{name(path)}:{number}: {match[0]!r}: {line.strip()[:100]}"
+        for number, text in lines
+        for line in text.splitlines()
+        if not line.strip().startswith(values)
+        for match in [BRITISH.search(line)]
+        if match
     ]
     assert not hits, "\n".join(hits)

@@ -229,7 +229,7 @@ def _reloaded(folder: Path | None, digest: str) -> Catalog:
         where = "the published catalog" if folder is None else f"the catalog in {folder}"
         raise LabgymError(
             f"{where} changed: its digest is {catalog.digest[:12]}, expected {digest[:12]}; "
-            "start again with the catalog as it is now"
+            "start again with the current catalog"
         )
     return catalog
 

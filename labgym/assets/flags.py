@@ -127,7 +127,7 @@ def group_flags(flag: Flag) -> frozenset[str]:
 
 
 def expected(asset: Asset) -> dict[Flag, bool]:
-    """Return the flags that a reagent should carry: by rule, or by a listed exception."""
+    """Return the flags that a reagent should carry: from the rules or a listed exception."""
     if asset.chemistry is None:
         return {}
     exempt = exceptions()

@@ -56,7 +56,7 @@ class PlannerRun(Generic[Config]):
 
     @property
     def notes(self) -> str:
-        """The paragraph of the run's notes, preceded by an empty line; "" if there are none."""
+        """The paragraph of the run's notes, preceded by an empty line; "" without notes."""
         path = self.folder / NOTES
         return f"\n\n{path.read_text(encoding='utf-8').strip()}" if path.is_file() else ""
 

@@ -35,7 +35,7 @@ class Adjuster(Interface):
     """Proposes a better layout at one level; the loop verifies it again."""
 
     def adjust(self, layout: Layout, protocol: Protocol | None, assessment: Assessment, level: Level) -> Layout:
-        """Return a better layout, or the same object if there is none."""
+        """Return a better layout, or the same object if no command improves it."""
 
 
 class RuleAdjuster:

@@ -31,7 +31,7 @@ class Obstacles:
         return _outside(self._local(points), self.boxes.half)
 
     def nearest(self, points: Array) -> Array:
-        """Return the distance from points (m, 2) to the nearest rectangle, (m,) meters; inf if there are none."""
+        """Return the distance from points (m, 2) to the nearest rectangle, (m,) meters; inf without rectangles."""
         return np.asarray(self.point_distances(points).min(axis=1, initial=np.inf))
 
     def segment_distances(self, starts: Array, ends: Array) -> Array:

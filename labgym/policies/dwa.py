@@ -127,7 +127,7 @@ class DwaPolicy(Policy):
         return self._path
 
     def _best(self, v: float, w: float, points: Array, target: Point, radius: float) -> tuple[float, float]:
-        """Return the best admissible velocities; if there are none, those of full braking."""
+        """Return the best admissible velocities; if none is admissible, those of full braking."""
         options, robot = self._options, self._robot
         vs, ws = dynamic_window(v, w, options.samples, robot)
         # Standing still would otherwise always have the widest clearance.

@@ -64,7 +64,7 @@ def _write_normals(prim: Any, vertices: Points, faces: Faces) -> None:
     from pxr import Sdf, UsdGeom, Vt
 
     normals = corner_normals(vertices, faces)
-    # Corners of faces without area have no direction of their own.
+    # Corners of faces without area have no normal.
     normals[~normals.any(axis=2)] = (0.0, 0.0, 1.0)
     normals = rounded(normals, NORMAL_DECIMALS)
     sharp = bool((normals == normals[:, :1]).all())

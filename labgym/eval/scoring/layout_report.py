@@ -96,7 +96,7 @@ class LayoutReport(Document):
         transitions: number of transitions.
         flam, store, incomp, glass: chemical safety. gated: the same scores multiplied by `asset`.
         incomp_contained: Incomp, with separate closed cabinets counted as separated.
-        store_class: share of reagents in a cabinet of their own storage class.
+        store_class: share of reagents in a cabinet of their storage class.
         instances: number of instances behind each chemical score.
         v, fitness: the generator's objective; v includes navigation.
         physical, s_phys: at most 35 points. s_chem: at most 35 points, None if no chemical score applies.

@@ -15,7 +15,7 @@ class Instance:
     Attributes:
         ids: placements that take part.
         distance: what the rule measures, meters; None for storage.
-        limit: the distance under which the satisfaction is 0 (d_low), meters; 0 if there is none.
+        limit: the distance under which the satisfaction is 0 (d_low), meters; 0 without a limit.
         satisfaction: in [0, 1]; 0 if a participant is out of bounds or collides.
         hard: whether it counts in v(L): a pair under d_low, a reagent that is not stored.
         note: hazard or reason, for messages.

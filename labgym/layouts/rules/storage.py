@@ -49,7 +49,7 @@ def closed_cabinet(arrangement: Arrangement, row: int) -> int | None:
 
 
 def in_own_class(arrangement: Arrangement) -> float | None:
-    """Return the share of placed reagents stored in a cabinet of their own storage class, None without reagents."""
+    """Return the share of placed reagents stored in a cabinet of their storage class, None without reagents."""
     reagents = arrangement.reagents
     cabinets = [storage_cabinet(arrangement, row) for row in reagents]
     own = sum(

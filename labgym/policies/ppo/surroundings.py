@@ -16,7 +16,7 @@ Floats = NDArray[np.float32]
 REACH = 20.0
 """Distance from the start of a drive within which obstacles are remembered, meters."""
 WIDEST = 6
-"""Largest number of directions that an obstacle covers to either side of its own."""
+"""Largest number of directions that an obstacle covers on either side of its center."""
 STEP = 2.0 * math.pi / LIDAR_RAYS
 
 
