@@ -5,7 +5,7 @@ was finished: 30 of 41 were faithful at that first try; what the rest showed was
 that changed since: purifications alone (4 entries) are refused, because a protocol has one of seven types of reaction.
 
 `fidelity_foreign.json` holds 60 more, written later by someone who had not read `fidelity.json`; 40 name something that
-the catalogue lacks. At the first try 49 of the 60 were faithful, 8 were written wrongly, 2 refused for another reason
+the catalog lacks. At the first try 49 of the 60 were faithful, 8 were written wrongly, 2 refused for another reason
 than what they lack, and 1 refused although it can be written. The protocols were also read by hand: 4 of the 8 had
 passed the expectations of that time, which were then tightened (`azide_dmso`, `half_hour_quench`, `mcpba_wt`,
 `tosyl_py`); two expectations had a wrong name (`dibal_m78`, `xphos_pd_g3`). Of 15 entries drawn at random before the
@@ -63,7 +63,7 @@ def shortcomings(case: dict[str, Any]) -> list[str]:
 
 
 def _names(refusal: LabgymError, word: str) -> bool:
-    """Say whether a refusal names something, as the text or as the catalogue calls it."""
+    """Say whether a refusal names something, as the text or as the catalog calls it."""
     message = str(refusal).casefold()
     try:
         return word.casefold() in message or CATALOG.find(word).name.casefold() in message
