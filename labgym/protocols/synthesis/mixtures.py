@@ -44,7 +44,7 @@ class Mixture:
         return tuple((mention.name, share) for mention, share in self.shares)
 
     def parts(self, text: str, quantity: Quantity) -> tuple[tuple[Quantity, Mention], ...]:
-        """Return the volume of each liquid where a quantity is that of the whole mixture, else nothing."""
+        """Return the volume of each liquid if a quantity refers to the whole mixture, else nothing."""
         after = quantity.start >= self.end and _FILLER.fullmatch(text, self.end, quantity.start)
         before = quantity.end <= self.start and _FILLER.fullmatch(text, quantity.end, self.start)
         if quantity.dimension != "volume" or not (after or before):
@@ -76,7 +76,7 @@ def _mixtures(text: str, reagents: Sequence[Mention]) -> Iterator[Mixture]:
 
 
 def solutions(text: str, mentioned: Sequence[Mention]) -> dict[Mention, Mention]:
-    """Return the solvents that reagents of stated strength are sold in, with the reagent of each."""
+    """Return the solvents of reagents of stated concentration, each with its reagent."""
     sold: dict[Mention, Mention] = {}
     reagents = [mention for mention in mentioned if mention.kind == "reagent"]
     for solute, solvent in pairwise(reagents):

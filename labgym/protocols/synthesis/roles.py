@@ -126,7 +126,7 @@ def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> C
 
 
 def _sensible(part: Participant) -> Participant:
-    """Return a participant whose assumed volume is one that is measured easily: 3.91 mL becomes 4 mL."""
+    """Return a participant with its assumed volume rounded to a measurable one: 3.91 mL becomes 4 mL."""
     volume = _VOLUME.search(part.amount) if part.amount.endswith(ASSUMED) else None
     if volume is None:
         return part
@@ -139,7 +139,7 @@ def _sensible(part: Participant) -> Participant:
 
 
 def _in_ratio(parts: Sequence[Participant], ratios: Sequence[Sequence[tuple[str, float]]]) -> tuple[Participant, ...]:
-    """Return participants whose assumed volumes have the ratio that the text gives; their sum stays.
+    """Return participants whose assumed volumes have the ratio that the text gives; their sum is unchanged.
 
     Args:
         ratios: mixtures by asset name, with the shares of the volume.

@@ -124,7 +124,7 @@ def _formulas(text: str) -> Iterator[tuple[int, int]]:
 
 
 def _salts(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int]]:
-    """Yield names that go on as another substance: "aniline hydrochloride", "benzaldehyde dimethyl acetal"."""
+    """Yield names that continue as another substance: "aniline hydrochloride", "benzaldehyde dimethyl acetal"."""
     for mention in mentioned:
         match = _SALT_OF.match(text, mention.end)
         if match is not None and mention.kind == "reagent":
@@ -237,7 +237,7 @@ _POSITION = re.compile(
     re.IGNORECASE,
 )
 _IMPERATIVE = re.compile(r"(?:^|[.;:。；]\s*)([A-Z][a-z]+)\s+(?:[a-z]*yl\s+)*$")
-"""The first word of a sentence, which tells what to do with the next: "Saponify ethyl lactate"."""
+"""The first word of a sentence, an imperative for the next word: "Saponify ethyl lactate"."""
 _NOUN_AFTER = re.compile(
     r"\s+(?:reaction|synthesis|conditions?|work-?up|procedure|protocol|method|apparatus|flask|funnel|trap|bath|column|"
     r"coupling|reduction|oxidation|condensation|addition|esterification|rearrangement|conversion|modification|type|"
