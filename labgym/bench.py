@@ -16,7 +16,7 @@ from labgym.envs import LabPointNavEnv
 from labgym.envs.robot import PREFIX, ROBOT, attach_robot
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
 from labgym.envs.simulation import Simulation
-from labgym.envs.stage import Stage, physics_model
+from labgym.envs.world import World, physics_model
 from labgym.errors import OptionError
 from labgym.layouts import Layout, load_published, published
 from labgym.navigation import PLANNING_RADIUS, ShortestPaths, astar, goal_pairs, occupancy
@@ -140,7 +140,7 @@ def _control_step(layout: Layout) -> Comparison:
 
 
 def _lidar(layout: Layout) -> Comparison:
-    stage, lidar = Stage(layout), Lidar()
+    world, lidar = World(layout), Lidar()
     pose = goal_pairs(layout)[0].start
     model = to_mjcf(layout, visible=False).compile()
     data = mujoco.MjData(model)
@@ -149,17 +149,17 @@ def _lidar(layout: Layout) -> Comparison:
     angles = pose[2] - math.pi + 2.0 * math.pi / LIDAR_RAYS * np.arange(LIDAR_RAYS)
     rays = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(LIDAR_RAYS)]).ravel()
     hits, distances = np.empty(LIDAR_RAYS, np.int32), np.empty(LIDAR_RAYS)
-    stage.solid.mesh  # noqa: B018 - built before the timing starts
+    world.solid.mesh  # noqa: B018 - built before the timing starts
     return Comparison(
         f"lidar scan of {LIDAR_RAYS} rays",
         "mj_multiRay on the same boxes",
-        lambda: lidar.scan(stage.solid, pose),
+        lambda: lidar.scan(world.solid, pose),
         lambda: mujoco.mj_multiRay(model, data, origin, rays, None, 1, -1, hits, distances, None, LIDAR_RAYS, RANGE),
     )
 
 
 def _depth(layout: Layout) -> Comparison:
-    stage, camera = Stage(layout), Camera()
+    world, camera = World(layout), Camera()
     pose = goal_pairs(layout)[0].start
     spec = to_mjcf(layout)
     attach_robot(spec)
@@ -172,11 +172,11 @@ def _depth(layout: Layout) -> Comparison:
         renderer.update_scene(scene.data, PREFIX + "camera")
         return renderer.render()
 
-    stage.visible.mesh  # noqa: B018 - built before the timing starts
+    world.visible.mesh  # noqa: B018 - built before the timing starts
     return Comparison(
         f"depth image of {IMAGE_SHAPE[1]} x {IMAGE_SHAPE[0]}",
         "mujoco.Renderer",
-        lambda: camera.depth(stage.visible, pose),
+        lambda: camera.depth(world.visible, pose),
         rasterize,
     )
 

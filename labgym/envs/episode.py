@@ -9,8 +9,8 @@ import numpy as np
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.simulation import Simulation
-from labgym.envs.stage import Stage, stage_of
 from labgym.envs.tasks import Task
+from labgym.envs.world import World, world_of
 
 SUCCESS_DISTANCE = 0.5
 """The goal is reached within this distance, meters."""
@@ -20,7 +20,7 @@ class Episode:
     """An episode, from its start pose.
 
     Attributes:
-        task: layout, protocol and goal pair. stage: the layout prepared for simulation. simulation: the robot in it.
+        task: layout, protocol and goal pair. world: the layout prepared for simulation. simulation: the robot in it.
         distance: distance from the robot's center to the goal, meters.
         progress: decrease of the distance to go in the last step, meters.
         collision: whether the robot touched something in the last step.
@@ -30,10 +30,10 @@ class Episode:
     def __init__(self, task: Task, robot: RobotSpec = ROBOT) -> None:
         self.task = task
         self.robot = robot
-        self.stage: Stage = stage_of(task.layout)
-        self.simulation = Simulation(self.stage.model, robot)
+        self.world: World = world_of(task.layout)
+        self.simulation = Simulation(self.world.model, robot)
         self.simulation.place(task.pair.start)
-        self._to_go = self.stage.to_go(task.pair.goal)
+        self._to_go = self.world.to_go(task.pair.goal)
         self._remaining = self._to_go.at(*task.pair.start[:2])
         self.distance = self._distance()
         self.progress = 0.0
@@ -67,9 +67,9 @@ class Episode:
             "success": self.success,
             "collision": self.collision,
             "contacts": self.contacts,
-            "clearance": self.stage.clearance(pose[0], pose[1]),
+            "clearance": self.world.clearance(pose[0], pose[1]),
             "path_length": self.path_length,
-            "shortest_path_length": self.stage.shortest_length(pair),
+            "shortest_path_length": self.world.shortest_length(pair),
             "layout": self.task.layout.id,
             "protocol": self.task.protocol.id,
             "pair": pair.index,

@@ -189,8 +189,8 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
             return None
         episode = self._running()
         if self.render_mode == "depth_array":
-            return self._camera.depth(episode.stage.visible, episode.simulation.pose)
-        return self._view.picture(episode.task.layout, episode.stage.visible, episode.simulation.pose)
+            return self._camera.depth(episode.world.visible, episode.simulation.pose)
+        return self._view.picture(episode.task.layout, episode.world.visible, episode.simulation.pose)
 
     def close(self) -> None:
         """Release the renderer; it is safe to call this more than once."""
@@ -214,11 +214,11 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
             ),
         }
         if self._observation == "lidar":
-            observation["lidar"] = self._lidar.scan(episode.stage.solid, pose)
+            observation["lidar"] = self._lidar.scan(episode.world.solid, pose)
         elif self._observation == "depth":
-            observation["depth"] = self._camera.depth(episode.stage.visible, pose).ravel()
+            observation["depth"] = self._camera.depth(episode.world.visible, pose).ravel()
         else:
-            observation["rgb"], depth = self._camera.colour_and_depth(episode.stage.visible, pose)
+            observation["rgb"], depth = self._camera.colour_and_depth(episode.world.visible, pose)
             observation["depth"] = depth.ravel()
         return observation
 

@@ -10,7 +10,7 @@ import pytest
 
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
-from labgym.envs.stage import Stage
+from labgym.envs.world import World
 from labgym.layouts import Layout
 from labgym.layouts.model import Room
 from labgym.scenes import RayScene
@@ -55,16 +55,16 @@ def test_lidar_sees_a_bench_that_stands_in_the_way(layout: Layout) -> None:
 
 @pytest.mark.parametrize("pose", [(1.5, 2.0, 0.4), (4.0, 4.5, -2.0), (6.3, 1.0, 1.3)])
 def test_lidar_agrees_with_mujocos_own_rays_against_what_collides(layout: Layout, pose: tuple) -> None:
-    stage = Stage(layout)
-    data = mujoco.MjData(stage.model)
-    mujoco.mj_forward(stage.model, data)
-    robot, hit = stage.model.body("robot/base").id, np.zeros(1, np.int32)
+    world = World(layout)
+    data = mujoco.MjData(world.model)
+    mujoco.mj_forward(world.model, data)
+    robot, hit = world.model.body("robot/base").id, np.zeros(1, np.int32)
     origin = np.array([pose[0], pose[1], ROBOT.lidar_height])
     expected = []
     for angle in np.radians(np.arange(LIDAR_RAYS) * 2.0 - 180.0) + pose[2]:
         along = np.array([math.cos(angle), math.sin(angle), 0.0])
-        expected.append(mujoco.mj_ray(stage.model, data, origin, along, None, 1, robot, hit))
-    assert Lidar().scan(stage.solid, pose) == pytest.approx(np.array(expected), abs=1e-4)
+        expected.append(mujoco.mj_ray(world.model, data, origin, along, None, 1, robot, hit))
+    assert Lidar().scan(world.solid, pose) == pytest.approx(np.array(expected), abs=1e-4)
 
 
 def test_depth_is_planar_so_that_a_wall_ahead_is_equally_deep_everywhere(empty: RayScene, empty_room: Layout) -> None:

@@ -319,7 +319,7 @@ def test_a_layout_is_bound_to_the_catalogue_that_it_was_read_with(tmp_path):
 
 
 def test_caches_of_the_rules_and_stages_do_not_mix_catalogues():
-    from labgym.envs.stage import stage_of
+    from labgym.envs.world import world_of
 
     hood = Catalog.published().get("FumeHood")
     assert hood.cavity is not None
@@ -336,8 +336,8 @@ def test_caches_of_the_rules_and_stages_do_not_mix_catalogues():
     assert volume(solid) > volume(plain) + 0.01
     areas = [Arrangement.of(layout).solids.boxes.half.prod(axis=1).sum() for layout in (plain, solid, plain)]
     assert areas[1] > areas[0] == areas[2]
-    assert stage_of(plain) is not stage_of(solid)
-    assert stage_of(plain) is stage_of(plain.replace(id="b"))
+    assert world_of(plain) is not world_of(solid)
+    assert world_of(plain) is world_of(plain.replace(id="b"))
     named = OWN.reagents[0].model_copy(update={"name": "NailVarnishRemover"})
     protocol = OWN.model_copy(update={"reagents": (named,)})
     assert "Acetone" in missing_assets(Arrangement.of(solid), protocol, frozenset())

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from labgym.envs.stage import Stage, stage_of
 from labgym.envs.tasks import Task, TaskSource
+from labgym.envs.world import World, world_of
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, GoalPair, goal_poses, occupancy
 from labgym.navigation.goals import resolve_protocol, same_place
@@ -42,15 +42,15 @@ class TrainingDrives(TaskSource):
         self.latest: Task | None = None
         self._layouts = tuple(layouts)
         self._seed, self._points = seed, points
-        self._stages: dict[int, Stage] = {}
+        self._worlds: dict[int, World] = {}
         self._drives: dict[int, tuple[tuple[GoalPair, ...], tuple[GoalPair, ...]]] = {}
 
     def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:  # noqa: ARG002
         """Return the next drive; it depends on the generator alone, and there are no options."""
         index = int(rng.integers(len(self._layouts)))
         layout = self._layouts[index]
-        if index not in self._stages:
-            self._stages[index] = stage_of(layout)
+        if index not in self._worlds:
+            self._worlds[index] = world_of(layout)
         places, points = self._drives.get(index) or self._drives.setdefault(index, self._drives_in(index))
         candidates = points if points and rng.random() < 0.5 else places
         near = [pair for pair in candidates if _straight(pair) <= self.farthest] or [min(candidates, key=_straight)]

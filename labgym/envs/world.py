@@ -20,10 +20,10 @@ from labgym.navigation.clearance import Obstacles
 from labgym.scenes import RayScene, to_mjcf
 
 KEPT = 16
-"""Number of stages that a process keeps in any case."""
+"""Number of worlds that a process keeps in any case."""
 
 
-class Stage:
+class World:
     """The parts of one layout that do not change while the robot drives; shared by the environments of a process.
 
     Attributes:
@@ -38,8 +38,8 @@ class Stage:
         self._lengths: dict[tuple[float, ...], float] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A copy, or an unpickled environment, uses the stage that its process has for the layout.
-        return stage_of, (self._layout,)
+        # A copy, or an unpickled environment, uses the world that its process has for the layout.
+        return world_of, (self._layout,)
 
     def clearance(self, x: float, y: float) -> float:
         """Return the distance from the chassis to the nearest footprint or wall, meters; 0 if they overlap.
@@ -94,19 +94,19 @@ def physics_model(layout: Layout) -> mujoco.MjModel:
 
 _Key = tuple[Room, tuple[Placement, ...], tuple[Asset, ...]]
 
-_stages: WeakValueDictionary[_Key, Stage] = WeakValueDictionary()
-_recent: deque[Stage] = deque(maxlen=KEPT)
-"""The stages made last: kept even if no environment uses them."""
+_worlds: WeakValueDictionary[_Key, World] = WeakValueDictionary()
+_recent: deque[World] = deque(maxlen=KEPT)
+"""The newest worlds: kept even if no environment uses them."""
 
 
-def stage_of(layout: Layout) -> Stage:
-    """Return the stage of a layout; layouts with the same room, placements and catalog entries share one.
+def world_of(layout: Layout) -> World:
+    """Return the world of a layout; layouts with the same room, placements and catalog entries share one.
 
-    A stage lives as long as something uses it or it is among the last `KEPT` that were made.
+    A world lives as long as something uses it or it is among the last `KEPT` that were made.
     """
     key = (layout.room, layout.placements, tuple(layout.asset(placement.id) for placement in layout.placements))
-    stage = _stages.get(key)
-    if stage is None:
-        stage = _stages[key] = Stage(layout)
-        _recent.append(stage)
-    return stage
+    world = _worlds.get(key)
+    if world is None:
+        world = _worlds[key] = World(layout)
+        _recent.append(world)
+    return world
