@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,9 +23,11 @@ BRACKET = 0.01
 ELBOW = 0.03
 """Gap to all other objects, meters."""
 WORKING_HEIGHT = 0.35
-"""Free height between a worktop and wall-mounted objects, metres: a gooseneck tap, a flask on its stand."""
+"""Free height between a worktop and wall-mounted objects, meters: a gooseneck tap, a flask on its stand."""
 WALL_STEP = 0.05
 """Spacing of the places tried along a wall, meters."""
+BATCH = 32
+"""Places that are checked together: most searches end with the first few."""
 
 
 @dataclass(frozen=True)
@@ -123,10 +125,13 @@ def on_wall(layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float,
     doors = [_opening(room, door) for door in room.doors]
     if BRACKET + asset.size.depth > INTRUSION:
         doors += keepouts.doors
-    free = _free(layout, boxes, [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones])
-    for box, is_free in zip(boxes, free, strict=True):
-        if is_free:
-            return _placement(layout, asset, (box.x, box.y, asset.mount_height), box.yaw, WALL, None)
+    barred = [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones]
+    low, high = asset.mount_height - ELBOW, asset.mount_height + asset.size.height + ELBOW
+    obstacles = [box for box in (*_boxes(layout), *barred) if box.z0 < high and box.z1 > low]
+    for some in batched(boxes, BATCH):
+        for box, is_free in zip(some, _free(some, obstacles), strict=True):
+            if is_free:
+                return _placement(layout, asset, (box.x, box.y, asset.mount_height), box.yaw, WALL, None)
     return None
 
 
@@ -141,12 +146,14 @@ def on_floor(
     size = asset.size
     boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in poses]
     barred = [*keepouts.doors, *keepouts.stands, *(() if in_front else keepouts.zones)]
-    reach = [box if in_front else front_zone(box, asset.clearance) for box in boxes]
-    free = zip(boxes, _free(layout, boxes, barred), _free(layout, reach, ()), strict=True)
-    for box, is_free, is_served in free:
-        x0, y0, x1, y1 = box.bounds()
-        if is_free and is_served and x0 >= 0.0 and y0 >= 0.0 and x1 <= layout.room.width and y1 <= layout.room.depth:
-            return _placement(layout, asset, (box.x, box.y, 0.0), box.yaw, FLOOR, None)
+    room, standing = layout.room, _boxes(layout)
+    for some in batched(boxes, BATCH):
+        reach = [box if in_front else front_zone(box, asset.clearance) for box in some]
+        free = zip(some, _free(some, [*standing, *barred]), _free(reach, standing), strict=True)
+        for box, is_free, is_served in free:
+            x0, y0, x1, y1 = box.bounds()
+            if is_free and is_served and x0 >= 0.0 and y0 >= 0.0 and x1 <= room.width and y1 <= room.depth:
+                return _placement(layout, asset, (box.x, box.y, 0.0), box.yaw, FLOOR, None)
     return None
 
 
@@ -156,16 +163,26 @@ def along_walls(layout: Layout, asset: Asset, near: tuple[float, float]) -> list
     return sorted(poses, key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
 
 
-def _free(layout: Layout, boxes: Sequence[OrientedBox], barred: Sequence[OrientedBox]) -> list[bool]:
-    if not boxes:
-        return []
-    standing = [layout.box(placement.id) for placement in layout.placements]
+def batched(boxes: Sequence[OrientedBox], size: int) -> Iterator[Sequence[OrientedBox]]:
+    """Yield consecutive parts of a sequence, at most `size` long."""
+    for start in range(0, len(boxes), size):
+        yield boxes[start : start + size]
+
+
+def _boxes(layout: Layout) -> list[OrientedBox]:
+    return [layout.box(placement.id) for placement in layout.placements]
+
+
+def _free(boxes: Sequence[OrientedBox], obstacles: Sequence[OrientedBox]) -> list[bool]:
+    """Whether each box keeps the gap to all obstacles."""
+    if not boxes or not obstacles:
+        return [True] * len(boxes)
     grown = [
         OrientedBox(b.x, b.y, b.width + 2 * ELBOW, b.depth + 2 * ELBOW, b.yaw, b.z0 - ELBOW, b.z1 + ELBOW)
         for b in boxes
     ]
-    hits = pairwise_penetration(BoxArray.of(grown), BoxArray.of([*standing, *barred])) > 0.0
-    return [not row.any() for row in hits]
+    hits = (pairwise_penetration(BoxArray.of(grown), BoxArray.of(obstacles)) > 0.0).any(axis=1)
+    return [not hit for hit in hits.tolist()]
 
 
 def _wall_places(room: Room, asset: Asset) -> list[tuple[str, float]]:

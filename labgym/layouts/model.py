@@ -265,18 +265,31 @@ class Layout(Document):
         Raises:
             UnknownNameError: no placement has that id, or the catalog has no such asset.
         """
-        placement = self.placement(placement_id)
-        if placement.size is None:
-            return self.catalog.get(placement.asset)
-        return self._resized_assets[placement_id]
+        asset = self._assets.get(placement_id)
+        if asset is None:
+            placement = self.placement(placement_id)
+            asset = self.catalog.get(placement.asset)
+            if placement.size is not None:
+                asset = resized(asset, placement.size)
+            self._assets[placement_id] = asset
+        return asset
 
     @cached_property
-    def _resized_assets(self) -> dict[str, Asset]:
-        return {p.id: resized(self.catalog.get(p.asset), p.size) for p in self.placements if p.size is not None}
+    def _assets(self) -> dict[str, Asset]:
+        """Catalogue entries that have been asked for, by placement id."""
+        return {}
 
     def box(self, placement_id: str) -> OrientedBox:
         """Return a placement's bounding box in the room frame."""
-        return placed_box(self.placement(placement_id), self.asset(placement_id))
+        box = self._boxes.get(placement_id)
+        if box is None:
+            box = self._boxes[placement_id] = placed_box(self.placement(placement_id), self.asset(placement_id))
+        return box
+
+    @cached_property
+    def _boxes(self) -> dict[str, OrientedBox]:
+        """Bounding boxes that have been computed, by placement id."""
+        return {}
 
     def solids(self, placement_id: str) -> tuple[OrientedBox, ...]:
         """Return a placement's solid boxes in the room frame: its bounding box, or a hollow one's shell."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -58,19 +59,26 @@ def narrow_ways(arrangement: Arrangement, width: float = EGRESS_WIDTH, margin: f
         margin: added to half the width. The default finds only what is too narrow beyond the grid's error; `MARGIN`
             demands a clearance that is at least the width between the grid points too.
     """
-    doors = arrangement.layout.room.doors
-    if not doors:
-        return []
-    field = _Clearance.of(arrangement.layout.room, _obstacles(arrangement))
-    places = [place for place in _places(arrangement, width) if field.at(place.x, place.y) > 0.0]
+    obstacles, places = tuple(_obstacles(arrangement)), tuple(_places(arrangement, width))
+    return list(_narrow_ways(arrangement.layout.room, obstacles, places, width / 2.0 + margin))
+
+
+@lru_cache(maxsize=64)
+def _narrow_ways(
+    room: Room, obstacles: tuple[OrientedBox, ...], destinations: tuple[_Place, ...], radius: float
+) -> tuple[NarrowWay, ...]:
+    if not room.doors:
+        return ()
+    field = _Clearance.of(room, obstacles)
+    places = [place for place in destinations if field.at(place.x, place.y) > 0.0]
     narrow = []
-    for door in doors:
-        gap = field.gap(door, width / 2.0 + margin)
+    for door in room.doors:
+        gap = field.gap(door, radius)
         missed = [place for place in places if not place.reached(field, gap)]
         if missed:
             widest = min(_widest(field, door, place) for place in missed)
             narrow.append(NarrowWay(door, tuple(place.id for place in missed), widest))
-    return narrow
+    return tuple(narrow)
 
 
 @dataclass(frozen=True)
