@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+import typing
 from collections.abc import Iterator
 from typing import Literal
-from typing import Protocol as Interface
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.moves import Command, Move, Settle, Swap, apply, may_move
 from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
@@ -16,6 +16,7 @@ from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
 from labgym.layouts.rules.zones import door_pose
+from labgym.layouts.tidying import hanging_place
 from labgym.protocols import Protocol
 
 Level = Literal["room", "desktop"]
@@ -31,7 +32,7 @@ ALIKE = 0.6
 """Greatest difference in width and depth together between objects that are swapped, meters."""
 
 
-class Adjuster(Interface):
+class Adjuster(typing.Protocol):
     """Proposes a better layout at one level; the loop verifies it again."""
 
     def adjust(self, layout: Layout, protocol: Protocol | None, assessment: Assessment, level: Level) -> Layout:
@@ -73,6 +74,9 @@ def _room_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
         roots = [root for root in dict.fromkeys(layout.root(item).id for item in ids) if may_move(layout, root)]
         for root in roots:
             yield from free_places(layout, root, PLACES)
+            place = hanging_place(layout, root) if layout.placement(root).support == WALL else None
+            if place is not None:
+                yield place
         for root in roots:
             yield from _slides(layout, root)
         for root in roots:

@@ -39,10 +39,10 @@ class Keepouts:
     zones: tuple[OrientedBox, ...]
 
     @classmethod
-    def of(cls, layout: Layout, protocol: Protocol) -> Keepouts:
-        """Collect the keep-outs of a layout."""
+    def of(cls, layout: Layout, protocol: Protocol | None) -> Keepouts:
+        """Collect the keep-outs of a layout; robot poses only with a protocol."""
         stands = []
-        for location in protocol.locations:
+        for location in protocol.locations if protocol is not None else ():
             placed = layout.find(location)
             if placed is not None:
                 x, y, _ = goal_pose(layout.box(placed.id))
@@ -111,27 +111,28 @@ def free_spot(
     return None if fragile and _edge(spot, surface) < profile.glass - 1e-9 else spot
 
 
-def on_wall(layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float, float]) -> Placement | None:
-    """Return a placement on the free wall nearest to a point, at the asset's mount height; None if no wall is free."""
-    room = layout.room
+def on_wall(
+    layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float, float], height: float | None = None
+) -> Placement | None:
+    """Return a placement at the free place on a wall that is nearest to a point, or None if there is none.
+
+    Args:
+        height: of its bottom, meters; the asset's mount height by default.
+    """
+    room, bottom = layout.room, asset.mount_height if height is None else height
+    top = bottom + asset.size.height
     candidates = [_wall_pose(room, asset, wall, along) for wall, along in _wall_places(room, asset)]
     candidates.sort(key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
-    boxes = [
-        OrientedBox(
-            x, y, asset.size.width, asset.size.depth, yaw, asset.mount_height, asset.mount_height + asset.size.height
-        )
-        for x, y, yaw in candidates
-    ]
+    boxes = [OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, bottom, top) for x, y, yaw in candidates]
     doors = [_opening(room, door) for door in room.doors]
     if BRACKET + asset.size.depth > INTRUSION:
         doors += keepouts.doors
     barred = [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones]
-    low, high = asset.mount_height - ELBOW, asset.mount_height + asset.size.height + ELBOW
-    obstacles = [box for box in (*_boxes(layout), *barred) if box.z0 < high and box.z1 > low]
-    for some in batched(boxes, BATCH):
+    obstacles = [box for box in (*_boxes(layout), *barred) if box.z0 < top + ELBOW and box.z1 > bottom - ELBOW]
+    for some in _batched(boxes, BATCH):
         for box, is_free in zip(some, _free(some, obstacles), strict=True):
             if is_free:
-                return _placement(layout, asset, (box.x, box.y, asset.mount_height), box.yaw, WALL, None)
+                return _placement(layout, asset, (box.x, box.y, bottom), box.yaw, WALL, None)
     return None
 
 
@@ -147,7 +148,7 @@ def on_floor(
     boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in poses]
     barred = [*keepouts.doors, *keepouts.stands, *(() if in_front else keepouts.zones)]
     room, standing = layout.room, _boxes(layout)
-    for some in batched(boxes, BATCH):
+    for some in _batched(boxes, BATCH):
         reach = [box if in_front else front_zone(box, asset.clearance) for box in some]
         free = zip(some, _free(some, [*standing, *barred]), _free(reach, standing), strict=True)
         for box, is_free, is_served in free:
@@ -163,7 +164,7 @@ def along_walls(layout: Layout, asset: Asset, near: tuple[float, float]) -> list
     return sorted(poses, key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
 
 
-def batched(boxes: Sequence[OrientedBox], size: int) -> Iterator[Sequence[OrientedBox]]:
+def _batched(boxes: Sequence[OrientedBox], size: int) -> Iterator[Sequence[OrientedBox]]:
     """Yield consecutive parts of a sequence, at most `size` long."""
     for start in range(0, len(boxes), size):
         yield boxes[start : start + size]
@@ -181,8 +182,8 @@ def _free(boxes: Sequence[OrientedBox], obstacles: Sequence[OrientedBox]) -> lis
         OrientedBox(b.x, b.y, b.width + 2 * ELBOW, b.depth + 2 * ELBOW, b.yaw, b.z0 - ELBOW, b.z1 + ELBOW)
         for b in boxes
     ]
-    hits = (pairwise_penetration(BoxArray.of(grown), BoxArray.of(obstacles)) > 0.0).any(axis=1)
-    return [not hit for hit in hits.tolist()]
+    hits = pairwise_penetration(BoxArray.of(grown), BoxArray.of(obstacles)) > 0.0
+    return [not row.any() for row in hits]
 
 
 def _wall_places(room: Room, asset: Asset) -> list[tuple[str, float]]:

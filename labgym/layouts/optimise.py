@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import chain
+
 from labgym.layouts.adjust import Adjuster, Level, RuleAdjuster, way_commands
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply
-from labgym.layouts.rearrange import rearranged
+from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.tidying import tidied
 from labgym.protocols import Protocol
 
 LEVELS: tuple[Level, ...] = ("room", "desktop")
@@ -33,7 +37,8 @@ def optimise(
     Deterministic.
     """
     adjuster = adjuster if adjuster is not None else RuleAdjuster()
-    start = current = evaluate_layout(layout, protocol, profile)
+    original, start = layout, evaluate_layout(layout, protocol, profile)
+    current = start
     for level in LEVELS:
         for _ in range(ITERATIONS):
             if current.perfect:
@@ -44,7 +49,18 @@ def optimise(
             layout, current = update
         if level == "room" and (current.errors or current.collisions):
             layout, current = _rearrange(layout, current, start.v, protocol)
-    return _clear_ways(layout, protocol, profile, start.v)
+    return _with_ways(original, layout, protocol, profile)
+
+
+def _with_ways(original: Layout, layout: Layout, protocol: Protocol | None, profile: str | Profile) -> Layout:
+    """The optimised layout after its ways were cleared too, the original if that has fewer violations."""
+    current = evaluate_layout(layout, protocol, profile, navigation=True)
+    if current.cost == 0:
+        return layout
+    most = evaluate_layout(original, protocol, profile, navigation=True).v
+    layout, current = _rearrange(layout, current, most, protocol)
+    layout, current = _clear_ways(layout, current, most, protocol)
+    return layout if current.v <= most else original
 
 
 def _update(
@@ -66,27 +82,42 @@ def _update(
 
 
 def _rearrange(layout: Layout, current: Assessment, most: int, protocol: Protocol | None) -> tuple[Layout, Assessment]:
-    """The layout with its furniture rearranged along the walls by the solver, if that is better."""
-    candidate = rearranged(layout)
-    if candidate is None:
-        return layout, current
-    candidate = fast_repair(candidate, current.profile)
-    proposed = evaluate_layout(candidate, protocol, current.profile)
-    better = proposed.better_than(current) and proposed.v <= most
-    return (candidate, proposed) if better else (layout, current)
+    """The best layout with accessories put out of the way and furniture rearranged by the solver."""
+    best_layout, best = layout, current
+    involved = {layout.root(item).id for item in _involved(layout, current)}
+    for candidate in chain((tidied(layout, protocol),), rearrangements(layout, protocol, involved)):
+        candidate = fast_repair(candidate, current.profile)
+        proposed = evaluate_layout(candidate, protocol, current.profile, navigation=current.navigation)
+        if proposed.better_than(best) and proposed.v <= most:
+            best_layout, best = candidate, proposed
+        if not best.errors and not best.faulty and all(move.feasible for move in best.transitions or ()):
+            break
+    return best_layout, best
 
 
-def _clear_ways(layout: Layout, protocol: Protocol | None, profile: str | Profile, most: int) -> Layout:
+def _involved(layout: Layout, assessment: Assessment) -> Iterator[str]:
+    """Placements that take part in a facility error, a collision, a fault of bounds or an infeasible transition."""
+    yield from assessment.faulty
+    for issue in assessment.errors:
+        yield from issue.ids
+    for transition in assessment.transitions or ():
+        if not transition.feasible:
+            for location in (transition.start_location, transition.goal_location):
+                placement = layout.find(location)
+                if placement is not None:
+                    yield placement.id
+
+
+def _clear_ways(layout: Layout, current: Assessment, most: int, protocol: Protocol | None) -> tuple[Layout, Assessment]:
     """Relocate furniture until a way out leads from every place of work, as far as the space allows."""
-    current = evaluate_layout(layout, protocol, profile, navigation=True)
     for _ in range(WAY_ITERATIONS):
         narrow = [issue for issue in current.errors if issue.rule == "egress"]
         if not narrow:
             break
-        best = current
+        best, best_layout = current, layout
         for command in way_commands(layout, WAY_BUDGET):
             candidate = apply(layout, command)
-            proposed = evaluate_layout(candidate, protocol, profile, navigation=True)
+            proposed = evaluate_layout(candidate, protocol, current.profile, navigation=True)
             if proposed.better_than(best) and proposed.v <= most:
                 best, best_layout = proposed, candidate
                 if not any(issue.rule == "egress" for issue in proposed.errors):
@@ -94,4 +125,4 @@ def _clear_ways(layout: Layout, protocol: Protocol | None, profile: str | Profil
         if best is current:
             break
         layout, current = best_layout, best
-    return layout
+    return layout, current

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import math
+import typing
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol as Interface
 
 import numpy as np
 
@@ -45,10 +45,10 @@ MOST_SCALE = 8.0
 THOROUGH_ATTEMPTS = 4
 """Briefs with required furniture alone that are tried if a floor plan breaks a facility rule."""
 LEAST_DRIVE = 1.0
-"""Least distance between the goal poses of consecutive locations, metres: a drive starts well outside its goal."""
+"""Least distance between the goal poses of consecutive locations, meters: a drive starts well outside its goal."""
 
 
-class Proposer(Interface):
+class Proposer(typing.Protocol):
     """Interface of proposers: makes a first layout, which the later phases repair and verify."""
 
     def propose(self, request: Request) -> Layout:

@@ -3,38 +3,62 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterator
 
-from labgym.geometry import BoxArray, pairwise_penetration
 from labgym.layouts.brief import Brief, Unit, Wall
 from labgym.layouts.floor_plan import solve
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.moves import Place, apply, may_move
-from labgym.layouts.relocation import WALL_YAW, free_places
+from labgym.layouts.relocation import WALL_YAW
 from labgym.layouts.rules.facility import HOOD_DOOR_LEAST
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED, SHOWER_RADIUS
 from labgym.layouts.rules.zones import INTRUSION
+from labgym.layouts.tidying import tidied
+from labgym.protocols import Protocol
 
-EFFORT = 0.6
-"""Deterministic search time."""
+EFFORTS = (0.3, 0.6, 1.5)
+"""Deterministic search time with only the furniture in question free, with all wall furniture, and with all."""
 AISLE = 0.95
-"""Clear width kept around islands, metres: a way out."""
+"""Clear width kept around islands, meters: a way out."""
 
 
-def rearranged(layout: Layout) -> Layout | None:
-    """Return the layout with every one-sided piece at a wall and every island free, close to where they are, or None.
+def rearrangements(layout: Layout, protocol: Protocol | None, involved: Collection[str]) -> Iterator[Layout]:
+    """Yield layouts with one-sided furniture at walls and islands free, close to where they are.
 
-    Islands keep a way around them. Fixed objects and deep objects on walls are obstacles; stools and bins make way.
-    Fronts, door areas and the shower's clear space are free; chemical distances are not considered.
+    First only the involved furniture moves, then all furniture that stands against walls, then all. Islands keep a way
+    around them. Fixed objects are obstacles; stools, bins and boards make way. Fronts, door areas and the shower's
+    clear space are free; chemical distances are not considered.
     """
+    furniture = [
+        placement.id
+        for placement in layout.placements
+        if placement.support == FLOOR
+        and layout.asset(placement.id).subtype not in MOVABLE
+        and may_move(layout, placement.id)
+    ]
+    at_walls = [item for item in furniture if layout.asset(item).size.depth < ONE_SIDED or item in involved]
+    last: set[str] = set()
+    for movers, effort in zip(
+        ([item for item in furniture if item in involved], at_walls, furniture), EFFORTS, strict=True
+    ):
+        if set(movers) != last:
+            last = set(movers)
+            candidate = _rearranged(layout, last, effort)
+            if candidate is not None:
+                yield tidied(candidate, protocol)
+
+
+def _rearranged(layout: Layout, movers: Collection[str], effort: float) -> Layout | None:
+    """The layout with some furniture at poses that the solver finds, or None if it finds none."""
     units, fixed, wall_assets = [], {}, {}
     for placement in layout.placements:
         asset = layout.asset(placement.id)
-        if placement.support == WALL and asset.size.depth > INTRUSION:
+        if placement.support == WALL and asset.size.depth > INTRUSION and not may_move(layout, placement.id):
             fixed[placement.id], wall_assets[placement.id] = placement, asset
         if placement.support != FLOOR or asset.subtype in MOVABLE:
             continue
         units.append(_unit(layout, placement))
-        if not may_move(layout, placement.id):
+        if placement.id not in movers:
             fixed[placement.id] = placement
     brief = Brief(
         units=tuple(units),
@@ -44,25 +68,12 @@ def rearranged(layout: Layout) -> Layout | None:
         aisle=AISLE,
         hood_door=HOOD_DOOR_LEAST,
     )
-    solution = solve(brief, layout.room, 0, effort=EFFORT)
+    solution = solve(brief, layout.room, 0, effort=effort)
     if solution.status != "solved":
         return None
     for placement_id, pose in solution.poses.items():
         if placement_id not in fixed:
             layout = apply(layout, Place(placement_id, round(pose.x, 6), round(pose.y, 6), pose.yaw))
-    return _clutter_moved(layout)
-
-
-def _clutter_moved(layout: Layout) -> Layout:
-    """Put stools and bins that are now in the way to the nearest free places."""
-    for placement in layout.placements:
-        if placement.support != FLOOR or layout.asset(placement.id).subtype not in MOVABLE or placement.fixed:
-            continue
-        box = layout.box(placement.id)
-        others = [layout.box(other.id) for other in layout.placements if other.support == FLOOR and other != placement]
-        if others and bool((pairwise_penetration(BoxArray.of([box]), BoxArray.of(others)) > 0.0).any()):
-            for place in free_places(layout, placement.id, 1):
-                layout = apply(layout, place)
     return layout
 
 

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
+import typing
 from collections.abc import Iterable
-from typing import Protocol as Interface
 
 from labgym.geometry import OrientedBox
 from labgym.protocols import Protocol
 
 PLANNING_RADIUS = 0.30
-"""Radius of the disc that paths are planned for, metres: the chassis (0.27 m) and 3 cm for tracking errors."""
+"""Radius of the disc that paths are planned for, meters: the chassis (0.27 m) and 3 cm for tracking errors."""
 
 STAND_OFF = 2.0 * PLANNING_RADIUS
 """Distance from the front of a device to the center of the robot that works there, meters."""
 
 OBSTACLE_HEIGHT = 1.40
-"""Objects whose bottom is below this height are obstacles, metres: the robot (1.32 m, `RobotSpec.height`) and 8 cm."""
+"""Objects whose bottom is below this height are obstacles, meters: the robot (1.32 m, `RobotSpec.height`) and 8 cm."""
 
 
-class Extent(Interface):
+class Extent(typing.Protocol):
     """The room's interior: x in [0, width], y in [0, depth], meters."""
 
     @property
@@ -32,7 +32,7 @@ class Extent(Interface):
         ...
 
 
-class Placed(Interface):
+class Placed(typing.Protocol):
     """A placed object: its id and its asset."""
 
     @property
@@ -46,7 +46,7 @@ class Placed(Interface):
         ...
 
 
-class FloorPlan(Interface):
+class FloorPlan(typing.Protocol):
     """The part of a layout that navigation reads; `labgym.layouts.Layout` is one."""
 
     @property

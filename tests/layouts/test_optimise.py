@@ -149,3 +149,51 @@ def test_generate_keeps_fixed_objects_and_lets_them_take_their_role() -> None:
     assert [item.id for item in layout.placements if item.asset == "SinkBench"] == ["old_sink"]
     assert assess(layout).cost == 0
     assert assess(layout).missing == ()
+
+
+DAMAGES = {
+    "an island pushed into the hood": (
+        "sub_03", 9110, {"IslandBench_1": (6.64, 6.6, 0.0), "EquipmentRack_1": (7.12, 7.16, -math.pi / 2.0)},
+    ),
+    "a cabinet in the doorway": ("cyc_04", 9120, {"GlasswareCabinet_1": (1.5, 0.6, -math.pi / 2.0)}),
+    "five pieces moved at once": (
+        "pro_05", 9128,
+        {
+            "FumeHood_1": (3.71, 7.23, math.pi), "SinkBench_1": (-0.38, 5.31, -math.pi / 2.0),
+            "EyewashStation_1": (4.03, 7.96, math.pi), "IslandBench_1": (3.68, 2.95, 0.0),
+            "EquipmentRack_1": (-0.37, 8.6, -math.pi / 2.0),
+        },
+    ),
+}  # fmt: skip
+"""Protocol, seed, and where furniture is put: x, y in meters and yaw. Single moves do not repair these layouts."""
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_furniture_is_rearranged_where_single_moves_do_not_help(damage: str) -> None:
+    name, seed, edits = DAMAGES[damage]
+    spoilt = generate(name, seed, "bay")
+    for item, (x, y, yaw) in edits.items():
+        spoilt = apply(spoilt, Place(item, x, y, yaw))
+    protocol = protocols()[name]
+    assert evaluate_layout(spoilt, protocol, navigation=True).cost > 0
+    after = optimise(spoilt, protocol)
+    assert evaluate_layout(after, protocol, navigation=True).cost == 0
+    assert {item.id for item in after.placements} == {item.id for item in spoilt.placements}
+    for item in edits:
+        if not item.startswith("IslandBench"):
+            assert distance_to_wall(after, item) <= 0.15
+
+
+def test_a_board_behind_tall_furniture_moves_and_fixed_furniture_stays(layout: Layout) -> None:
+    tall = next(
+        item for item in layout.placements if item.support == "floor" and layout.asset(item.id).size.height >= 1.9
+    )
+    board = next(item for item in layout.placements if item.asset == "NoticeBoard")
+    box = layout.box(tall.id)
+    x, y = box.to_world(0.0, -box.depth / 2.0 + 0.02)
+    spoilt = apply(layout, Place(board.id, x, y, tall.yaw))
+    spoilt = pinned(spoilt, *(item.id for item in layout.placements if item.support == "floor"))
+    assert assess(spoilt).v > 0
+    after = optimise(spoilt, PROTOCOL)
+    assert assess(after).v == 0
+    assert all(after.placement(item.id) == item for item in spoilt.placements if item.support == "floor")

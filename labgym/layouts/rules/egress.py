@@ -27,7 +27,7 @@ STEP = 0.025
 MARGIN = STEP / 2.0
 """Half a step: the difference between the clearance of a grid point and that of the points around it, meters."""
 REACH = 0.30
-"""A way leads to furniture narrower than itself if it passes this near to the place in front, metres: such furniture
+"""A way leads to furniture narrower than itself if it passes this near to the place in front, meters: such furniture
 may stand in a niche between deeper pieces."""
 WIDEST = 1.2
 """Widths are measured up to this value, meters."""

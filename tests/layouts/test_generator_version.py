@@ -1,0 +1,42 @@
+"""The same generator makes the same layouts: content hashes recorded with the generator's number."""
+
+import hashlib
+import json
+import math
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+from labgym.layouts import GENERATOR, Layout, generate
+
+RECORD = json.loads((Path(__file__).parent / "generator.json").read_text())
+CASES = {"sub_01 bay 11": ("sub_01", 11, "bay"), "red_03 tight 12": ("red_03", 12, "tight"),
+         "pro_02 two_exits 13": ("pro_02", 13, "two_exits")}  # fmt: skip
+"""Protocol, seed and room by name in the record."""
+
+
+def content_hash(case: str) -> str:
+    return layout_hash(generate(*CASES[case]))
+
+
+def layout_hash(layout: Layout) -> str:
+    """SHA-256 of the placements alone, to a millimetre and a milliradian: neither documents nor catalogue count."""
+    rows = []
+    for item in layout.placements:
+        numbers = (*item.position, math.cos(item.yaw), math.sin(item.yaw))
+        rows.append([item.id, item.asset, item.support, item.slot, *(round(value * 1000) for value in numbers)])
+    return hashlib.sha256(json.dumps(rows).encode()).hexdigest()
+
+
+def test_the_record_belongs_to_this_generator() -> None:
+    assert RECORD["generator"] == GENERATOR, "record the hashes of the new generator in tests/layouts/generator.json"
+
+
+@pytest.mark.skipif(metadata.version("ortools") != RECORD["ortools"], reason="another ortools searches differently")
+@pytest.mark.parametrize("case", CASES)
+def test_the_generator_makes_the_recorded_layouts(case: str) -> None:
+    assert content_hash(case) == RECORD["layouts"][case], (
+        f"generator {GENERATOR} made another layout of {case!r}: raise GENERATOR in labgym/layouts/generate.py and "
+        "record the new hashes if the generator is meant to change, otherwise find what changed it"
+    )
