@@ -21,7 +21,7 @@ def content_hash(case: str) -> str:
 
 
 def layout_hash(layout: Layout) -> str:
-    """SHA-256 of the placements alone, to a millimetre and a milliradian: neither documents nor catalogue count."""
+    """SHA-256 of the placements alone, to a millimeter and a milliradian: neither documents nor catalogue count."""
     rows = []
     for item in layout.placements:
         numbers = (*item.position, math.cos(item.yaw), math.sin(item.yaw))
