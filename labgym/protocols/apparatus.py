@@ -196,4 +196,4 @@ def bath_for(temperature: float | None) -> tuple[str, ...]:
             if devices is None:
                 break
             return devices
-    raise RefusalError("infeasible", f"{temperature:g} C is out of reach: the baths cover -78 C to 290 C")
+    raise RefusalError("infeasible", f"no bath reaches {temperature:g} C; the baths cover -78 C to 290 C")
