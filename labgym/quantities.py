@@ -160,7 +160,7 @@ _N = r"\d{1,3}(?:,\d{3})+(?:\.\d{1,9})?|\d{1,7}(?:[.,]\d{1,9})?(?:\s?[½¼¾]|\s
 _NUMBER = rf"(?<![A-Za-z0-9.,-])(?:(\d{{1,2}})\s*/\s*(\d{{1,2}})(?=\s*[^\W\d])|({_N}))"
 _PORTIONS = r"(?:(?<![A-Za-z0-9.,])(\d{1,3})\s*(?:[x×*]|times)\s*)?"
 _AFTER_PORTIONS = r"(?:\s*[x×]\s*(\d{1,2})(?![\d.,]|\s*[A-Za-z%]))?"
-_RANGE = r"(?:\s*(?:-|–|—|~|to|到|至)\s*(-?\d{1,4}(?:\.\d+)?))?"
+_RANGE = r"(?:\s*(?:-|–|—|~|～|to|到|至)\s*(-?\d{1,4}(?:\.\d+)?))?"
 _NOT_A_RATE = r"(?!\s*/\s*(?:µ?l|ml|l|min|h|s|g|kg|mol|mmol)\b)"
 _DROPS = re.compile(
     r"\b(a few|few|several|an?|one|two|three|four|five|six|eight|ten)\s+drops?\b"

@@ -103,6 +103,7 @@ class _State:
     solid: bool = False
     residue: bool = False
     isolated: bool = False
+    neat: bool = False
 
 
 def completed(steps: Sequence[WorkUpStep], mixture: Mixture, extract: WorkUpStep, dry: WorkUpStep) -> list[WorkUpStep]:
@@ -111,7 +112,7 @@ def completed(steps: Sequence[WorkUpStep], mixture: Mixture, extract: WorkUpStep
     Args:
         extract, dry: the extraction and the drying that are usual for the reaction.
     """
-    state = _State(mixture.has_layer, mixture.has_supported_catalyst, mixture.is_strippable)
+    state = _State(mixture.has_layer, mixture.has_supported_catalyst, mixture.is_strippable, neat=mixture.distilled)
     done: list[WorkUpStep] = []
     for position, step in enumerate(steps):
         rest = steps[position + 1 :]
@@ -158,7 +159,7 @@ def _needed(
     elif (oil or action in ("Concentrate", "Recrystallize")) and state.wet and not state.solid:
         needed.append(dry)
     extracted = any(item.action in ("Extract", "Wash", "DrySolution") for item in needed) or state.isolated
-    if action in FINISHING and extracted and not state.residue and not state.solid:
+    if action in FINISHING and extracted and not (state.residue or state.solid or state.neat):
         needed.append(WorkUpStep("Concentrate"))
     return needed
 
@@ -169,10 +170,11 @@ def _apply(step: WorkUpStep, state: _State) -> None:
         state.water = True
     elif action == "Extract":
         state.layer, state.wet, state.water, state.isolated, state.residue = True, True, False, True, False
+        state.neat = False
     elif action == "PhaseSeparation" or action == "Wash":
         state.wet, state.water, state.isolated = True, False, True
     elif action == "Dissolve":
-        state.layer, state.residue, state.isolated = True, False, True
+        state.layer, state.residue, state.isolated, state.neat = True, False, True, False
     elif action == "DrySolution":
         state.wet, state.isolated = False, True
     elif action == "Concentrate":

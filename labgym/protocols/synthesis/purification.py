@@ -42,7 +42,8 @@ def crystallize(work: WorkUpWriter, step: WorkUpStep) -> None:
 def distil(work: WorkUpWriter, step: WorkUpStep) -> None:
     """Append a distillation; an assumed reduced pressure is noted."""
     stated = step.temperature
-    vacuum = _VACUUM.search(step.text) is not None or (stated is None and "steam" not in step.text.lower())
+    assumed = stated is None and "steam" not in step.text.lower() and not work.mixture.distilled
+    vacuum = _VACUUM.search(step.text) is not None or assumed
     above = next(iter(temperatures(step.text)), None)
     at = stated + BATH_ABOVE if stated is not None and stated > 30.0 else usual_temperature("Distill")
     at = min(at, HOTTEST_BATH)

@@ -70,6 +70,7 @@ class Clause:
         pressure: as written, in bar.
         warmed: whether the mixture then warms to room temperature.
         mixtures: liquids that are mixed in a ratio, by asset name with their shares of the volume.
+        start: position of the clause in the description.
     """
 
     text: str
@@ -84,6 +85,7 @@ class Clause:
     pressure: Condition | None = None
     warmed: bool = False
     mixtures: tuple[tuple[tuple[str, float], ...], ...] = ()
+    start: int = 0
 
     def names(self, *kinds: str) -> tuple[str, ...]:
         """Return the distinct names of some kinds of mention."""
@@ -93,7 +95,7 @@ class Clause:
         """Return the reagents that serve as a medium: "in acetic acid", 在乙酸中."""
         names = []
         for mention in self.mentions:
-            at = self.text.find(mention.text)
+            at = mention.start - self.start
             before, after = self.text[:at], self.text[at + len(mention.text) :]
             if mention.kind == "reagent" and (_IN.search(before) or after.startswith("中")):
                 names.append(mention.name)
@@ -192,6 +194,7 @@ def _clauses(
             next(iter(pressures(piece)), None),
             _WARMED.search(piece) is not None,
             tuple(mixture.names() for mixture in mixed if start <= mixture.start < end),
+            end - len(text[start:end].lstrip()),
         )
 
 

@@ -120,7 +120,7 @@ def _is_added(clause: Clause, part: Participant) -> bool:
     """Return whether a clause adds a reagent, rather than naming what it is added to."""
     name = part.stands_for or part.asset.name
     mention = next(mention for mention in clause.mentions if mention.name == name)
-    at = clause.text.find(mention.text)
+    at = mention.start - clause.start
     chinese = _ADD_ZH.search(clause.text)
     if chinese is not None:
         before, after = clause.text[: chinese.start()], clause.text[chinese.end() :]

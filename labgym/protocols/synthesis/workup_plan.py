@@ -45,7 +45,7 @@ def work_up_steps(
         at = next((i for i, step in enumerate(steps) if step.action in PURIFYING), len(steps))
         steps = [*steps[:at], *usual["workup"], *steps[at:]]
     if not any(action in PURIFYING for action in actions):
-        steps = [*steps, *_finish(actions, usual["purify"])]
+        steps = [*steps, *(usual["purify"] if mixture.distilled else _finish(actions, usual["purify"]))]
     names = [step.action for step in steps]
     if "Extract" in names and not {"Concentrate", "Distill"} & set(names):
         at = max(i for i, name in enumerate(names) if name in ("Extract", "Wash", "DrySolution")) + 1
