@@ -114,7 +114,7 @@ def free_spot(
 def on_wall(
     layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float, float], height: float | None = None
 ) -> Placement | None:
-    """Return a placement at the free place on a wall that is nearest to a point, or None if there is none.
+    """Return a placement at the free place on a wall that is nearest to a point, or None if the walls are full.
 
     Args:
         height: of its bottom, meters; the asset's mount height by default.

@@ -27,7 +27,7 @@ def tidied(layout: Layout, protocol: Protocol | None) -> Layout:
 
 
 def hanging_place(layout: Layout, placement_id: str, protocol: Protocol | None = None) -> Place | None:
-    """Return the free place on a wall that is nearest to a wall-mounted object, or None if there is none."""
+    """Return the free place on a wall that is nearest to a wall-mounted object, or None if the walls are full."""
     return _place(_without(layout, placement_id), layout.placement(placement_id), Keepouts.of(layout, protocol))
 
 
