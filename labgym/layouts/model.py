@@ -276,7 +276,7 @@ class Layout(Document):
 
     @cached_property
     def _assets(self) -> dict[str, Asset]:
-        """Catalogue entries that have been asked for, by placement id."""
+        """Catalog entries that have been asked for, by placement id."""
         return {}
 
     def box(self, placement_id: str) -> OrientedBox:
