@@ -24,6 +24,8 @@ SAME_TEMPERATURE, SAME_SHARE = 1.0, 0.03
 """Differences up to which a temperature, degrees Celsius, and a relative amount or duration count as the same."""
 ENDING = ("Quench", "Acidify", "Basify", "Extract", "Wash", "Concentrate")
 """Actions with which the work-up begins."""
+_BOILING = re.compile(r"(?:\bb\.?\s?p\.?|boil|沸点)[^.;。；]{0,25}$", re.IGNORECASE)
+"""Text before the pressure that belongs to a boiling point."""
 _PHYSICAL = re.compile(
     r"(?:\bm\.?\s?p\.?|\bb\.?\s?p\.?|melting (?:point|range)|boiling (?:point|range)|melts?|boils?|below|above|under|"
     r"exceed\w*|熔点|沸点|熔程|低于|高于|不超过)\W{0,4}(?:of|at|is|:|=)?\s*$",
@@ -97,7 +99,8 @@ def _conditions(description: ParsedDescription, protocol: Protocol) -> Iterator[
         if not is_kept and item.text not in words and not within(item.start, description.products):
             yield item.text
     for item in pressures(text):
-        if item.text not in words and not _is_property(description, item):
+        boils = _BOILING.search(text[: item.start]) is not None
+        if item.text not in words and not boils and not within(item.start, description.products):
             yield item.text
 
 

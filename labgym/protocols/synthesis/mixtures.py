@@ -12,6 +12,8 @@ from labgym.protocols.refusals import refusals
 from labgym.quantities import Quantity, strength
 
 _JOINT = re.compile(r"\s*(?:[/:+–-]|and|与|和|-)\s*")
+_SLASH, _OPENING = re.compile(r"\s*[/–-]\s*"), re.compile(r"\s*(?:mixture\s*)?[(（,]\s*")
+_SEVERAL = re.compile(r"\s*[/+:]\s*\d")
 _RATIO = r"(\d+(?:\.\d+)?(?:\s*[:：/]\s*\d+(?:\.\d+)?)+)"
 _RATIO_AFTER = re.compile(
     rf"\s*(?:mixture\s*|混合\S{{0,3}})?[(（,]?\s*(?:[^()（）]{{0,16}}[,;，]\s*)?{_RATIO}(?![\d.%])"
@@ -73,6 +75,20 @@ def _mixtures(text: str, reagents: Sequence[Mention]) -> Iterator[Mixture]:
             shares = tuple((mention, number / sum(numbers)) for mention, number in zip(run, numbers, strict=True))
             yield Mixture(shares, run[0].start, run[-1].end)
         run = [second]
+
+
+def without_ratio(text: str, mentioned: Sequence[Mention], quantity: Quantity) -> bool:
+    """Return whether a quantity is the volume of a mixture whose ratio a text does not give: "THF/water (25 mL)"."""
+    reagents = [mention for mention in mentioned if mention.kind == "reagent"]
+    several = _SEVERAL.match(text, quantity.end) is not None
+    return (
+        quantity.dimension == "volume"
+        and not several
+        and any(
+            _SLASH.fullmatch(text, first.end, second.start) and _OPENING.fullmatch(text, second.end, quantity.start)
+            for first, second in pairwise(reagents)
+        )
+    )
 
 
 def solutions(text: str, mentioned: Sequence[Mention]) -> dict[Mention, Mention]:

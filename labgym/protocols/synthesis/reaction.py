@@ -208,7 +208,8 @@ class Reaction:
         """Append the step that replaces the air by a gas, from a balloon or under pressure."""
         names = tuple(part.asset.name for part in parts)
         gas = ", then ".join(self._name(name) for name in names)
-        text = f"Evacuate the flask and fill it with {gas} from the balloon three times."
+        low = next((f" ({clause.pressure.text})" for clause in self.clauses if clause.pressure is not None), "")
+        text = f"Evacuate the flask and fill it with {gas} from the balloon{low} three times."
         extras: tuple[str, ...] = self.kind.extras
         if self.gas is not None:
             text = f"Evacuate the bottle and fill it with {gas} three times; set {self.gas.text}."

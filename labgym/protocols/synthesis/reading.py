@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from labgym.assets import Catalog
 from labgym.protocols.language import Mention, concepts, language_of, mentions, without_chinese_names
 from labgym.protocols.language.scripts import Language
-from labgym.protocols.synthesis.mixtures import mixtures, solutions
+from labgym.protocols.synthesis.mixtures import mixtures, solutions, without_ratio
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
 from labgym.protocols.synthesis.products import AUXILIARY, products, within
 from labgym.protocols.synthesis.unlisted import unlisted
@@ -323,6 +323,9 @@ def _assign(
         shares = next((parts for mixture in mixed if (parts := mixture.parts(text, quantity))), ())
         if shares:
             assigned.extend(shares)
+            continue
+        if without_ratio(text, named, quantity):
+            unassigned.append(f"{text[quantity.start : quantity.end].strip()} of a mixture without a ratio")
             continue
         after = next((m for m in substances if m.start >= quantity.end), None)
         before = next((m for m in reversed(substances) if m.end <= quantity.start), None)

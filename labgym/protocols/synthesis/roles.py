@@ -208,7 +208,7 @@ def _rounded(match: re.Match[str]) -> str:
     """Return a volume rounded as it is measured: to 5 mL from 20 mL on, by 1 mL from 5 mL on."""
     value = float(match[1])
     step = 5.0 if value >= 20.0 else 1.0 if value >= 5.0 else 0.5 if value >= 1.0 else 0.0
-    return f"{_figure(round(value / step) * step if step else value)}{match[2]}"
+    return f"{round(value / step) * step if step else float(f'{value:.2g}'):g}{match[2]}"
 
 
 def _named(clauses: Sequence[Clause]) -> list[_Named]:
