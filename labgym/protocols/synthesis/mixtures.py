@@ -29,7 +29,7 @@ _IN = re.compile(r"\s+(?:solution\s+)?in\s+")
 
 
 @dataclass(frozen=True)
-class Mixture:
+class SolventMixture:
     """Liquids with their shares of the volume.
 
     Attributes:
@@ -58,12 +58,12 @@ def _share(quantity: Quantity, share: float) -> Quantity:
     return replace(quantity, value=float(f"{quantity.value * share:.3g}"), number="")
 
 
-def mixtures(text: str, mentioned: Sequence[Mention]) -> tuple[Mixture, ...]:
+def mixtures(text: str, mentioned: Sequence[Mention]) -> tuple[SolventMixture, ...]:
     """Return the mixtures whose ratio a text gives, in order."""
     return tuple(_mixtures(text, [mention for mention in mentioned if mention.kind == "reagent"]))
 
 
-def _mixtures(text: str, reagents: Sequence[Mention]) -> Iterator[Mixture]:
+def _mixtures(text: str, reagents: Sequence[Mention]) -> Iterator[SolventMixture]:
     run = list(reagents[:1])
     for first, second in pairwise([*reagents, *reagents[-1:]]):
         if second is not first and _JOINT.fullmatch(text, first.end, second.start):
@@ -73,7 +73,7 @@ def _mixtures(text: str, reagents: Sequence[Mention]) -> Iterator[Mixture]:
         numbers = [float(number) for number in re.split(r"[:：/]", ratio[1])] if ratio is not None else []
         if len(run) > 1 and len(numbers) == len(run) and sum(numbers) > 0.0:
             shares = tuple((mention, number / sum(numbers)) for mention, number in zip(run, numbers, strict=True))
-            yield Mixture(shares, run[0].start, run[-1].end)
+            yield SolventMixture(shares, run[0].start, run[-1].end)
         run = [second]
 
 

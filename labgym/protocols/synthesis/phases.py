@@ -48,7 +48,7 @@ class WorkUpStep:
 
 
 @dataclass(frozen=True)
-class Mixture:
+class ReactionMixture:
     """The reaction mixture at the end of the reaction.
 
     Attributes:
@@ -68,7 +68,9 @@ class Mixture:
     distilled: bool = False
 
     @classmethod
-    def of(cls, parts: Sequence[Participant], hottest: float, vessel: str, volume: float, distilled: bool) -> Mixture:
+    def of(
+        cls, parts: Sequence[Participant], hottest: float, vessel: str, volume: float, distilled: bool
+    ) -> ReactionMixture:
         """Return the mixture of the participants of a reaction."""
         solvents = tuple(part.asset for part in parts if "solvent" in part.role and part.asset.category in SOLVENTS)
         return cls(tuple(part.asset for part in parts), solvents, hottest, vessel, volume, distilled)
@@ -106,7 +108,9 @@ class _State:
     neat: bool = False
 
 
-def completed(steps: Sequence[WorkUpStep], mixture: Mixture, extract: WorkUpStep, dry: WorkUpStep) -> list[WorkUpStep]:
+def completed(
+    steps: Sequence[WorkUpStep], mixture: ReactionMixture, extract: WorkUpStep, dry: WorkUpStep
+) -> list[WorkUpStep]:
     """Return the steps of a work-up with those that they need before them.
 
     Args:

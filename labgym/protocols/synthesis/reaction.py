@@ -38,7 +38,7 @@ ADDITION = 15.0
 """Usual duration of an addition, minutes."""
 
 
-class Reaction:
+class ReactionWriter:
     """The steps from the empty flask to the finished reaction."""
 
     def __init__(

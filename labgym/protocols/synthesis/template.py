@@ -18,8 +18,8 @@ from labgym.protocols.synthesis.frame import (
 )
 from labgym.protocols.synthesis.library_experiments import from_library
 from labgym.protocols.synthesis.parting import parted
-from labgym.protocols.synthesis.phases import Mixture
-from labgym.protocols.synthesis.reaction import Reaction
+from labgym.protocols.synthesis.phases import ReactionMixture
+from labgym.protocols.synthesis.reaction import ReactionWriter
 from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import Participant, cast
 from labgym.protocols.synthesis.transformations import Transformation, recognise, transformations
@@ -91,9 +91,9 @@ def _written(kind: Transformation, commission: Commission) -> WriterResult:
     _refuse_mismatch(kind, parts)
     refuse_solvent([p.asset.name for p in parts], [p.asset.name for p in parts if p.role in SOLVENT_ROLES])
     builder = ProtocolBuilder(catalog)
-    reaction = Reaction(builder, kind, commission, before, parts)
+    reaction = ReactionWriter(builder, kind, commission, before, parts)
     reaction.carry_out()
-    mixture = Mixture.of(parts, reaction.hottest, reaction.vessel, reaction.volume, kind.action == "Distill")
+    mixture = ReactionMixture.of(parts, reaction.hottest, reaction.vessel, reaction.volume, kind.action == "Distill")
     work_up = WorkUp(builder, kind, mixture, assignment.factor)
     for step in work_up_steps(kind, after, mixture, catalog):
         work_up.carry_out(step)

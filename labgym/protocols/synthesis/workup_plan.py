@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from labgym.assets import Asset, Catalog
-from labgym.protocols.synthesis.phases import Mixture, WorkUpStep, completed
+from labgym.protocols.synthesis.phases import ReactionMixture, WorkUpStep, completed
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.roles import ASSUMED, SOLVENTS
 from labgym.protocols.synthesis.transformations import Transformation
@@ -26,7 +26,7 @@ MIXED = {"Chromatograph": 200.0, "Extract": 60.0}
 
 
 def work_up_steps(
-    kind: Transformation, clauses: Sequence[Clause], mixture: Mixture, catalog: Catalog
+    kind: Transformation, clauses: Sequence[Clause], mixture: ReactionMixture, catalog: Catalog
 ) -> tuple[WorkUpStep, ...]:
     """Return the operations after the reaction: those of the text, completed by what they and the reaction need."""
     steps = _settled([step for clause in clauses for step in _steps_of(clause, catalog)])

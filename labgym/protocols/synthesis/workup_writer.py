@@ -1,4 +1,4 @@
-"""What every step of a work-up needs: the protocol, the mixture, and amounts that fit the glassware."""
+"""The shared state of work-up steps: the protocol, the mixture, and amounts that fit the glassware."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.synthesis.builder import ProtocolBuilder
 from labgym.protocols.synthesis.frame import is_solid, short_name
-from labgym.protocols.synthesis.phases import Mixture, WorkUpStep
+from labgym.protocols.synthesis.phases import ReactionMixture, WorkUpStep
 from labgym.protocols.synthesis.roles import ASSUMED, scaled
 from labgym.protocols.synthesis.transformations import Transformation
 from labgym.protocols.synthesis.workup_plan import usual_steps
@@ -36,7 +36,7 @@ class WorkUpWriter:
         assumed: actions that the text does not name, in words.
     """
 
-    def __init__(self, builder: ProtocolBuilder, kind: Transformation, mixture: Mixture, factor: float) -> None:
+    def __init__(self, builder: ProtocolBuilder, kind: Transformation, mixture: ReactionMixture, factor: float) -> None:
         self.builder, self.kind, self.mixture = builder, kind, mixture
         self.volume, self.vessel = mixture.volume, mixture.vessel
         self.catalog = builder.catalog
