@@ -70,10 +70,10 @@ class PhraseIndex:
                 name, form = self._names.get(stems[start : start + length], ("", ""))
                 if not name:
                     continue
-                beside = [*range(start), *range(start + length, len(stems))]
-                foreign = [words[k] for k in beside if stems[k] not in self._own_words[name]]
-                if not foreign or is_neutral(foreign) or is_neutral(words[k] for k in beside):
-                    return Phrase(name, form, tuple(words[k] for k in beside))
+                others = [*range(start), *range(start + length, len(stems))]
+                foreign = [words[k] for k in others if stems[k] not in self._own_words[name]]
+                if not foreign or is_neutral(foreign) or is_neutral(words[k] for k in others):
+                    return Phrase(name, form, tuple(words[k] for k in others))
         return None
 
 

@@ -16,6 +16,7 @@ from labgym.documents import write_text
 from labgym.envs.sensors import Camera
 from labgym.eval.drawing.pictures import save_picture
 from labgym.eval.drawing.plan_drawing import draw_objects, draw_room
+from labgym.eval.reports.route_figures import panel_grid
 from labgym.geometry import to_world
 from labgym.layouts import Layout, load_published, published
 from labgym.navigation import Pose, goal_pairs
@@ -71,15 +72,8 @@ def write_navdp_card(run: Path, data: Path, results: Path, out: Path, ablation: 
 
 def trajectories_figure(policy: NavDPPolicy, layouts: Sequence[Layout]) -> Figure:
     """Draw the trajectories of the policy, facing the goal at the start of each layout's first drive, over the map."""
-    from matplotlib.figure import Figure
-
-    columns = min(5, len(layouts))
-    lines = math.ceil(len(layouts) / columns)
-    figure = Figure(figsize=(columns * PANEL_INCHES, lines * (PANEL_INCHES + 0.3)), facecolor="#ffffff")
-    grid = figure.subplots(lines, columns, squeeze=False)
-    for axes in grid.flat:
-        axes.set_axis_off()
-    for axes, layout in zip(grid.flat, layouts, strict=False):
+    figure, panels = panel_grid(len(layouts), 5, PANEL_INCHES, title_inches=0.3)
+    for axes, layout in zip(panels, layouts, strict=True):
         pose, goal, drawn = _drawn_at_start(policy, layout)
         room = layout.room
         axes.set_xlim(-room.wall_thickness, room.width + room.wall_thickness)

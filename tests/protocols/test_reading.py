@@ -162,7 +162,7 @@ def test_substances_that_the_catalogue_lacks_are_found(text: str, expected: list
 
 
 def test_the_steps_of_published_protocols_name_hardly_any_unlisted_reagent() -> None:
-    """What is left are short forms that leave open which substance they mean: a description has to say which."""
+    """The remaining short forms are ambiguous: a description has to say which substance it means."""
     strange: set[str] = set()
     for protocol in protocols().values():
         text = " ".join(step.text for step in protocol.steps)

@@ -1,4 +1,4 @@
-"""Placements with a size of their own have that size in every kind of scene."""
+"""A placement's `size` is its size in every kind of scene."""
 
 from __future__ import annotations
 

@@ -51,8 +51,8 @@ LEAST_VERTICES = 4
 
 def substance(name: str | None) -> str | None:
     """Return the substance that a material's name indicates, such as glass or metal, or None."""
-    said = {word.casefold() for word in name_words(name or "")} | ({name.casefold()} if name else set())
-    return next((kind for kind, known in SUBSTANCES.items() if said & set(known)), None)
+    words = {word.casefold() for word in name_words(name or "")} | ({name.casefold()} if name else set())
+    return next((kind for kind, known in SUBSTANCES.items() if words & set(known)), None)
 
 
 def look(part: MeshPart, plain: str = PLAIN) -> str:

@@ -46,20 +46,33 @@ def drives_figure(evaluation: Evaluation, layouts: Mapping[str, Layout], rows: S
     Raises:
         LabgymError: no episodes.
     """
-    from matplotlib.figure import Figure
-
     if not rows:
         raise LabgymError("no episodes to draw")
-    columns = min(COLUMNS, len(rows))
-    lines = math.ceil(len(rows) / columns)
-    figure = Figure(figsize=(columns * PANEL_INCHES, lines * (PANEL_INCHES + 0.5)), facecolor="#ffffff")
-    grid = figure.subplots(lines, columns, squeeze=False)
-    for axes in grid.flat:
-        axes.set_axis_off()
-    for axes, row in zip(grid.flat, rows, strict=False):
+    figure, panels = panel_grid(len(rows), COLUMNS, PANEL_INCHES, title_inches=0.5)
+    for axes, row in zip(panels, rows, strict=True):
         _draw_drive(axes, layouts[row.layout], row, evaluation.routes.get(row.key, ()))
     figure.tight_layout(pad=0.4)
     return figure
+
+
+def panel_grid(count: int, columns: int, inches: float, title_inches: float) -> tuple[Figure, tuple[Axes, ...]]:
+    """Return an empty figure and its panels without axes, line by line.
+
+    Args:
+        count: number of panels, at least 1.
+        columns: most panels in a line.
+        inches: width and height of a panel.
+        title_inches: space above each panel.
+    """
+    from matplotlib.figure import Figure
+
+    columns = min(columns, count)
+    lines = math.ceil(count / columns)
+    figure = Figure(figsize=(columns * inches, lines * (inches + title_inches)), facecolor="#ffffff")
+    grid = figure.subplots(lines, columns, squeeze=False)
+    for axes in grid.flat:
+        axes.set_axis_off()
+    return figure, tuple(grid.flat[:count])
 
 
 def what_went_wrong(row: EpisodeRow, route: Route) -> str:
