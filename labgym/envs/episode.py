@@ -71,7 +71,7 @@ class Episode:
             "path_length": self.path_length,
             "shortest_path_length": self.world.shortest_length(pair),
             "layout": self.task.layout.id,
-            "protocol": self.task.protocol.id,
+            "protocol": "" if self.task.protocol is None else self.task.protocol.id,
             "pair": pair.index,
             "time": self.steps * self.robot.control_dt,
             "reward_terms": terms,

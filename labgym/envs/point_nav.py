@@ -38,8 +38,9 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     ## Description
 
-    An episode is one goal pair. The robot starts at rest at the goal pose of one protocol step, facing the device, and
-    must come within 0.5 m of the goal pose of the next step. The robot is a differential-drive base (chassis radius
+    An episode is one goal pair, or a drive between any two points of the floor. For a goal pair, the robot starts at
+    rest at the goal pose of one protocol step, facing the device, and must come within 0.5 m of the goal pose of the
+    next step. The robot is a differential-drive base (chassis radius
     0.27 m, acceleration 1.5 m/s² and 4 rad/s²) simulated in MuJoCo. Obstacles stop the robot but do not end the
     episode. An environment step lasts 0.1 s.
 
@@ -99,10 +100,15 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
     - `quality` ("fast"): "fine" renders the "rgb_array" image with shadows and reflections, which takes ten times as
       long without a GPU. Observations do not depend on it.
 
-    `reset(seed=None, options=None)` accepts the options "layout", "protocol" and "pair" (an index into
-    `labgym.navigation.goal_pairs(layout, protocol)`); everything else is drawn from the seeded generator. If a seed is
-    given, the episode depends only on the seed, the options and the arguments: equal seeds and actions give
+    `reset(seed=None, options=None)` accepts the options below; everything else is drawn from the seeded generator. If a
+    seed is given, the episode depends only on the seed, the options and the arguments: equal seeds and actions give
     bit-identical observations.
+
+    - "layout", "protocol": as the arguments.
+    - "pair": an index into `labgym.navigation.goal_pairs(layout, protocol)`.
+    - "start", (x, y, yaw), and "goal", (x, y) or (x, y, yaw): poses in the room frame, meters and radians, that replace
+      the ends of the goal pair. If both are passed, no pair and no protocol is needed. At the start the robot must
+      touch nothing in the simulation, and a path to the goal must exist for a disc of radius 0.30 m.
 
     ## Info
 
@@ -115,15 +121,17 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
     - `path_length`: length driven so far, meters.
     - `shortest_path_length`: length of the shortest any-angle path of the goal pair for a disc of radius 0.30 m,
       meters; inf if no path exists. Privileged.
-    - `layout`, `protocol`: ids. `pair`: index of the goal pair.
+    - `layout`, `protocol`: ids; the protocol's is empty if the layout has none. `pair`: index of the goal pair; -1 if
+      the start and the goal were passed without a pair.
     - `time`: seconds since the start of the episode.
     - `reward_terms`: the weighted reward terms by name; zeros at reset.
 
     ## Errors
 
     An unknown split, layout, protocol, observation, render mode, quality, profile, option or pair raises
-    `UnknownNameError`, which lists the valid names. An action that is not two finite numbers, and a width or height
-    below 1, raise `OptionError`. A broken file raises `DocumentError`.
+    `UnknownNameError`, which lists the valid names. An action that is not two finite numbers, a width or height
+    below 1, and a start or goal that is outside the room, blocked or not a pose, raise `OptionError`. A broken file
+    raises `DocumentError`.
 
     ## Versions
 

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from labgym import protocols
+from labgym.envs.endpoints import check_drivable, pair_between, passed_ends
+from labgym.envs.world import world_of
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.layouts.rules.thresholds import profile as resolve_profile
@@ -20,7 +22,7 @@ from labgym.protocols import Protocol
 
 SPLITS = ("train", "val", "test")
 PUBLISHED = ("val", "test")
-OPTIONS = ("layout", "protocol", "pair")
+OPTIONS = ("layout", "protocol", "pair", "start", "goal")
 
 
 @dataclass(frozen=True)
@@ -28,11 +30,13 @@ class Task:
     """The task of one episode: drive from the start to the goal of a pair in a layout.
 
     Attributes:
-        protocol: the protocol that has this goal pair; by default the layout's first.
+        protocol: the protocol that has this goal pair, by default the layout's first; None if the layout has no
+            protocol and both ends of the drive were passed.
+        pair: the drive; its index is `NO_PAIR` if both ends were passed without a pair.
     """
 
     layout: Layout
-    protocol: Protocol
+    protocol: Protocol | None
     pair: GoalPair
 
 
@@ -77,12 +81,13 @@ class TaskSource:
 
         Args:
             rng: random generator for everything that is not fixed.
-            options: any of "layout", "protocol" and "pair" (an index); they take precedence over the constructor's.
+            options: any of "layout", "protocol", "pair" (an index), "start" and "goal" (poses); the first two take
+                precedence over the constructor's, and the last two over the pair's.
             fresh: generate a new layout, so that the task depends on `rng` and `options` only.
 
         Raises:
             UnknownNameError: an option, layout, protocol or pair does not exist.
-            OptionError: the layout has no protocol or no goal pair.
+            OptionError: the layout has no protocol or no goal pair, or the robot cannot drive from start to goal.
             DocumentError: a file is not a layout or a protocol.
         """
         for name in options:
@@ -95,12 +100,13 @@ class TaskSource:
         if layout is None:
             layout = self._drawn_layout(rng, protocol, fresh)
         protocol = protocol or layout.protocol
-        if protocol is None:
-            raise OptionError(f"layout {layout.id!r} has no protocol: pass one with the argument or option 'protocol'")
+        start, goal = passed_ends(options, layout.room)
         index = options.get("pair")
-        if index is None:
-            index = int(rng.integers(len(_goal_pairs(layout, protocol))))
-        return Task(layout, protocol, goal_pair(layout, index, protocol))
+        both = start is not None and goal is not None
+        pair = pair_between(start, goal, None if both and index is None else _drawn_pair(rng, layout, protocol, index))
+        if start is not None or goal is not None:
+            check_drivable(world_of(layout), pair)
+        return Task(layout, protocol, pair)
 
     def _drawn_layout(self, rng: np.random.Generator, protocol: Protocol | None, fresh: bool) -> Layout:
         if self._split in PUBLISHED:
@@ -148,6 +154,15 @@ def _resolved(layout: object) -> Layout:
     raise UnknownNameError(
         "layout (a .json file or a published id)", layout, (name for split in PUBLISHED for name in published(split))
     )
+
+
+def _drawn_pair(rng: np.random.Generator, layout: Layout, protocol: Protocol | None, index: int | None) -> GoalPair:
+    """Return a goal pair of a protocol: that of an index, or a random one."""
+    if protocol is None:
+        raise OptionError(f"layout {layout.id!r} has no protocol: pass one with the argument or option 'protocol'")
+    if index is None:
+        index = int(rng.integers(len(_goal_pairs(layout, protocol))))
+    return goal_pair(layout, index, protocol)
 
 
 def goal_pair(layout: Layout, index: int, protocol: Protocol | None = None) -> GoalPair:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 from weakref import WeakValueDictionary
 
 import mujoco
@@ -13,14 +14,22 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.envs.distance_to_go import DistanceToGo
 from labgym.envs.robot import ROBOT, attach_robot
+from labgym.envs.simulation import Pose, Simulation
 from labgym.layouts import Layout
 from labgym.layouts.model import Placement, Room
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS, GoalPair, OccupancyGrid, ShortestPaths, occupancy
 from labgym.navigation.clearance import Obstacles
 from labgym.scenes import RayScene, to_mjcf
 
+_Ends = tuple[float, ...]
+_Value = TypeVar("_Value")
+
 KEPT = 16
 """Number of worlds that a process keeps in any case."""
+FIELDS = 64
+"""Number of goals whose distance field a world keeps; a field of the largest room takes 8 MB."""
+LENGTHS = 4096
+"""Number of drives whose shortest length a world keeps."""
 
 
 class World:
@@ -34,7 +43,7 @@ class World:
         self._layout = layout
         self.model = physics_model(layout)
         self._obstacles = Obstacles(layout.obstacles(OBSTACLE_HEIGHT))
-        self._goals: dict[tuple[float, ...], DistanceToGo] = {}
+        self._fields: dict[tuple[float, ...], DistanceToGo] = {}
         self._lengths: dict[tuple[float, ...], float] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -52,17 +61,26 @@ class World:
 
     def to_go(self, goal: tuple[float, float, float]) -> DistanceToGo:
         """Return the field of driving distances to a goal."""
-        if goal[:2] not in self._goals:
-            self._goals[goal[:2]] = DistanceToGo(self._grid, goal)
-        return self._goals[goal[:2]]
+        return _recalled(self._fields, goal[:2], FIELDS, lambda: DistanceToGo(self._grid, goal))
 
     def shortest_length(self, pair: GoalPair) -> float:
         """Return the length of the shortest any-angle path of a goal pair, meters; inf if no path exists."""
-        ends = pair.start[:2] + pair.goal[:2]
-        if ends not in self._lengths:
+
+        def length() -> float:
             path = self._paths.path(pair.start[:2], pair.goal[:2])
-            self._lengths[ends] = path.length if path is not None else float("inf")
-        return self._lengths[ends]
+            return path.length if path is not None else float("inf")
+
+        return _recalled(self._lengths, pair.start[:2] + pair.goal[:2], LENGTHS, length)
+
+    def clear_at(self, pose: Pose) -> bool:
+        """Whether the robot at a pose (x, y, yaw) touches nothing in the simulation."""
+        simulation = Simulation(self.model)
+        simulation.place(pose)
+        return bool(simulation.data.ncon == 0)
+
+    def plannable_at(self, pose: Pose) -> bool:
+        """Whether a disc of the planning radius fits at a pose."""
+        return bool(self._paths.space.holds(np.array([pose[:2]]))[0])
 
     @cached_property
     def solid(self) -> RayScene:
@@ -90,6 +108,15 @@ def physics_model(layout: Layout) -> mujoco.MjModel:
     scene.compiler.discardvisual = True
     scene.compiler.fusestatic = True
     return scene.compile()
+
+
+def _recalled(cache: dict[_Ends, _Value], key: _Ends, limit: int, compute: Callable[[], _Value]) -> _Value:
+    """Return a value of a cache, computed if it is missing; the `limit` values used last stay in the cache."""
+    value = cache.pop(key) if key in cache else compute()
+    cache[key] = value
+    if len(cache) > limit:
+        del cache[next(iter(cache))]
+    return value
 
 
 _Key = tuple[Room, tuple[Placement, ...], tuple[Asset, ...]]

@@ -17,6 +17,8 @@ Pose = tuple[float, float, float]
 
 SAME_PLACE = 1e-3
 """Goal poses that are nearer than this count as the same, meters."""
+ANYWHERE = "anywhere"
+"""Location of an end of a drive that is not the goal pose of an asset."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class GoalPair:
     Attributes:
         index: position in the tuple that `goal_pairs` returns.
         start, goal: (x, y, yaw) in the room frame; meters, radians; yaw is the robot's heading.
-        start_location, goal_location: asset names.
+        start_location, goal_location: asset names, or `ANYWHERE`.
     """
 
     index: int

@@ -13,10 +13,7 @@ from labgym.envs.tasks import Task, TaskSource
 from labgym.envs.world import World, world_of
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, GoalPair, goal_poses, occupancy
-from labgym.navigation.goals import resolve_protocol, same_place
-
-ANYWHERE = "anywhere"
-"""Name of a drive's end that is not a place of the protocol."""
+from labgym.navigation.goals import ANYWHERE, resolve_protocol, same_place
 
 
 class TrainingDrives(TaskSource):
