@@ -98,6 +98,14 @@ class Policy(ABC):
         """Return the files that the actions depend on, such as weights; results record their hash."""
         return ()
 
+    def parameters(self) -> Mapping[str, Any] | None:
+        """Return what the actions depend on besides the class and its files, by name.
+
+        Results in a folder belong to these parameters. None stands for all attributes of the object; define it for an
+        object with attributes that do not matter or have no digest, such as connections.
+        """
+        return None
+
     def close(self) -> None:
         """Release connections and processes. Called once, after the last episode."""
         return

@@ -1,0 +1,100 @@
+"""The source files of a class: its module and the modules that it imports from the same folder, without importing."""
+
+from __future__ import annotations
+
+import ast
+import sys
+import sysconfig
+from collections.abc import Iterator
+from importlib.machinery import PathFinder
+from pathlib import Path
+
+from labgym.documents import canonical_hash, files_digest
+
+
+def module_file(name: str) -> Path | None:
+    """Return the source file of a module without importing it; None if there is none on the Python path."""
+    search: list[str] | None = None
+    spec = None
+    for depth in range(name.count(".") + 1):
+        spec = PathFinder.find_spec(name.split(".")[depth], search)
+        if spec is None:
+            return None
+        search = list(spec.submodule_search_locations or ())
+    return Path(spec.origin) if spec is not None and spec.origin and spec.origin.endswith(".py") else None
+
+
+def loaded_file(module: str) -> Path | None:
+    """Return the source file of an imported module; None if it has none, such as `__main__` of a notebook."""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    return Path(file) if file and str(file).endswith(".py") and Path(file).is_file() else None
+
+
+def sources_digest(file: Path, module: str) -> str:
+    """Return a digest of a module's file and of the modules of the same folder that it imports, directly or not.
+
+    A module in a package counts with the modules of the same package, one of a folder with those in the folder. What
+    else it imports is installed: its versions are in the provenance, not here.
+    """
+    files = source_files(file, module)
+    return canonical_hash([[place, files_digest([path])] for place, path in sorted(files.items())])
+
+
+def source_files(file: Path, module: str) -> dict[str, Path]:
+    """Return the files of `sources_digest`, by path relative to the folder."""
+    file = file.resolve()
+    package = "" if module == "__main__" else module.rpartition(".")[0]
+    if file.name == "__init__.py":
+        package = module
+    root = file.parents[package.count(".") + 1] if package else file.parent
+    within = package.partition(".")[0]
+    if not package and _is_installed(root):
+        return {file.name: file}
+    sources: dict[str, Path] = {}
+    remaining = [(file, package)]
+    while remaining:
+        path, parent = remaining.pop()
+        place = path.relative_to(root).as_posix()
+        if place in sources:
+            continue
+        sources[place] = path
+        for name in _imports(path, parent):
+            if not within or name.partition(".")[0] == within:
+                remaining += _resolved(root, name)
+    return sources
+
+
+def _imports(path: Path, package: str) -> Iterator[str]:
+    """Yield the absolute names of the modules that a file may import, wherever in it."""
+    try:
+        tree = ast.parse(path.read_bytes())
+    except (SyntaxError, ValueError):
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parts = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            base = ".".join([*filter(None, parts), *([node.module] if node.module else [])])
+            if base:
+                yield base
+            yield from (f"{base}.{alias.name}" if base else alias.name for alias in node.names)
+
+
+def _resolved(root: Path, name: str) -> list[tuple[Path, str]]:
+    """Return the files that an import of a module runs under a folder, each with its package."""
+    files = []
+    parts = name.split(".")
+    for depth in range(1, len(parts) + 1):
+        place, package = root.joinpath(*parts[:depth]), ".".join(parts[:depth])
+        if (place / "__init__.py").is_file():
+            files.append((place / "__init__.py", package))
+        elif place.with_name(place.name + ".py").is_file():
+            files.append((place.with_name(place.name + ".py"), ".".join(parts[: depth - 1])))
+    return files
+
+
+def _is_installed(folder: Path) -> bool:
+    """Return whether a folder is one of the interpreter's, such as site-packages."""
+    paths = sysconfig.get_paths()
+    return any(folder == Path(paths[key]).resolve() for key in ("stdlib", "platstdlib", "purelib", "platlib"))
