@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -13,6 +12,7 @@ from typing import Any, ClassVar, Self
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from labgym.errors import DocumentError
+from labgym.temporary import temporary_file
 
 MAX_BYTES = 32 * 1024 * 1024
 MAX_DEPTH = 32
@@ -147,26 +147,27 @@ def write_text(path: str | Path, text: str) -> Path:
     return write_bytes(path, text.encode("utf-8"))
 
 
-def write_bytes(path: str | Path, data: bytes) -> Path:
+def write_bytes(path: str | Path, data: bytes | Iterable[bytes]) -> Path:
     """Write bytes atomically, creating parent folders: after a crash the file has its old or its new content.
+
+    Args:
+        data: the content, in one piece or in several.
 
     Raises:
         OSError: the file cannot be written; names the file, also if the disk is full.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with temporary_file(path.parent) as (handle, temporary):
+            for piece in (data,) if isinstance(data, bytes) else data:
+                view = memoryview(piece)
+                while view:
+                    view = view[os.write(handle, view) :]
+            os.fchmod(handle, 0o644)
+            temporary.replace(path)
     except OSError as error:
-        Path(temporary).unlink(missing_ok=True)
         raise _naming(error, path) from None
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
     return path
 
 

@@ -70,20 +70,7 @@ def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
         append_text(tmp_path / "rows.jsonl", "x")
     assert error.value.filename == str(tmp_path / "rows.jsonl")
 
-    class Full:
-        def __init__(self, handle, mode):
-            pass
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *details):
-            return None
-
-        def write(self, data):
-            full(0)
-
-    monkeypatch.setattr("os.fdopen", Full)
+    monkeypatch.setattr("os.write", lambda handle, data: full(handle))
     with pytest.raises(OSError, match="No space left") as error:
         write_bytes(tmp_path / "a.json", b"x")
     assert error.value.filename == str(tmp_path / "a.json")

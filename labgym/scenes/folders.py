@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from labgym.errors import LabgymError
+from labgym.temporary import temporary_folder
 
 
 @contextmanager
@@ -25,10 +25,10 @@ def whole_folder(folder: Path, entries: Collection[str], what: str) -> Iterator[
     if folder.exists() and not (folder.is_dir() and {entry.name for entry in folder.iterdir()} <= set(entries)):
         raise LabgymError(f"{folder}: exists and is not a {what}; name another folder or remove it")
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as temporary:
-        fresh = Path(temporary) / "fresh"
+    with temporary_folder(folder.parent) as temporary:
+        fresh = temporary / "fresh"
         fresh.mkdir()
         yield fresh
         if folder.exists():
-            folder.rename(Path(temporary) / "replaced")
+            folder.rename(temporary / "replaced")
         fresh.rename(folder)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from labgym.artefacts import artefacts
 from labgym.assets.model import Asset
 from labgym.assets.usd.stages import asset_layer
 from labgym.assets.usd.validation import findings
-from labgym.documents import write_bytes
+from labgym.temporary import temporary_folder
 
 FOLDER = "usd"
 SUFFIX = ".usdc"
@@ -30,10 +29,11 @@ def usd_path(asset: Asset, folder: Path) -> Path:
 
 def write_layer(layer: Any, path: Path) -> Path:
     """Write a `pxr.Sdf.Layer` atomically, as text or binary by the path's suffix, and return the path."""
-    with tempfile.TemporaryDirectory() as temporary:
-        file = Path(temporary) / path.name
-        layer.Export(str(file))
-        return write_bytes(path, file.read_bytes())
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with temporary_folder(path.parent) as temporary:
+        unfinished = temporary / path.name
+        layer.Export(str(unfinished))
+        return unfinished.replace(path)
 
 
 def write_files(assets: Iterable[Asset], folder: Path) -> Iterator[Path]:

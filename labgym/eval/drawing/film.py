@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -18,6 +16,7 @@ from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.drive import Route
 from labgym.layouts import Layout
 from labgym.scenes import Quality, RayScene
+from labgym.temporary import temporary_folder
 
 Picture = NDArray[np.uint8]
 
@@ -74,14 +73,10 @@ def save_film(pictures: Iterable[Picture], path: str | Path, rate: float = 10.0)
     path = Path(path)
     check_film_path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    try:
-        (_write_mp4 if path.suffix == ".mp4" else _write_gif)(iter(pictures), Path(name), rate)
-        Path(name).replace(path)
-    finally:
-        Path(name).unlink(missing_ok=True)
-    path.chmod(0o644)
+    with temporary_folder(path.parent) as temporary:
+        unfinished = temporary / f"film{path.suffix}"
+        (_write_mp4 if path.suffix == ".mp4" else _write_gif)(iter(pictures), unfinished, rate)
+        unfinished.replace(path)
     return path
 
 

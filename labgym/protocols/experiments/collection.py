@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from typing import NamedTuple
 from labgym.errors import OptionError
 from labgym.protocols.experiments.feasibility import FeasibilityFilter, Verdict
 from labgym.protocols.experiments.model import Experiment, ExperimentFile, Rejection
+from labgym.temporary import temporary_folder
 
 PER_FILE = 1000
 REJECTED = "rejected.csv"
@@ -72,8 +72,7 @@ def collect(records: Iterable[Experiment | Verdict | Rejection], folder: str | P
         raise OptionError(f"{folder} already holds {present[0].name}; name another folder, or use --replace")
     folder.mkdir(parents=True, exist_ok=True)
     tally, ids, batch = Tally(), set[str](), list[Experiment]()
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".import-") as name:
-        temporary = Path(name)
+    with temporary_folder(folder) as temporary:
         with (temporary / REJECTED).open("w", newline="", encoding="utf-8") as stream:
             table = csv.writer(stream, lineterminator="\n")
             table.writerow(RejectedRecord._fields)

@@ -1,0 +1,179 @@
+"""The folder of a run: one writer, one identity, finished shards, merged output and its manifest."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from labgym.documents import append_text, canonical_hash, write_bytes
+from labgym.errors import LabgymError, OptionError
+from labgym.runs.identity import IDENTITY_FILE, REMEDY, RunIdentity, read_identity, refusal
+from labgym.runs.ledger import LEDGER_FILE, Ledger, LedgerEntry
+from labgym.runs.lock import LOCK_FILE, only_writer
+from labgym.runs.manifest import MANIFEST_FILE, RunManifest, file_digest
+from labgym.runs.provenance import PROVENANCE_FILE, provenance
+from labgym.temporary import PREFIX, sweep
+
+SHARDS = "shards"
+"""Folder of the shard files that are merged: `finish` removes it."""
+RESERVED = (IDENTITY_FILE, LEDGER_FILE, MANIFEST_FILE, LOCK_FILE, PROVENANCE_FILE)
+
+
+class RunFolder:
+    """The folder of a run, open for writing. Use `RunFolder.open`.
+
+    Shards that are merged write their files below `shards/`; other files of shards stay where they are.
+
+    Attributes:
+        path: the folder.
+        identity: the run that it holds.
+    """
+
+    def __init__(self, path: Path, identity: RunIdentity) -> None:
+        self.path, self.identity = path, identity
+        self._ledger = Ledger(path)
+
+    @classmethod
+    @contextmanager
+    def open(cls, path: str | Path, identity: RunIdentity, fresh: bool = False) -> Iterator[RunFolder]:
+        """Open the folder of a run, new or to resume it, as its only writer.
+
+        Temporary files that killed processes left in it are removed.
+
+        Args:
+            path: the folder; it is created if it does not exist.
+            identity: the run.
+            fresh: rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
+
+        Raises:
+            OptionError: another process writes into the folder, or it holds another run, results of release 0.1 or
+                other files.
+        """
+        path = Path(path)
+        if fresh:
+            move_aside(path)
+        with only_writer(path):
+            _claim(path, identity)
+            sweep(path, recursive=True)
+            append_text(path / PROVENANCE_FILE, provenance().line())
+            folder = cls(path, identity)
+            try:
+                folder._tidy()
+                yield folder
+            finally:
+                folder._ledger.close()
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run has finished and its merged files have the hashes of the manifest.
+
+        Raises:
+            DocumentError: a merged file is missing or was changed.
+        """
+        manifest = self._manifest()
+        if manifest is None:
+            return False
+        of_shards = {name for entry in self._ledger for name in entry.files}
+        manifest.check(self.path, *(name for name in manifest.files if name not in of_shards))
+        return True
+
+    def output(self, shard: str, inputs: Any = None) -> tuple[dict[str, bytes], Any] | None:
+        """Return the files and the record of a finished shard, or None if it must run (again).
+
+        A shard must run if its inputs changed, or a file is missing or has another hash.
+        """
+        entry = self._ledger.get(shard)
+        if entry is None or entry.inputs != canonical_hash(inputs):
+            return None
+        files = {}
+        for name, digest in entry.files.items():
+            try:
+                files[name] = (self.path / name).read_bytes()
+            except FileNotFoundError:
+                return None
+            if hashlib.sha256(files[name]).hexdigest() != digest:
+                return None
+        return files, entry.record
+
+    def put(self, shard: str, inputs: Any, files: Mapping[str, bytes], record: Any = None) -> None:
+        """Write the files of a finished shard, then its line in the ledger.
+
+        Raises:
+            LabgymError: a path leaves the folder or is reserved.
+        """
+        for name, content in files.items():
+            write_bytes(self.path / _checked(name), content)
+        digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+        self._ledger.append(LedgerEntry(shard, canonical_hash(inputs), digests, record))
+
+    def finish(self, files: Mapping[str, bytes | Iterable[bytes]]) -> None:
+        """Write the merged files, then the manifest of all files; then remove the merged shard files.
+
+        Args:
+            files: content by path relative to the folder, in one piece or in several.
+        """
+        digests = {}
+        for name, content in files.items():
+            write_bytes(self.path / _checked(name), content)
+            digests[name] = file_digest(self.path / name) or ""
+        for entry in self._ledger:
+            digests |= {name: digest for name, digest in entry.files.items() if not _is_merged(name)}
+        RunManifest(run=self.identity.digest, files=dict(sorted(digests.items()))).save(self.path / MANIFEST_FILE)
+        self._tidy()
+
+    def _manifest(self) -> RunManifest | None:
+        manifest = RunManifest.read(self.path)
+        return manifest if manifest is not None and manifest.run == self.identity.digest else None
+
+    def _tidy(self) -> None:
+        """Remove merged shard files and their lines in the ledger once the manifest is written."""
+        if self._manifest() is None:
+            return
+        self._ledger.keep(lambda entry: not any(map(_is_merged, entry.files)))
+        shutil.rmtree(self.path / SHARDS, ignore_errors=True)
+
+
+def move_aside(path: Path) -> Path | None:
+    """Rename a folder to the first free NAME.old-N and return the new path; None if there is nothing to move.
+
+    Raises:
+        OptionError: another process writes into the folder, or it contains the working folder.
+    """
+    if not path.exists() or (path.is_dir() and not any(path.iterdir())):
+        return None
+    if Path.cwd().is_relative_to(path.resolve()):
+        raise OptionError(f"{path} contains the working folder, which --fresh cannot move; choose another folder")
+    with only_writer(path):
+        number = 1
+        while (target := path.with_name(f"{path.resolve().name}.old-{number}")).exists():
+            number += 1
+        os.rename(path, target)  # noqa: PTH104 -- Path.rename would do the same; os.rename refuses a folder that exists
+    return target
+
+
+def _claim(path: Path, identity: RunIdentity) -> None:
+    present = read_identity(path)
+    if present is not None:
+        if present.differences(identity):
+            raise OptionError(refusal(path, present, identity))
+        return
+    others = sorted(entry.name for entry in path.iterdir() if not entry.name.startswith((LOCK_FILE, PREFIX)))
+    if others:
+        raise OptionError(f"{path} holds {', '.join(others[:3])}, which is not a run; {REMEDY}")
+    identity.save(path / IDENTITY_FILE)
+
+
+def _is_merged(name: str) -> bool:
+    return name.startswith(f"{SHARDS}/")
+
+
+def _checked(name: str) -> str:
+    parts = PurePosixPath(name).parts
+    if not parts or name in RESERVED or PurePosixPath(name).is_absolute() or ".." in parts:
+        raise LabgymError(f"file {name!r} of a shard leaves the run's folder or has a reserved name ({RESERVED})")
+    return name

@@ -1,0 +1,107 @@
+"""`run.json`: what decides the bytes of a run, and how two runs differ."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, ClassVar
+
+from pydantic import ValidationError, field_validator
+
+from labgym.documents import Document, canonical_hash, document_error, parse_json, read_json
+from labgym.errors import OptionError
+from labgym.runs.code import code_digest
+
+IDENTITY_FILE = "run.json"
+OLDER = ("labgym.run/1", "labgym.navigation-run/1")
+"""Schemas of `run.json` in release 0.1."""
+OLDER_FILES = ("episodes.jsonl", "summary.json", "manifest.json", "options.json", "ledger.json")
+"""Files that folders of release 0.1 hold, some without a `run.json`."""
+REMEDY = "choose another folder, or move the old one aside and start anew with --fresh"
+MAX_PRINTED = 40
+"""Longest value that a refusal prints, characters of JSON."""
+
+
+class RunIdentity(Document):
+    """Identity of the run stored in a folder, written before its first shard.
+
+    Attributes:
+        kind: the command: eval, data, generate, score, run, train, add or import.
+        inputs: JSON data that decides the bytes of the run, by the name that a refusal prints: suite, layouts,
+            policy, seed, catalog and so on. Large inputs are named by their hashes.
+        code: `code_digest()` of the code that runs.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.run/2"
+
+    kind: str
+    inputs: dict[str, Any]
+    code: str
+
+    @field_validator("inputs", mode="before")
+    @classmethod
+    def _as_json(cls, inputs: Any) -> Any:
+        """Return the inputs as they are read back from the file: tuples become lists."""
+        try:
+            return parse_json(json.dumps(inputs, allow_nan=False).encode(), "inputs")
+        except (TypeError, RecursionError) as error:
+            raise ValueError(f"not JSON data ({error})") from None
+
+    @classmethod
+    def of(cls, kind: str, **inputs: Any) -> RunIdentity:
+        """Return the identity of a run of this kind by the present code.
+
+        Raises:
+            DocumentError: an input is not JSON data, or a number in it exceeds the bounds of documents.
+        """
+        try:
+            return cls(kind=kind, inputs=inputs, code=code_digest())
+        except ValidationError as error:
+            raise document_error(IDENTITY_FILE, error) from None
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the identity."""
+        return canonical_hash(self.to_json())
+
+    def differences(self, other: RunIdentity) -> tuple[str, ...]:
+        """Return what differs between two runs: "kind", "code", or names of inputs."""
+        names = [name for name in ("kind", "code") if getattr(self, name) != getattr(other, name)]
+        keys = [*self.inputs, *(key for key in other.inputs if key not in self.inputs)]
+        return (*names, *(key for key in keys if _input(self, key) != _input(other, key)))
+
+
+def read_identity(folder: Path) -> RunIdentity | None:
+    """Return the identity of the run stored in a folder, or None if the folder holds no run.
+
+    Raises:
+        OptionError: the folder was written by release 0.1.
+        DocumentError: `run.json` is broken.
+    """
+    path = folder / IDENTITY_FILE
+    older = [name for name in OLDER_FILES if (folder / name).exists()] if not path.exists() else []
+    data = read_json(path) if path.exists() else None
+    if older or (isinstance(data, dict) and data.get("schema") in OLDER):
+        raise OptionError(
+            f"{folder} holds results of labgym 0.1, which `labgym report` reads and this version neither resumes nor "
+            f"changes; {REMEDY}"
+        )
+    return None if data is None else RunIdentity.parse(data, path)
+
+
+def refusal(folder: Path, present: RunIdentity, requested: RunIdentity) -> str:
+    """Return why a run cannot use the folder of another: what differs, with short values, and the remedy."""
+    names = present.differences(requested)
+    differences = ", ".join(_difference(name, present, requested) for name in names)
+    return f"{folder} holds another run, which differs in {differences}; {REMEDY}"
+
+
+def _difference(name: str, present: RunIdentity, requested: RunIdentity) -> str:
+    if name == "code":
+        return "code (another version of labgym or of its assets)"
+    pair = [json.dumps(getattr(run, name, None) or _input(run, name)) for run in (present, requested)]
+    return name if max(map(len, pair)) > MAX_PRINTED else f"{name} ({pair[0]} there, {pair[1]} requested)"
+
+
+def _input(identity: RunIdentity, name: str) -> Any:
+    return identity.inputs.get(name, "absent")
