@@ -177,7 +177,6 @@ def test_the_weights_and_settings_of_a_network_are_parameters():
         threading.Lock(),
         functools.partial(print),
         sys.stdout,
-        object(),
         iter([1]),
         types.SimpleNamespace(a=1),
         memoryview(b""),

@@ -77,8 +77,8 @@ class Definitions:
         source = class_source(kind)
         if source is None:
             raise OptionError(
-                f"{name}: the source of class {kind.__qualname__!r} is not known, so that its runs could not be told "
-                f"from those of an edited class; {REMEDY}"
+                f"{name}: the source of class {kind.__qualname__!r} is not known, so an edited "
+                f"class would pass for the same; {REMEDY}"
             )
         attributes = self._values(class_values(kind), f"{name}: class {kind.__qualname__!r}")
         return [place, source, self._session(functions, name), attributes]

@@ -84,7 +84,7 @@ def _module_digest(label: str, module: str) -> str:
         return canonical_hash(module)
     file = module_file(module)
     if file is None:
-        raise OptionError(f"policy {label!r}: module {module!r} has no source file to tell its runs by; {REMEDY}")
+        raise OptionError(f"policy {label!r}: module {module!r} has no source file to identify a run by; {REMEDY}")
     return sources_digest(file, module)
 
 

@@ -13,7 +13,7 @@ from labgym.documents import canonical_hash, files_digest
 
 
 def module_file(name: str) -> Path | None:
-    """Return the source file of a module without importing it; None if there is none on the Python path."""
+    """Return the source file of a module without importing it; None if the Python path has no such file."""
     search: list[str] | None = None
     spec = None
     for depth in range(name.count(".") + 1):

@@ -146,7 +146,7 @@ class _Digest:
         else:
             place = f"{kind.__module__}.{kind.__qualname__}"
             raise OptionError(
-                f"{name} is a {place}, which has no digest, so that the run could not be told from another: pass the "
+                f"{name} is a {place}, which has no digest to identify a run by: pass the "
                 "policy by name with plain options, or define its `parameters`"
             )
         return _hash(b"object", self._class(kind, name), self._mapping(state, name))
