@@ -90,11 +90,16 @@ Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, s
         lines = [f"{len(failures)} of {len(self.evaluation.rows)} episodes failed; the first {drawn} are drawn.", ""]
         lines += ["| layout | room | pair | outcome |", "| --- | --- | --- | --- |"]
         lines += [
-            f"| {row.layout} | {self.layouts[row.layout].room.name} | {row.pair} "
+            f"| {row.layout} | {self.layouts[row.layout].room.name} | {_numbered(row)} "
             f"| {what_went_wrong(row, self.evaluation.routes[row.key])} |"
             for row in failures
         ]
         return "\n".join([*lines, "", f"![Failed drives]({FAILURES})"])
+
+
+def _numbered(row: EpisodeRow) -> str:
+    """Return the number of a row's pair, with that of the repeat after the first."""
+    return f"{row.pair}, repeat {row.repeat}" if row.repeat else str(row.pair)
 
 
 def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:

@@ -19,7 +19,17 @@ from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
 from tyro.extras import SubcommandApp
 
 from labgym import __version__, protocols
-from labgym.cli.arguments import Folders, LayoutName, OptionalPath, OptionalText, PolicyOptions, ProtocolName, Texts
+from labgym.cli.arguments import (
+    Folders,
+    LayoutName,
+    OptionalPath,
+    OptionalText,
+    OptionalWholeNumber,
+    PolicyOptions,
+    ProtocolName,
+    Texts,
+    numbers,
+)
 from labgym.cli.assets import assets_app
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
 from labgym.cli.protocols import protocols_app
@@ -178,8 +188,10 @@ def eval_(
     out: OptionalPath = None,
     options: PolicyOptions = (),
     overwrite: bool = False,
+    repeats: OptionalWholeNumber = None,
+    jitter: bool = False,
 ) -> int:
-    """Evaluate a policy: drive every goal pair of every layout once.
+    """Evaluate a policy: drive every goal pair of every layout.
 
     Args:
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt or .zip file, or the
@@ -192,10 +204,14 @@ def eval_(
         out: Folder for episodes, routes and summary; by default runs/POLICY-SUITE. An interrupted evaluation resumes.
         options: Arguments of the policy, for example trust=true.
         overwrite: Replace the results in the folder if they belong to another evaluation or to other code.
+        repeats: Number of episodes per goal pair; by default the suite's.
+        jitter: Displace the start of every episode by up to 2 cm and 2 degrees, clear of obstacles; a suite's .json
+            file can set other values.
     """
     from labgym.envs.tasks import resolve_layout
     from labgym.eval.driving.run_folder import default_folder
     from labgym.eval.driving.runner import evaluate
+    from labgym.eval.driving.suites import Jitter, load_suite, suite_of
     from labgym.eval.reports.tables import navigation_table
     from labgym.policies import registry
 
@@ -205,11 +221,21 @@ def eval_(
         return DONE
     if protocol is not None and not layouts:
         raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
-    where = [resolve_layout(name, protocol) for name in layouts] or suite
-    folder = out or default_folder(policy, suite if where == suite else "layouts")
-    arguments = registry.parse_options(options)
+    chosen = [resolve_layout(name, protocol) for name in layouts]
+    rules = suite_of(chosen) if chosen else load_suite(suite)
+    displacement = Jitter() if jitter else None
+    repeated = rules.repeated(repeats, displacement)
+    folder = out or default_folder(policy, suite if not chosen and repeated is rules else repeated.name)
     summary = evaluate(
-        policy, where, workers=workers, out=folder, seed=seed, options=arguments, overwrite=overwrite
+        policy,
+        chosen or rules,
+        workers=workers,
+        out=folder,
+        seed=seed,
+        options=registry.parse_options(options),
+        overwrite=overwrite,
+        repeats=repeats,
+        jitter=displacement,
     ).summary
     print(f"\n{navigation_table({summary.policy: summary.metrics}, f'suite {summary.suite.label}').text()}\n")
     written(folder)
@@ -228,8 +254,10 @@ def record(
     quality: Literal["fast", "fine"] = "fast",
     protocol: OptionalText = None,
     options: PolicyOptions = (),
+    start: OptionalText = None,
+    goal: OptionalText = None,
 ) -> int:
-    """Film a policy on one goal pair of a layout.
+    """Film a policy on one goal pair of a layout, or between two points of its floor.
 
     Args:
         layout: A layout's .json file, or the id of a published layout.
@@ -242,6 +270,8 @@ def record(
         quality: fast, or fine with shadows and reflections (ten times slower without a GPU).
         protocol: Id or .json file of the protocol to drive for; by default the one that the layout embeds.
         options: Arguments of the policy, for example trust=true.
+        start: Start x,y,yaw in meters and radians, for example 1.5,2,0; by default that of the goal pair.
+        goal: Goal x,y in meters; by default that of the goal pair.
     """
     from tqdm import tqdm
 
@@ -254,7 +284,8 @@ def record(
     _allow_local_modules()
     film.check_film_path(out)
     scene = resolve_layout(layout, protocol)
-    drive = drive_pair(policy, scene, pair, seed, registry.parse_options(options))
+    ends = numbers("start", start), numbers("goal", goal)
+    drive = drive_pair(policy, scene, pair, seed, registry.parse_options(options), *ends)
     print(episode_outcome(drive.row))
     written(film.save_film(tqdm(film.film(scene, drive.route, width, height, quality), "film", len(drive.route)), out))
     return complaints([drive.row.error] if drive.row.error else [])

@@ -7,6 +7,8 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
+from labgym.errors import OptionError
+
 LayoutName = Positional[Annotated[str, arg(metavar="LAYOUT")]]
 """A layout's .json file, or the id of a published layout."""
 
@@ -19,3 +21,17 @@ OptionalPath = Annotated[Path | None, arg(metavar="PATH", help_behavior_hint="")
 Texts = Annotated[tuple[str, ...], arg(metavar="STR [STR ...]", help_behavior_hint="")]
 PolicyOptions = Annotated[tuple[str, ...], arg(metavar="NAME=VALUE [...]", help_behavior_hint="")]
 Folders = Positional[Annotated[tuple[Path, ...], arg(metavar="FOLDER [FOLDER ...]", help_behavior_hint="(required)")]]
+
+
+def numbers(name: str, text: str | None) -> tuple[float, ...] | None:
+    """Return the numbers in a text such as 1.5,2,0; None for None.
+
+    Raises:
+        OptionError: a part of the text is not a number.
+    """
+    if text is None:
+        return None
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise OptionError(f"--{name} {text[:60]!r} must be numbers with commas between them, such as 1.5,2,0") from None

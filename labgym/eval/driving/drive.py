@@ -13,19 +13,16 @@ from numpy.typing import NDArray
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.robot import ROBOT
-from labgym.envs.tasks import goal_pair
 from labgym.errors import LabgymError
+from labgym.eval.driving.assignments import Assignment, assignment_between, assignments
 from labgym.eval.driving.episode_row import EpisodeRow, Pose
 from labgym.eval.driving.navigation_metrics import soft_spl, spl
 from labgym.eval.driving.suites import Suite, suite_of
 from labgym.geometry import rotate, wrap_angle
 from labgym.layouts import Layout
-from labgym.navigation import GoalPair, goal_pairs
 from labgym.policies import EpisodeStart, GroundTruth, Policy, make_policy
 
 Route = tuple[Pose, ...]
-Key = tuple[str, int]
-"""Layout id and index of the goal pair: identifies an episode within an evaluation."""
 Info = dict[str, Any]
 
 
@@ -54,44 +51,50 @@ class PolicyError(LabgymError):
 def drive_layout(
     policy: Policy, layout: Layout, suite: Suite, label: str, seed: int, stopped: Callable[[], bool] = lambda: False
 ) -> tuple[Drive, ...]:
-    """Drive every goal pair of a layout once.
+    """Drive every goal pair of a layout, each as often as the suite says.
 
     Args:
         policy: the policy.
         layout: the layout; its protocol gives the goal pairs.
         suite: the rules.
         label: name of the policy in the rows.
-        seed: random seed of the evaluation; an episode's randomness depends only on it, on the layout's hash and on
-            the pair.
+        seed: random seed of the evaluation; an episode's randomness depends only on it, on the layout's hash, on the
+            pair and on the repeat.
         stopped: called before each control step; returns whether to stop.
 
     Raises:
         Stopped: `stopped` returned true.
     """
-    return drive_pairs(policy, layout, goal_pairs(layout), suite, label, seed, stopped)
+    return drive_episodes(policy, layout, assignments(layout, suite), suite, label, seed, stopped)
 
 
-def drive_pairs(
+def drive_episodes(
     policy: Policy,
     layout: Layout,
-    pairs: Sequence[GoalPair],
+    episodes: Sequence[Assignment],
     suite: Suite,
     label: str,
     seed: int,
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[Drive, ...]:
-    """Drive the selected goal pairs of a layout, each as in `drive_layout`."""
+    """Drive the selected episodes of a layout, each as in `drive_layout`."""
     env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt)
     try:
-        return tuple(_Episode(env, policy, layout, pair, suite, seed).run(label, stopped) for pair in pairs)
+        return tuple(_Episode(env, policy, layout, episode, suite, seed).run(label, stopped) for episode in episodes)
     finally:
         env.close()
 
 
 def drive_pair(
-    policy: str, layout: Layout, pair: int, seed: int = 0, options: Mapping[str, Any] | None = None
+    policy: str,
+    layout: Layout,
+    pair: int = 0,
+    seed: int = 0,
+    options: Mapping[str, Any] | None = None,
+    start: Sequence[float] | None = None,
+    goal: Sequence[float] | None = None,
 ) -> Drive:
-    """Drive one goal pair of a layout under the rules of the published suites.
+    """Drive one goal pair of a layout, or between two points, under the rules of the published suites.
 
     Args:
         policy: a name for `make_policy`.
@@ -99,15 +102,17 @@ def drive_pair(
         pair: index into `goal_pairs(layout)`.
         seed: random seed of the evaluation, as in `drive_layout`.
         options: arguments for `make_policy`.
+        start, goal: (x, y, yaw) and (x, y) or (x, y, yaw) that replace the ends of the pair; meters and radians, room
+            frame. If both are passed, the layout needs no goal pair.
 
     Raises:
-        OptionError: the layout has no goal pair.
+        OptionError: the layout has no goal pair, or the robot cannot drive from start to goal.
         UnknownNameError: no goal pair has that index.
     """
-    task = goal_pair(layout, pair)
+    episode = assignment_between(layout, pair, start, goal)
     driver = make_policy(policy, **(options or {}))
     try:
-        (drive,) = drive_pairs(driver, layout, (task,), suite_of([layout]), policy, seed)
+        (drive,) = drive_episodes(driver, layout, (episode,), suite_of([layout]), policy, seed)
     finally:
         driver.close()
     return drive
@@ -117,11 +122,12 @@ class _Episode:
     """An episode in progress."""
 
     def __init__(
-        self, env: LabPointNavEnv, policy: Policy, layout: Layout, pair: GoalPair, suite: Suite, seed: int
+        self, env: LabPointNavEnv, policy: Policy, layout: Layout, episode: Assignment, suite: Suite, seed: int
     ) -> None:
-        self._env, self._policy, self._layout, self._pair = env, policy, layout, pair
-        self._suite, self._seed = suite, seed
-        self._entropy = np.random.SeedSequence([seed, int(layout.hash[:16], 16), pair.index])
+        self._env, self._policy, self._layout, self._pair = env, policy, layout, episode.pair
+        self._assignment, self._suite, self._seed = episode, suite, seed
+        numbers = (episode.pair.index, episode.repeat) if episode.repeat else (max(0, episode.pair.index),)
+        self._entropy = np.random.SeedSequence([seed, int(layout.hash[:16], 16), *numbers])
         self._seconds = 0.0
         self._steps = 0
         self._poses: list[Pose] = []
@@ -130,7 +136,7 @@ class _Episode:
     def run(self, label: str, stopped: Callable[[], bool]) -> Drive:
         """Drive to the end and return the results."""
         env_seed = int(self._entropy.generate_state(1)[0])
-        observation, info = self._env.reset(seed=env_seed, options={"pair": self._pair.index})
+        observation, info = self._env.reset(seed=env_seed, options=dict(self._assignment.options))
         initial = float(info["distance"])
         self._note(info)
         error: str | None = None
@@ -198,6 +204,7 @@ class _Episode:
             layout_hash=self._layout.hash,
             protocol=self._layout.protocol_id,
             pair=self._pair.index,
+            repeat=self._assignment.repeat,
             policy=label,
             seed=self._seed,
             start=self._pair.start,

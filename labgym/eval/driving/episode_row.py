@@ -11,6 +11,8 @@ from pydantic import Field, ValidationError
 from labgym.documents import Record
 
 Pose = tuple[float, float, float]
+Key = tuple[str, int, int]
+"""Layout id, index of the goal pair and number of the repeat: identifies an episode within an evaluation."""
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Length = Annotated[float, Field(ge=0.0)]
 Count = Annotated[int, Field(ge=0)]
@@ -22,9 +24,10 @@ class EpisodeRow(Record):
     Attributes:
         suite: name and version of the suite. split: its split, None for layouts passed by hand.
         layout, layout_hash, protocol: the layout and the protocol that gives the goal pairs.
-        pair: index into `goal_pairs(layout)`.
+        pair: index into `goal_pairs(layout)`; -1 for a drive between two points. repeat: number of the repeat of this
+            pair, from 0.
         policy: label of the policy. seed: random seed of the evaluation.
-        start, goal: poses (x, y, yaw) in the room frame, meters and radians.
+        start, goal: poses (x, y, yaw) in the room frame, meters and radians; the start with its jitter.
         success: whether the robot's center came within the suite's success distance of the goal before the time limit,
             by the suite's rules.
         spl, soft_spl: see `navigation_metrics`; None if no path exists for a disc of the planning radius, and in suites
@@ -45,7 +48,8 @@ class EpisodeRow(Record):
     layout: str
     layout_hash: str
     protocol: str | None
-    pair: Count
+    pair: Annotated[int, Field(ge=-1)]
+    repeat: Count = 0
     policy: str
     seed: int
     start: Pose
@@ -65,9 +69,9 @@ class EpisodeRow(Record):
     navdp_spl: Share | None = None
 
     @property
-    def key(self) -> tuple[str, int]:
-        """Layout id and pair: identifies the episode within an evaluation."""
-        return self.layout, self.pair
+    def key(self) -> Key:
+        """Layout id, pair and repeat: identifies the episode within an evaluation."""
+        return self.layout, self.pair, self.repeat
 
 
 def row_line(row: EpisodeRow) -> str:

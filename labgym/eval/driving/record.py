@@ -46,8 +46,8 @@ class NavigationSummary(Document):
         sensors: the policy's observation; None in summaries older than this field.
         seed: random seed of the evaluation and of the intervals.
         layouts: hashes by layout id, in the suite's order.
-        episodes: number of rows. expected: number of goal pairs of the suite.
-        errors: episodes in which the policy raised an exception. unreachable: goal pairs without a path (no SPL).
+        episodes: number of rows. expected: number of episodes of the suite.
+        errors: episodes in which the policy raised an exception. unreachable: episodes without a path (no SPL).
         complete: whether every episode was driven.
         metrics: estimates by name, in the order of `navigation_metrics.METRICS`.
         arguments: further arguments of `evaluate`, defaults included.

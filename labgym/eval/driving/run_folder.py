@@ -9,8 +9,8 @@ from pathlib import Path
 
 from labgym.documents import append_text, write_text
 from labgym.errors import OptionError
-from labgym.eval.driving.drive import Drive, Key, Route
-from labgym.eval.driving.episode_row import read_rows, row_line
+from labgym.eval.driving.drive import Drive, Route
+from labgym.eval.driving.episode_row import Key, read_rows, row_line
 from labgym.eval.driving.record import EvaluationIdentity, NavigationSummary
 
 
@@ -26,11 +26,11 @@ class RunFolder:
     def __init__(self, folder: Path | None, identity: EvaluationIdentity, overwrite: bool = False) -> None:
         self._folder, self._identity, self._overwrite = folder, identity, overwrite
 
-    def resume(self, expected: dict[str, tuple[str, int]]) -> dict[Key, Drive]:
+    def resume(self, expected: dict[str, tuple[str, tuple[Key, ...]]]) -> dict[Key, Drive]:
         """Return the episodes that need not be driven again: those of complete, unchanged layouts.
 
         Args:
-            expected: hash and number of goal pairs of each layout, by layout id.
+            expected: hash and episodes of each layout, by layout id.
 
         Raises:
             OptionError: the folder holds episodes of another evaluation or of other code, and `overwrite` is off.
@@ -63,7 +63,7 @@ class RunFolder:
         if self._folder is None:
             return
         places = {layout: place for place, layout in enumerate(summary.layouts)}
-        self._write([done[key] for key in sorted(done, key=lambda key: (places[key[0]], key[1]))])
+        self._write([done[key] for key in sorted(done, key=lambda key: (places[key[0]], *key[1:]))])
         summary.save(self._folder / "summary.json")
 
     def _write(self, drives: Sequence[Drive]) -> None:
@@ -89,14 +89,14 @@ def folder_name(policy: str) -> str:
 
 
 def read_routes(path: str | Path) -> dict[Key, Route]:
-    """Return the routes in a `routes.jsonl` by layout id and pair; lines that cannot be read are skipped."""
+    """Return the routes in a `routes.jsonl` by episode; lines that cannot be read are skipped."""
     path = Path(path)
     routes: dict[Key, Route] = {}
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else ():
         try:
             data = json.loads(line)
             poses = tuple((float(x), float(y), float(yaw)) for x, y, yaw in data["poses"])
-            routes[str(data["layout"]), int(data["pair"])] = poses
+            routes[str(data["layout"]), int(data["pair"]), int(data.get("repeat", 0))] = poses
         except (ValueError, KeyError, TypeError):
             continue
     return routes
@@ -110,17 +110,17 @@ def _refusal(folder: Path, previous: EvaluationIdentity, differences: Sequence[s
 
 def _route_line(drive: Drive) -> str:
     poses = [[round(value, 3) for value in pose] for pose in drive.route]
-    return json.dumps({"layout": drive.row.layout, "pair": drive.row.pair, "poses": poses}) + "\n"
+    layout, pair, repeat = drive.row.key
+    return json.dumps({"layout": layout, "pair": pair, "repeat": repeat, "poses": poses}) + "\n"
 
 
-def _complete(drives: Sequence[Drive], expected: dict[str, tuple[str, int]]) -> dict[Key, Drive]:
+def _complete(drives: Sequence[Drive], expected: dict[str, tuple[str, tuple[Key, ...]]]) -> dict[Key, Drive]:
     """Return the episodes of unchanged layouts all of whose episodes are present."""
     unchanged = {
         drive.row.key: drive
         for drive in drives
         if drive.row.layout in expected and drive.row.layout_hash == expected[drive.row.layout][0]
     }
-    whole = {
-        layout for layout, (_, count) in expected.items() if all((layout, pair) in unchanged for pair in range(count))
+    return {
+        key: unchanged[key] for _, keys in expected.values() if all(key in unchanged for key in keys) for key in keys
     }
-    return {key: drive for key, drive in unchanged.items() if key[0] in whole and key[1] < expected[key[0]][1]}

@@ -1,4 +1,4 @@
-"""The evaluator: drives a policy once over every goal pair of every layout of a suite."""
+"""The evaluator: drives a policy over every goal pair of every layout of a suite."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from tqdm import tqdm
 
 from labgym.documents import canonical_hash
 from labgym.errors import LabgymError, OptionError
-from labgym.eval.driving.drive import Drive, Key, Route
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.assignments import episode_keys
+from labgym.eval.driving.drive import Drive, Route
+from labgym.eval.driving.episode_row import EpisodeRow, Key
 from labgym.eval.driving.navigation_metrics import summarise
 from labgym.eval.driving.record import EvaluationIdentity, EvaluationProvenance, NavigationSummary, provenance
 from labgym.eval.driving.run_folder import RunFolder
-from labgym.eval.driving.suites import Suite, load_suite, suite_of
+from labgym.eval.driving.suites import Jitter, Suite, load_suite, suite_of
 from labgym.eval.driving.workers import Job, PolicySource, run_jobs
 from labgym.layouts import Layout
-from labgym.navigation import goal_pairs
 from labgym.policies import Policy
 from labgym.policies.policy import Sensors
 from labgym.policies.registry import is_class_place
@@ -34,7 +34,7 @@ class NavigationReport:
     Attributes:
         summary: metrics with intervals, and the record of the evaluation; `summary.json`.
         rows: episodes in the suite's order; `episodes.jsonl`.
-        routes: poses (x, y, yaw) of the robot in meters and radians, by layout id and pair; `routes.jsonl`.
+        routes: poses (x, y, yaw) of the robot in meters and radians, by layout id, pair and repeat; `routes.jsonl`.
     """
 
     summary: NavigationSummary
@@ -55,8 +55,10 @@ def evaluate(
     progress: bool = True,
     options: dict[str, Any] | None = None,
     overwrite: bool = False,
+    repeats: int | None = None,
+    jitter: Jitter | None = None,
 ) -> NavigationReport:
-    """Drive every goal pair of every layout of a suite once and return the results.
+    """Drive every goal pair of every layout of a suite, each as often as the suite says, and return the results.
 
     Apart from the measured planning time, the results do not depend on the number of workers.
 
@@ -71,6 +73,8 @@ def evaluate(
         progress: whether to show a progress bar.
         options: arguments for `make_policy`.
         overwrite: replace the results in `out` if they belong to another evaluation or to other code.
+        repeats: number of episodes per goal pair; None takes the suite's.
+        jitter: displacement of every start; None takes the suite's.
 
     Raises:
         UnknownNameError: the suite or the policy does not exist.
@@ -80,6 +84,7 @@ def evaluate(
     _check_at_least("workers", workers, 1)
     _check_at_least("seed", seed, 0)
     suite, layouts = _resolved(suite)
+    suite = suite.repeated(repeats, jitter)
     source = _source(policy, dict(options or {}))
     driver = source.make()
     if isinstance(policy, str) and is_class_place(policy):
@@ -118,9 +123,9 @@ class _Run:
     arguments: dict[str, Any]
 
     @cached_property
-    def expected(self) -> dict[str, tuple[str, int]]:
-        """Hash and number of goal pairs of each layout by id."""
-        return {layout.id: (layout.hash, len(goal_pairs(layout))) for layout in self.layouts}
+    def expected(self) -> dict[str, tuple[str, tuple[Key, ...]]]:
+        """Hash and episodes of each layout by id."""
+        return {layout.id: (layout.hash, episode_keys(layout, self.suite)) for layout in self.layouts}
 
     @property
     def identity(self) -> EvaluationIdentity:
@@ -136,11 +141,11 @@ class _Run:
 
     def drive(self, done: dict[Key, Drive], folder: RunFolder, workers: int, progress: bool) -> None:
         """Drive the remaining episodes and add them to `done`, layout by layout."""
-        total = sum(count for _, count in self.expected.values())
+        total = sum(len(keys) for _, keys in self.expected.values())
         jobs = [
             Job(self.source, layout, self.suite, self.seed)
             for layout in self.layouts
-            if any((layout.id, pair) not in done for pair in range(self.expected[layout.id][1]))
+            if any(key not in done for key in self.expected[layout.id][1])
         ]
         with tqdm(total=total, initial=len(done), desc=self.source.label, unit="ep", disable=not progress) as bar:
             for _, drives in run_jobs(jobs, workers):
@@ -150,7 +155,7 @@ class _Run:
 
     def report(self, done: dict[Key, Drive]) -> NavigationReport:
         """Return the report on the finished episodes."""
-        keys = [(layout, pair) for layout, (_, count) in self.expected.items() for pair in range(count)]
+        keys = [key for _, layout_keys in self.expected.values() for key in layout_keys]
         drives = [done[key] for key in keys if key in done]
         rows = tuple(drive.row for drive in drives)
         summary = NavigationSummary(

@@ -9,13 +9,14 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from labgym.artefacts import artefacts
-from labgym.documents import Document, Record
-from labgym.errors import UnknownNameError
+from labgym.documents import Document, Record, canonical_hash
+from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, load_published, published
 
 ALIASES = {"lab30": "test"}
 """Other names of suites: lab30 is the suite of the 30 published test layouts."""
 
+MAX_REPEATS = 1000
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
 
 
@@ -33,8 +34,22 @@ class Stuck(Record):
     distance: Annotated[float, Field(gt=0.0, le=5.0)]
 
 
+class Jitter(Record):
+    """Random displacement of the start of every episode, so that one chaotic episode does not decide a table.
+
+    Attributes:
+        distance: radius of the disc around the pair's start in which positions are drawn, meters.
+        angle: largest deviation of the heading in both directions, degrees.
+        seed: random seed of the starts; they do not depend on the seed of the evaluation.
+    """
+
+    distance: Annotated[float, Field(ge=0.0, le=1.0)] = 0.02
+    angle: Annotated[float, Field(ge=0.0, le=180.0)] = 2.0
+    seed: Annotated[int, Field(ge=0, le=2**53)] = 0
+
+
 class Suite(Document):
-    """An evaluation suite: every goal pair of every layout once, in order.
+    """An evaluation suite: every goal pair of every layout, in order, each `repeats` times.
 
     Attributes:
         name, version: reports print both; the version rises with every change that changes results.
@@ -45,6 +60,8 @@ class Suite(Document):
         success_distance: an episode succeeds when the robot's center comes within this distance of the goal, meters;
             with `arrival`, when it is within this distance at the end.
         control_dt: duration of a control step, seconds.
+        repeats: number of episodes per goal pair.
+        jitter: displacement of every episode's start; None starts every episode at the pair's start.
         arrival, stuck: further rules that end an episode; None if only success ends it.
         metrics: "touchstone", or "navdp" for the metrics of the NavDP benchmark. Suites with `arrival`, `stuck` or
             another control step must use "navdp", whose metrics have separate names, so that tables never mix both.
@@ -60,6 +77,8 @@ class Suite(Document):
     max_steps: Annotated[int, Field(ge=1, le=100_000)] = 600
     success_distance: Annotated[float, Field(gt=0.0, le=5.0)] = 0.5
     control_dt: Annotated[float, Field(ge=0.025, le=1.0)] = 0.1
+    repeats: Annotated[int, Field(ge=1, le=MAX_REPEATS)] = 1
+    jitter: Jitter | None = None
     arrival: Arrival | None = None
     stuck: Stuck | None = None
     metrics: Literal["touchstone", "navdp"] = "touchstone"
@@ -76,6 +95,21 @@ class Suite(Document):
     def label(self) -> str:
         """Name and version, as reports print them."""
         return f"{self.name}/{self.version}"
+
+    def repeated(self, repeats: int | None = None, jitter: Jitter | None = None) -> Suite:
+        """Return the suite with other repeats, another jitter or both, and a name that says so.
+
+        Raises:
+            OptionError: `repeats` is not between 1 and 1000.
+        """
+        repeats = self.repeats if repeats is None else repeats
+        jitter = self.jitter if jitter is None else jitter
+        if (repeats, jitter) == (self.repeats, self.jitter):
+            return self
+        if isinstance(repeats, bool) or not isinstance(repeats, int) or not 1 <= repeats <= MAX_REPEATS:
+            raise OptionError(f"repeats is {repeats!r}, expected a whole number from 1 to {MAX_REPEATS}")
+        name = f"{self.name[:40]}-{repeats}x" + ("" if jitter is None else f"-{canonical_hash(dict(jitter))[:6]}")
+        return self.model_copy(update={"name": name, "repeats": repeats, "jitter": jitter})
 
     def load_layouts(self) -> tuple[Layout, ...]:
         """Return the suite's layouts in order.

@@ -11,7 +11,7 @@ import numpy as np
 from labgym.errors import DocumentError, LabgymError
 from labgym.eval.drawing.plan_drawing import Trace
 from labgym.eval.driving.drive import Route
-from labgym.eval.driving.episode_row import EpisodeRow, read_rows
+from labgym.eval.driving.episode_row import EpisodeRow, Key, read_rows
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.run_folder import read_routes
 from labgym.eval.scoring.layout_report import LayoutReport
@@ -25,7 +25,7 @@ class Evaluation:
     folder: Path
     summary: NavigationSummary
     rows: tuple[EpisodeRow, ...]
-    routes: dict[tuple[str, int], Route]
+    routes: dict[Key, Route]
 
     @classmethod
     def read(cls, folder: Path) -> Evaluation:

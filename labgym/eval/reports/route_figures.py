@@ -109,4 +109,5 @@ def _draw_drive(axes: Axes, layout: Layout, row: EpisodeRow, route: Route) -> No
     outcome = (
         f"SPL {row.spl:.2f}" if row.success and row.spl is not None else f"failed, {row.final_distance:.1f} m left"
     )
-    axes.set_title(f"{row.layout} {row.pair}\n{outcome}", fontsize=7)
+    repeat = f", repeat {row.repeat}" if row.repeat else ""
+    axes.set_title(f"{row.layout} {row.pair}{repeat}\n{outcome}", fontsize=7)

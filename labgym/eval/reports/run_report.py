@@ -13,7 +13,7 @@ from labgym.eval.reports.tables import LAYOUT_COLUMNS, layout_table, leaderboard
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import aggregate
 from labgym.layouts import Layout
-from labgym.navigation import goal_pairs
+from labgym.navigation import GoalPair, goal_pairs
 from labgym.table import Table, number
 
 
@@ -103,7 +103,7 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
     pairs = goal_pairs(layout) if layout.protocol else ()
     rows = [
         (
-            f"{readable_name(pairs[row.pair].start_location)} → {readable_name(pairs[row.pair].goal_location)}",
+            _drive(pairs[row.pair], row.repeat, one.summary.suite.repeats),
             row.policy,
             "goal reached" if row.success else f"policy failed: {row.error}" if row.error else "time limit reached",
             number(row.spl, 3),
@@ -118,6 +118,12 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
     ]
     columns = ("goal pair", "policy", "outcome", "SPL", "driven, m", "shortest, m", "time, s", "contact steps")
     return Table(f"{len(rows)} episodes", columns, tuple(sorted(rows, key=lambda row: row[0]))) if rows else None
+
+
+def _drive(pair: GoalPair, repeat: int, repeats: int) -> str:
+    """Return the ends of a goal pair, with the number of the repeat if there are several."""
+    ends = f"{readable_name(pair.start_location)} → {readable_name(pair.goal_location)}"
+    return ends if repeats == 1 else f"{ends} ({repeat + 1} of {repeats})"
 
 
 def _view_caption(results: ResultsFolder, name: str) -> str:
