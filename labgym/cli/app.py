@@ -1,7 +1,7 @@
 """Generate chemistry laboratories from protocols and benchmark robot navigation in them.
 
 `labgym run` runs the whole pipeline; each other command runs one stage of it. `labgym --version` prints the version.
-Exit codes: 0 done, 1 a check or a policy failed, 2 bad input.
+Exit codes: 0 done, 1 a check or a policy failed, 2 bad input, 130 Ctrl-C, 143 SIGTERM.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -31,8 +32,9 @@ from labgym.cli.arguments import (
     numbers,
 )
 from labgym.cli.assets import assets_app
-from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, INTERRUPTED, complaints, findings, written
+from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, findings, written
 from labgym.cli.protocols import protocols_app
+from labgym.cli.signals import Terminated, raise_termination
 from labgym.cli.training import ablate_app, card_app, data, train_app
 from labgym.errors import LabgymError, OptionError
 from labgym.pipeline import RunConfig
@@ -415,7 +417,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if words and words[0] in GROUPS:
         words[1:] = GROUPS[words[0]].named(words[1:])
     try:
-        return int(app.cli(prog="labgym", description=__doc__, args=words or ["--help"], config=(FlagCreatePairsOff,)))
+        with raise_termination():
+            return int(
+                app.cli(prog="labgym", description=__doc__, args=words or ["--help"], config=(FlagCreatePairsOff,))
+            )
     except LabgymError as error:
         return _fail(str(error))
     except BrokenPipeError:
@@ -424,9 +429,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return DONE
     except OSError as error:
         return _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-    except KeyboardInterrupt:
-        print("labgym: interrupted; finished work is kept", file=sys.stderr)
-        return INTERRUPTED
+    except KeyboardInterrupt as error:
+        number = error.number if isinstance(error, Terminated) else signal.SIGINT
+        name = f" by {signal.Signals(number).name}" if isinstance(error, Terminated) else ""
+        print(f"labgym: interrupted{name}; finished work is kept", file=sys.stderr)
+        return SIGNALED + number
 
 
 def _allow_local_modules() -> None:

@@ -6,7 +6,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+SIGNALED = 128
+"""Exit code after a signal, minus the signal's number."""
 
 
 def written(path: Path) -> int:

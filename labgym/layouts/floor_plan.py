@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -123,7 +124,7 @@ def solve(brief: Brief, room: Room, seed: int, lifted: Iterable[str] = (), effor
     solver.parameters.max_deterministic_time = effort
     solver.parameters.cp_model_presolve = True
     solver.parameters.relative_gap_limit = GAP_LIMIT
-    status = solver.solve(program.model)
+    status = search(solver, program.model)
     if status == cp_model.UNKNOWN:
         return Solution("stopped", {})
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
@@ -131,6 +132,22 @@ def solve(brief: Brief, room: Room, seed: int, lifted: Iterable[str] = (), effor
     poses = {unit_id: _fixed_pose(placement) for unit_id, placement in brief.fixed.items()}
     poses |= {piece.unit.id: _pose(piece, solver, room) for piece in program.pieces}
     return Solution("solved", poses)
+
+
+def search(solver: cp_model.CpSolver, model: cp_model.CpModel) -> cp_model.CpSolverStatus:
+    """Run a solver and return its status. Ctrl-C and other signals stop it and reach the caller as exceptions.
+
+    By itself the solver would end at Ctrl-C as at its effort limit, and a layout would depend on the interruption. It
+    runs in a thread, because Python handles signals in the main thread only between two of its own instructions.
+    """
+    solver.parameters.catch_sigint_signal = False
+    with ThreadPoolExecutor(1) as thread:
+        status = thread.submit(solver.solve, model)
+        try:
+            return status.result()
+        except BaseException:
+            solver.stop_search()
+            raise
 
 
 class _Program:

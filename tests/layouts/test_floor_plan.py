@@ -1,16 +1,21 @@
 """The constraint program and what feeds it, checked by polygons."""
 
+import os
+import random
+import signal
+import threading
 from itertools import combinations
 
 import numpy as np
 import pytest
+from ortools.sat.python import cp_model
 from shapely import Polygon, box
 
 from labgym.assets import Catalog, incompatible
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Separation, Unit
 from labgym.layouts.cabinets import plan_cabinets
-from labgym.layouts.floor_plan import solve
+from labgym.layouts.floor_plan import search, solve
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import Door, Room
 from labgym.layouts.request import Request
@@ -87,3 +92,17 @@ def test_no_cabinet_holds_two_reagents_that_must_not_meet(name):
             assert incompatible(first, second) is None
         kind = cabinet.asset.storage_class
         assert all(reagent.chemistry.storage_class == kind for reagent in cabinet.reagents)
+
+
+def test_ctrl_c_during_a_search_is_not_a_result_of_the_search():
+    model, generator = cp_model.CpModel(), random.Random(0)
+    boxes = [[model.new_int_var(0, limit, "") for limit in (1000, 60)] for _ in range(60)]
+    spans = [[model.new_fixed_size_interval_var(at, generator.randint(5, 20), "") for at in box] for box in boxes]
+    model.add_no_overlap_2d([span[0] for span in spans], [span[1] for span in spans])
+    model.minimize(sum(generator.randint(1, 9) * box[0] - generator.randint(1, 9) * box[1] for box in boxes))
+    solver = cp_model.CpSolver()
+    solver.parameters.num_workers = 1
+    solver.parameters.max_deterministic_time = 600.0
+    threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        search(solver, model)
