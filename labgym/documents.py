@@ -5,11 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
+from pydantic_core import CoreSchema
 
 from labgym.errors import DocumentError
 from labgym.temporary import temporary_file
@@ -18,14 +20,45 @@ MAX_BYTES = 32 * 1024 * 1024
 MAX_DEPTH = 32
 MAX_MAGNITUDE = 1e9
 MAX_INTEGER = 2**53
-MAX_CONTAINERS = 1_000_000
-"""Largest number of lists and objects in a document: empty ones need thirty times their size in memory."""
+MAX_ELEMENTS = 1_000_000
+"""Largest number of values in a document, counted by the commas and opening brackets outside its texts.
+
+CPython needs up to 200 bytes for each (an object with one field), so that a document of 32 MB takes at most 200 MB for
+its values and 300 MB for its texts. The largest published document has 8 661 values.
+"""
+MAX_FIELDS = 100_000
+"""Largest number of fields of one object."""
+_TEXT = re.compile(rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\\?\Z)', re.DOTALL)
+"""A JSON text; one that is not closed ends with the document, so that matching takes linear time."""
+
+
+def _stop_at_first_fault(schema: Any) -> None:
+    """Let the lists of a pydantic schema stop at their first invalid item; nested records have done so themselves."""
+    if isinstance(schema, dict):
+        if schema.get("type") in ("list", "tuple", "set", "frozenset"):
+            schema["fail_fast"] = True
+        for key, part in schema.items():
+            if key not in ("cls", "metadata", "serialization") and isinstance(part, dict | list):
+                _stop_at_first_fault(part)
+    elif isinstance(schema, list):
+        for part in schema:
+            _stop_at_first_fault(part)
 
 
 class Record(BaseModel):
     """A frozen part of a document; unknown fields and non-finite numbers are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, str_max_length=20_000)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: type[BaseModel], handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Return pydantic's schema, with lists that report their first invalid item only.
+
+        A report on every item of a hostile list takes a kilobyte an item.
+        """
+        schema = handler(source)
+        _stop_at_first_fault(schema)
+        return schema
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """Return a copy with some fields replaced; cached properties of the original are not copied."""
@@ -102,7 +135,7 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
     Raises:
         DocumentError: the file is missing, not a regular file, too large, not UTF-8 or not JSON; a number is not
             finite or exceeds 1e9 in magnitude (2^53 for integers); the nesting exceeds 32 levels; or there are more
-            than a million lists and objects.
+            than a million values.
     """
     path = Path(path)
     if not path.is_file():
@@ -118,23 +151,35 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
 
 
 def parse_json(raw: bytes, source: object) -> Any:
-    """Return the data in JSON bytes from `source`, within bounds of depth, magnitude and number of containers.
+    """Return the data in JSON bytes from `source`, within bounds of depth, magnitude and number of values.
 
     Raises:
         DocumentError: as `read_json`; names the source.
     """
-    if raw.count(b"[") + raw.count(b"{") > MAX_CONTAINERS:
-        raise DocumentError(source, "", f"more than {MAX_CONTAINERS} lists and objects")
+    data = load_json(raw, source)
+    _check_bounds(data, source)
+    return data
+
+
+def load_json(raw: bytes, source: object, most: int = MAX_ELEMENTS) -> Any:
+    """Return the data in JSON bytes from `source`, after a check that their values fit in memory.
+
+    Args:
+        most: largest number of values.
+
+    Raises:
+        DocumentError: not UTF-8, not JSON, nested too deeply, or more values than `most`; names the source.
+    """
+    if _has_more(raw, most):
+        raise DocumentError(source, "", f"more than {most} values; split it into several files")
     try:
-        data = json.loads(raw.decode("utf-8"), parse_constant=float)
+        return json.loads(raw.decode("utf-8"), parse_constant=float)
     except RecursionError:
         raise DocumentError(source, "", f"nested deeper than {MAX_DEPTH} levels") from None
     except UnicodeDecodeError:
         raise DocumentError(source, "", "not UTF-8 text") from None
     except ValueError as error:
         raise DocumentError(source, "", f"not valid JSON ({error})") from None
-    _check_bounds(data, source)
-    return data
 
 
 def write_json(path: str | Path, data: Any) -> Path:
@@ -205,6 +250,19 @@ def _naming(error: OSError, path: Path) -> OSError:
     return OSError(error.errno, error.strerror, str(path))
 
 
+def _has_more(raw: bytes, most: int) -> bool:
+    """Return whether JSON bytes hold more than `most` values; takes no memory."""
+    if sum(map(raw.count, (b",", b"[", b"{"))) <= most:
+        return False
+    at = values = 0
+    for text in _TEXT.finditer(raw):
+        values += sum(raw.count(mark, at, text.start()) for mark in (b",", b"[", b"{"))
+        at = text.end()
+        if values > most:
+            return True
+    return values + sum(raw.count(mark, at) for mark in (b",", b"[", b"{")) > most
+
+
 def _check_bounds(data: Any, source: object) -> None:
     fault = _first_fault(data, 1)
     if fault is not None:
@@ -220,6 +278,8 @@ def _first_fault(value: Any, depth: int) -> tuple[list[str], str] | None:
     if depth > MAX_DEPTH:
         return [], f"nested deeper than {MAX_DEPTH} levels"
     if isinstance(value, dict | list):
+        if isinstance(value, dict) and len(value) > MAX_FIELDS:
+            return [], f"has {len(value)} fields; at most {MAX_FIELDS} are read"
         for key, item in value.items() if isinstance(value, dict) else enumerate(value):
             fault = _first_fault(item, depth + 1)
             if fault is not None:

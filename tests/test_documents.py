@@ -6,8 +6,9 @@ import re
 import tracemalloc
 
 import pytest
+from pydantic import Field
 
-from labgym.documents import MAX_CONTAINERS, Document, append_text, parse_json, read_json, write_bytes
+from labgym.documents import MAX_ELEMENTS, MAX_FIELDS, Document, append_text, parse_json, read_json, write_bytes
 from labgym.errors import DocumentError
 
 
@@ -45,11 +46,47 @@ def test_a_missing_or_other_schema_is_named_with_the_expected_one(data, problem)
         Box.parse(data, "box.json")
 
 
-def test_a_file_of_empty_lists_takes_little_memory():
-    raw = b"[" + b"[]," * (4 * MAX_CONTAINERS) + b"[]]"
+@pytest.mark.parametrize(
+    "value",
+    [b"[]", b"1", b'"a"', b'"\\\\"', b'{"a":1}', b"[[1]]"],
+    ids=["list", "number", "text", "escape", "object", "nested"],
+)
+def test_a_file_of_many_values_takes_little_memory(value):
+    raw = b"[" + (value + b",") * (2 * MAX_ELEMENTS) + value + b"]"
     tracemalloc.start()
-    with pytest.raises(DocumentError, match="more than 1000000 lists and objects"):
+    with pytest.raises(DocumentError, match=r"a.json: more than 1000000 values"):
         parse_json(raw, "a.json")
+    assert tracemalloc.get_traced_memory()[1] < 2**20
+    tracemalloc.stop()
+
+
+def test_a_text_that_never_closes_is_refused_in_linear_time():
+    with pytest.raises(DocumentError, match=r"a.json: not valid JSON"):
+        parse_json(b"[" + b'"' + b',\\"' * (2 * MAX_ELEMENTS), "a.json")
+
+
+def test_commas_and_brackets_within_texts_are_no_values():
+    text = "[{,]}" * MAX_ELEMENTS
+    assert parse_json(json.dumps({"notes": [text, '\\"[[']}).encode(), "a.json") == {"notes": [text, '\\"[[']}
+
+
+def test_an_object_of_too_many_fields_is_refused():
+    data = {f"field {k}": 1 for k in range(MAX_FIELDS + 1)}
+    with pytest.raises(DocumentError, match=r"a.json: field boxes: has 100001 fields; at most 100000 are read"):
+        parse_json(json.dumps({"boxes": data}).encode(), "a.json")
+
+
+def test_the_report_on_a_list_of_invalid_items_takes_little_memory():
+    class Boxes(Document):
+        SCHEMA = "labgym.boxes/1"
+
+        boxes: tuple[Box, ...] = ()
+        sizes: dict[str, list[float]] = Field(default_factory=dict)
+
+    wrong = {"schema": Boxes.SCHEMA, "boxes": [{}] * 100_000, "sizes": {"a": ["x"] * 100_000}}
+    tracemalloc.start()
+    with pytest.raises(DocumentError, match=r"field boxes.0"):
+        Boxes.parse(wrong)
     assert tracemalloc.get_traced_memory()[1] < 2**20
     tracemalloc.stop()
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import threading
+import time
 from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -17,18 +19,26 @@ from labgym import __version__
 from labgym.documents import parse_json
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.policies.http.forms import decode_form
+from labgym.policies.http.origin import browser_problem
 from labgym.policies.http.served import Frame, ServedPolicy, blank_frame
+from labgym.policies.http.slots import Budget, Slots, TimedReader
 from labgym.policies.http.wire import WireError, decode_color, decode_depth
 from labgym.policies.policy import Policy
 
 MAX_BODY = 64 * 1024 * 1024
 """Largest request, bytes."""
+MAX_BODIES = 2 * MAX_BODY
+"""Largest sum of the sizes of all requests that are read or answered at one time, bytes."""
+MAX_JSON = 1024 * 1024
+"""Largest JSON text of a request, bytes."""
 MAX_BATCH = 16
 """Largest number of robots of one server."""
 MAX_CONNECTIONS = 32
-"""Largest number of open connections; further ones are closed."""
-IDLE = 30.0
-"""Seconds without a byte after which a connection is closed."""
+"""Largest number of open connections; beyond it, the one that has waited longest for its request is closed."""
+REQUEST_TIME = 30.0
+"""Seconds within which a whole request must arrive; those before its first byte count."""
+ANSWER_TIME = 30.0
+"""Seconds within which a client must read an answer."""
 LARGEST = 1e5
 """Largest number in a request: goals, positions and focal lengths beyond it are refused."""
 
@@ -39,7 +49,7 @@ class NavigationServer(ThreadingHTTPServer):
     """Answers `/navigator_reset`, `/navigator_reset_env` and `/pointgoal_step`; one request drives at a time.
 
     Each robot of a batch has its own policy. `stop_threshold` is accepted and ignored: our policies have their own
-    thresholds. An answer has one trajectory per robot, with the value 0.
+    thresholds. An answer has one trajectory per robot, with the value 0. Requests of web browsers are refused.
 
     Args:
         make: returns a new policy.
@@ -57,7 +67,8 @@ class NavigationServer(ThreadingHTTPServer):
 
     def __init__(self, make: Callable[[], Policy], host: str = "127.0.0.1", port: int = 8888, seed: int = 0) -> None:
         self.fleet = _Fleet(make, seed)
-        self._slots = threading.BoundedSemaphore(MAX_CONNECTIONS)
+        self.slots, self.budget = Slots(MAX_CONNECTIONS), Budget(MAX_BODIES)
+        self.host = host
         if not 0 <= port <= 65535:
             raise OptionError(f"port is {port}, expected 0 to 65535")
         try:
@@ -79,8 +90,8 @@ class NavigationServer(ThreadingHTTPServer):
         self.server_name, self.server_port = str(self.server_address[0]), int(self.server_address[1])
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Accept a connection, or close it if there are too many."""
-        if not self._slots.acquire(blocking=False):
+        """Accept a connection, or close it if all others are being answered."""
+        if not self.slots.enter(request):
             self.shutdown_request(request)
             return
         super().process_request(request, client_address)
@@ -90,7 +101,7 @@ class NavigationServer(ThreadingHTTPServer):
         try:
             super().process_request_thread(request, client_address)
         finally:
-            self._slots.release()
+            self.slots.leave(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Ignore clients that have disconnected."""
@@ -171,13 +182,38 @@ class _Handler(BaseHTTPRequestHandler):
     server_version = f"labgym/{__version__}"
     sys_version = ""
     protocol_version = "HTTP/1.1"
-    timeout = IDLE
+
+    def setup(self) -> None:
+        """Read the connection with a time limit for each request."""
+        super().setup()
+        self.rfile.close()
+        self._reader = TimedReader(self.connection)
+        self.rfile = io.BufferedReader(self._reader)
+
+    def handle_one_request(self) -> None:
+        """Read a request within its time limit and answer it."""
+        self._reader.deadline = time.monotonic() + REQUEST_TIME
+        super().handle_one_request()
+        self.server.slots.answered(self.connection)
 
     def do_POST(self) -> None:
         """Answer a request of the protocol."""
+        size = self._size()
+        if size is None:
+            return
+        if not self.server.budget.take(size):
+            self.close_connection = True
+            self._refuse(HTTPStatus.SERVICE_UNAVAILABLE, "too many large requests at one time; send it again later")
+            return
+        try:
+            self._post(size)
+        finally:
+            self.server.budget.give_back(size)
+
+    def _post(self, size: int) -> None:
         fleet = self.server.fleet
         try:
-            body = self._body()
+            body = self._body(size)
             if self.path == "/navigator_reset":
                 fleet.reset(_object(body, self.path))
                 self._answer(HTTPStatus.OK, {"algo": fleet.name})
@@ -197,22 +233,39 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Return the name of the policy and the version."""
-        self._answer(HTTPStatus.OK, {"algo": self.server.fleet.name, "version": __version__})
+        if not self._is_from_browser():
+            self._answer(HTTPStatus.OK, {"algo": self.server.fleet.name, "version": __version__})
 
     def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002
         """Log nothing: there would be a line per frame."""
 
-    def _body(self) -> bytes:
+    def _size(self) -> int | None:
+        """Return the size of the request's body; refuse a request without a valid one, or of a web page."""
+        if self._is_from_browser():
+            return None
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or len(length) > 12 or "Transfer-Encoding" in self.headers:
+            problem = "the request has no valid Content-Length"
+        elif int(length) > MAX_BODY:
+            problem = f"the request has {length} bytes; at most {MAX_BODY} are read"
+        else:
+            return int(length)
+        self.close_connection = True
+        self._refuse(HTTPStatus.BAD_REQUEST, problem)
+        return None
+
+    def _is_from_browser(self) -> bool:
+        problem = browser_problem(self.headers, str(self.server.host))
+        if problem is not None:
             self.close_connection = True
-            raise WireError("the request has no valid Content-Length")
-        if int(length) > MAX_BODY:
-            self.close_connection = True
-            raise WireError(f"the request has {length} bytes; at most {MAX_BODY} are read")
-        body = self.rfile.read(int(length))
-        if len(body) < int(length):
+            self._refuse(HTTPStatus.FORBIDDEN, problem)
+        return problem is not None
+
+    def _body(self, size: int) -> bytes:
+        body = self.rfile.read(size)
+        if len(body) < size:
             raise ConnectionAbortedError
+        self.server.slots.request_complete(self.connection)
         return body
 
     def _refuse(self, status: HTTPStatus, problem: str) -> None:
@@ -220,6 +273,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answer(self, status: HTTPStatus, content: dict[str, Any]) -> None:
         data = json.dumps(content, allow_nan=False).encode()
+        self.connection.settimeout(ANSWER_TIME)
         self.send_response(status)
         self.send_header("Content-Type", "application/json")
         self.send_header("Content-Length", str(len(data)))
@@ -230,6 +284,8 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def _object(body: bytes, source: str) -> dict[str, Any]:
+    if len(body) > MAX_JSON:
+        raise WireError(f"{source}: {len(body)} bytes of JSON; at most {MAX_JSON} are read")
     content = parse_json(body, source)
     if not isinstance(content, dict):
         raise WireError(f"{source}: expected a JSON object")
