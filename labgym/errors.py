@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any
 
+_LINE_BREAK = re.compile(r"\s*[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]\s*")
+
 
 class LabgymError(Exception):
-    """Base of all errors that labgym raises deliberately; the message is one line."""
+    """Base of all errors that labgym raises deliberately; the message is one line.
+
+    Args:
+        arguments: the message; line breaks, as in values from a file, become spaces.
+    """
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*(_LINE_BREAK.sub(" ", each) if isinstance(each, str) else each for each in arguments))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Subclasses take other arguments than their message; without this they could not return from a worker process.
@@ -52,6 +62,7 @@ class UnknownNameError(LabgymError, KeyError):
             parts.append(f"available: {', '.join(names) or 'none'}")
         self.message = "; ".join([f"{kind} {str(name)[:80]!r} not found", *parts, *([remedy] if remedy else [])])
         super().__init__(self.message)
+        self.message = str(self.args[0])
 
     def __str__(self) -> str:
         return self.message

@@ -36,6 +36,21 @@ def test_an_error_is_one_line_and_a_labgym_error(error):
     assert len(str(error).splitlines()) == 1
 
 
+@pytest.mark.parametrize("breaks", ["\n", "\r\n", "\n\n  ", "\v", "\u2028", "\x85", "\x1d"])
+def test_line_breaks_of_values_do_not_reach_the_message(breaks):
+    name = f"a{breaks}b"
+    for error in (
+        LabgymError(f"policy {name}: unknown"),
+        OptionError(f"option {name} is unknown"),
+        DocumentError(f"{name}.json", name, f"bad {name}"),
+        UnknownNameError("policy", "x", [name]),
+        InfeasibleError("room", [f"{name} clashes"], None),
+        MissingDependencyError("torch", name, "train"),
+    ):
+        assert len(str(error).splitlines()) == 1
+        assert "a b" in str(error)
+
+
 def test_an_unknown_name_says_what_was_given_what_is_near_and_what_there_is():
     message = str(UnknownNameError("policy", "astra", ["astar", "random"]))
     assert "'astra'" in message

@@ -73,14 +73,15 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     - `progress`: +1 per meter by which the shortest path to the goal became shorter, measured on a 5 cm grid for a disc
       of radius 0.30 m;
-    - `success`: +10 when the goal is reached;
+    - `success`: +10 when the goal is reached, once an episode;
     - `collision`: -0.1 per step in which the robot touched something;
     - `time`: -0.01 per step.
 
     ## Episode end
 
     `terminated` when the robot's center is within 0.5 m of the goal. `truncated` by Gymnasium's `TimeLimit` after 600
-    steps (60 s); `gym.make(..., max_episode_steps=n)` changes the limit.
+    steps (60 s); `gym.make(..., max_episode_steps=n)` changes the limit. After termination, call `reset`: further steps
+    warn once, give no reward and stay terminated.
 
     ## Arguments
 
@@ -173,6 +174,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         self._lidar, self._camera = Lidar(), Camera()
         self._view = ChaseView(width, height, quality)
         self._episode: Episode | None = None
+        self._terminated = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -180,15 +182,20 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         """Start an episode; the class describes options, observation and info."""
         super().reset(seed=seed)
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
-        self._episode = Episode(task, self._robot)
+        self._episode, self._terminated = Episode(task, self._robot), False
         return self._observe(self._episode), self._episode.info(self._weights.terms(0.0, False, False, steps=0))
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control step; the class describes action, observation, reward and info."""
         episode = self._running()
         episode.drive(*ROBOT.twist(*_checked(action)))
-        terms = self._weights.terms(episode.progress, episode.success, episode.collision)
-        return self._observe(episode), sum(terms.values()), episode.success, False, episode.info(terms)
+        if self._terminated:
+            gym.logger.warn("step() after the end of the episode gives no reward; call reset()")
+            terms = self._weights.terms(0.0, False, False, steps=0)
+        else:
+            terms = self._weights.terms(episode.progress, episode.success, episode.collision)
+            self._terminated = episode.success
+        return self._observe(episode), sum(terms.values()), self._terminated, False, episode.info(terms)
 
     def render(self) -> NDArray[Any] | None:
         """Return the image of the render mode, or None without a render mode."""

@@ -161,6 +161,21 @@ def test_the_reward_is_the_sum_of_its_terms_and_progress_adds_up_to_the_way(layo
     assert 0.95 * driven - 0.1 <= progress <= 1.09 * driven + 0.1
 
 
+def test_steps_after_the_end_of_an_episode_give_no_reward_and_stay_terminated(layout: Layout) -> None:
+    env = make(layout)
+    _, info = env.reset(options={"pair": 0})
+    drive = goal_pairs(layout)[0]
+    *_, last = drive_along(env, info, shortest_path(layout, drive.start[:2], drive.goal[:2], radius=0.35).points)
+    assert last[1] > 5.0
+    for action in ([0.0, 0.0], [-1.0, 0.0], [1.0, 1.0]):
+        with pytest.warns(UserWarning, match="call reset"):
+            _, reward, terminated, truncated, info = env.unwrapped.step(np.array(action, np.float32))
+        assert (reward, terminated, truncated) == (0.0, True, False)
+        assert set(info["reward_terms"].values()) == {0.0}
+    env.reset(options={"pair": 0})
+    assert not env.step(np.zeros(2, np.float32))[2]
+
+
 def test_info_has_the_same_keys_and_types_at_reset_and_at_every_step(layout: Layout) -> None:
     env = make(layout)
     _, first = env.reset(seed=0)

@@ -2,10 +2,12 @@ from __future__ import annotations
 
 import hashlib
 import math
+import shutil
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import shapely
@@ -14,7 +16,7 @@ from scipy.ndimage import distance_transform_edt
 from labgym.cli import main
 from labgym.documents import read_json, write_json
 from labgym.envs.sensors import Camera
-from labgym.errors import LabgymError, OptionError
+from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.geometry import wrap_angle
 from labgym.layouts import Layout, generate, load_published, published
 from labgym.layouts.splits import TRAIN_SEEDS, manifest
@@ -98,6 +100,82 @@ def test_an_unfinished_dataset_says_so(dataset: Path, tmp_path: Path) -> None:
     write_json(tmp_path / "manifest.json", {**document, "shards": [], "complete": False})
     with pytest.raises(OptionError, match="labgym data"):
         load_dataset(tmp_path)
+
+
+def copied(dataset: Path, folder: Path) -> Path:
+    shutil.copytree(dataset, folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["samples/00000.parquet", "maps/00001.parquet"])
+@pytest.mark.parametrize("damage", ["swapped", "torn", "flipped", "missing"])
+def test_a_file_that_is_not_what_the_manifest_records_is_refused(
+    dataset: Path, tmp_path: Path, name: str, damage: str
+) -> None:
+    folder = copied(dataset, tmp_path / "data")
+    content = bytearray((folder / name).read_bytes())
+    content[len(content) // 2] ^= 1
+    other = name.replace("00000", "x").replace("00001", "00000").replace("x", "00001")
+    changed = {"swapped": (dataset / other).read_bytes(), "torn": content[:-100], "flipped": content, "missing": None}
+    (folder / name).unlink()
+    if changed[damage] is not None:
+        (folder / name).write_bytes(changed[damage])
+    for read in (load_dataset, lambda folder: list(pictures(folder, 24))):
+        if read is load_dataset or name.startswith("samples"):
+            with pytest.raises(DocumentError, match=r"parquet: (its content is not|missing).*labgym data$"):
+                read(folder)
+
+
+def rewritten(folder: Path, name: str, change) -> Path:
+    """Change the table of a file and record its new hash, as somebody does who means harm."""
+    table = change(pq.read_table(folder / name))
+    pq.write_table(table, folder / name)
+    manifest = read_json(folder / "manifest.json")
+    for entry in manifest["shards"]:
+        if name in entry["files"]:
+            entry["files"][name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
+    write_json(folder / "manifest.json", manifest)
+    return folder
+
+
+def replaced(column: str, values):
+    def change(table: pa.Table) -> pa.Table:
+        index = table.schema.get_field_index(column)
+        field = table.schema.field(index)
+        array = values if isinstance(values, pa.Array) else pa.array([values] * len(table), field.type)
+        return table.set_column(index, column, array)
+
+    return change
+
+
+HUGE_PNG = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + (60_000).to_bytes(4, "big") * 2 + b"\x10\0\0\0\0" + b"\0" * 40
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "problem"),
+    [
+        ("samples/00000.parquet", lambda table: table.slice(1), "has 11 samples, the manifest says 12"),
+        ("samples/00000.parquet", lambda table: table.drop_columns(["action"]), "action: the column is missing"),
+        ("samples/00000.parquet", replaced("path_length", pa.array(["x"] * 12)), "of type string, expected float"),
+        ("samples/00000.parquet", replaced("path_length", None), "has a null"),
+        ("samples/00000.parquet", replaced("path_length", math.nan), "not finite"),
+        ("samples/00000.parquet", replaced("observation.state", [0.0, None, 0.0]), "has a null"),
+        ("samples/00000.parquet", replaced("observation.images.depth", {"bytes": None, "path": None}), "has a null"),
+        ("samples/00000.parquet", replaced("observation.images.depth", {"bytes": HUGE_PNG, "path": None}), "128 x 72"),
+        ("samples/00000.parquet", replaced("map_index", 2), "names a map that it does not have"),
+        ("samples/00000.parquet", replaced("map_index", -1), "names a map that it does not have"),
+        ("maps/00000.parquet", replaced("rows", 0), "cells for 0 x"),
+        ("maps/00000.parquet", replaced("columns", 2**40), "cells for"),
+        ("maps/00000.parquet", replaced("resolution", 0.0), "cells for"),
+        ("maps/00000.parquet", replaced("cost", [math.inf]), "cells for"),
+    ],
+)
+def test_a_file_of_wrong_content_with_a_right_hash_is_refused(
+    dataset: Path, tmp_path: Path, name: str, change, problem: str
+) -> None:
+    with pytest.raises(LabgymError, match=problem) as error:
+        load_dataset(rewritten(copied(dataset, tmp_path / "data"), name, change))
+    assert "\n" not in str(error.value)
 
 
 def test_paths_lead_from_the_robot_to_the_goal(data: Dataset) -> None:

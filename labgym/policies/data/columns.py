@@ -6,12 +6,15 @@ that Hugging Face readers decode.
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
+from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import LabgymError, MissingDependencyError
 from labgym.policies.data.maps import Maps
 from labgym.policies.data.situations import PATH_POINTS, PERIOD, DriveFrame
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
 
 JPEG_QUALITY = 92
 MILLIMETERS = 1000.0
+_SIZE = f"{IMAGE_SHAPE[1]} x {IMAGE_SHAPE[0]}"
 
 
 def arrow() -> Any:
@@ -140,27 +144,38 @@ def depth_png(depth: NDArray[np.float32]) -> bytes:
 
 
 def depth_of(png: bytes) -> NDArray[np.uint16]:
-    """Return the depth (h, w), millimeters, of a 16-bit PNG.
+    """Return the depth (72, 128), millimeters, of a 16-bit PNG.
 
     Raises:
-        LabgymError: the data are not a 16-bit PNG.
+        LabgymError: the data are not a 16-bit PNG of that size.
     """
-    depth = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
-    if depth is None or depth.dtype != np.uint16 or depth.ndim != 2:
-        raise LabgymError("a depth image is not a 16-bit PNG; make the dataset again with: labgym data")
+    depth = _decoded(png, "PNG", cv2.IMREAD_UNCHANGED)
+    if depth is None or depth.dtype != np.uint16 or depth.shape != IMAGE_SHAPE:
+        raise LabgymError(f"a depth image is not a 16-bit PNG of {_SIZE} pixels; make the dataset again: labgym data")
     return np.asarray(depth, dtype=np.uint16)
 
 
 def rgb_of(jpeg_bytes: bytes) -> NDArray[np.uint8]:
-    """Return the image (h, w, 3), RGB, of a JPEG.
+    """Return the image (72, 128, 3), RGB, of a JPEG.
 
     Raises:
-        LabgymError: the data are not a JPEG.
+        LabgymError: the data are not a JPEG of that size.
     """
-    bgr = cv2.imdecode(np.frombuffer(jpeg_bytes, np.uint8), cv2.IMREAD_COLOR)
-    if bgr is None:
-        raise LabgymError("an RGB image is not a JPEG; make the dataset again with: labgym data")
+    bgr = _decoded(jpeg_bytes, "JPEG", cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    if bgr is None or bgr.shape != (*IMAGE_SHAPE, 3):
+        raise LabgymError(f"an RGB image is not a JPEG of {_SIZE} pixels; make the dataset again: labgym data")
     return np.ascontiguousarray(bgr[..., ::-1], dtype=np.uint8)
+
+
+def _decoded(data: bytes, kind: str, flags: int) -> NDArray[Any] | None:
+    """Decode an image if its header has the camera's size: a small file may declare a huge image."""
+    try:
+        with Image.open(io.BytesIO(data), formats=[kind]) as header:
+            if header.size != IMAGE_SHAPE[::-1]:
+                return None
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return None
+    return cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags)
 
 
 def _encoded(done: bool, data: NDArray[np.uint8]) -> bytes:

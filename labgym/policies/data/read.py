@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.errors import OptionError
+from labgym.errors import DocumentError, OptionError
 from labgym.policies.data.columns import arrow, depth_of, rgb_of
 from labgym.policies.data.make import MANIFEST
-from labgym.policies.data.manifest import DatasetManifest
+from labgym.policies.data.manifest import DatasetManifest, Shard
 from labgym.policies.data.maps import Maps
+from labgym.policies.data.parquet_files import REMEDY, read_maps, read_samples
 from labgym.policies.data.situations import PATH_POINTS
 
 
@@ -54,26 +55,30 @@ def load_dataset(folder: str | Path, samples: int | None = None) -> Dataset:
         samples: number of samples to read, the first ones; None reads all.
 
     Raises:
-        DocumentError: the manifest is missing or broken.
+        DocumentError: the manifest or a file is missing or broken, or a file has another hash than recorded.
         OptionError: no shard is finished.
         MissingDependencyError: pyarrow is not installed.
     """
-    pa, folder = arrow(), Path(folder)
+    arrow()
+    folder = Path(folder)
     tables: list[Any] = []
     maps: list[Maps] = []
     places: list[NDArray[np.int64]] = []
     for shard in DatasetManifest.load(folder / MANIFEST).shards:
         if samples is not None and sum(len(table) for table in tables) >= samples:
             break
-        table = pa.parquet.read_table(folder / f"samples/{shard.index:05d}.parquet")
+        table, shard_maps = read_samples(folder, shard), _maps(folder, shard)
+        place = table["map_index"].to_numpy()
+        if place.min() < 0 or place.max() >= len(shard_maps):
+            raise DocumentError(folder, "map_index", f"shard {shard.index} names a map that it does not have; {REMEDY}")
         tables.append(table)
-        places.append(table["map_index"].to_numpy() + len(maps))
-        maps += _maps(pa.parquet.read_table(folder / f"maps/{shard.index:05d}.parquet"))
+        places.append(place + len(maps))
+        maps += shard_maps
     if not tables:
         raise OptionError(f"{folder} has no finished shard; make the dataset with: labgym data --out {folder}")
-    images = (image["bytes"] for table in tables for image in table["observation.images.depth"].to_pylist())
+    images = (image for table in tables for image in table["observation.images.depth"].combine_chunks().field("bytes"))
     return Dataset(
-        depth=np.stack([depth_of(image) for image in images])[:samples],
+        depth=np.stack([depth_of(image.as_py()) for image in images])[:samples],
         pose=_column(tables, "observation.state", 3)[:samples],
         goal=_column(tables, "observation.goal", 2)[:samples],
         path=_column(tables, "action", 2 * PATH_POINTS).reshape(-1, PATH_POINTS, 2)[:samples],
@@ -88,32 +93,44 @@ def pictures(folder: str | Path, samples: int) -> Iterator[NDArray[np.uint8]]:
     """Yield the RGB images (72, 128, 3) of a dataset's first samples.
 
     Raises:
-        DocumentError: the manifest is missing or broken.
+        DocumentError: as `load_dataset`.
         MissingDependencyError: pyarrow is not installed.
     """
-    pa, folder = arrow(), Path(folder)
+    arrow()
+    folder = Path(folder)
     for shard in DatasetManifest.load(folder / MANIFEST).shards:
-        column = pa.parquet.read_table(folder / f"samples/{shard.index:05d}.parquet")["observation.images.rgb"]
-        for image in column.to_pylist():
+        for image in read_samples(folder, shard)["observation.images.rgb"].combine_chunks().field("bytes"):
             if samples == 0:
                 return
             samples -= 1
-            yield rgb_of(image["bytes"])
+            yield rgb_of(image.as_py())
 
 
 def _column(tables: list[Any], name: str, width: int) -> NDArray[np.float32]:
     parts = [table[name].combine_chunks() for table in tables]
     flat = [(part.flatten() if width > 1 else part).to_numpy(zero_copy_only=False) for part in parts]
-    return np.concatenate(flat).astype(np.float32).reshape(-1, width)
+    column = np.concatenate(flat).astype(np.float32).reshape(-1, width)
+    if not np.isfinite(column).all():
+        raise DocumentError("dataset", name, f"the column has a number that is not finite; {REMEDY}")
+    return column
 
 
-def _maps(table: Any) -> list[Maps]:
-    return [
-        Maps(
-            cost=np.asarray(row["cost"], np.float32).reshape(row["rows"], row["columns"]),
-            distance=np.asarray(row["distance"], np.float32).reshape(row["rows"], row["columns"]),
-            origin=(row["origin"][0], row["origin"][1]),
-            resolution=row["resolution"],
-        )
-        for row in table.to_pylist()
-    ]
+def _maps(folder: Path, shard: Shard) -> list[Maps]:
+    """Return the maps of a shard.
+
+    Raises:
+        DocumentError: the file is broken, or a map's size does not agree with its cells.
+    """
+    maps = []
+    for index, row in enumerate(read_maps(folder, shard).to_pylist()):
+        shape = (row["rows"], row["columns"])
+        cost, distance = (np.asarray(row[name], np.float32) for name in ("cost", "distance"))
+        numbers = (row["resolution"], *row["origin"], *shape)
+        sized = min(shape) > 0 and cost.size == distance.size == shape[0] * shape[1]
+        finite = np.isfinite(cost).all() and np.isfinite(distance).all() and np.isfinite(numbers).all()
+        if not sized or not finite or row["resolution"] <= 0.0:
+            problem = f"map {index} of shard {shard.index} has {cost.size} cells for {shape[0]} x {shape[1]}"
+            raise DocumentError(folder, "maps", f"{problem}, or a number that is not finite; {REMEDY}")
+        origin = (row["origin"][0], row["origin"][1])
+        maps.append(Maps(cost.reshape(shape), distance.reshape(shape), origin, row["resolution"]))
+    return maps

@@ -108,6 +108,9 @@ class Connection:
     def _exchange(self, connection: http.client.HTTPConnection, path: str, content_type: str, body: bytes) -> Any:
         connection.request("POST", self._path + path, body, {"Content-Type": content_type, "Connection": "close"})
         with connection.getresponse() as response:
+            length = response.getheader("Content-Length")
+            if length is not None and not (length.isascii() and length.isdecimal()):
+                raise ServerError(f"{self.url}{path}: the answer has the Content-Length {length[:40]!r}")
             answer = response.read(MAX_ANSWER + 1)
             if len(answer) > MAX_ANSWER:
                 raise ServerError(f"{self.url}{path}: the answer has more than {MAX_ANSWER} bytes")

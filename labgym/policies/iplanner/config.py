@@ -11,6 +11,7 @@ from labgym.errors import DocumentError
 from labgym.policies.learned.train_options import TrainOptions
 
 Positive = Annotated[float, Field(gt=0.0)]
+Size = Annotated[int, Field(ge=1, le=4096)]
 Weight = Annotated[float, Field(ge=0.0)]
 
 
@@ -24,10 +25,10 @@ class IPlannerNetworkOptions(Record):
         path_points: points of the cubic path through the robot and the key points.
     """
 
-    channels: Annotated[tuple[int, ...], Field(min_length=2, max_length=5)] = (16, 32, 64)
-    goal_width: Annotated[int, Field(ge=1)] = 16
-    key_points: Annotated[int, Field(ge=2)] = 5
-    path_points: Annotated[int, Field(ge=3)] = 51
+    channels: Annotated[tuple[Size, ...], Field(min_length=2, max_length=5)] = (16, 32, 64)
+    goal_width: Size = 16
+    key_points: Annotated[int, Field(ge=2, le=4096)] = 5
+    path_points: Annotated[int, Field(ge=3, le=4096)] = 51
 
 
 class IPlannerLossOptions(Record):

@@ -14,7 +14,7 @@ from labgym.envs.sensors import IMAGE_SHAPE, RANGE
 from labgym.policies.iplanner.config import IPlannerConfig, IPlannerNetworkOptions
 from labgym.policies.iplanner.spline import path_through, path_weights
 from labgym.policies.learned.encoder import ImageStage, polar_goal
-from labgym.policies.learned.weights import CONFIG, load_weights, save_weights
+from labgym.policies.learned.weights import CONFIG, check_size, load_weights, save_weights
 
 POOL = 2
 """The image is first averaged over squares of this many pixels, which leaves about one degree per pixel."""
@@ -76,7 +76,10 @@ def load_iplanner(folder: str | Path) -> IPlannerNetwork:
     Raises:
         DocumentError: a file is missing or broken, or the weights belong to another network than the configuration.
     """
-    return load_weights(IPlannerNetwork(IPlannerConfig.load(Path(folder) / CONFIG).network), folder)
+    path = Path(folder) / CONFIG
+    options = IPlannerConfig.load(path).network
+    check_size(lambda: IPlannerNetwork(options), path)
+    return load_weights(IPlannerNetwork(options), folder)
 
 
 def _halved(shape: tuple[int, int], times: int) -> Iterator[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -11,6 +11,8 @@ import torch
 
 from labgym.documents import write_bytes
 from labgym.errors import DocumentError
+
+MAX_BYTES = 1024**3
 
 
 class Stateful(Protocol):
@@ -36,19 +38,29 @@ def save_checkpoint(path: Path, parts: Mapping[str, Stateful], record: Any) -> N
     write_bytes(path, buffer.getvalue())
 
 
-def load_checkpoint(path: Path, parts: Mapping[str, Stateful]) -> Any:
+def load_checkpoint(path: Path, parts: Mapping[str, Stateful], is_record: Callable[[Any], bool]) -> Any:
     """Load the state of all parts from a checkpoint and return its record.
 
     Only tensors and plain data are read (`weights_only`): a checkpoint that holds other objects is refused.
 
+    Args:
+        path: path of the checkpoint.
+        parts: networks, optimizers and schedules by name.
+        is_record: returns whether plain data are a record of this training.
+
     Raises:
-        DocumentError: the file is missing, damaged or of another network.
+        DocumentError: the file is missing, damaged or of another network, or holds NaN or infinite numbers.
     """
     if not path.is_file():
         raise DocumentError(path, "", "no such checkpoint; remove the folder to train from the start")
     try:
+        if path.stat().st_size > MAX_BYTES:
+            raise ValueError(f"larger than {MAX_BYTES} bytes")
         state = torch.load(io.BytesIO(path.read_bytes()), weights_only=True)
+        if not is_record(state["record"]):
+            raise ValueError("its record is not one of this training")
         for name, part in parts.items():
+            _check_state(name, state["parts"][name], part.state_dict())
             part.load_state_dict(state["parts"][name])
         return state["record"]
     except Exception as error:  # noqa: BLE001 - torch raises many types for a damaged file
@@ -56,3 +68,19 @@ def load_checkpoint(path: Path, parts: Mapping[str, Stateful]) -> Any:
         raise DocumentError(
             path, "", f"damaged, or of another network ({reason}); remove the folder to train from the start"
         ) from None
+
+
+def _check_state(name: str, state: Any, current: Any) -> None:
+    """Raise ValueError if a state has other entries than a part has now, or a number that is not finite.
+
+    Schedules take every entry of a state as an attribute, whatever it is.
+    """
+    if not isinstance(state, dict) or set(state) != set(current):
+        raise ValueError(f"the state of {name} has other entries")
+    for key, value in state.items():
+        number, expected = isinstance(value, int | float), current[key]
+        if expected is not None and value is not None and not isinstance(value, type(expected)):
+            if not (number and isinstance(expected, int | float)):
+                raise ValueError(f"{name}.{key} is a {type(value).__name__}, expected {type(expected).__name__}")
+        if isinstance(value, torch.Tensor) and not bool(torch.isfinite(value).all()):
+            raise ValueError(f"{name}.{key} holds NaN or infinite numbers")

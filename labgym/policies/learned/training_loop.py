@@ -84,7 +84,7 @@ def run_epochs(
     """
     history: list[dict[str, Any]] = []
     if (out / CHECKPOINT).exists():
-        history = list(load_checkpoint(out / CHECKPOINT, trainer.parts()))
+        history = load_checkpoint(out / CHECKPOINT, trainer.parts(), _is_history)
     for epoch in range(len(history), options.epochs):
         generator = torch.Generator().manual_seed(options.seed * 1_000_003 + epoch)
         losses = _one_epoch(trainer, trained, options, generator, f"epoch {epoch + 1}" if progress else None)
@@ -153,6 +153,13 @@ def _held_out(trainer: Trainer, held_out: Tensor, options: TrainOptions) -> dict
     trainer.network.eval()
     generator = torch.Generator().manual_seed(options.seed)
     return _means([trainer.held_out_losses(chosen, generator) for chosen in torch.split(held_out, options.batch)])
+
+
+def _is_history(record: Any) -> bool:
+    """Return whether a checkpoint's record is a list of epochs, numbered from 1."""
+    return isinstance(record, list) and all(
+        isinstance(row, dict) and row.get("epoch") == number for number, row in enumerate(record, 1)
+    )
 
 
 def _means(losses: Sequence[Any]) -> dict[str, float]:

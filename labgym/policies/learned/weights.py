@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
@@ -28,6 +29,22 @@ def save_weights(network: nn.Module, folder: str | Path) -> Path:
     """Write a network's weights into a folder atomically and return the path of the file."""
     tensors = {name: tensor.detach().contiguous() for name, tensor in network.state_dict().items()}
     return write_bytes(Path(folder) / WEIGHTS, save(tensors))
+
+
+def check_size(make: Callable[[], nn.Module], config: Path) -> None:
+    """Check that the network of a configuration can have weights of at most `MAX_BYTES`, without making it.
+
+    Raises:
+        DocumentError: the network is larger, or its options contradict each other.
+    """
+    try:
+        with torch.device("meta"):
+            network = make()
+    except (RuntimeError, ValueError, AssertionError, TypeError, OverflowError) as error:
+        raise DocumentError(config, "network", f"cannot be built ({' '.join(str(error).split())[:160]})") from None
+    size = sum(tensor.numel() * tensor.element_size() for tensor in network.state_dict().values())
+    if size > MAX_BYTES:
+        raise DocumentError(config, "network", f"its weights take {size} bytes, at most {MAX_BYTES} are read")
 
 
 def load_weights(network: Network, folder: str | Path) -> Network:

@@ -13,6 +13,7 @@ from labgym.policies.learned.train_options import TrainOptions
 Positive = Annotated[float, Field(gt=0.0)]
 Weight = Annotated[float, Field(ge=0.0)]
 Count = Annotated[int, Field(ge=1)]
+Size = Annotated[int, Field(ge=1, le=4096)]
 
 GROUPS = 8
 """Groups of the encoder's group normalization."""
@@ -29,13 +30,13 @@ class NavDPNetworkOptions(Record):
         points: steps of a trajectory.
     """
 
-    memory: Count = 3
-    channels: Annotated[tuple[Count, ...], Field(min_length=3, max_length=4)] = (16, 40, 80)
-    queries: Count = 16
-    width: Count = 96
-    heads: Count = 4
-    layers: Count = 3
-    points: Annotated[int, Field(ge=2)] = 24
+    memory: Size = 3
+    channels: Annotated[tuple[Size, ...], Field(min_length=3, max_length=4)] = (16, 40, 80)
+    queries: Size = 16
+    width: Size = 96
+    heads: Size = 4
+    layers: Size = 3
+    points: Annotated[int, Field(ge=2, le=4096)] = 24
 
     @model_validator(mode="after")
     def _check_divisible(self) -> Self:

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from labgym.policies.learned.encoder import ImageStage, polar_goal
-from labgym.policies.learned.weights import CONFIG, load_weights, save_weights
+from labgym.policies.learned.weights import CONFIG, check_size, load_weights, save_weights
 from labgym.policies.navdp.config import GROUPS, NavDPConfig
 from labgym.policies.navdp.frames import SHAPE
 
@@ -107,7 +107,10 @@ def load_navdp(folder: str | Path) -> NavDPNetwork:
     Raises:
         DocumentError: a file is missing or broken, or the weights belong to another network than the configuration.
     """
-    return load_weights(NavDPNetwork(NavDPConfig.load(Path(folder) / CONFIG)), folder)
+    path = Path(folder) / CONFIG
+    config = NavDPConfig.load(path)
+    check_size(lambda: NavDPNetwork(config), path)
+    return load_weights(NavDPNetwork(config), folder)
 
 
 def _decoder(width: int, heads: int, layers: int) -> nn.TransformerDecoder:

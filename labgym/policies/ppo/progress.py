@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar, Self
+
+from pydantic import Field, model_validator
 
 from labgym.documents import Document
 
@@ -18,6 +20,13 @@ class Progress(Document):
 
     SCHEMA: ClassVar[str] = "labgym.ppo-progress/1"
 
-    legs: int = 0
+    legs: Annotated[int, Field(ge=0)] = 0
     best: float | None = None
     records: tuple[dict[str, float | int | str | None], ...] = ()
+
+    @model_validator(mode="after")
+    def _check_records(self) -> Self:
+        for index, record in enumerate(self.records):
+            if not isinstance(record.get("kind"), str):
+                raise ValueError(f"record {index} has no kind; remove the folder to train from the start")
+        return self

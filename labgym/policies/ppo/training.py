@@ -159,8 +159,15 @@ def _checkpoint_path(out: Path, progress: Progress) -> Path:
 
 def _restore(learner: PPO, progress: Progress, out: Path) -> None:
     """Give a learner the state of the checkpoint: weights, optimizer and the number of steps."""
-    record = load_checkpoint(_checkpoint_path(out, progress), _parts(learner))
+    record = load_checkpoint(_checkpoint_path(out, progress), _parts(learner), _is_record)
     learner.num_timesteps, learner._n_updates = record["steps"], record["updates"]
+
+
+def _is_record(record: Any) -> bool:
+    """Return whether a checkpoint's record is the numbers of control steps and of updates."""
+    return isinstance(record, dict) and all(
+        type(record.get(name)) is int and record[name] >= 0 for name in ("steps", "updates")
+    )
 
 
 def _parts(learner: PPO) -> dict[str, Stateful]:
