@@ -35,7 +35,7 @@ class NavDPNetworkOptions(Record):
     queries: Size = 16
     width: Size = 96
     heads: Size = 4
-    layers: Size = 3
+    layers: Annotated[int, Field(ge=1, le=64)] = 3
     points: Annotated[int, Field(ge=2, le=4096)] = 24
 
     @model_validator(mode="after")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,7 @@ import torch
 from safetensors.torch import save_file
 from torch import nn
 
+from labgym.artefacts import artefacts
 from labgym.errors import DocumentError
 from labgym.policies import make_policy
 from labgym.policies.learned.checkpoint import load_checkpoint, save_checkpoint
@@ -63,6 +66,10 @@ def test_every_trained_policy_refuses_weights_that_are_not_finite(tmp_path: Path
         make_policy(name, weights=str(tmp_path))
 
 
+def is_any(record: object) -> bool:
+    return True
+
+
 def test_a_checkpoint_restores_network_optimizer_and_record(tmp_path: Path) -> None:
     first = network(1)
     optimizer = torch.optim.Adam(first.parameters(), lr=0.5)
@@ -71,7 +78,7 @@ def test_a_checkpoint_restores_network_optimizer_and_record(tmp_path: Path) -> N
     save_checkpoint(tmp_path / "c.pt", {"network": first, "optimizer": optimizer}, {"epoch": 3, "losses": [0.5]})
     second = network(2)
     restored = torch.optim.Adam(second.parameters(), lr=0.1)
-    record = load_checkpoint(tmp_path / "c.pt", {"network": second, "optimizer": restored})
+    record = load_checkpoint(tmp_path / "c.pt", {"network": second, "optimizer": restored}, is_any)
     assert record == {"epoch": 3, "losses": [0.5]}
     assert torch.equal(first.weight, second.weight)
     assert restored.param_groups[0]["lr"] == 0.5
@@ -81,7 +88,7 @@ def test_a_checkpoint_restores_network_optimizer_and_record(tmp_path: Path) -> N
 def test_a_damaged_checkpoint_is_named_with_the_remedy(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "c.pt").write_bytes(content)
     with pytest.raises(DocumentError, match=r"c\.pt: damaged, .* remove the folder"):
-        load_checkpoint(tmp_path / "c.pt", {"network": network()})
+        load_checkpoint(tmp_path / "c.pt", {"network": network()}, is_any)
 
 
 def test_a_checkpoint_never_runs_code(tmp_path: Path) -> None:
@@ -91,5 +98,58 @@ def test_a_checkpoint_never_runs_code(tmp_path: Path) -> None:
 
     torch.save({"parts": {}, "record": Payload()}, tmp_path / "c.pt")
     with pytest.raises(DocumentError):
-        load_checkpoint(tmp_path / "c.pt", {})
+        load_checkpoint(tmp_path / "c.pt", {}, is_any)
     assert not (tmp_path / "executed").exists()
+
+
+def schedule_of(first: torch.nn.Module) -> torch.optim.lr_scheduler.ReduceLROnPlateau:
+    return torch.optim.lr_scheduler.ReduceLROnPlateau(torch.optim.Adam(first.parameters()), patience=1)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"step": 3},  # would replace a method of the schedule
+        {"patience": "x"},
+        {"patience": None, "factor": torch.ones(2)},
+    ],
+)
+def test_a_schedule_of_other_entries_or_types_is_refused(tmp_path: Path, change: dict[str, object]) -> None:
+    schedule = schedule_of(network())
+    state = {**schedule.state_dict(), **change}
+    torch.save({"parts": {"schedule": state}, "record": []}, tmp_path / "c.pt")
+    with pytest.raises(DocumentError, match="damaged"):
+        load_checkpoint(tmp_path / "c.pt", {"schedule": schedule}, is_any)
+    save_checkpoint(tmp_path / "c.pt", {"schedule": schedule}, [])
+    assert load_checkpoint(tmp_path / "c.pt", {"schedule": schedule_of(network())}, is_any) == []
+
+
+def test_a_checkpoint_of_nan_or_of_another_record_is_refused(tmp_path: Path) -> None:
+    broken = network()
+    torch.nn.init.constant_(broken.weight, float("nan"))
+    save_checkpoint(tmp_path / "c.pt", {"network": broken}, 5)
+    with pytest.raises(DocumentError, match="NaN"):
+        load_checkpoint(tmp_path / "c.pt", {"network": network()}, is_any)
+    with pytest.raises(DocumentError, match="its record is not one of this training"):
+        load_checkpoint(tmp_path / "c.pt", {"network": network()}, lambda record: isinstance(record, list))
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "value"),
+    [
+        ("navdp", "layers", 10**6),
+        ("navdp", "width", 4096),
+        ("navdp", "width", 10**12),
+        ("navdp", "width", 95),
+        ("iplanner", "channels", [4096] * 5),
+    ],
+)
+def test_a_configuration_of_a_giant_network_is_refused_before_it_is_built(
+    tmp_path: Path, name: str, option: str, value: object
+) -> None:
+    config = json.loads((artefacts("policies") / name / "config.json").read_text())
+    config["network"][option] = value
+    (tmp_path / "config.json").write_text(json.dumps(config))
+    shutil.copy(artefacts("policies") / name / WEIGHTS, tmp_path)
+    with pytest.raises(DocumentError, match=r"config\.json: field network"):
+        make_policy(name, weights=str(tmp_path))
