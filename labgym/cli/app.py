@@ -19,7 +19,7 @@ from typing import Annotated, Literal
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
 from tyro.extras import SubcommandApp
 
-from labgym import __version__, protocols
+from labgym import __version__
 from labgym.cli.arguments import (
     Folders,
     LayoutName,
@@ -27,11 +27,11 @@ from labgym.cli.arguments import (
     OptionalText,
     OptionalWholeNumber,
     PolicyOptions,
-    ProtocolName,
     Texts,
     numbers,
 )
 from labgym.cli.assets import assets_app
+from labgym.cli.layouts import generate
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, findings, written
 from labgym.cli.protocols import protocols_app
 from labgym.cli.signals import Terminated, raise_termination
@@ -74,37 +74,7 @@ app.command(
 )
 
 
-@app.command
-def generate(
-    protocol: ProtocolName,
-    seed: int = 0,
-    room: OptionalText = None,
-    profile: str = "default",
-    out: Path = Path(),
-    explain: bool = False,
-) -> int:
-    """Generate a laboratory for a protocol.
-
-    Args:
-        protocol: Id of a protocol, or a protocol's .json file.
-        seed: Random seed; the same seed gives the same layout on any machine.
-        room: Room preset (bay_small, bay, bay_large with two exits; tight, default, roomy, two_exits of the published
-            layouts), size in meters such as 12x9, or a room's .json file. Default: bay.
-        profile: Thresholds to satisfy: default, strict, paper, or code (default, and a second exit is required).
-        out: A .json file, or a folder for a file named after protocol, room and seed.
-        explain: Print the reason for each object.
-    """
-    from labgym import layouts
-
-    resolved = protocols.resolve(protocol)
-    layout = layouts.generate(resolved, seed=seed, room=room, profile=profile)
-    note = layout.provenance.options.get("note")
-    if note:
-        print(f"note: {layout.provenance.options['furnishing']} furnishing only: {note}", file=sys.stderr)
-    if explain:
-        for placement, reason in layouts.reasons(resolved, seed=seed, room=room, profile=profile).items():
-            print(f"{placement}: {reason}")
-    return written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
+app.command(generate)
 
 
 @app.command
@@ -199,7 +169,8 @@ def eval_(
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt or .zip file, or the
             http:// URL of a policy server.
         suite: Name of a suite (test, also called lab30; val; navdp_compat), or its .json file.
-        layouts: Layouts to drive in instead of a suite: .json files or ids of published layouts.
+        layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
+            writes), or ids of published layouts.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         seed: Random seed of the policy.
         workers: Number of processes; the results do not depend on it.
@@ -210,7 +181,7 @@ def eval_(
         jitter: Displace the start of every episode by up to 2 cm and 2 degrees, clear of obstacles; a suite's .json
             file can set other values.
     """
-    from labgym.envs.tasks import resolve_layout
+    from labgym.envs.tasks import resolve_layouts
     from labgym.eval.driving.run_folder import default_folder
     from labgym.eval.driving.runner import evaluate
     from labgym.eval.driving.suites import Jitter, load_suite, suite_of
@@ -223,7 +194,7 @@ def eval_(
         return DONE
     if protocol is not None and not layouts:
         raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
-    chosen = [resolve_layout(name, protocol) for name in layouts]
+    chosen = resolve_layouts(layouts, protocol)
     rules = suite_of(chosen) if chosen else load_suite(suite)
     displacement = Jitter() if jitter else None
     repeated = rules.repeated(repeats, displacement)

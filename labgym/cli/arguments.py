@@ -15,6 +15,11 @@ LayoutName = Positional[Annotated[str, arg(metavar="LAYOUT")]]
 ProtocolName = Positional[Annotated[str, arg(metavar="PROTOCOL")]]
 """A protocol's .json file, or the id of a protocol of the library."""
 
+ProtocolNames = Positional[
+    Annotated[tuple[str, ...], arg(metavar="PROTOCOL [PROTOCOL ...]", help_behavior_hint="(required)")]
+]
+"""One or more protocols, as `ProtocolName`."""
+
 OptionalText = Annotated[str | None, arg(metavar="STR", help_behavior_hint="")]
 OptionalWholeNumber = Annotated[int | None, arg(metavar="INT", help_behavior_hint="")]
 OptionalPath = Annotated[Path | None, arg(metavar="PATH", help_behavior_hint="")]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,6 +15,7 @@ from labgym.envs.endpoints import check_drivable, pair_between, passed_ends
 from labgym.envs.world import world_of
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
+from labgym.layouts.batch import folder_layouts
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.splits import load_published, published, train_layout
 from labgym.navigation import GoalPair, goal_pairs, resolve_protocol
@@ -134,6 +135,23 @@ def resolve_layout(layout: Layout | str | Path, protocol: Protocol | str | Path 
     """
     layout = _resolved(layout)
     return layout if protocol is None else layout.for_protocol(resolve_protocol(layout, protocol))
+
+
+def resolve_layouts(
+    names: Iterable[Layout | str | Path], protocol: Protocol | str | Path | None = None
+) -> list[Layout]:
+    """Return the layouts that arguments name: as `resolve_layout`, and all layouts of a folder.
+
+    Raises:
+        UnknownNameError, DocumentError: as `resolve_layout`.
+        OptionError: as `resolve_layout`, or a folder has no layout or an unfinished batch.
+    """
+    layouts: list[Layout] = []
+    for name in names:
+        is_folder = isinstance(name, str | Path) and Path(name).is_dir()
+        members = folder_layouts(str(name)) if is_folder else (name,)
+        layouts += [resolve_layout(member, protocol) for member in members]
+    return layouts
 
 
 def _resolved_protocol(layout: Layout | None, protocol: Protocol | str | Path) -> Protocol:

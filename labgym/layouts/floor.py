@@ -13,7 +13,8 @@ from pydantic import Field, model_validator
 from labgym.documents import Record
 
 Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]
-Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
+IDENTIFIER = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$"
+Identifier = Annotated[str, Field(pattern=IDENTIFIER)]
 Thickness = Annotated[float, Field(ge=0.02, le=1.0)]
 Height = Annotated[float, Field(ge=2.2, le=10.0)]
 DoorWidth = Annotated[float, Field(ge=0.6, le=4.0)]

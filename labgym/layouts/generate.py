@@ -19,7 +19,7 @@ from labgym.layouts.propose import ProceduralProposer, Proposer
 from labgym.layouts.refine import refine
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import resolve_room
-from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.protocols import Protocol
@@ -59,13 +59,22 @@ def generate(
         InfeasibleError: the room cannot hold the protocol; names the conflicts and the smallest preset that fits.
         SearchLimitError: the search ended at its effort limit without a layout; one may exist.
     """
-    request = _request(protocol, seed, room, profile, catalog, fixed)
+    request = resolve_request(protocol, seed, room, profile, catalog, fixed)
+    return generate_assessed(request, proposer)[0]
+
+
+def generate_assessed(request: Request, proposer: Proposer | None = None) -> tuple[Layout, Assessment]:
+    """Return a laboratory for a request, and the assessment that it passed.
+
+    Raises:
+        InfeasibleError, SearchLimitError: as `generate`.
+    """
     proposer = proposer if proposer is not None else ProceduralProposer()
     layout = proposer.propose(request)
     layout = optimise(layout, request.protocol, request.profile)
     layout = refine(layout, request.protocol, request.profile)
     layout = dress(layout, request)
-    _verify(layout, request)
+    assessment = _verified(layout, request)
     options: dict[str, Any] = {
         "room": request.room.name,
         "profile": request.profile.name,
@@ -73,11 +82,11 @@ def generate(
     }
     provenance = Provenance(
         generator=type(proposer).__name__,
-        seed=seed,
+        seed=request.seed,
         options=options,
         versions={"labgym": labgym.__version__, "generator": str(GENERATOR), "ortools": _version("ortools")},
     )
-    return layout.replace(provenance=provenance)
+    return layout.replace(provenance=provenance), assessment
 
 
 def reasons(
@@ -95,10 +104,10 @@ def reasons(
     Raises:
         UnknownNameError, OptionError, InfeasibleError: as `generate`.
     """
-    return ProceduralProposer().plan(_request(protocol, seed, room, profile, catalog, fixed)).reasons()
+    return ProceduralProposer().plan(resolve_request(protocol, seed, room, profile, catalog, fixed)).reasons()
 
 
-def _request(
+def resolve_request(
     protocol: Protocol | str | Path,
     seed: int,
     room: Room | str | Path | None,
@@ -106,6 +115,11 @@ def _request(
     catalog: Catalog | None,
     fixed: Iterable[Placement],
 ) -> Request:
+    """Return the request that the arguments of `generate` describe.
+
+    Raises:
+        UnknownNameError, OptionError: as `generate`.
+    """
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
         raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
     return Request(
@@ -128,8 +142,8 @@ def _pinned(placement: Placement) -> Placement:
     return placement.model_copy(update={"fixed": True})
 
 
-def _verify(layout: Layout, request: Request) -> None:
-    """Check that a layout has no hard violations, no facility errors, and everything that the protocol requires.
+def _verified(layout: Layout, request: Request) -> Assessment:
+    """Return the assessment of a layout without violations and facility errors that has all that is required.
 
     Raises:
         InfeasibleError: it violates a rule or lacks a required asset.
@@ -143,6 +157,7 @@ def _verify(layout: Layout, request: Request) -> None:
     if problems:
         what = f"the proposed layout of protocol {protocol.id!r} in room {layout.room.name!r} could not be repaired"
         raise InfeasibleError(what, problems, smallest_preset(request), remedy="try another seed")
+    return assessment
 
 
 def _version(package: str) -> str:

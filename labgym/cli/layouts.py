@@ -1,0 +1,76 @@
+"""The command that generates layouts."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from labgym import protocols
+from labgym.cli.arguments import OptionalPath, OptionalText, OptionalWholeNumber, ProtocolNames
+from labgym.cli.outcome import DONE, FAILED, written
+from labgym.errors import OptionError
+from labgym.runs import ExecutorOptions
+
+
+def generate(
+    protocol: ProtocolNames,
+    seed: int = 0,
+    room: OptionalText = None,
+    profile: str = "default",
+    out: OptionalPath = None,
+    explain: bool = False,
+    count: OptionalWholeNumber = None,
+    shard: int = 20,
+    workers: int = 1,
+    fresh: bool = False,
+) -> int:
+    """Generate a laboratory for a protocol, or with --count many laboratories for one or more protocols.
+
+    With --count, OUT receives the layout files in subfolders of 1000 and rows.jsonl, with a row for each protocol and
+    seed. A protocol and seed without a layout has a row with the reason; the exit code is then 1. An interrupted
+    command resumes.
+
+    Args:
+        protocol: Id of a protocol, or a protocol's .json file. With --count also several, or all.
+        seed: Random seed; the same seed gives the same layout on any machine. With --count the first one.
+        room: Room preset (bay_small, bay, bay_large with two exits; tight, default, roomy, two_exits of the published
+            layouts), size in meters such as 12x9, or a room's .json file. Default: bay.
+        profile: Thresholds to satisfy: default, strict, paper, or code (default, and a second exit is required).
+        out: A .json file, or a folder for a file named after protocol, room and seed; by default the current folder.
+            With --count a folder, which must be named.
+        explain: Print the reason for each object.
+        count: Number of layouts for each protocol, with the seeds SEED to SEED+COUNT-1.
+        shard: With --count, number of layouts in a unit of work: what a worker gets, and what a kill can cost it.
+        workers: With --count, number of processes; the files do not depend on it.
+        fresh: With --count, move aside what the folder holds and start anew.
+    """
+    if count is None:
+        if len(protocol) != 1:
+            raise OptionError(f"{len(protocol)} protocols; name one, or say how many layouts of each with --count")
+        return _generate_one(protocol[0], seed, room, profile, out or Path(), explain)
+    from labgym.layouts.batch import generate_batch
+
+    if explain:
+        raise OptionError("--explain is for a single layout; leave out --count")
+    if out is None:
+        raise OptionError("--count needs a folder for the layouts: name it with --out")
+    batch = generate_batch(
+        protocol, count, out, seed, room, profile, shard=shard, executor=ExecutorOptions(workers=workers), fresh=fresh
+    )
+    written(out)
+    print(batch.summary)
+    return FAILED if batch.infeasible else DONE
+
+
+def _generate_one(protocol: str, seed: int, room: str | None, profile: str, out: Path, explain: bool) -> int:
+    from labgym import layouts
+
+    resolved = protocols.resolve(protocol)
+    layout = layouts.generate(resolved, seed=seed, room=room, profile=profile)
+    note = layout.provenance.options.get("note")
+    if note:
+        print(f"note: {layout.provenance.options['furnishing']} furnishing only: {note}", file=sys.stderr)
+    if explain:
+        for placement, reason in layouts.reasons(resolved, seed=seed, room=room, profile=profile).items():
+            print(f"{placement}: {reason}")
+    return written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))

@@ -1,0 +1,315 @@
+"""Many layouts in one folder: protocols by seeds, generated in shards on any executor.
+
+A folder of a batch holds `rows.jsonl`, one row for each protocol and seed in their order, and the layout files below
+`layouts/`, `PER_FOLDER` to a subfolder.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationError
+
+from labgym.assets import Catalog
+from labgym.documents import Record, canonical_hash, document_error, json_bytes, read_json
+from labgym.errors import DocumentError, InfeasibleError, OptionError, SearchLimitError
+from labgym.layouts.floor import IDENTIFIER
+from labgym.layouts.generate import GENERATOR, MAX_SEED, generate_assessed, resolve_request
+from labgym.layouts.model import Layout, Room
+from labgym.layouts.request import Request
+from labgym.layouts.rules.thresholds import Profile
+from labgym.protocols import Protocol
+from labgym.protocols import protocols as library
+from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
+from labgym.runs.identity import IDENTITY_FILE
+
+KIND = "generate"
+ROWS = "rows.jsonl"
+PER_FOLDER = 1000
+"""Most layout files in a subfolder: a million layouts take a thousand subfolders."""
+PER_SHARD = 20
+"""Default number of layouts in a shard: about 7 s of work, of which a kill costs at most one shard per worker."""
+ALL = "all"
+"""In place of protocols: the whole library."""
+MAX_COUNT = 10_000_000
+FITNESS_DIGITS = 6
+
+Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+class BatchRow(Record):
+    """A protocol and a seed, with the layout that was generated or the reason why there is none.
+
+    Attributes:
+        protocol: id of the protocol.
+        seed: random seed.
+        room: name of the room.
+        file: path of the layout relative to the batch's folder; null without a layout, like all that follows.
+        hash: of the layout.
+        v: number of violations.
+        objects: number of placements.
+        fitness: F in [0, 1], rounded to six decimals.
+        furnishing: full, reduced or required.
+        infeasible: why there is no layout; null if there is one.
+        proven: whether the room cannot hold the protocol; false if the search stopped at its effort limit.
+    """
+
+    protocol: str
+    seed: int
+    room: str
+    file: str | None = None
+    hash: Digest | None = None
+    v: int | None = None
+    objects: int | None = None
+    fitness: float | None = None
+    furnishing: str | None = None
+    infeasible: str | None = None
+    proven: bool | None = None
+
+
+@dataclass(frozen=True)
+class Batch:
+    """A finished batch.
+
+    Attributes:
+        folder: its folder.
+        layouts: number of layouts.
+        infeasible: number of rows without a layout.
+    """
+
+    folder: Path
+    layouts: int
+    infeasible: int
+
+    @property
+    def summary(self) -> str:
+        """One sentence on how many layouts there are."""
+        total = self.layouts + self.infeasible
+        return f"{self.layouts} of {total} layouts generated, {self.infeasible} infeasible (reasons in {ROWS})"
+
+
+def generate_batch(
+    protocols: Sequence[Protocol | str | Path] | str,
+    count: int,
+    out: str | Path,
+    seed: int = 0,
+    room: Room | str | Path | None = None,
+    profile: str | Profile = "default",
+    catalog: Catalog | None = None,
+    shard: int = PER_SHARD,
+    executor: ExecutorOptions | None = None,
+    fresh: bool = False,
+    progress: bool = True,
+) -> Batch:
+    """Generate `count` layouts of each protocol, with the seeds from `seed` on, and write them into a folder.
+
+    Row i is about protocol i // count and seed `seed + i % count`. The files depend on the arguments alone, not on the
+    executor, and an interrupted batch resumes.
+
+    Args:
+        protocols: protocols, their ids or their .json files; "all" for the library.
+        count: number of layouts of each protocol.
+        out: folder of the batch.
+        seed: first seed.
+        room, profile, catalog: as `generate`.
+        shard: number of layouts in a shard, the unit of work that is resumed, lost and sent to workers.
+        executor: where the shards run.
+        fresh: move aside what the folder holds and start anew.
+        progress: whether to show a progress bar.
+
+    Raises:
+        UnknownNameError: no such protocol, room preset or profile.
+        OptionError: a count, seed or shard size out of range, a protocol named twice, or the folder holds something
+            else or is in use.
+        LabgymError: workers died, or have another version of labgym or another catalog.
+    """
+    _check_range("count", count, MAX_COUNT)
+    _check_range("shard", shard, PER_FOLDER)
+    requests = [resolve_request(protocol, seed, room, profile, catalog, ()) for protocol in _resolved(protocols)]
+    _check(requests, count)
+    shards = tuple(_shards(requests, count, shard))
+    with RunFolder.open(out, _identity(requests, count, shard), fresh) as folder:
+        if not folder.finished:
+            digests = {"catalog": _digest_of_catalog} if catalog is None else {}
+            for _ in run_shards(shards, folder, executor, "layouts", "layout", digests, progress=progress):
+                pass
+            parts = (folder.path / _part(index) for index in range(len(shards)))
+            folder.finish({ROWS: (part.read_bytes() for part in parts)})
+    infeasible = sum(row.infeasible is not None for row in read_rows(out))
+    return Batch(Path(out), len(requests) * count - infeasible, infeasible)
+
+
+def read_rows(folder: str | Path) -> Iterator[BatchRow]:
+    """Yield the rows of a batch in their order.
+
+    Raises:
+        OptionError: the folder holds no batch, or an unfinished one.
+        DocumentError: a row is broken; names its line.
+    """
+    path = Path(folder) / ROWS
+    if not path.is_file():
+        raise OptionError(f"{folder} holds no finished batch of layouts: {ROWS} is missing; run labgym generate again")
+    with path.open("rb") as stream:
+        for number, line in enumerate(stream, start=1):
+            try:
+                yield BatchRow.model_validate_json(line)
+            except ValidationError as error:
+                raise document_error(f"{path}:{number}", error) from None
+
+
+def load_layout(folder: str | Path, row: BatchRow, catalog: Catalog | None = None) -> Layout | None:
+    """Return the layout of a row; None for an infeasible one.
+
+    Raises:
+        DocumentError: the file is missing or broken, or its hash is not the row's.
+    """
+    if row.file is None:
+        return None
+    path = Path(folder) / row.file
+    layout = Layout.load(path, catalog)
+    if layout.hash != row.hash:
+        raise DocumentError(path, "", f"its hash is {layout.hash[:12]}, but {ROWS} says {str(row.hash)[:12]}")
+    return layout
+
+
+def folder_layouts(folder: str | Path, catalog: Catalog | None = None) -> Iterator[Layout]:
+    """Yield the layouts of a folder: those of a batch in the order of its rows, else all files, subfolders included.
+
+    Other documents of labgym in the folder, such as manifests, are skipped.
+
+    Raises:
+        OptionError: the folder has no layout, or it holds an unfinished batch.
+        DocumentError: a file is missing, broken, not a layout, or does not have the hash of its row.
+    """
+    folder = Path(folder)
+    empty = True
+    for layout in _of_batch(folder, catalog) if _is_batch(folder) else _of_files(folder, catalog):
+        empty = False
+        yield layout
+    if empty:
+        raise OptionError(f"{folder} has no layout; name a folder of layouts, such as labgym generate --count writes")
+
+
+def _is_batch(folder: Path) -> bool:
+    identity = folder / IDENTITY_FILE
+    return (folder / ROWS).is_file() or (identity.is_file() and RunIdentity.load(identity).kind == KIND)
+
+
+def _of_batch(folder: Path, catalog: Catalog | None) -> Iterator[Layout]:
+    return (layout for row in read_rows(folder) if (layout := load_layout(folder, row, catalog)) is not None)
+
+
+def _of_files(folder: Path, catalog: Catalog | None) -> Iterator[Layout]:
+    for path in sorted(folder.rglob("*.json")):
+        data = read_json(path)
+        schema = str(data.get("schema", "")) if isinstance(data, dict) else ""
+        if schema.startswith("labgym.layout/") or not schema.startswith("labgym."):
+            yield Layout.parse(data, path, catalog)
+
+
+def _resolved(chosen: Sequence[Protocol | str | Path] | str) -> list[Protocol | str | Path]:
+    if chosen == ALL or (not isinstance(chosen, str) and list(chosen) == [ALL]):
+        return list(library().values())
+    return [chosen] if isinstance(chosen, str) else list(chosen)
+
+
+def _check(requests: list[Request], count: int) -> None:
+    """Check what can be checked before the first layout is generated."""
+    if not requests:
+        raise OptionError(f"no protocol; name at least one, or {ALL!r}")
+    ids = [request.protocol.id for request in requests]
+    twice = next((name for name in ids if ids.count(name) > 1), None)
+    if twice is not None:
+        raise OptionError(f"protocol {twice!r} is named twice; name each once")
+    last = requests[0].seed + count - 1
+    if last > MAX_SEED:
+        raise OptionError(f"the last seed is {last}, expected at most {MAX_SEED}")
+    for request in requests:
+        longest = f"{request.protocol.id}-{request.room.name}-{last}"
+        if re.match(IDENTIFIER, longest) is None:
+            raise OptionError(
+                f"{longest!r} cannot be a layout's name (letters, digits, '_', '.', '-', at most 80): rename the room"
+            )
+
+
+def _check_range(name: str, value: int, most: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+        raise OptionError(f"{name} is {value!r}, expected a whole number from 1 to {most}")
+
+
+def _identity(requests: list[Request], count: int, shard: int) -> RunIdentity:
+    first = requests[0]
+    return RunIdentity.of(
+        KIND,
+        protocols={request.protocol.id: canonical_hash(request.protocol.to_json()) for request in requests},
+        count=count,
+        seed=first.seed,
+        room=first.room.model_dump(mode="json"),
+        profile=first.profile.name,
+        catalog=first.catalog.digest,
+        generator=GENERATOR,
+        shard=shard,
+    )
+
+
+def _shards(requests: list[Request], count: int, size: int) -> Iterator[Shard]:
+    """Yield the shards; one may cover the end of a protocol and the beginning of the next."""
+    total = len(requests) * count
+    for index, first in enumerate(range(0, total, size)):
+        positions = range(first, min(first + size, total))
+        owners = range(positions[0] // count, positions[-1] // count + 1)
+        arguments = (index, positions, count, {owner: requests[owner] for owner in owners})
+        yield Shard(f"{index:06d}", make_shard, arguments, len(positions))
+
+
+def make_shard(index: int, positions: range, count: int, requests: dict[int, Request]) -> ShardOutput:
+    """Return the files of the layouts at some positions of a batch, and their rows.
+
+    Args:
+        index: number of the shard.
+        positions: positions in the batch.
+        count: number of layouts of each protocol.
+        requests: request with the first seed, by number of the protocol.
+    """
+    files: dict[str, bytes] = {}
+    rows = []
+    for position in positions:
+        request = requests[position // count]
+        row, content = _generated(replace(request, seed=request.seed + position % count), position)
+        rows.append(row)
+        if row.file is not None:
+            files[row.file] = content
+    lines = (json.dumps(row.model_dump(mode="json"), ensure_ascii=False, allow_nan=False) for row in rows)
+    return ShardOutput({**files, _part(index): "".join(f"{line}\n" for line in lines).encode()})
+
+
+def _generated(request: Request, position: int) -> tuple[BatchRow, bytes]:
+    basis: dict[str, Any] = {"protocol": request.protocol.id, "seed": request.seed, "room": request.room.name}
+    try:
+        layout, assessment = generate_assessed(request)
+    except InfeasibleError as error:
+        proven = not isinstance(error, SearchLimitError)
+        return BatchRow(**basis, infeasible=str(error), proven=proven), b""
+    row = BatchRow(
+        **basis,
+        file=f"layouts/{position // PER_FOLDER:04d}/{layout.id}.json",
+        hash=layout.hash,
+        v=assessment.v,
+        objects=len(layout.placements),
+        fitness=round(assessment.fitness, FITNESS_DIGITS),
+        furnishing=layout.provenance.options["furnishing"],
+    )
+    return row, json_bytes(layout.to_json())
+
+
+def _part(index: int) -> str:
+    return f"shards/{index:06d}.jsonl"
+
+
+def _digest_of_catalog() -> str:
+    return Catalog.load().digest

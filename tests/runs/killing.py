@@ -1,0 +1,199 @@
+"""Kill a command at a moment of its run, run it again, and compare its folder with that of an undisturbed run.
+
+As a program: `python tests/runs/killing.py --moments 30 --work FOLDER -- generate sub_01 --count 40 --out {out}` kills
+the command at random moments by SIGKILL, SIGTERM and SIGINT in turn, prints a line for each, and exits 1 if one fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+
+from labgym.temporary import PREFIX
+
+MARK = "LABGYM_TEST_MARK"
+"""Environment variable that marks all processes of a command, whoever their parent is by now."""
+APART = ("provenance.jsonl", "times.jsonl", ".lock")
+"""Files that may differ between runs: when and where they ran, and how long they took."""
+EXIT_CODES = {signal.SIGKILL: -signal.SIGKILL, signal.SIGTERM: 143, signal.SIGINT: 130}
+PATIENCE = 5.0
+"""Seconds after which no process of a killed command may remain."""
+LIMIT = 600.0
+
+
+@dataclass(frozen=True)
+class Kill:
+    """What was seen of a killed command.
+
+    Attributes:
+        returncode: of the killed process.
+        finished: lines of the ledger at the time of death.
+        temporary: temporary files that it left.
+        survivors: processes that remained after `PATIENCE` seconds.
+    """
+
+    returncode: int
+    finished: int
+    temporary: int
+    survivors: tuple[str, ...]
+
+
+def tree(folder: Path, apart: Sequence[str] = APART) -> dict[str, str]:
+    """Return the SHA-256 of each file by its path, without the files that may differ."""
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name not in apart
+    }
+
+
+def start(words: Sequence[str], mark: str = "") -> subprocess.Popen[bytes]:
+    """Start a command of labgym in a session of its own; its output goes to a file, so that no pipe is held open."""
+    environment = {**os.environ, MARK: mark or uuid.uuid4().hex}
+    command = [sys.executable, "-m", "labgym.cli", *words]
+    return subprocess.Popen(
+        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
+    )
+
+
+def run(words: Sequence[str], returncode: int = 0) -> float:
+    """Run a command to its end and return the seconds that it took.
+
+    Raises:
+        AssertionError: it ended with another code.
+    """
+    begun = time.monotonic()
+    process = start(words)
+    _, errors = process.communicate(timeout=LIMIT)
+    assert process.returncode == returncode, f"exit code {process.returncode}: {errors.decode()[-2000:]}"
+    return time.monotonic() - begun
+
+
+def kill(words: Sequence[str], folder: Path, by: signal.Signals, after: float) -> Kill:
+    """Start a command, send its main process a signal after some seconds, and return what was seen."""
+    mark = uuid.uuid4().hex
+    process = start(words, mark)
+    try:
+        process.wait(after)
+    except subprocess.TimeoutExpired:
+        process.send_signal(by)
+    died = time.monotonic()
+    process.wait(LIMIT)
+    ledger = folder / "ledger.jsonl"
+    finished = len(ledger.read_bytes().splitlines()) if ledger.exists() else 0
+    while (remaining := _marked(mark)) and time.monotonic() - died < PATIENCE:
+        time.sleep(0.1)
+    survivors = tuple(f"{each.pid} {' '.join(each.cmdline())[:80]}" for each in remaining if each.is_running())
+    return Kill(process.returncode, finished, len(temporary_files(folder)), survivors)
+
+
+def kill_worker(words: Sequence[str], after: float, chooser: random.Random) -> bool:
+    """Run a command to its end, but kill one of its workers after some seconds; return whether one was killed.
+
+    Raises:
+        AssertionError: the command failed.
+    """
+    process = start(words)
+    killed = False
+    try:
+        process.wait(after)
+    except subprocess.TimeoutExpired:
+        workers = [each for each in psutil.Process(process.pid).children() if "spawn_main" in " ".join(each.cmdline())]
+        if workers:
+            chooser.choice(workers).send_signal(signal.SIGKILL)
+            killed = True
+    _, errors = process.communicate(timeout=LIMIT)
+    assert process.returncode == 0, f"exit code {process.returncode}: {errors.decode()[-2000:]}"
+    return killed
+
+
+def check(words: Sequence[str], folder: Path, expected: dict[str, str], by: signal.Signals, after: float) -> Kill:
+    """Kill a command, run it again to its end, and compare its folder with the expected files.
+
+    Raises:
+        AssertionError: the exit code is not the signal's, processes or temporary files remain, or a file differs.
+    """
+    seen = kill(words, folder, by, after)
+    assert seen.returncode in (0, EXIT_CODES[by]), seen
+    assert not seen.survivors, seen
+    run(words)
+    assert tree(folder) == expected
+    assert not temporary_files(folder)
+    return seen
+
+
+def temporary_files(folder: Path) -> list[Path]:
+    """Return the temporary files and folders below a folder and next to it."""
+    nearby = [path for path in folder.parent.glob(".*") if path.name.startswith(PREFIX)]
+    return nearby + [path for path in folder.rglob(".*") if path.name.startswith(PREFIX)]
+
+
+def _marked(mark: str) -> list[psutil.Process]:
+    marked = []
+    for process in psutil.process_iter():
+        try:
+            if process.environ().get(MARK) == mark and process.status() != psutil.STATUS_ZOMBIE:
+                marked.append(process)
+        except psutil.Error:
+            continue
+    return marked
+
+
+def report(line: str) -> None:
+    """Print a line at once."""
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def main() -> int:
+    """Kill a command at random moments and print what was seen."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--moments", type=int, default=30)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--work", type=Path, required=True)
+    parser.add_argument("--workers-too", action="store_true", help="also kill a worker at as many moments")
+    parser.add_argument("words", nargs="+", help="the command; {out} is its folder")
+    options = parser.parse_args()
+    chooser, faults = random.Random(options.seed), 0
+    undisturbed = options.work / "undisturbed"
+    shutil.rmtree(options.work, ignore_errors=True)
+    options.work.mkdir(parents=True)
+    lasted = run([word.replace("{out}", str(undisturbed)) for word in options.words])
+    expected = tree(undisturbed)
+    report(f"undisturbed: {lasted:.1f} s, {len(expected)} files")
+    kinds = [*EXIT_CODES, None] if options.workers_too else list(EXIT_CODES)
+    for number in range(options.moments):
+        by, after = kinds[number % len(kinds)], chooser.uniform(0.05, 1.0) * lasted
+        folder = options.work / f"run-{number}"
+        words = [word.replace("{out}", str(folder)) for word in options.words]
+        name = by.name if by is not None else "worker SIGKILL"
+        try:
+            if by is None:
+                seen: object = kill_worker(words, after, chooser)
+                assert tree(folder) == expected
+            else:
+                seen = check(words, folder, expected, by, after)
+            report(f"{number} {name} after {after:.1f} s: {seen}")
+            shutil.rmtree(folder)
+        except AssertionError as error:
+            faults += 1
+            print(f"{number} {name} after {after:.1f} s: FAULT {error}")
+    report(f"{options.moments - faults} of {options.moments} equal")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
