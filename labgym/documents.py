@@ -184,7 +184,12 @@ def load_json(raw: bytes, source: object, most: int = MAX_ELEMENTS) -> Any:
 
 def write_json(path: str | Path, data: Any) -> Path:
     """Write JSON atomically: into a temporary file in the same folder, which is then renamed."""
-    return write_text(path, json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_bytes(path, json_bytes(data))
+
+
+def json_bytes(data: Any) -> bytes:
+    """Return the content of a JSON file: UTF-8, indented, with a final newline."""
+    return (json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode("utf-8")
 
 
 def write_text(path: str | Path, text: str) -> Path:

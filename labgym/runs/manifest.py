@@ -22,7 +22,7 @@ class RunManifest(Document):
         files: SHA-256 by path relative to the folder, in the order of paths.
     """
 
-    SCHEMA: ClassVar[str] = "labgym.manifest/1"
+    SCHEMA: ClassVar[str] = "labgym.run-manifest/1"
 
     run: str
     files: dict[str, str]

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,10 +28,14 @@ MARK = "LABGYM_TEST_MARK"
 """Environment variable that marks all processes of a command, whoever their parent is by now."""
 APART = ("provenance.jsonl", "times.jsonl", ".lock")
 """Files that may differ between runs: when and where they ran, and how long they took."""
-EXIT_CODES = {signal.SIGKILL: -signal.SIGKILL, signal.SIGTERM: 143, signal.SIGINT: 130}
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 PATIENCE = 5.0
 """Seconds after which no process of a killed command may remain."""
 LIMIT = 600.0
+
+
+Moment = float | Callable[[], bool]
+"""When a command is killed: seconds after its start, or as soon as a condition holds."""
 
 
 @dataclass(frozen=True)
@@ -82,16 +86,14 @@ def run(words: Sequence[str], returncode: int = 0) -> float:
     return time.monotonic() - begun
 
 
-def kill(words: Sequence[str], folder: Path, by: signal.Signals, after: float) -> Kill:
-    """Start a command, send its main process a signal after some seconds, and return what was seen."""
+def kill(words: Sequence[str], folder: Path, by: signal.Signals, after: Moment) -> Kill:
+    """Start a command, send its main process a signal at a moment, and return what was seen."""
     mark = uuid.uuid4().hex
     process = start(words, mark)
-    try:
-        process.wait(after)
-    except subprocess.TimeoutExpired:
-        process.send_signal(by)
+    _wait(process, after)
+    process.send_signal(by)
     died = time.monotonic()
-    process.wait(LIMIT)
+    process.communicate(timeout=LIMIT)
     ledger = folder / "ledger.jsonl"
     finished = len(ledger.read_bytes().splitlines()) if ledger.exists() else 0
     while (remaining := _marked(mark)) and time.monotonic() - died < PATIENCE:
@@ -100,17 +102,16 @@ def kill(words: Sequence[str], folder: Path, by: signal.Signals, after: float) -
     return Kill(process.returncode, finished, len(temporary_files(folder)), survivors)
 
 
-def kill_worker(words: Sequence[str], after: float, chooser: random.Random) -> bool:
-    """Run a command to its end, but kill one of its workers after some seconds; return whether one was killed.
+def kill_worker(words: Sequence[str], after: Moment, chooser: random.Random) -> bool:
+    """Run a command to its end, but kill one of its workers at a moment; return whether one was killed.
 
     Raises:
         AssertionError: the command failed.
     """
     process = start(words)
     killed = False
-    try:
-        process.wait(after)
-    except subprocess.TimeoutExpired:
+    _wait(process, after)
+    if process.poll() is None:
         workers = [each for each in psutil.Process(process.pid).children() if "spawn_main" in " ".join(each.cmdline())]
         if workers:
             chooser.choice(workers).send_signal(signal.SIGKILL)
@@ -120,14 +121,15 @@ def kill_worker(words: Sequence[str], after: float, chooser: random.Random) -> b
     return killed
 
 
-def check(words: Sequence[str], folder: Path, expected: dict[str, str], by: signal.Signals, after: float) -> Kill:
+def check(words: Sequence[str], folder: Path, expected: dict[str, str], by: signal.Signals, after: Moment) -> Kill:
     """Kill a command, run it again to its end, and compare its folder with the expected files.
 
     Raises:
         AssertionError: the exit code is not the signal's, processes or temporary files remain, or a file differs.
     """
     seen = kill(words, folder, by, after)
-    assert seen.returncode in (0, EXIT_CODES[by]), seen
+    # Killed by the signal (before Python handles it), ended by it in good order, or done before it came.
+    assert seen.returncode in (-by, 128 + by, 0), seen
     assert not seen.survivors, seen
     run(words)
     assert tree(folder) == expected
@@ -139,6 +141,20 @@ def temporary_files(folder: Path) -> list[Path]:
     """Return the temporary files and folders below a folder and next to it."""
     nearby = [path for path in folder.parent.glob(".*") if path.name.startswith(PREFIX)]
     return nearby + [path for path in folder.rglob(".*") if path.name.startswith(PREFIX)]
+
+
+def lines(path: Path, count: int) -> Moment:
+    """Return the moment at which a file, such as a ledger, has some lines."""
+    return lambda: path.exists() and path.read_bytes().count(b"\n") >= count
+
+
+def _wait(process: subprocess.Popen[bytes], moment: Moment) -> None:
+    """Wait for a moment or for the end of a process."""
+    begun = time.monotonic()
+    while process.poll() is None and time.monotonic() - begun < LIMIT:
+        if moment() if callable(moment) else time.monotonic() - begun >= moment:
+            return
+        time.sleep(0.01)
 
 
 def _marked(mark: str) -> list[psutil.Process]:
@@ -174,7 +190,7 @@ def main() -> int:
     lasted = run([word.replace("{out}", str(undisturbed)) for word in options.words])
     expected = tree(undisturbed)
     report(f"undisturbed: {lasted:.1f} s, {len(expected)} files")
-    kinds = [*EXIT_CODES, None] if options.workers_too else list(EXIT_CODES)
+    kinds = [*SIGNALS, None] if options.workers_too else list(SIGNALS)
     for number in range(options.moments):
         by, after = kinds[number % len(kinds)], chooser.uniform(0.05, 1.0) * lasted
         folder = options.work / f"run-{number}"
@@ -190,7 +206,7 @@ def main() -> int:
             shutil.rmtree(folder)
         except AssertionError as error:
             faults += 1
-            print(f"{number} {name} after {after:.1f} s: FAULT {error}")
+            report(f"{number} {name} after {after:.1f} s: FAULT {error}")
     report(f"{options.moments - faults} of {options.moments} equal")
     return 1 if faults else 0
 
