@@ -43,7 +43,7 @@ Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 class BatchRow(Record):
-    """A protocol and a seed, with the layout that was generated or the reason why there is none.
+    """A protocol and a seed, with the layout that was generated or the reason why it could not be.
 
     Attributes:
         protocol: id of the protocol.
@@ -55,7 +55,7 @@ class BatchRow(Record):
         objects: number of placements.
         fitness: F in [0, 1], rounded to six decimals.
         furnishing: full, reduced or required.
-        infeasible: why there is no layout; null if there is one.
+        infeasible: why no layout was generated; null if one was.
         proven: whether the room cannot hold the protocol; false if the search stopped at its effort limit.
     """
 
