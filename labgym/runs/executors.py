@@ -1,12 +1,13 @@
-"""Executors of shards: this process, local worker processes; each like `concurrent.futures.Executor`."""
+"""Executors of shards: this process, local processes, a Dask cluster, Slurm jobs; each a `concurrent.futures.Executor`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 from labgym.errors import OptionError
@@ -20,17 +21,30 @@ class ExecutorOptions:
 
     Attributes:
         kind: local processes, a Dask cluster, or Slurm jobs.
-        workers: number of local processes; 1 runs in this process.
-        scheduler: address of the Dask scheduler.
+        workers: number of local processes, of which 1 means this process, or of Slurm jobs at a time. A Dask cluster
+            has as many workers as have joined it.
+        scheduler: address of the Dask scheduler, such as tcp://127.0.0.1:8786.
+        slurm: parameters of Slurm jobs by submitit's names, such as {"slurm_partition": "cpu", "timeout_min": 60}.
+
+    Raises:
+        OptionError: the number of workers is not positive, or an option belongs to another executor.
     """
 
     kind: ExecutorKind = "local"
     workers: int = 1
     scheduler: str | None = None
+    slurm: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        if self.kind not in EXECUTORS:
+            raise OptionError(f"executor is {self.kind!r}, expected one of {', '.join(EXECUTORS)}")
         if isinstance(self.workers, bool) or not isinstance(self.workers, int) or self.workers < 1:
             raise OptionError(f"workers is {self.workers!r}, expected a whole number of at least 1")
+        if (self.scheduler is None) == (self.kind == "dask"):
+            problem = "requires --scheduler, such as tcp://127.0.0.1:8786" if self.kind == "dask" else "has no scheduler"
+            raise OptionError(f"executor {self.kind} {problem}")
+        if self.slurm and self.kind != "slurm":
+            raise OptionError(f"executor {self.kind} takes no parameters of Slurm jobs ({', '.join(self.slurm)})")
 
 
 @dataclass(frozen=True)
@@ -48,15 +62,18 @@ class Workers:
     lost: tuple[type[BaseException], ...] = ()
 
 
-def open_executor(options: ExecutorOptions) -> AbstractContextManager[Workers]:
-    """Return the workers of an executor as a context, which ends them at once, with the calls that are still running.
+def open_executor(options: ExecutorOptions, folder: Path | None = None) -> AbstractContextManager[Workers]:
+    """Return the workers of an executor as a context, which ends the calls that are still running.
+
+    Args:
+        options: which executor.
+        folder: folder of the run, which Slurm jobs share; by default the working folder.
 
     Raises:
-        OptionError: the executor does not exist.
+        OptionError: the cluster cannot be reached, or its address is not allowed.
+        MissingDependencyError: the executor's package is not installed.
     """
-    if options.kind not in EXECUTORS:
-        raise OptionError(f"executor is {options.kind!r}, expected one of {', '.join(EXECUTORS)}")
-    return EXECUTORS[options.kind](options)
+    return EXECUTORS[options.kind](options, folder or Path())
 
 
 class ThisProcess(Executor):
@@ -73,7 +90,7 @@ class ThisProcess(Executor):
 
 
 @contextmanager
-def _local(options: ExecutorOptions) -> Iterator[Workers]:
+def _local(options: ExecutorOptions, _: Path) -> Iterator[Workers]:
     if options.workers == 1:
         yield Workers(ThisProcess(), lambda: 1)
         return
@@ -86,5 +103,21 @@ def _local(options: ExecutorOptions) -> Iterator[Workers]:
         pool.shutdown(cancel_futures=True)
 
 
-EXECUTORS: dict[str, Callable[[ExecutorOptions], AbstractContextManager[Workers]]] = {"local": _local}
+def _dask(options: ExecutorOptions, _: Path) -> AbstractContextManager[Workers]:
+    from labgym.runs.dask_cluster import dask_workers
+
+    return dask_workers(str(options.scheduler))
+
+
+def _slurm(options: ExecutorOptions, folder: Path) -> AbstractContextManager[Workers]:
+    from labgym.runs.slurm import slurm_workers
+
+    return slurm_workers(options.workers, options.slurm, folder)
+
+
+EXECUTORS: dict[str, Callable[[ExecutorOptions, Path], AbstractContextManager[Workers]]] = {
+    "local": _local,
+    "dask": _dask,
+    "slurm": _slurm,
+}
 """Executors by kind."""

@@ -145,7 +145,9 @@ class _Run:
     def _submit(self, shard: Shard) -> None:
         if self._workers is None or self._guard is None:
             self._guard = Guard.of(self._digests)
-            self._workers = self.stack.enter_context(open_executor(self._executor))
+            self._workers = self.stack.enter_context(
+                open_executor(self._executor, None if self._folder is None else self._folder.path)
+            )
         future = self._workers.executor.submit(self._guard.call, shard.function, shard.arguments)
         self._running[future] = shard
 

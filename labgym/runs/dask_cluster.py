@@ -1,0 +1,151 @@
+"""A Dask cluster that runs shards: workers join and leave while a run goes on."""
+
+from __future__ import annotations
+
+import ipaddress
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Executor, Future
+from contextlib import contextmanager
+from typing import Any
+from urllib.parse import urlsplit
+
+from labgym.errors import LabgymError, MissingDependencyError, OptionError
+from labgym.runs.executors import Workers
+
+CONNECT_SECONDS = 30
+SHARDS_PER_WORKER = 3
+"""Shards submitted for each worker: one runs, the others are on their way, so that no worker waits for the network."""
+CERTIFICATES = ("ca-file", "client.cert", "client.key")
+"""Settings of Dask (`distributed.comm.tls`) that a connection over TLS requires."""
+
+
+class ClusterLostError(LabgymError):
+    """The connection to the scheduler ended, or the cluster gave up on a shard."""
+
+
+@contextmanager
+def dask_workers(address: str) -> Iterator[Workers]:
+    """Connect to a scheduler and yield its workers; at the end, shards that have not begun are cancelled.
+
+    Raises:
+        OptionError: the address is not one of a scheduler, is beyond loopback without TLS, or does not answer.
+        MissingDependencyError: Dask is not installed.
+    """
+    try:
+        import distributed
+    except ImportError as error:
+        raise MissingDependencyError("distributed", "the executor dask", "dask") from error
+    with _connected(distributed, address) as client:
+        if not client.scheduler_info()["workers"]:
+            print(f"no worker has joined {address} yet: dask worker {address} --nthreads 1", file=sys.stderr)
+        executor = DaskExecutor(client, address)
+        yield Workers(executor, lambda: SHARDS_PER_WORKER * max(1, len(client.scheduler_info()["workers"])))
+
+
+class DaskExecutor(Executor):
+    """Submits calls to a cluster. A call of a worker that dies runs on another one.
+
+    Args:
+        client: a `distributed.Client`.
+        address: address of its scheduler, for messages.
+    """
+
+    def __init__(self, client: Any, address: str) -> None:
+        self._executor = client.get_executor(pure=False)
+        self._address = address
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
+        """Run a call on a worker."""
+        outcome: Future[Any] = Future()
+        remote = self._executor.submit(_call, function, arguments, keywords)
+        remote.add_done_callback(lambda future: _transfer(future, outcome, self._address))
+        return outcome
+
+
+def check_address(address: str) -> str:
+    """Return the scheme of a scheduler's address: "tcp" or "tls".
+
+    Anybody who reaches a scheduler can run any code on its workers, so that plain TCP is limited to loopback.
+
+    Raises:
+        OptionError: the address is not like tcp://127.0.0.1:8786, or is beyond loopback without TLS.
+    """
+    try:
+        parts = urlsplit(address)
+        port = parts.port
+    except ValueError:
+        parts, port = urlsplit(""), None
+    if parts.scheme not in ("tcp", "tls") or not parts.hostname or not port:
+        raise OptionError(f"scheduler is {address[:80]!r}, expected an address such as tcp://127.0.0.1:8786")
+    if parts.scheme == "tcp" and not _is_loopback(parts.hostname):
+        raise OptionError(
+            f"scheduler {address} is not on this machine and has no TLS: whoever reaches it can run code on its "
+            "workers; use tls:// with certificates (docs/scale.md), or an SSH tunnel to 127.0.0.1"
+        )
+    return parts.scheme
+
+
+@contextmanager
+def _connected(distributed: Any, address: str) -> Iterator[Any]:
+    security = _security(distributed) if check_address(address) == "tls" else None
+    try:
+        client = distributed.Client(address, timeout=CONNECT_SECONDS, security=security, set_as_default=False)
+    except (OSError, ValueError) as error:  # TimeoutError is an OSError.
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise OptionError(f"scheduler {address} does not answer ({reason}); start one: dask scheduler") from None
+    try:
+        yield client
+    finally:
+        client.close(timeout=CONNECT_SECONDS)
+
+
+def _security(distributed: Any) -> Any:
+    import dask
+
+    missing = [name for name in CERTIFICATES if not dask.config.get(f"distributed.comm.tls.{name}", None)]
+    if missing:
+        variable = "DASK_DISTRIBUTED__COMM__TLS__" + missing[0].replace(".", "__").replace("-", "_").upper()
+        raise OptionError(f"a tls:// scheduler requires certificates: {variable} is not set (docs/scale.md)")
+    return distributed.Security(require_encryption=True)
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _call(function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+    """Run a call on a worker, which must have one thread: a shard has its process for itself."""
+    import distributed
+
+    worker = distributed.get_worker()
+    if worker.state.nthreads != 1:
+        raise OptionError(
+            f"Dask worker {worker.address} has {worker.state.nthreads} threads, expected 1: start workers with "
+            "dask worker --nthreads 1 --nworkers N"
+        )
+    return function(*arguments, **keywords)
+
+
+def _transfer(remote: Future[Any], outcome: Future[Any], address: str) -> None:
+    """Give a future the outcome of the cluster's, with errors of the cluster in one line."""
+    from distributed import KilledWorker
+
+    try:
+        error = remote.exception()
+    except CancelledError:
+        error = ClusterLostError(
+            f"the connection to the scheduler {address} ended; finished shards are kept: run again to resume"
+        )
+    if isinstance(error, KilledWorker):
+        error = ClusterLostError(
+            f"the cluster at {address} gave up on a shard, because each worker that ran it died, perhaps out of "
+            "memory; finished shards are kept: run again to resume"
+        )
+    if error is None:
+        outcome.set_result(remote.result())
+    else:
+        outcome.set_exception(error)

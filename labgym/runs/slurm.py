@@ -1,0 +1,141 @@
+"""Slurm jobs that run shards, one each, by submitit and a folder that all nodes share."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from labgym.errors import LabgymError, MissingDependencyError, OptionError
+from labgym.runs.executors import Workers
+
+FOLDER = "slurm"
+"""Subfolder of the run with the jobs' scripts, logs and results."""
+POLL_SECONDS = 1.0
+DEFAULTS = {"timeout_min": 240, "cpus_per_task": 1, "mem_gb": 4}
+"""Parameters of a job that are not set otherwise."""
+
+
+class JobLostError(LabgymError):
+    """A job ended without a result: its node failed, or it exceeded its time or its memory."""
+
+
+@contextmanager
+def slurm_workers(
+    jobs: int, parameters: Mapping[str, Any], folder: Path, cluster: str = "slurm"
+) -> Iterator[Workers]:
+    """Yield an executor whose calls are jobs; at the end, those that are still running are cancelled.
+
+    Args:
+        jobs: number of jobs in the queue at a time.
+        parameters: parameters of the jobs by submitit's names.
+        folder: a folder that this machine and the nodes share.
+        cluster: submitit's name of the cluster; "local" runs the jobs as processes of this machine.
+
+    Raises:
+        OptionError: Slurm is not installed, or a parameter is unknown.
+        MissingDependencyError: submitit is not installed.
+    """
+    try:
+        import submitit
+    except ImportError as error:
+        raise MissingDependencyError("submitit", "the executor slurm", "slurm") from error
+    place = folder.resolve() / FOLDER
+    try:
+        submitter = submitit.AutoExecutor(place, cluster=cluster)
+        submitter.update_parameters(**(DEFAULTS | dict(parameters)))
+    except (RuntimeError, NameError, TypeError, ValueError) as error:
+        reason = " ".join(str(error).split())[:300]
+        raise OptionError(f"executor slurm: {reason}; names of parameters are submitit's") from None
+    executor = SlurmExecutor(submitter)
+    try:
+        yield Workers(executor, lambda: jobs, (JobLostError,))
+    finally:
+        executor.shutdown(wait=False, cancel_futures=True)
+        if not executor.lost:
+            shutil.rmtree(place, ignore_errors=True)
+
+
+class SlurmExecutor(Executor):
+    """Submits calls as jobs and watches for their results.
+
+    Attributes:
+        lost: number of jobs that ended without a result; their logs are kept.
+
+    Args:
+        submitter: a `submitit.AutoExecutor`.
+    """
+
+    def __init__(self, submitter: Any) -> None:
+        self.lost = 0
+        self._submitter = submitter
+        self._jobs: dict[Future[Any], Any] = {}
+        self._ending = threading.Event()
+        self._lock = threading.Lock()
+        self._watch = threading.Thread(target=self._poll, name="slurm jobs", daemon=True)
+        self._watch.start()
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
+        """Submit a call as a job.
+
+        Raises:
+            LabgymError: Slurm refuses the job.
+        """
+        future: Future[Any] = Future()
+        try:
+            job = self._submitter.submit(_outcome, function, arguments, keywords)
+        except Exception as error:
+            reason = " ".join(str(error).split())[:300]
+            raise LabgymError(f"Slurm refuses a job ({reason}); finished shards are kept") from error
+        with self._lock:
+            self._jobs[future] = job
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Stop watching; cancel the jobs that are still running if `cancel_futures`, else wait for them if `wait`."""
+        while wait and not cancel_futures and self._jobs:
+            self._ending.wait(POLL_SECONDS)
+        self._ending.set()
+        self._watch.join()
+        with suppress(Exception):  # What is left ends with its time limit.
+            for job in self._jobs.values():
+                job.cancel()
+
+    def _poll(self) -> None:
+        while not self._ending.wait(POLL_SECONDS):
+            with self._lock:
+                jobs = list(self._jobs.items())
+            for future, job in jobs:
+                if job.done():
+                    self._end(future, job)
+                    with self._lock:
+                        del self._jobs[future]
+
+    def _end(self, future: Future[Any], job: Any) -> None:
+        """Give a future the outcome of its job."""
+        try:
+            value, error = job.result()
+        except Exception as failure:  # noqa: BLE001 -- submitit has several, and a result file may be broken
+            self.lost += 1
+            lines = str(failure).strip().splitlines() or [type(failure).__name__]
+            value, error = None, JobLostError(
+                f"Slurm job {job.job_id} ended without a result ({lines[0][:200]}); its logs are {job.paths.stderr}"
+            )
+        if error is None:
+            future.set_result(value)
+        else:
+            future.set_exception(error)
+
+
+def _outcome(
+    function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]
+) -> tuple[Any, Exception | None]:
+    """Return the result of a call, or the exception that it raised: submitit would return its text alone."""
+    try:
+        return function(*arguments, **keywords), None
+    except Exception as error:  # noqa: BLE001 -- the coordinator raises it again
+        return None, error
