@@ -366,6 +366,24 @@ def bench(rounds: int = 15) -> int:
 
 
 @app.command
+def coverage(evaluations: int = 4000, seed: int = 0) -> int:
+    """Simulate evaluations and print how often the 95% intervals of navigation metrics contain the truth.
+
+    Args:
+        evaluations: Number of simulated evaluations per cell of the table.
+        seed: Random seed of the simulation.
+    """
+    from tqdm import tqdm
+
+    from labgym.eval.driving import coverage as simulation
+
+    scenarios = list(simulation.scenarios())
+    rows = [simulation.coverage_row(scenario, evaluations, seed) for scenario in tqdm(scenarios, "coverage")]
+    print(simulation.coverage_table(rows, evaluations, seed).text())
+    return DONE
+
+
+@app.command
 def doctor() -> int:
     """Check this machine: packages, artefacts, renderers; list what is missing and how to install it."""
     import labgym.doctor

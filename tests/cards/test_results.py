@@ -8,7 +8,7 @@ import pytest
 
 from labgym.cards.results import ablation_table
 from labgym.errors import OptionError
-from labgym.eval.driving.bootstrap import Estimate
+from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.driving.suites import Suite

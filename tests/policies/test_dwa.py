@@ -189,6 +189,6 @@ def layout() -> Layout:
 def test_a_course_around_an_island_is_driven_to_the_goal_the_same_way_each_time(layout):
     report = evaluate("dwa", [layout], progress=False)
     assert report["success"] == 1.0
-    assert report["contacts_per_metre"] == 0.0
+    assert report["contacts_per_meter"] == 0.0
     assert not report.summary.privileged
     assert evaluate("dwa", [layout], progress=False).routes == report.routes

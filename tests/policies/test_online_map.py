@@ -48,7 +48,7 @@ def report(layout):
 
 def test_a_course_is_driven_without_contact_and_close_to_the_shortest_path(report):
     assert report["success"] == 1.0
-    assert report["contacts_per_metre"] == 0.0
+    assert report["contacts_per_meter"] == 0.0
     assert report["spl"] > 0.9
     assert not report.summary.privileged
 

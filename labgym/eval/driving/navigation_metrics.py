@@ -1,4 +1,4 @@
-"""Navigation metrics of one episode, and estimates over many.
+"""Navigation metrics of one episode, and estimates over many (definitions `navigation-v2`).
 
 S is 1 if the episode succeeded, else 0; L* is the length of the shortest path for a disc of the planning radius; P is
 the length driven; d0 and dT are the straight distances to the goal at the start and at the end:
@@ -8,11 +8,14 @@ the length driven; d0 and dT are the straight distances to the goal at the start
     success              mean S
     spl, soft_spl        means over episodes
     collision_free       share of episodes that succeed without contact
-    contacts_per_metre   control steps in contact, over all episodes, / meters driven
+    contacts_per_meter   mean over episodes of min(10, control steps in contact / meters driven)
     min_clearance        mean over episodes of the smallest clearance of the chassis, meters
     time_to_goal         mean simulated seconds of the successful episodes
     planning_ms          mean wall-clock milliseconds of the policy per action
     final_distance       mean dT, meters
+
+A robot that drives at full speed (1 m/s, 10 control steps per second) and touches something all the way has 10 contacts
+per meter. More are the time for which it stands stuck; without the cap one stuck robot doubles the mean of a suite.
 
 Suites with the NavDP benchmark's rules use that benchmark's metrics under separate names. They are not comparable with
 those above: episodes end at a different distance from the goal, and the straight distance replaces L*.
@@ -27,18 +30,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-from labgym.eval.driving.bootstrap import RESAMPLES, Estimate, ratio_estimate
 from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.intervals import Estimate, bounded_mean, positive_mean, real_mean
+
+VERSION = "navigation-v2"
+"""Version of the definitions. Version 1 divided the contacts of all episodes by the meters of all episodes."""
+
+CONTACT_CAP = 10.0
+"""Largest contacts per meter of an episode: contact in every control step at full speed."""
 
 METRICS = (
     "success",
     "spl",
     "soft_spl",
     "collision_free",
-    "contacts_per_metre",
+    "contacts_per_meter",
     "min_clearance",
     "time_to_goal",
     "final_distance",
@@ -50,7 +56,7 @@ NAVDP_METRICS = (
     "navdp_success",
     "navdp_spl",
     "navdp_time",
-    "contacts_per_metre",
+    "contacts_per_meter",
     "min_clearance",
     "final_distance",
     "planning_ms",
@@ -82,42 +88,42 @@ def soft_spl(initial: float, final: float, shortest: float, driven: float) -> fl
     return progress * shortest / max(driven, shortest)
 
 
-def summarise(
-    rows: Sequence[EpisodeRow],
-    seed: int = 0,
-    resamples: int = RESAMPLES,
-    metrics: Literal["touchstone", "navdp"] = "touchstone",
-) -> dict[str, Estimate]:
-    """Return each metric with its 95% interval, bootstrapped over layouts.
+def contacts_per_meter(contacts: int, driven: float) -> float:
+    """Return control steps in contact per meter driven, at most `CONTACT_CAP`.
 
     Args:
-        rows: episodes of one policy.
-        seed: random seed of the resampling, the same for every metric and policy.
-        resamples: number of resamples.
+        contacts: control steps in contact.
+        driven: P, meters.
+    """
+    return min(contacts / driven, CONTACT_CAP) if driven > 0.0 else CONTACT_CAP * (contacts > 0)
+
+
+def summarise(
+    rows: Sequence[EpisodeRow], metrics: Literal["touchstone", "navdp"] = "touchstone"
+) -> dict[str, Estimate]:
+    """Return each metric with its 95% interval over layouts and repeats (see `intervals`).
+
+    Args:
+        rows: episodes of one policy, in any order.
         metrics: which metrics, as in the suite.
     """
-    clusters = [row.layout for row in rows]
-    success = np.array([row.success for row in rows], dtype=np.float64)
-    time = _column([row.time if row.success else None for row in rows])
-    touched = np.array([row.contacts for row in rows], dtype=np.float64)
-    ones = np.ones(len(rows))
-    parts: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {
-        "success": (success, ones),
-        "navdp_success": (success, ones),
-        "navdp_spl": (_column([row.navdp_spl for row in rows]), ones),
-        "navdp_time": (time, ones),
-        "spl": (_column([row.spl for row in rows]), ones),
-        "soft_spl": (_column([row.soft_spl for row in rows]), ones),
-        "collision_free": (success * (touched == 0), ones),
-        "contacts_per_metre": (touched, np.array([row.path_length for row in rows], dtype=np.float64)),
-        "min_clearance": (_column([row.min_clearance for row in rows]), ones),
-        "time_to_goal": (time, ones),
-        "final_distance": (_column([row.final_distance for row in rows]), ones),
-        "planning_ms": (_column([row.planning_ms for row in rows]), ones),
+    layouts = [row.layout for row in rows]
+    success = [float(row.success) for row in rows]
+    time = positive_mean([row.time if row.success else None for row in rows], layouts)
+    estimates = {
+        "success": bounded_mean(success, layouts),
+        "navdp_success": bounded_mean(success, layouts),
+        "navdp_spl": bounded_mean([row.navdp_spl for row in rows], layouts),
+        "navdp_time": time,
+        "spl": bounded_mean([row.spl for row in rows], layouts),
+        "soft_spl": bounded_mean([row.soft_spl for row in rows], layouts),
+        "collision_free": bounded_mean([float(row.success and row.contacts == 0) for row in rows], layouts),
+        "contacts_per_meter": bounded_mean(
+            [contacts_per_meter(row.contacts, row.path_length) for row in rows], layouts, highest=CONTACT_CAP
+        ),
+        "min_clearance": real_mean([row.min_clearance for row in rows], layouts),
+        "time_to_goal": time,
+        "final_distance": positive_mean([row.final_distance for row in rows], layouts),
+        "planning_ms": positive_mean([row.planning_ms for row in rows], layouts),
     }
-    names = NAVDP_METRICS if metrics == "navdp" else METRICS
-    return {name: ratio_estimate(*parts[name], clusters, seed=seed, resamples=resamples) for name in names}
-
-
-def _column(values: Sequence[float | None]) -> NDArray[np.float64]:
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+    return {name: estimates[name] for name in (NAVDP_METRICS if metrics == "navdp" else METRICS)}

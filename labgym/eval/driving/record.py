@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from labgym import __version__
 from labgym.documents import Document, Record, files_digest
-from labgym.eval.driving.bootstrap import Estimate
+from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.suites import Suite
 from labgym.policies import Policy
 from labgym.policies.policy import Sensors
@@ -44,7 +44,7 @@ class NavigationSummary(Document):
         suite: the whole suite with its version.
         policy: label of the policy. options: its arguments. privileged: whether it received the true map.
         sensors: the policy's observation; None in summaries older than this field.
-        seed: random seed of the evaluation and of the intervals.
+        seed: random seed of the evaluation.
         layouts: hashes by layout id, in the suite's order.
         episodes: number of rows. expected: number of episodes of the suite.
         errors: episodes in which the policy raised an exception. unreachable: episodes without a path (no SPL).

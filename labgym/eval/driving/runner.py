@@ -171,7 +171,7 @@ class _Run:
             errors=sum(row.error is not None for row in rows),
             unreachable=sum(row.shortest_path_length is None for row in rows),
             complete=len(rows) == len(keys),
-            metrics=summarise(rows, self.seed, metrics=self.suite.metrics),
+            metrics=summarise(rows, self.suite.metrics),
             arguments=self.arguments,
             provenance=self.provenance,
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from labgym.eval.driving.bootstrap import Estimate
+from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.layout_report import LayoutSummary
@@ -29,7 +29,7 @@ NAVIGATION_ROWS = (
     ("spl", "SPL ↑", 3),
     ("soft_spl", "SoftSPL ↑", 3),
     ("collision_free", "Collision-free SR ↑", 3),
-    ("contacts_per_metre", "Contacts per meter ↓", 3),
+    ("contacts_per_meter", "Contacts per meter ↓", 3),
     ("min_clearance", "Minimum clearance, m ↑", 3),
     ("time_to_goal", "Time to goal, s ↓", 2),
     ("final_distance", "Distance left, m ↓", 2),
@@ -102,7 +102,7 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
             for key, heading, digits in rows
         ),
         notes=(
-            "Brackets: 95% bootstrap intervals over layouts.",
+            "Brackets: 95% intervals over layouts and repeats.",
             "Time to goal is a mean over successful episodes. Planning time depends on the machine.",
         ),
     )
@@ -135,7 +135,7 @@ def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
         columns=("Policy", "Input", *(heading for _, heading, _, _ in LEADERBOARD_COLUMNS)),
         rows=(*rows, *paper_rows),
         notes=(
-            "Brackets: 95% bootstrap intervals over layouts.",
+            "Brackets: 95% intervals over layouts and repeats.",
             "Time is the mean time to goal over successful episodes; planning is the time per control step and depends "
             "on the machine.",
             "The paper's rows are from other scenes and models, without and with its navigation optimization; they are "

@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 import pytest
 
 from labgym.errors import UnknownNameError
-from labgym.eval.driving.bootstrap import Estimate
+from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import METRICS
 from labgym.eval.driving.record import EvaluationProvenance, NavigationSummary
 from labgym.eval.driving.suites import Suite
