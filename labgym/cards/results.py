@@ -8,8 +8,8 @@ from pathlib import Path
 
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
-from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.results import Evaluation
 from labgym.eval.reports.route_figures import drives_figure, sampled, what_went_wrong
@@ -129,7 +129,9 @@ def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:
         title="",
         columns=("Variant", *(heading for _, heading in ABLATION_COLUMNS)),
         rows=rows,
-        notes=(f"Suite {suites.pop()}, {episodes} episodes each; in brackets: 95% intervals over layouts and repeats.",),
+        notes=(
+            f"Suite {suites.pop()}, {episodes} episodes each; in brackets: 95% intervals over layouts and repeats.",
+        ),
     ).markdown()
     return f"{table}\n\n{_effects(summaries, titles)}"
 

@@ -118,9 +118,7 @@ def coverage(scenario: Scenario, evaluations: int, seed: int = 0) -> Coverage:
         above += estimate.low > scenario.truth + 1e-9
         below += estimate.high < scenario.truth - 1e-9
         width += estimate.high - estimate.low
-    return Coverage(
-        1.0 - (above + below) / evaluations, above / evaluations, below / evaluations, width / evaluations
-    )
+    return Coverage(1.0 - (above + below) / evaluations, above / evaluations, below / evaluations, width / evaluations)
 
 
 def scenarios() -> Iterator[Scenario]:

@@ -50,6 +50,7 @@ class NavigationSummary(Document):
         errors: episodes in which the policy raised an exception. unreachable: episodes without a path (no SPL).
         complete: whether every episode was driven.
         metrics: estimates by name, in the order of `navigation_metrics.METRICS`.
+        definitions: version of the metrics' definitions.
         arguments: further arguments of `evaluate`, defaults included.
         provenance: the code that produced the results.
     """
@@ -69,6 +70,7 @@ class NavigationSummary(Document):
     unreachable: int
     complete: bool
     metrics: dict[str, Estimate]
+    definitions: str = "navigation-v1"
     arguments: dict[str, Any]
     provenance: EvaluationProvenance
 

@@ -16,7 +16,7 @@ from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.assignments import episode_keys
 from labgym.eval.driving.drive import Drive, Route
 from labgym.eval.driving.episode_row import EpisodeRow, Key
-from labgym.eval.driving.navigation_metrics import summarise
+from labgym.eval.driving.navigation_metrics import VERSION, summarise
 from labgym.eval.driving.record import EvaluationIdentity, EvaluationProvenance, NavigationSummary, provenance
 from labgym.eval.driving.run_folder import RunFolder
 from labgym.eval.driving.suites import Jitter, Suite, load_suite, suite_of
@@ -172,6 +172,7 @@ class _Run:
             unreachable=sum(row.shortest_path_length is None for row in rows),
             complete=len(rows) == len(keys),
             metrics=summarise(rows, self.suite.metrics),
+            definitions=VERSION,
             arguments=self.arguments,
             provenance=self.provenance,
         )
