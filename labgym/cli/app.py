@@ -29,6 +29,7 @@ from labgym.cli.arguments import (
     PolicyOptions,
     Texts,
     numbers,
+    parse_options,
 )
 from labgym.cli.assets import assets_app
 from labgym.cli.layouts import generate
@@ -186,11 +187,12 @@ def eval_(
     from labgym.eval.driving.runner import evaluate
     from labgym.eval.driving.suites import Jitter, load_suite, suite_of
     from labgym.eval.reports.tables import navigation_table
-    from labgym.policies import registry
 
     _allow_local_modules()
     if policy == "?":
-        print(registry.policy_table())
+        from labgym.policies.registry import policy_table
+
+        print(policy_table())
         return DONE
     if protocol is not None and not layouts:
         raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
@@ -205,7 +207,7 @@ def eval_(
         workers=workers,
         out=folder,
         seed=seed,
-        options=registry.parse_options(options),
+        options=parse_options(options),
         overwrite=overwrite,
         repeats=repeats,
         jitter=displacement,
@@ -252,13 +254,12 @@ def record(
     from labgym.envs.tasks import resolve_layout
     from labgym.eval.drawing import film
     from labgym.eval.driving.drive import drive_pair
-    from labgym.policies import registry
 
     _allow_local_modules()
     film.check_film_path(out)
     scene = resolve_layout(layout, protocol)
     ends = numbers("start", start), numbers("goal", goal)
-    drive = drive_pair(policy, scene, pair, seed, registry.parse_options(options), *ends)
+    drive = drive_pair(policy, scene, pair, seed, parse_options(options), *ends)
     print(episode_outcome(drive.row))
     written(film.save_film(tqdm(film.film(scene, drive.route, width, height, quality), "film", len(drive.route)), out))
     return complaints([drive.row.error] if drive.row.error else [])
@@ -284,7 +285,6 @@ def serve(
     """
     from labgym.policies import make_policy
     from labgym.policies.http.server import NavigationServer
-    from labgym.policies.registry import parse_options
 
     _allow_local_modules()
     arguments = parse_options(options)

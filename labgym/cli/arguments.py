@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from tyro.conf import Positional, arg
+from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from labgym.errors import OptionError
+
+if TYPE_CHECKING:
+    from labgym.runs import ExecutorOptions
+
 
 LayoutName = Positional[Annotated[str, arg(metavar="LAYOUT")]]
 """A layout's .json file, or the id of a published layout."""
@@ -40,3 +47,53 @@ def numbers(name: str, text: str | None) -> tuple[float, ...] | None:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise OptionError(f"--{name} {text[:60]!r} must be numbers with commas between them, such as 1.5,2,0") from None
+
+
+@dataclass(frozen=True)
+class ExecutorArguments:
+    """Arguments of the commands whose work may run on other processes or machines.
+
+    Attributes:
+        workers: Number of processes, or of Slurm jobs at a time; the files do not depend on it.
+        executor: Where the work runs: local processes, the Dask cluster of --scheduler, or Slurm jobs (docs/scale.md).
+        scheduler: Address of the Dask scheduler, such as tcp://127.0.0.1:8786.
+        slurm: Parameters of the Slurm jobs by submitit's names, such as slurm_partition=cpu timeout_min=60.
+    """
+
+    workers: int = 1
+    executor: Literal["local", "dask", "slurm"] = "local"
+    scheduler: OptionalText = None
+    slurm: PolicyOptions = ()
+
+    def options(self) -> ExecutorOptions:
+        """Return the options of the executor.
+
+        Raises:
+            OptionError: they are out of range, or belong to another executor.
+        """
+        from labgym.runs import ExecutorOptions
+
+        return ExecutorOptions(self.executor, self.workers, self.scheduler, parse_options(self.slurm))
+
+
+def parse_options(texts: Iterable[str]) -> dict[str, Any]:
+    """Return arguments by name from texts NAME=VALUE; a value that is valid JSON is read as JSON.
+
+    Raises:
+        OptionError: a text has no name.
+    """
+    arguments: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.isidentifier():
+            raise OptionError(f"option {text[:80]!r} is not NAME=VALUE, such as replan=2")
+        try:
+            arguments[name] = json.loads(value)
+        except (ValueError, RecursionError):
+            arguments[name] = value
+    return arguments
+
+
+Execution = OmitArgPrefixes[ExecutorArguments]
+"""The arguments --workers, --executor, --scheduler and --slurm."""
+THIS_PROCESS = ExecutorArguments()

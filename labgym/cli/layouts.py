@@ -6,10 +6,9 @@ import sys
 from pathlib import Path
 
 from labgym import protocols
-from labgym.cli.arguments import OptionalPath, OptionalText, OptionalWholeNumber, ProtocolNames
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber, ProtocolNames
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.errors import OptionError
-from labgym.runs import ExecutorOptions
 
 
 def generate(
@@ -21,7 +20,7 @@ def generate(
     explain: bool = False,
     count: OptionalWholeNumber = None,
     shard: int = 20,
-    workers: int = 1,
+    execution: Execution = THIS_PROCESS,
     fresh: bool = False,
 ) -> int:
     """Generate a laboratory for a protocol, or with --count many laboratories for one or more protocols.
@@ -41,7 +40,6 @@ def generate(
         explain: Print the reason for each object.
         count: Number of layouts for each protocol, with the seeds SEED to SEED+COUNT-1.
         shard: With --count, number of layouts in a unit of work: what a worker gets, and what a kill can cost it.
-        workers: With --count, number of processes; the files do not depend on it.
         fresh: With --count, move aside what the folder holds and start anew.
     """
     if count is None:
@@ -55,7 +53,7 @@ def generate(
     if out is None:
         raise OptionError("--count needs a folder for the layouts: name it with --out")
     batch = generate_batch(
-        protocol, count, out, seed, room, profile, shard=shard, executor=ExecutorOptions(workers=workers), fresh=fresh
+        protocol, count, out, seed, room, profile, shard=shard, executor=execution.options(), fresh=fresh
     )
     written(out)
     print(batch.summary)

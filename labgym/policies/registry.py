@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
-import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import EntryPoint, entry_points
@@ -157,24 +156,6 @@ def make_policy(name: str, **arguments: Any) -> Policy:
     if not isinstance(policy, Policy):
         raise LabgymError(f"policy {name!r} is a {type(policy).__name__}; derive it from labgym.policies.Policy")
     return policy
-
-
-def parse_options(texts: Iterable[str]) -> dict[str, Any]:
-    """Return arguments for `make_policy` from texts NAME=VALUE; a value that is valid JSON is read as JSON.
-
-    Raises:
-        OptionError: a text has no name.
-    """
-    arguments: dict[str, Any] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not name.isidentifier():
-            raise OptionError(f"option {text[:80]!r} is not NAME=VALUE, such as replan=2")
-        try:
-            arguments[name] = json.loads(value)
-        except (ValueError, RecursionError):
-            arguments[name] = value
-    return arguments
 
 
 def _checked(name: str, factory: Callable[..., object], arguments: Mapping[str, Any]) -> dict[str, Any]:

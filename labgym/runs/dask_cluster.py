@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import pickle
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor, Future
@@ -58,7 +59,8 @@ class DaskExecutor(Executor):
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
         """Run a call on a worker."""
         outcome: Future[Any] = Future()
-        remote = self._executor.submit(_call, function, arguments, keywords)
+        # Pickled here, so that the scheduler passes on bytes and does not read layouts.
+        remote = self._executor.submit(_call, pickle.dumps((function, arguments, keywords)))
         remote.add_done_callback(lambda future: _transfer(future, outcome, self._address))
         return outcome
 
@@ -117,7 +119,7 @@ def _is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-def _call(function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+def _call(pickled: bytes) -> Any:
     """Run a call on a worker, which must have one thread: a shard has its process for itself."""
     import distributed
 
@@ -127,6 +129,7 @@ def _call(function: Callable[..., Any], arguments: tuple[Any, ...], keywords: di
             f"Dask worker {worker.address} has {worker.state.nthreads} threads, expected 1: start workers with "
             "dask worker --nthreads 1 --nworkers N"
         )
+    function, arguments, keywords = pickle.loads(pickled)  # noqa: S301 -- from the coordinator, through the scheduler
     return function(*arguments, **keywords)
 
 
@@ -145,6 +148,8 @@ def _transfer(remote: Future[Any], outcome: Future[Any], address: str) -> None:
             f"the cluster at {address} gave up on a shard, because each worker that ran it died, perhaps out of "
             "memory; finished shards are kept: run again to resume"
         )
+    if isinstance(error, RuntimeError) and "deserialization of the task graph" in str(error):
+        error = ClusterLostError(f"the scheduler {address} cannot import labgym: install the same version there")
     if error is None:
         outcome.set_result(remote.result())
     else:
