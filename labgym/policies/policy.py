@@ -6,12 +6,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.errors import LabgymError
 from labgym.layouts import Layout
 from labgym.navigation import GoalPair, Pose
 from labgym.policies.options import PolicyOptions
@@ -57,8 +58,8 @@ class Policy(ABC):
 
     The observation is the environment's (`goal`, `velocity` and the policy's sensors) and, in addition, `odometry`:
     float64 (3,), the robot's pose (x, y, yaw) in the start frame of the episode, without noise, as from wheel encoders
-    and a gyroscope. A policy that is not privileged receives nothing else. The evaluator runs policies in its own
-    process and does not isolate them: it relies on their authors not to read its memory.
+    and a gyroscope. A policy that is not privileged receives nothing else. The evaluator runs each episode in a fresh
+    process, which ends with the episode: nothing that a policy keeps in memory reaches the next episode.
 
     Attributes:
         name: shown in reports; the class's name by default.
@@ -107,5 +108,31 @@ class Policy(ABC):
         return None
 
     def close(self) -> None:
-        """Release connections and processes. Called once, after the last episode."""
+        """Release connections and processes. Called once, after the last episode in this process."""
         return
+
+
+class Driver(Protocol):
+    """What drives an episode: a `Policy`, or the evaluator's view of one in a process of its own."""
+
+    @property
+    def observation(self) -> Sensors:
+        """The sensors that the policy receives."""
+        ...
+
+    @property
+    def privileged(self) -> bool:
+        """Whether the policy receives the map."""
+        ...
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Begin an episode."""
+        ...
+
+    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+        """Return the action for the next control step, shape (2,), in [-1, 1]: forward and turn."""
+        ...
+
+
+class PolicyError(LabgymError):
+    """A policy raised an exception, returned an invalid action, died, or exceeded a limit."""

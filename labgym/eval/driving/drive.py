@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.robot import ROBOT
-from labgym.errors import LabgymError
 from labgym.eval.driving.assignments import Assignment, assignment_between, assignments
 from labgym.eval.driving.episode_row import EpisodeRow, Pose
 from labgym.eval.driving.navigation_metrics import soft_spl, spl
 from labgym.eval.driving.suites import Suite, suite_of
 from labgym.geometry import rotate, wrap_angle
 from labgym.layouts import Layout
-from labgym.policies import EpisodeStart, GroundTruth, Policy, make_policy
+from labgym.policies import EpisodeStart, GroundTruth
+from labgym.policies.policy import Driver, PolicyError
+from labgym.policies.process import PolicyProcess, PolicySource
+from labgym.policies.process.episode import InvalidActionError, checked_action
 
 Route = tuple[Pose, ...]
 Info = dict[str, Any]
@@ -44,22 +46,18 @@ class Stopped(Exception):  # noqa: N818 - a request, not an error
     """The evaluation was asked to stop; the episode in progress is discarded."""
 
 
-class PolicyError(LabgymError):
-    """A policy raised an exception or returned an invalid action."""
-
-
 def drive_layout(
-    policy: Policy, layout: Layout, suite: Suite, label: str, seed: int, stopped: Callable[[], bool] = lambda: False
+    policy: Driver, layout: Layout, suite: Suite, label: str, seed: int, stopped: Callable[[], bool] = lambda: False
 ) -> tuple[Drive, ...]:
     """Drive every goal pair of a layout, each as often as the suite says.
 
     Args:
-        policy: the policy.
+        policy: the policy, in a process of its own or in this one.
         layout: the layout; its protocol gives the goal pairs.
         suite: the rules.
         label: name of the policy in the rows.
-        seed: random seed of the evaluation; an episode's randomness depends only on it, on the layout's hash, on the
-            pair and on the repeat.
+        seed: random seed of the evaluation; a policy's randomness depends only on it, on the goal in the start frame
+            and on the repeat.
         stopped: called before each control step; returns whether to stop.
 
     Raises:
@@ -69,7 +67,7 @@ def drive_layout(
 
 
 def drive_episodes(
-    policy: Policy,
+    policy: Driver,
     layout: Layout,
     episodes: Sequence[Assignment],
     suite: Suite,
@@ -110,7 +108,7 @@ def drive_pair(
         UnknownNameError: no goal pair has that index.
     """
     episode = assignment_between(layout, pair, start, goal)
-    driver = make_policy(policy, **(options or {}))
+    driver = PolicyProcess(PolicySource.named(policy, options))
     try:
         (drive,) = drive_episodes(driver, layout, (episode,), suite_of([layout]), policy, seed)
     finally:
@@ -122,12 +120,10 @@ class _Episode:
     """An episode in progress."""
 
     def __init__(
-        self, env: LabPointNavEnv, policy: Policy, layout: Layout, episode: Assignment, suite: Suite, seed: int
+        self, env: LabPointNavEnv, policy: Driver, layout: Layout, episode: Assignment, suite: Suite, seed: int
     ) -> None:
         self._env, self._policy, self._layout, self._pair = env, policy, layout, episode.pair
         self._assignment, self._suite, self._seed = episode, suite, seed
-        numbers = (episode.pair.index, episode.repeat) if episode.repeat else (max(0, episode.pair.index),)
-        self._entropy = np.random.SeedSequence([seed, int(layout.hash[:16], 16), *numbers])
         self._seconds = 0.0
         self._steps = 0
         self._poses: list[Pose] = []
@@ -135,8 +131,7 @@ class _Episode:
 
     def run(self, label: str, stopped: Callable[[], bool]) -> Drive:
         """Drive to the end and return the results."""
-        env_seed = int(self._entropy.generate_state(1)[0])
-        observation, info = self._env.reset(seed=env_seed, options=dict(self._assignment.options))
+        observation, info = self._env.reset(seed=self._seed, options=dict(self._assignment.options))
         initial = float(info["distance"])
         self._note(info)
         error: str | None = None
@@ -145,7 +140,7 @@ class _Episode:
             while not self._over(observation, info) and self._steps < self._suite.max_steps:
                 if stopped():
                     raise Stopped
-                action = _checked(self._timed(self._policy.act, {**observation, "odometry": self._odometry()}))
+                action = self._timed(self._act, {**observation, "odometry": self._odometry()})
                 observation, _, _, _, info = self._env.step(action)
                 self._steps += 1
                 self._note(info)
@@ -165,11 +160,18 @@ class _Episode:
                 return True
         return bool(info["distance"] < arrival.distance and abs(observation["velocity"][0]) < arrival.speed)
 
+    def _act(self, observation: Info) -> NDArray[np.float32]:
+        return checked_action(self._policy.act(observation))
+
     def _timed(self, call: Callable[[Any], Any], argument: object) -> Any:
         """Call the policy and add the elapsed time to the planning time."""
         begin = time.perf_counter()
         try:
             return call(argument)
+        except PolicyError:
+            raise
+        except InvalidActionError as error:
+            raise PolicyError(str(error)) from error
         except (Exception, SystemExit) as error:
             reason = " ".join(f"{type(error).__name__}: {error}".split())
             raise PolicyError(reason[:500]) from error
@@ -181,7 +183,8 @@ class _Episode:
         goal = rotate(self._pair.goal[0] - x, self._pair.goal[1] - y, -yaw)
         robot = replace(ROBOT, control_dt=self._suite.control_dt)
         truth = GroundTruth(self._layout, self._pair, self._poses[0]) if self._policy.privileged else None
-        return EpisodeStart(goal=goal, rng=np.random.default_rng(self._entropy), robot=robot, truth=truth)
+        rng = episode_rng(self._seed, goal, self._assignment.repeat)
+        return EpisodeStart(goal=goal, rng=rng, robot=robot, truth=truth)
 
     def _note(self, info: Info) -> None:
         x, y, yaw = (float(value) for value in info["pose"])
@@ -225,11 +228,15 @@ class _Episode:
         )
 
 
-def _checked(action: object) -> NDArray[np.float32]:
-    try:
-        array = np.asarray(action, dtype=np.float32)
-    except (TypeError, ValueError):
-        raise PolicyError(f"act returned a {type(action).__name__}, expected two numbers in [-1, 1]") from None
-    if array.shape != (2,) or not np.isfinite(array).all():
-        raise PolicyError(f"act returned shape {array.shape}, expected two finite numbers in [-1, 1]")
-    return array
+def episode_rng(seed: int, goal: tuple[float, float], repeat: int = 0) -> np.random.Generator:
+    """Return the random generator that a policy receives for an episode.
+
+    It depends on nothing that the policy does not know: layouts and goal pairs cannot be told from its state.
+
+    Args:
+        seed: random seed of the evaluation.
+        goal: (x, y) of the goal in the start frame, meters, rounded to float32.
+        repeat: number of earlier episodes of the same goal pair.
+    """
+    bits = np.array(goal, np.float32).view(np.uint32).tolist()
+    return np.random.default_rng(np.random.SeedSequence([seed, repeat, *bits]))

@@ -4,55 +4,37 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import pickle
 import signal
-import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.synchronize import Event
-from typing import Any
 
-from labgym.errors import LabgymError, OptionError
+from labgym.errors import LabgymError
 from labgym.eval.driving.drive import Drive, Stopped, drive_layout
 from labgym.eval.driving.suites import Suite
 from labgym.layouts import Layout
-from labgym.policies import Policy, make_policy
-
-THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
-
-
-@dataclass(frozen=True)
-class PolicySource:
-    """How a process gets its policy: by name and options, or as a copy of an object.
-
-    Attributes:
-        label: name of the policy in the rows.
-        options: arguments of the policy's class.
-        instance: the policy, if it was passed as an object.
-        place: name for `make_policy`; "" if it is the label.
-    """
-
-    label: str
-    options: dict[str, Any] = field(default_factory=dict)
-    instance: Policy | None = None
-    place: str = ""
-
-    def make(self) -> Policy:
-        """Return the instance, or else a new policy."""
-        return self.instance if self.instance is not None else make_policy(self.place or self.label, **self.options)
+from labgym.policies.process import PolicySource, ProcessLimits, close_shared_process, shared_process
+from labgym.policies.process.hosts import THREAD_VARIABLES
 
 
 @dataclass(frozen=True)
 class Job:
-    """The arguments of driving one layout."""
+    """The arguments of driving one layout.
+
+    Attributes:
+        label: name of the policy in the rows.
+        limits: limits of the policy's process.
+    """
 
     source: PolicySource
+    label: str
     layout: Layout
     suite: Suite
     seed: int
+    limits: ProcessLimits = ProcessLimits()
 
 
 def run_jobs(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Job, tuple[Drive, ...]]]:
@@ -62,15 +44,15 @@ def run_jobs(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Job, tuple[Dri
     control step.
 
     Raises:
-        OptionError: a policy object cannot be sent to other processes.
         LabgymError: a worker died.
     """
     if workers == 1 or len(jobs) < 2:
-        with _one_thread():
+        try:
             for job in jobs:
                 yield job, _drive(job)
+        finally:
+            close_shared_process()
         return
-    _check_picklable(jobs[0].source)
     yield from _run_in_processes(jobs, min(workers, len(jobs)))
 
 
@@ -105,33 +87,12 @@ def _begin_worker(stop: Event) -> None:
 
 
 def _drive(job: Job) -> tuple[Drive, ...]:
-    policy = job.source.make()
     stop = _stop
+    policy = shared_process(job.source, job.limits)
     try:
-        with _one_thread():
-            return drive_layout(
-                policy, job.layout, job.suite, job.source.label, job.seed, stop.is_set if stop else lambda: False
-            )
+        return drive_layout(policy, job.layout, job.suite, job.label, job.seed, stop.is_set if stop else lambda: False)
     except Stopped:
         return ()
-    finally:
-        if job.source.instance is None:
-            policy.close()
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Limit torch, if loaded, to one thread, so that sums do not depend on the number of cores."""
-    torch = sys.modules.get("torch")
-    if torch is None:
-        yield
-        return
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 @contextmanager
@@ -147,12 +108,3 @@ def _environment(variables: dict[str, str]) -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-
-
-def _check_picklable(source: PolicySource) -> None:
-    try:
-        pickle.dumps(source)
-    except (pickle.PicklingError, TypeError, AttributeError) as error:
-        raise OptionError(
-            f"policy {source.label!r} cannot be sent to worker processes ({error}); pass it by name or use workers=1"
-        ) from error

@@ -1,0 +1,7 @@
+"""A policy in a process of its own: the evaluator never calls a policy, it exchanges messages with one."""
+
+from labgym.policies.process.limits import ProcessLimits
+from labgym.policies.process.proxy import PolicyProcess
+from labgym.policies.process.source import PolicySource
+
+__all__ = ["PolicyProcess", "PolicySource", "ProcessLimits"]

@@ -1,0 +1,78 @@
+"""One episode of a policy, in the policy's process."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import random
+import socket
+import sys
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.policies.policy import EpisodeStart, Policy
+from labgym.policies.process.facts import encode_text, error_text
+from labgym.policies.process.wire import ACTING, FAILED, OK, Answer, ClosedError, receive_request, send_answer
+
+RESET, ACT, CLOSE = b"r", b"a", b"c"
+"""Requests of an episode."""
+
+
+def serve_episode(policy: Policy, link: socket.socket) -> None:
+    """Answer the evaluator's requests until it closes the link."""
+    try:
+        while True:
+            kind, content, _ = receive_request(link)
+            send_answer(link, _answer(policy, kind, content))
+    except (ClosedError, OSError):
+        return
+
+
+def _answer(policy: Policy, kind: bytes, content: bytes) -> Answer:
+    try:
+        if kind == ACT:
+            return Answer(ACTING, checked_action(policy.act(pickle.loads(content))).tobytes())  # noqa: S301
+        if kind == RESET:
+            start = pickle.loads(content)  # noqa: S301 - from the evaluator
+            _seed_global_generators(start)
+            policy.reset(start)
+        else:
+            policy.close()
+    except InvalidActionError as error:
+        return Answer(FAILED, encode_text(str(error)))
+    except BaseException as error:  # noqa: BLE001 - whatever the policy raises ends its episode only
+        return Answer(FAILED, encode_text(error_text(error)))
+    return Answer(OK)
+
+
+class InvalidActionError(Exception):
+    """An answer of `Policy.act` that is not an action."""
+
+
+def checked_action(action: object) -> NDArray[np.float32]:
+    """Return an action as float32 (2,).
+
+    Raises:
+        InvalidActionError: it is not two finite numbers.
+    """
+    try:
+        with np.errstate(over="ignore"):
+            array = np.asarray(action, dtype=np.float32)
+    except (TypeError, ValueError):
+        kind = type(action).__name__
+        raise InvalidActionError(f"act returned a {kind}, expected two numbers in [-1, 1]") from None
+    if array.shape != (2,) or not np.isfinite(array).all():
+        raise InvalidActionError(f"act returned shape {array.shape}, expected two finite numbers in [-1, 1]")
+    return array
+
+
+def _seed_global_generators(start: EpisodeStart) -> None:
+    """Seed the generators of Python, NumPy and torch, so that policies that use them have repeatable results."""
+    seed = int(copy.deepcopy(start.rng).integers(2**32))
+    random.seed(seed)
+    np.random.seed(seed)  # noqa: NPY002 - for policies that use it
+    torch: Any = sys.modules.get("torch")
+    if torch is not None:
+        torch.manual_seed(seed)

@@ -1,0 +1,139 @@
+"""What a policy's process declares about the policy, and how it reports errors: bounded JSON that is validated."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, ValidationError
+
+from labgym import errors
+from labgym.documents import Record
+from labgym.errors import LabgymError
+from labgym.policies.policy import Policy, Sensors
+from labgym.policies.process.wire import GarbageError
+
+MAX_TEXT = 500
+"""Longest error text of an episode, characters."""
+MAX_LOADING_TEXT = 2_000
+"""Longest error text of loading a policy, characters; it may list names."""
+
+_KINDS = {kind.__name__: kind for kind in (errors.UnknownNameError, errors.OptionError, errors.MissingDependencyError)}
+"""Errors of loading that keep their class; all others become LabgymError."""
+
+
+class PolicyFacts(Record):
+    """What a policy declares.
+
+    Attributes:
+        name, observation, privileged, exclusive: the attributes of `Policy`.
+        files: absolute paths of `Policy.files()`.
+        single_use: whether its process cannot be forked, because it has several threads or children, so that each
+            episode loads the policy anew.
+    """
+
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    observation: Sensors
+    privileged: bool
+    exclusive: bool
+    files: Annotated[tuple[Annotated[str, Field(max_length=4096)], ...], Field(max_length=256)]
+    single_use: bool
+
+
+def facts_of(policy: Policy, single_use: bool) -> PolicyFacts:
+    """Return the facts of a policy.
+
+    Raises:
+        ValidationError: an attribute has another type or is too long.
+    """
+    return PolicyFacts(
+        name=_one_line(str(policy.name), 200),
+        observation=policy.observation,
+        privileged=bool(policy.privileged),
+        exclusive=bool(policy.exclusive),
+        files=tuple(str(Path(path).absolute()) for path in policy.files()),
+        single_use=single_use,
+    )
+
+
+def read_facts(content: bytes) -> PolicyFacts:
+    """Return the facts in an answer.
+
+    Raises:
+        GarbageError: the bytes are not valid facts.
+    """
+    try:
+        return PolicyFacts.model_validate_json(content, strict=True)
+    except ValidationError as error:
+        raise GarbageError(f"{error.error_count()} invalid fields in its facts") from None
+
+
+def error_text(error: BaseException) -> str:
+    """Return class and message of an error of a policy in one line."""
+    try:
+        message = str(error)
+    except Exception:  # noqa: BLE001 - the policy's own error class may fail to print
+        message = "(no message)"
+    return _one_line(f"{type(error).__name__}: {message}", MAX_TEXT)
+
+
+def encode_error(error: BaseException) -> bytes:
+    """Return the content of an answer that reports an error while loading the policy."""
+    if isinstance(error, LabgymError):
+        return _encoded(_kind_of(error), _one_line(str(error), MAX_LOADING_TEXT))
+    return _encoded("", error_text(error))
+
+
+def encode_text(text: str) -> bytes:
+    """Return the content of an answer that reports why an episode failed."""
+    return _encoded("", _one_line(text, MAX_TEXT))
+
+
+def read_text(content: bytes) -> str:
+    """Return the text of an answer that reports an error.
+
+    Raises:
+        GarbageError: the bytes are not such an answer.
+    """
+    return _one_line(_decoded(content)[1], MAX_TEXT)
+
+
+def read_error(content: bytes) -> LabgymError:
+    """Return the error of an answer that reports one while loading the policy.
+
+    Raises:
+        GarbageError: the bytes are not such an answer.
+    """
+    name, text = _decoded(content)
+    text = _one_line(text, MAX_LOADING_TEXT)
+    kind = _KINDS.get(name, LabgymError)
+    error = kind.__new__(kind, text)
+    Exception.__init__(error, text)
+    if isinstance(error, errors.UnknownNameError):
+        error.message = text
+    return error
+
+
+def _kind_of(error: LabgymError) -> str:
+    return next((name for name, kind in _KINDS.items() if isinstance(error, kind)), "")
+
+
+def _encoded(kind: str, text: str) -> bytes:
+    return json.dumps([kind, text], ensure_ascii=False).encode("utf-8", "replace")
+
+
+def _decoded(content: bytes) -> tuple[str, str]:
+    try:
+        kind, text = json.loads(content)
+    except (ValueError, TypeError, RecursionError):
+        raise GarbageError("an error report that is not valid") from None
+    if not (isinstance(kind, str) and isinstance(text, str)):
+        raise GarbageError("an error report that is not text")
+    return kind, text
+
+
+def _one_line(text: str, longest: int) -> str:
+    """Return a text without line breaks and control characters, shortened."""
+    words = "".join(letter if letter.isprintable() else " " for letter in text[: 4 * longest]).split()
+    return " ".join(words)[:longest]

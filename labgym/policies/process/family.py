@@ -1,0 +1,83 @@
+"""The descendants of a process: their memory, and their end."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import time
+from collections.abc import Callable, Set
+from dataclasses import dataclass
+from pathlib import Path
+
+PAGE = os.sysconf("SC_PAGE_SIZE")
+PATIENCE = 5.0
+"""Longest time that killed processes are waited for, seconds."""
+
+
+@dataclass(frozen=True)
+class Process:
+    """A process of this machine.
+
+    Attributes:
+        pid: its id.
+        parent: id of its parent.
+        ended: whether it has ended and only waits for its parent.
+        resident: its memory in RAM, bytes.
+    """
+
+    pid: int
+    parent: int
+    ended: bool
+    resident: int
+
+
+def processes() -> dict[int, Process]:
+    """Return all processes of this machine by id."""
+    table = {}
+    for entry in os.scandir("/proc"):
+        if entry.name.isdigit():
+            # A process may end while the list is read.
+            with contextlib.suppress(OSError, ValueError, IndexError):
+                fields = Path(entry.path, "stat").read_bytes().rpartition(b")")[2].split()
+                pid, parent = int(entry.name), int(fields[1])
+                table[pid] = Process(pid, parent, fields[0] in (b"Z", b"X"), int(fields[21]) * PAGE)
+    return table
+
+
+def descendants(root: int, table: dict[int, Process]) -> frozenset[int]:
+    """Return the ids of all descendants of a process, without the process itself."""
+    children: dict[int, list[int]] = {}
+    for process in table.values():
+        children.setdefault(process.parent, []).append(process.pid)
+    family: set[int] = set()
+    waiting = [root]
+    while waiting:
+        for child in children.get(waiting.pop(), ()):
+            if child not in family:
+                family.add(child)
+                waiting.append(child)
+    return frozenset(family)
+
+
+def resident_bytes(pids: Set[int], table: dict[int, Process]) -> int:
+    """Return the sum of the memory of processes in RAM; pages that they share count for each."""
+    return sum(table[pid].resident for pid in pids if pid in table)
+
+
+def kill_all(selected: Callable[[dict[int, Process]], Set[int]]) -> None:
+    """Kill processes until none of them is left running, including those that they start meanwhile.
+
+    Args:
+        selected: returns the ids to kill among all processes.
+    """
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        table = processes()
+        running = [pid for pid in selected(table) if pid in table and not table[pid].ended]
+        if not running:
+            return
+        for pid in running:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+        time.sleep(0.001)

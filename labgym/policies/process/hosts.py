@@ -1,0 +1,152 @@
+"""The evaluator's side of the host process: one for each evaluating process and set of environment variables."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping
+
+from labgym.errors import LabgymError
+from labgym.policies.process.host import END, START, STOP
+from labgym.policies.process.wire import FACTS, ClosedError, GarbageError, receive_answer, send_request
+
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+INSIDE = "LABGYM_POLICY_PROCESS"
+"""Environment variable that is set in the processes of policies."""
+START_SECONDS = 120.0
+ANSWER_SECONDS = 30.0
+
+
+class HostError(LabgymError):
+    """The host of policies does not answer."""
+
+
+class PolicyHost:
+    """A host process, which forks loaders and ends them.
+
+    Args:
+        environment: environment variables of the process, in addition to the evaluator's.
+
+    Raises:
+        LabgymError: this is itself the process of a policy.
+    """
+
+    def __init__(self, environment: Mapping[str, str]) -> None:
+        if INSIDE in os.environ:
+            raise LabgymError(
+                "a policy cannot evaluate policies: its module starts an evaluation when it is imported; put that code "
+                'under if __name__ == "__main__":'
+            )
+        self._lock = threading.Lock()
+        self._link, theirs = socket.socketpair()
+        variables = {
+            **os.environ,
+            **dict.fromkeys(THREAD_VARIABLES, "1"),
+            "PYTHONHASHSEED": "0",
+            **environment,
+            "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+            INSIDE: "1",
+        }
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "labgym.policies.process", str(theirs.fileno())],
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                env=variables,
+                start_new_session=True,
+            )
+        self._wait = START_SECONDS
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process runs."""
+        return self._process.poll() is None
+
+    def start_loader(self, memory: int) -> tuple[int, socket.socket]:
+        """Return the process id of a new loader and a link to it.
+
+        Args:
+            memory: largest memory of the loader and of each of its episodes, bytes.
+
+        Raises:
+            HostError: the host does not answer.
+        """
+        ours, theirs = socket.socketpair()
+        try:
+            with theirs:
+                return self._ask(START, memory, theirs.fileno()), ours
+        except HostError:
+            ours.close()
+            raise
+
+    def end_episode(self, loader: int) -> int:
+        """End the processes of a loader's episode; return the memory that exceeded its limit, bytes, or 0.
+
+        Raises:
+            HostError: the host does not answer.
+        """
+        return self._ask(END, loader)
+
+    def stop_loader(self, loader: int) -> int:
+        """End a loader and its episode; return the memory that exceeded its limit, bytes, or 0.
+
+        Raises:
+            HostError: the host does not answer.
+        """
+        return self._ask(STOP, loader)
+
+    def close(self) -> None:
+        """End the host, which ends its loaders."""
+        self._link.close()
+        try:
+            self._process.wait(ANSWER_SECONDS)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _ask(self, kind: bytes, number: int, descriptor: int | None = None) -> int:
+        with self._lock:
+            try:
+                self._link.settimeout(self._wait)
+                send_request(self._link, kind, str(number).encode(), descriptor)
+                answer = receive_answer(self._link, self._wait)
+                value = json.loads(answer.content) if answer.status == FACTS else None
+            except (OSError, ValueError, ClosedError, GarbageError) as error:
+                self._process.kill()
+                raise HostError(f"the host of policies does not answer ({type(error).__name__}); it was ended") from None
+            if not isinstance(value, int):
+                raise HostError("the host of policies gave an invalid answer")
+            self._wait = ANSWER_SECONDS
+            return value
+
+
+_hosts: dict[tuple[int, frozenset[tuple[str, str]]], PolicyHost] = {}
+_hosts_lock = threading.Lock()
+
+
+def host_with(environment: Mapping[str, str]) -> PolicyHost:
+    """Return the host of this process with these environment variables, a new one if none runs.
+
+    Raises:
+        LabgymError: this is itself the process of a policy.
+    """
+    key = os.getpid(), frozenset(environment.items())
+    with _hosts_lock:
+        host = _hosts.get(key)
+        if host is None or not host.alive:
+            host = _hosts[key] = PolicyHost(environment)
+        return host
+
+
+@atexit.register
+def close_hosts() -> None:
+    """End the hosts of this process."""
+    with _hosts_lock:
+        for key in [key for key in _hosts if key[0] == os.getpid()]:
+            _hosts.pop(key).close()

@@ -1,0 +1,139 @@
+"""The process that loads a policy once and forks for each episode, so that episodes share nothing."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import os
+import pickle
+import signal
+import socket
+import sys
+import time
+from dataclasses import dataclass
+
+from labgym.assets import Catalog
+from labgym.policies.policy import Policy
+from labgym.policies.process import linux
+from labgym.policies.process.episode import serve_episode
+from labgym.policies.process.facts import encode_error, encode_text, facts_of
+from labgym.policies.process.family import descendants, processes
+from labgym.policies.process.source import PolicySource
+from labgym.policies.process.wire import FACTS, FAILED, Answer, ClosedError, receive_request, send_answer
+
+LOAD, EPISODE, STATUS = b"l", b"e", b"s"
+"""Requests to a loader: load a policy; begin an episode on the descriptor sent along; how did the last episode end."""
+STATUS_SECONDS = 1.0
+"""Longest time that the end of an episode's process is waited for, seconds."""
+
+
+@dataclass(frozen=True)
+class LoadRequest:
+    """A policy to load, and where.
+
+    Attributes:
+        path: `sys.path` of the evaluator. folder: its working folder.
+        source: the policy, pickled, because it may need `path`.
+    """
+
+    path: tuple[str, ...]
+    folder: str
+    source: bytes
+
+
+def serve_loader(link: socket.socket, host: int) -> None:
+    """Load a policy and begin episodes until the evaluator closes the link.
+
+    Args:
+        link: to the evaluator.
+        host: process id of the parent.
+    """
+    linux.die_with_parent(host)
+    linux.adopt_orphans()
+    linux.prefer_for_out_of_memory()
+    linux.give_up_reading_others()
+    with contextlib.suppress(ClosedError, OSError):
+        _, content, _ = receive_request(link)
+        try:
+            policy = _loaded(pickle.loads(content))  # noqa: S301 - from the evaluator
+            single_use = linux.thread_count() > 1 or bool(descendants(os.getpid(), processes()))
+            answer = Answer(FACTS, facts_of(policy, single_use).model_dump_json().encode())
+        except BaseException as error:  # noqa: BLE001 - whatever the policy raises is reported
+            send_answer(link, Answer(FAILED, encode_error(error)))
+            return
+        send_answer(link, answer)
+        _serve_episodes(link, policy, single_use)
+
+
+def _loaded(request: LoadRequest) -> Policy:
+    sys.path[:] = request.path
+    with contextlib.suppress(OSError):
+        os.chdir(request.folder)
+    source: PolicySource = pickle.loads(request.source)  # noqa: S301 - from the evaluator
+    policy = source.make()
+    if policy.privileged:
+        # Layouts refer to it; loaded here, it is shared by all episodes.
+        Catalog.load()
+    gc.collect()
+    gc.freeze()
+    return policy
+
+
+def _serve_episodes(link: socket.socket, policy: Policy, single_use: bool) -> None:
+    episode = 0
+    while True:
+        kind, _, descriptor = receive_request(link)
+        if kind == STATUS:
+            send_answer(link, Answer(FAILED, encode_text(_end_of(episode))))
+        elif descriptor is not None:
+            _reap()
+            with socket.socket(fileno=descriptor) as conversation:
+                if single_use:
+                    link.close()
+                    serve_episode(policy, conversation)
+                    return
+                episode = _forked(link, policy, conversation)
+
+
+def _forked(link: socket.socket, policy: Policy, conversation: socket.socket) -> int:
+    """Return the id of a new process that drives one episode."""
+    loader = os.getpid()
+    child = os.fork()
+    if child:
+        return child
+    try:
+        link.close()
+        linux.die_with_parent(loader)
+        serve_episode(policy, conversation)
+        sys.stdout.flush()
+        sys.stderr.flush()
+    finally:
+        os._exit(0)
+
+
+def _end_of(child: int) -> str:
+    """Return how a child ended."""
+    deadline = time.monotonic() + STATUS_SECONDS
+    while child and time.monotonic() < deadline:
+        try:
+            ended, status = os.waitpid(child, os.WNOHANG)
+        except ChildProcessError:
+            break
+        if ended:
+            code = os.waitstatus_to_exitcode(status)
+            return f"exited with status {code}" if code >= 0 else f"was killed by {_signal_name(-code)}"
+        time.sleep(0.005)
+    return "closed its connection"
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
+def _reap() -> None:
+    with contextlib.suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass

@@ -1,0 +1,289 @@
+"""The evaluator's view of a policy that runs in a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import socket
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import LabgymError
+from labgym.policies.policy import EpisodeStart, Observation, PolicyError, Sensors
+from labgym.policies.process import linux
+from labgym.policies.process.episode import ACT, CLOSE, RESET
+from labgym.policies.process.facts import PolicyFacts, read_error, read_facts, read_text
+from labgym.policies.process.hosts import HostError, PolicyHost, host_with
+from labgym.policies.process.limits import ProcessLimits
+from labgym.policies.process.loader import EPISODE, LOAD, STATUS, LoadRequest
+from labgym.policies.process.source import PolicySource
+from labgym.policies.process.wire import (
+    ACTING,
+    ACTION,
+    FACTS,
+    FAILED,
+    OK,
+    Answer,
+    ClosedError,
+    GarbageError,
+    receive_answer,
+    send_request,
+)
+
+CLOSE_SECONDS = 5.0
+"""Longest time that a policy gets to close after an episode, seconds."""
+STATUS_SECONDS = 3.0
+
+
+class PolicyProcess:
+    """A policy in a process of its own, with the methods of `Policy`.
+
+    Each episode begins in a fork of the process that loaded the policy, or in a newly loaded process if the policy has
+    threads or child processes. Nothing that a policy keeps in memory reaches another episode. The process receives the
+    observations, the goal, the robot, a random generator, and for privileged policies the map; it answers with bytes
+    that are validated. It ends with the evaluator.
+
+    Args:
+        source: the policy.
+        limits: limits of time and memory.
+        environment: environment variables of the process, in addition to the evaluator's. Numerical libraries are
+            limited to one thread.
+
+    Attributes:
+        name, observation, privileged, exclusive: as `Policy` declares them.
+
+    Raises:
+        LabgymError: the policy cannot be loaded; the class of the error is that of `make_policy`.
+    """
+
+    def __init__(
+        self,
+        source: PolicySource,
+        limits: ProcessLimits | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        self._source = source
+        self._limits = limits or ProcessLimits()
+        self._environment = dict(environment or {})
+        self._process: _LoadedProcess | None = None
+        self._guard = contextlib.ExitStack()
+        self._guard.enter_context(linux.unreadable_memory())
+        try:
+            self._process = _LoadedProcess(source, self._limits, self._environment)
+        except BaseException:
+            self._guard.close()
+            raise
+        self._facts = self._process.facts
+
+    @property
+    def name(self) -> str:
+        """Name of the policy in reports."""
+        return self._facts.name
+
+    @property
+    def observation(self) -> Sensors:
+        """The sensors that the policy receives."""
+        return self._facts.observation
+
+    @property
+    def privileged(self) -> bool:
+        """Whether the policy receives the map."""
+        return self._facts.privileged
+
+    @property
+    def exclusive(self) -> bool:
+        """Whether only one instance may drive at a time."""
+        return self._facts.exclusive
+
+    def files(self) -> tuple[Path, ...]:
+        """Return the files that the actions depend on."""
+        return tuple(Path(path) for path in self._facts.files)
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Begin an episode in a fresh process.
+
+        Raises:
+            PolicyError: the policy raised an exception, died, or exceeded a limit.
+        """
+        if episode.truth is not None and not self.privileged:
+            raise LabgymError(f"policy {self.name!r} is not privileged and must not receive the map")
+        self._fresh_process().call(RESET, pickle.dumps(episode, protocol=5), OK)
+
+    def act(self, observation: Observation) -> NDArray[np.float32]:
+        """Return the action for the next control step, two finite numbers.
+
+        Raises:
+            PolicyError: the policy raised an exception, gave no valid action, died, or exceeded a limit.
+        """
+        if self._process is None:
+            raise PolicyError("the policy's process has ended; reset begins an episode in another")
+        content = self._process.call(ACT, pickle.dumps(dict(observation), protocol=5), ACTING)
+        action = np.frombuffer(content, dtype="<f4").astype(np.float32)
+        if not np.isfinite(action).all():
+            raise PolicyError("act returned numbers that are not finite")
+        return action
+
+    def close(self) -> None:
+        """End the process. A later `reset` starts another."""
+        if self._process is not None:
+            self._process.stop()
+            self._process = None
+        self._guard.close()
+
+    def _fresh_process(self) -> _LoadedProcess:
+        """Return a process that has the policy loaded and has begun an episode."""
+        if self._process is not None:
+            self._process.end_episode(polite=True)
+            if not self._process.usable:
+                self._process.stop()
+                self._process = None
+        for attempt in range(2):
+            if self._process is None:
+                try:
+                    self._process = _LoadedProcess(self._source, self._limits, self._environment)
+                except LabgymError as error:
+                    raise PolicyError(f"the policy could not be loaded again: {error}"[:500]) from error
+            try:
+                self._process.begin_episode()
+                break
+            except (OSError, HostError) as error:
+                # The process ended between two episodes.
+                self._process.stop()
+                self._process = None
+                if attempt:
+                    raise PolicyError(f"the policy's process could not be started: {error}"[:500]) from error
+        assert self._process is not None
+        return self._process
+
+
+class _LoadedProcess:
+    """A loader and the episode that it has begun."""
+
+    def __init__(self, source: PolicySource, limits: ProcessLimits, environment: Mapping[str, str]) -> None:
+        self._limits = limits
+        self._host: PolicyHost = host_with(environment)
+        self._loader, self._link = self._host.start_loader(limits.memory_bytes)
+        self._episode: socket.socket | None = None
+        self.usable = True
+        try:
+            self.facts = self._load(source)
+        except BaseException:
+            self.stop()
+            raise
+
+    def _load(self, source: PolicySource) -> PolicyFacts:
+        request = LoadRequest(tuple(sys.path), os.getcwd(), pickle.dumps(source))  # noqa: PTH109 - as text
+        try:
+            self._link.settimeout(self._limits.load_seconds)
+            send_request(self._link, LOAD, pickle.dumps(request))
+            answer = receive_answer(self._link, self._limits.load_seconds)
+            if answer.status == FAILED:
+                raise read_error(answer.content)
+            if answer.status != FACTS:
+                raise GarbageError("it declared nothing")
+            return read_facts(answer.content)
+        except TimeoutError:
+            reason = f"took longer than {self._limits.load_seconds:g} s"
+        except (ClosedError, OSError):
+            exceeded = self._host.stop_loader(self._loader)
+            reason = self._memory_reason(exceeded) if exceeded else "its process ended"
+        except GarbageError as error:
+            reason = f"its process sent {error}"
+        raise LabgymError(f"policy {source.name!r} could not be loaded: {reason}")
+
+    def begin_episode(self) -> None:
+        """Begin an episode.
+
+        Raises:
+            OSError: the loader has ended.
+        """
+        self._episode, theirs = socket.socketpair()
+        with theirs:
+            self._link.settimeout(self._limits.call_seconds)
+            send_request(self._link, EPISODE, b"", theirs.fileno())
+        self.usable = not self.facts.single_use
+
+    def call(self, kind: bytes, content: bytes, expected: bytes) -> bytes:
+        """Return the content of the policy's answer.
+
+        Raises:
+            PolicyError: the policy raised an exception, died, or exceeded a limit; its episode has ended.
+        """
+        if self._episode is None:
+            raise PolicyError("the policy's process has ended")
+        try:
+            answer = self._exchange(self._episode, kind, content, self._limits.call_seconds)
+            if answer.status == FAILED:
+                reason = read_text(answer.content)
+            elif answer.status == expected and len(answer.content) == (ACTION.size if expected == ACTING else 0):
+                return answer.content
+            else:
+                reason = "the policy's process sent an answer of another kind"
+        except TimeoutError:
+            reason = f"{'reset' if kind == RESET else 'act'} took longer than {self._limits.call_seconds:g} s"
+        except (ClosedError, OSError):
+            reason = ""
+        except GarbageError as error:
+            reason = f"the policy's process sent garbage: {error}"
+        raise PolicyError(self._ended(reason))
+
+    def _ended(self, reason: str) -> str:
+        """End the episode and return why it failed."""
+        status = reason or self._status()
+        exceeded = self.end_episode(polite=False)
+        return reason or (f"the policy's process {self._memory_reason(exceeded)}" if exceeded else status)
+
+    def _status(self) -> str:
+        """Return how the episode's process ended, as the loader reports it."""
+        unknown = "the policy's process ended"
+        if self.facts.single_use:
+            return unknown
+        try:
+            answer = self._exchange(self._link, STATUS, b"", STATUS_SECONDS)
+            return f"the policy's process {read_text(answer.content)}" if answer.status == FAILED else unknown
+        except (ClosedError, GarbageError, OSError):
+            self.usable = False
+            return unknown
+
+    def end_episode(self, polite: bool) -> int:
+        """End all processes of the episode; return the memory that exceeded the limit, bytes, or 0.
+
+        Args:
+            polite: whether the policy may close first.
+        """
+        if self._episode is None:
+            return 0
+        if polite:
+            with contextlib.suppress(ClosedError, GarbageError, OSError):
+                self._exchange(self._episode, CLOSE, b"", min(CLOSE_SECONDS, self._limits.call_seconds))
+        self._episode.close()
+        self._episode = None
+        try:
+            exceeded = self._host.end_episode(self._loader)
+        except HostError:
+            self.usable = False
+            return 0
+        self.usable = self.usable and not exceeded
+        return exceeded
+
+    def stop(self) -> None:
+        """End the loader and its episode."""
+        self.end_episode(polite=True)
+        self.usable = False
+        self._link.close()
+        with contextlib.suppress(HostError):
+            self._host.stop_loader(self._loader)
+
+    def _memory_reason(self, exceeded: int) -> str:
+        return f"used {exceeded / 1e9:.1f} GB of memory, more than the limit of {self._limits.memory_gb:g} GB"
+
+    @staticmethod
+    def _exchange(link: socket.socket, kind: bytes, content: bytes, seconds: float) -> Answer:
+        link.settimeout(seconds)
+        send_request(link, kind, content)
+        return receive_answer(link, seconds)

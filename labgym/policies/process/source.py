@@ -1,0 +1,109 @@
+"""How a process gets its policy: by name and options, or as a copy of an object."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import Any
+
+import cloudpickle
+
+from labgym.errors import LabgymError, OptionError
+from labgym.policies.policy import Policy
+from labgym.policies.registry import make_policy
+
+
+@dataclass(frozen=True)
+class PolicySource:
+    """How a process gets its policy.
+
+    Attributes:
+        name: name for `make_policy`; for an object, its name in messages.
+        options: arguments of `make_policy`, plain JSON data.
+        pickled: the policy, if it was passed as an object; its class is contained in it unless the other process can
+            import it.
+    """
+
+    name: str
+    options: dict[str, Any] = field(default_factory=dict)
+    pickled: bytes | None = field(default=None, repr=False)
+
+    @classmethod
+    def named(cls, name: str, options: Mapping[str, Any] | None = None) -> PolicySource:
+        """Return the source of a policy with a name.
+
+        Raises:
+            OptionError: the options are not plain JSON data.
+        """
+        try:
+            return cls(name, json.loads(json.dumps(dict(options or {}))))
+        except (TypeError, ValueError) as error:
+            raise OptionError(f"options of policy {name!r} must be plain JSON data: {error}") from error
+
+    @classmethod
+    def copied(cls, policy: Policy) -> PolicySource:
+        """Return the source of copies of a policy in its present state.
+
+        Raises:
+            OptionError: the object cannot be pickled.
+        """
+        try:
+            with _by_value(type(policy)):
+                return cls(policy.name, {}, cloudpickle.dumps(policy))
+        except Exception as error:
+            reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            raise OptionError(
+                f"policy {policy.name!r} cannot be sent to its process ({reason}); pass it by name, such as module:Class"
+            ) from error
+
+    def make(self) -> Policy:
+        """Return a new policy, or a copy of the object.
+
+        Raises:
+            LabgymError: as `make_policy`; or the copy cannot be made in this process.
+        """
+        if self.pickled is None:
+            return make_policy(self.name, **self.options)
+        try:
+            policy = pickle.loads(self.pickled)  # noqa: S301 - from the evaluator, which holds the object
+        except Exception as error:
+            reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            raise LabgymError(f"policy {self.name!r} cannot be copied into its process: {reason}") from error
+        if not isinstance(policy, Policy):
+            raise LabgymError(f"policy {self.name!r} is a {type(policy).__name__}; derive it from Policy")
+        return policy
+
+
+@contextmanager
+def _by_value(kind: type) -> Iterator[None]:
+    """Pickle the classes of a policy by value that another process could not import."""
+    names = {base.__module__ for base in kind.__mro__} - {"__main__", "builtins"}
+    with ExitStack() as stack:
+        for name in sorted(names):
+            module = sys.modules.get(name)
+            if module is not None and not _is_importable(module):
+                cloudpickle.register_pickle_by_value(module)
+                stack.callback(cloudpickle.unregister_pickle_by_value, module)
+        yield
+
+
+def _is_importable(module: ModuleType) -> bool:
+    """Return whether the module's name leads another process with the same path to the same file."""
+    parent, _, _ = module.__name__.rpartition(".")
+    path = None
+    if parent:
+        package = sys.modules.get(parent)
+        if package is None or not _is_importable(package):
+            return False
+        path = getattr(package, "__path__", None)
+    for finder in sys.meta_path:
+        find_spec = getattr(finder, "find_spec", None)
+        spec = find_spec(module.__name__, path) if find_spec else None
+        if spec is not None:
+            return spec.origin in (getattr(module, "__file__", None), "built-in", "frozen")
+    return False
