@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import inspect
 import platform
 import subprocess
+from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -15,7 +14,6 @@ from labgym import __version__
 from labgym.documents import Document, Record, files_digest
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.suites import Suite
-from labgym.policies import Policy
 from labgym.policies.policy import Sensors
 
 PACKAGES = ("gymnasium", "mujoco", "numpy", "scipy", "embreex", "opencv-python-headless")
@@ -105,8 +103,12 @@ class EvaluationIdentity(Document):
         return {**dict(self), "suite": suite}
 
 
-def provenance(policy: Policy) -> EvaluationProvenance:
-    """Return the provenance of an evaluation of a policy by the present code."""
+def provenance(policy_files: Iterable[Path]) -> EvaluationProvenance:
+    """Return the provenance of an evaluation by the present code.
+
+    Args:
+        policy_files: the policy's module and the files that it reads.
+    """
     versions = {"labgym": __version__, "python": platform.python_version()}
     for package in PACKAGES:
         try:
@@ -114,7 +116,7 @@ def provenance(policy: Policy) -> EvaluationProvenance:
         except PackageNotFoundError:
             continue
     commit, dirty = _checkout()
-    return EvaluationProvenance(versions=versions, commit=commit, dirty=dirty, code=_code_digest(policy))
+    return EvaluationProvenance(versions=versions, commit=commit, dirty=dirty, code=_code_digest(policy_files))
 
 
 @cache
@@ -136,10 +138,6 @@ def _git(root: Path, *arguments: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, timeout=20, check=True).stdout.strip()
 
 
-def _code_digest(policy: Policy) -> str:
+def _code_digest(policy_files: Iterable[Path]) -> str:
     package = Path(__file__).resolve().parents[2]
-    files = sorted(package.rglob("*.py"))
-    with contextlib.suppress(TypeError, OSError):
-        files.append(Path(inspect.getfile(type(policy))))
-    files.extend(policy.files())
-    return files_digest(files)
+    return files_digest([*sorted(package.rglob("*.py")), *policy_files])

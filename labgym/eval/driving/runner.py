@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import contextlib
+import inspect
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -20,10 +21,12 @@ from labgym.eval.driving.navigation_metrics import VERSION, summarise
 from labgym.eval.driving.record import EvaluationIdentity, EvaluationProvenance, NavigationSummary, provenance
 from labgym.eval.driving.run_folder import RunFolder
 from labgym.eval.driving.suites import Jitter, Suite, load_suite, suite_of
-from labgym.eval.driving.workers import Job, PolicySource, run_jobs
+from labgym.eval.driving.workers import Job, run_jobs
 from labgym.layouts import Layout
 from labgym.policies import Policy
-from labgym.policies.policy import Sensors
+from labgym.policies.fingerprint.sources import module_file
+from labgym.policies.policy import Driver, Sensors
+from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process, shared_process
 from labgym.policies.registry import is_class_place
 
 
@@ -57,13 +60,16 @@ def evaluate(
     overwrite: bool = False,
     repeats: int | None = None,
     jitter: Jitter | None = None,
+    isolated: bool = True,
+    limits: ProcessLimits | None = None,
 ) -> NavigationReport:
     """Drive every goal pair of every layout of a suite, each as often as the suite says, and return the results.
 
-    Apart from the measured planning time, the results do not depend on the number of workers.
+    The policy runs in a process of its own, and each episode in a fresh copy of it: the object that is passed does not
+    change. Apart from the measured planning time, the results do not depend on the number of workers.
 
     Args:
-        policy: a name for `make_policy`, or a policy. With several workers, each gets a copy of the object.
+        policy: a name for `make_policy`, or a policy, which is copied in its present state.
         suite: name of a suite, path of a suite's .json file, a `Suite`, or layouts, each with its protocol.
         workers: number of processes, each of which drives one layout at a time; 1 stays in this process.
         out: folder for `run.json`, `episodes.jsonl`, `routes.jsonl`, `summary.json`, and for layouts passed by hand,
@@ -75,6 +81,9 @@ def evaluate(
         overwrite: replace the results in `out` if they belong to another evaluation or to other code.
         repeats: number of episodes per goal pair; None takes the suite's.
         jitter: displacement of every start; None takes the suite's.
+        isolated: False drives the policy in this process, for debugging, with one worker: it then remembers earlier
+            episodes, and its errors are not contained.
+        limits: limits of time and memory of the policy's process.
 
     Raises:
         UnknownNameError: the suite or the policy does not exist.
@@ -83,29 +92,32 @@ def evaluate(
     """
     _check_at_least("workers", workers, 1)
     _check_at_least("seed", seed, 0)
+    # The policy is copied before the layouts are read, so that its code cannot put them into the copy.
+    source = _source(policy, dict(options or {}))
     suite, layouts = _resolved(suite)
     suite = suite.repeated(repeats, jitter)
-    source = _source(policy, dict(options or {}))
-    driver = source.make()
-    if isinstance(policy, str) and is_class_place(policy):
-        source = replace(source, label=driver.name, place=policy)
-    if driver.exclusive and workers > 1:
-        raise OptionError(f"policy {source.label!r} drives one robot at a time; use workers=1, not {workers}")
-    arguments = {"workers": workers, "progress": progress}
-    run = _Run(source, suite, layouts, seed, driver.privileged, driver.observation, provenance(driver), arguments)
-    if source.instance is None:
-        driver.close()
-    folder = RunFolder(None if out is None else Path(out), run.identity, overwrite)
-    done = folder.resume(run.expected)
-    if out is not None and suite.split is None:
-        for layout in layouts:
-            layout.save(Path(out) / "layouts" / f"{layout.id}.json")
-    try:
-        run.drive(done, folder, workers, progress)
-    finally:
-        # Also after Ctrl-C or an error: the finished episodes are then in order, and the summary is not complete.
-        report = run.report(done)
-        folder.finish(report.summary, done)
+    with _driver(policy, source, limits, workers, isolated) as driver:
+        label = source.name if isinstance(policy, str) and not is_class_place(policy) else driver.name
+        if driver.exclusive and workers > 1:
+            raise OptionError(f"policy {label!r} drives one robot at a time; use workers=1, not {workers}")
+        arguments = {"workers": workers, "progress": progress, "isolated": isolated}
+        record = provenance([*_module_files(policy), *driver.files()])
+        run = _Run(
+            source, label, limits, suite, layouts, seed, driver.privileged, driver.observation, record, arguments
+        )
+        folder = RunFolder(None if out is None else Path(out), run.identity, overwrite)
+        done = folder.resume(run.expected)
+        if out is not None and suite.split is None:
+            for layout in layouts:
+                layout.save(Path(out) / "layouts" / f"{layout.id}.json")
+        if workers > 1:
+            close_shared_process()
+        try:
+            run.drive(done, folder, workers, progress, None if isolated else driver)
+        finally:
+            # Also after Ctrl-C or an error: the finished episodes are then in order, the summary is not complete.
+            report = run.report(done)
+            folder.finish(report.summary, done)
     return report
 
 
@@ -114,6 +126,8 @@ class _Run:
     """An evaluation: its arguments, its episodes and its report."""
 
     source: PolicySource
+    label: str
+    limits: ProcessLimits | None
     suite: Suite
     layouts: tuple[Layout, ...]
     seed: int
@@ -132,23 +146,25 @@ class _Run:
         """Identity of the evaluation stored in its folder."""
         return EvaluationIdentity(
             suite=self.suite,
-            policy=self.source.label,
+            policy=self.label,
             options=self.source.options,
             seed=self.seed,
             code=self.provenance.code,
             catalog=canonical_hash(sorted({layout.catalog.digest for layout in self.layouts})),
         )
 
-    def drive(self, done: dict[Key, Drive], folder: RunFolder, workers: int, progress: bool) -> None:
+    def drive(
+        self, done: dict[Key, Drive], folder: RunFolder, workers: int, progress: bool, driver: Driver | None
+    ) -> None:
         """Drive the remaining episodes and add them to `done`, layout by layout."""
         total = sum(len(keys) for _, keys in self.expected.values())
         jobs = [
-            Job(self.source, layout, self.suite, self.seed)
+            Job(self.source, self.label, layout, self.suite, self.seed, self.limits)
             for layout in self.layouts
             if any(key not in done for key in self.expected[layout.id][1])
         ]
-        with tqdm(total=total, initial=len(done), desc=self.source.label, unit="ep", disable=not progress) as bar:
-            for _, drives in run_jobs(jobs, workers):
+        with tqdm(total=total, initial=len(done), desc=self.label, unit="ep", disable=not progress) as bar:
+            for _, drives in run_jobs(jobs, workers, driver):
                 done.update({drive.row.key: drive for drive in drives})
                 folder.append(drives)
                 bar.update(len(drives))
@@ -160,7 +176,7 @@ class _Run:
         rows = tuple(drive.row for drive in drives)
         summary = NavigationSummary(
             suite=self.suite,
-            policy=self.source.label,
+            policy=self.label,
             options=self.source.options,
             privileged=self.privileged,
             sensors=self.sensors,
@@ -197,16 +213,45 @@ def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
     if isinstance(policy, Policy):
         if options:
             raise OptionError(f"options {sorted(options)} need a policy named by a string; a policy object takes none")
-        return PolicySource(policy.name, {}, policy)
+        return PolicySource.copied(policy)
     if not isinstance(policy, str):
         got = type(policy).__name__
         raise OptionError(
             f"policy: expected a name or a labgym.policies.Policy, got {got}; derive its class from Policy"
         )
+    return PolicySource.named(policy, options)
+
+
+@contextlib.contextmanager
+def _driver(
+    policy: str | Policy, source: PolicySource, limits: ProcessLimits | None, workers: int, isolated: bool
+) -> Iterator[Policy | PolicyProcess]:
+    """Open the policy in a process of its own or, not isolated, in this one, and close it at the end."""
+    if isolated:
+        try:
+            yield shared_process(source, limits)
+        finally:
+            close_shared_process()
+        return
+    if workers > 1:
+        raise OptionError(f"isolated=False drives in this process; use workers=1, not {workers}")
+    driver = policy if isinstance(policy, Policy) else source.make()
     try:
-        return PolicySource(policy, json.loads(json.dumps(options)))
-    except TypeError as error:
-        raise OptionError(f"options of policy {policy!r} must be plain JSON data: {error}") from error
+        yield driver
+    finally:
+        if driver is not policy:
+            driver.close()
+
+
+def _module_files(policy: str | Policy) -> tuple[Path, ...]:
+    """Return the file of the policy's module, if it has one."""
+    if isinstance(policy, Policy):
+        with contextlib.suppress(TypeError, OSError):
+            return (Path(inspect.getfile(type(policy))),)
+    elif is_class_place(policy):
+        file = module_file(policy.partition(":")[0])
+        return () if file is None else (file,)
+    return ()
 
 
 def _check_at_least(name: str, value: object, least: int) -> None:

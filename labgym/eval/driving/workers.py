@@ -16,7 +16,8 @@ from labgym.errors import LabgymError
 from labgym.eval.driving.drive import Drive, Stopped, drive_layout
 from labgym.eval.driving.suites import Suite
 from labgym.layouts import Layout
-from labgym.policies.process import PolicySource, ProcessLimits, close_shared_process, shared_process
+from labgym.policies.policy import Driver
+from labgym.policies.process import PolicySource, ProcessLimits, shared_process
 from labgym.policies.process.hosts import THREAD_VARIABLES
 
 
@@ -34,24 +35,23 @@ class Job:
     layout: Layout
     suite: Suite
     seed: int
-    limits: ProcessLimits = ProcessLimits()
+    limits: ProcessLimits | None = None
 
 
-def run_jobs(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Job, tuple[Drive, ...]]]:
+def run_jobs(
+    jobs: Sequence[Job], workers: int, driver: Driver | None = None
+) -> Iterator[tuple[Job, tuple[Drive, ...]]]:
     """Yield each job with its episodes when it is finished: in order with one worker, in any order with more.
 
-    One worker means this process. If the consumer stops early, or at an error or Ctrl-C, workers stop at their next
-    control step.
+    One worker means this process; there, `driver` drives instead of the policy's process. If the consumer stops early,
+    or at an error or Ctrl-C, workers stop at their next control step.
 
     Raises:
         LabgymError: a worker died.
     """
     if workers == 1 or len(jobs) < 2:
-        try:
-            for job in jobs:
-                yield job, _drive(job)
-        finally:
-            close_shared_process()
+        for job in jobs:
+            yield job, _drive(job, driver)
         return
     yield from _run_in_processes(jobs, min(workers, len(jobs)))
 
@@ -86,9 +86,9 @@ def _begin_worker(stop: Event) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _drive(job: Job) -> tuple[Drive, ...]:
+def _drive(job: Job, driver: Driver | None = None) -> tuple[Drive, ...]:
     stop = _stop
-    policy = shared_process(job.source, job.limits)
+    policy = driver if driver is not None else shared_process(job.source, job.limits)
     try:
         return drive_layout(policy, job.layout, job.suite, job.label, job.seed, stop.is_set if stop else lambda: False)
     except Stopped:

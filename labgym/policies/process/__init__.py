@@ -2,6 +2,7 @@
 
 from labgym.policies.process.limits import ProcessLimits
 from labgym.policies.process.proxy import PolicyProcess
+from labgym.policies.process.shared import close_shared_process, shared_process
 from labgym.policies.process.source import PolicySource
 
-__all__ = ["PolicyProcess", "PolicySource", "ProcessLimits"]
+__all__ = ["PolicyProcess", "PolicySource", "ProcessLimits", "close_shared_process", "shared_process"]

@@ -1,4 +1,4 @@
-"""The host of policies as a program: `python -m labgym.policies.process DESCRIPTOR` serves the evaluator on a socket."""
+"""Run the host of policies: `python -m labgym.policies.process DESCRIPTOR` serves the evaluator on that socket."""
 
 from __future__ import annotations
 

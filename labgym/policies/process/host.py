@@ -16,7 +16,7 @@ import time
 from labgym.policies.process import linux
 from labgym.policies.process.family import Process, descendants, kill_all, processes, resident_bytes
 from labgym.policies.process.loader import serve_loader
-from labgym.policies.process.wire import FACTS, OK, Answer, ClosedError, receive_request, send_answer
+from labgym.policies.process.wire import FACTS, Answer, ClosedError, receive_request, send_answer
 
 START, END, STOP = b"t", b"n", b"p"
 """Requests to the host: start a loader on the descriptor sent along; end the episode of a loader; end a loader."""

@@ -119,7 +119,9 @@ class PolicyHost:
                 value = json.loads(answer.content) if answer.status == FACTS else None
             except (OSError, ValueError, ClosedError, GarbageError) as error:
                 self._process.kill()
-                raise HostError(f"the host of policies does not answer ({type(error).__name__}); it was ended") from None
+                raise HostError(
+                    f"the host of policies does not answer and was ended ({type(error).__name__})"
+                ) from None
             if not isinstance(value, int):
                 raise HostError("the host of policies gave an invalid answer")
             self._wait = ANSWER_SECONDS
