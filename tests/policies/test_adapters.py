@@ -277,7 +277,7 @@ def test_results_record_the_hash_of_the_weights(tmp_path):
         model = onnx.load(str(path))
         model.graph.initializer[2].CopyFrom(onnx.helper.make_tensor("tenth", onnx.TensorProto.FLOAT, [1], [factor]))
         onnx.save(model, str(path))
-        digests.add(provenance(make_policy(str(path))).code)
+        digests.add(provenance(make_policy(str(path)).files()).code)
     assert len(digests) == 2
 
 

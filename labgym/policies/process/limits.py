@@ -10,7 +10,7 @@ from labgym.errors import OptionError
 
 @dataclass(frozen=True)
 class ProcessLimits:
-    """Limits of a policy's process; a policy that exceeds one fails its episode. Below them, results do not depend on them.
+    """Limits of a policy's process. A policy that exceeds one fails its episode; below them they affect no result.
 
     Attributes:
         call_seconds: longest time of one call of `reset` or `act`, seconds.

@@ -58,7 +58,7 @@ class PolicySource:
         except Exception as error:
             reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
             raise OptionError(
-                f"policy {policy.name!r} cannot be sent to its process ({reason}); pass it by name, such as module:Class"
+                f"policy {policy.name!r} cannot be sent to its process ({reason}); pass it by name: module:Class"
             ) from error
 
     def make(self) -> Policy:

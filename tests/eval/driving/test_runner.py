@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -81,7 +82,7 @@ class Listener(Policy):
 
 
 class Quitter(Policy):
-    """Is interrupted, as by Ctrl-C, after so many drives."""
+    """Interrupts the evaluation that calls it, as Ctrl-C does, after so many drives."""
 
     def __init__(self, drives: int) -> None:
         self.drives = drives
@@ -149,7 +150,7 @@ def test_the_folder_holds_rows_routes_and_a_summary_that_say_the_same(astar_repo
     assert summary["schema"] == "labgym.navigation-summary/1"
     assert summary["metrics"]["success"]["value"] == 1.0
     assert summary["provenance"]["versions"]["labgym"]
-    assert summary["arguments"] == {"workers": 1, "progress": False}
+    assert summary["arguments"] == {"workers": 1, "progress": False, "isolated": True}
 
 
 def test_the_numbers_do_not_depend_on_the_number_of_workers(astar_report, layouts, users_module):
@@ -176,7 +177,7 @@ def test_an_object_can_be_evaluated_here_and_in_workers(layouts):
 
 def test_a_policy_that_is_not_privileged_knows_its_odometry_and_the_goal_alone(layouts):
     policy = Listener()
-    report = evaluate(policy, [layouts[0]], progress=False)
+    report = evaluate(policy, [layouts[0]], progress=False, isolated=False)
     assert all(start.truth is None for start in policy.starts)
     first = policy.heard[0]
     assert set(first) == {"goal", "velocity", "lidar", "odometry"}
@@ -200,7 +201,7 @@ def test_a_privileged_policy_is_given_the_layout_and_the_pair(layouts):
         privileged = True
 
     policy = Knowing()
-    evaluate(policy, [layouts[0]], progress=False)
+    evaluate(policy, [layouts[0]], progress=False, isolated=False)
     assert [start.truth.pair for start in policy.starts] == list(goal_pairs(layouts[0]))
     assert policy.starts[0].truth.layout == layouts[0]
 
@@ -253,13 +254,13 @@ def test_arrival_is_where_the_suite_says(layouts):
 
 def test_a_stopped_run_is_readable_and_goes_on_where_it_was(layouts, tmp_path):
     with pytest.raises(KeyboardInterrupt):
-        evaluate(Quitter(4), layouts, out=tmp_path, progress=False)
+        evaluate(Quitter(4), layouts, out=tmp_path, progress=False, isolated=False)
     assert [row.layout for row in read_rows(tmp_path / "episodes.jsonl")] == ["first"] * 3
     assert json.loads((tmp_path / "summary.json").read_text())["complete"] is False
     with pytest.raises(KeyboardInterrupt):
-        evaluate(Quitter(3), layouts, out=tmp_path, progress=False)
+        evaluate(Quitter(3), layouts, out=tmp_path, progress=False, isolated=False)
     assert [row.layout for row in read_rows(tmp_path / "episodes.jsonl")] == ["first"] * 3 + ["second"] * 3
-    report = evaluate(Quitter(3), layouts, out=tmp_path, progress=False)
+    report = evaluate(Quitter(3), layouts, out=tmp_path, progress=False, isolated=False)
     assert report.summary.complete
     assert read_rows(tmp_path / "episodes.jsonl") == report.rows
 
@@ -359,9 +360,15 @@ def test_bad_requests_say_what_is_wrong(layouts):
             evaluate(policy, layouts, progress=False)
 
 
-def test_an_object_that_cannot_be_sent_to_workers_says_so(layouts):
-    class Local(Listener):
+def test_an_object_that_cannot_be_sent_to_its_process_says_so(layouts):
+    policy = Still()
+    policy.lock = threading.Lock()
+    with pytest.raises(OptionError, match=r"'Still' cannot be sent to its process .*lock.* pass it by name"):
+        evaluate(policy, layouts, progress=False)
+
+
+def test_an_object_of_a_local_class_drives_in_workers(layouts):
+    class Local(Still):
         pass
 
-    with pytest.raises(OptionError, match="by name"):
-        evaluate(Local(), layouts, workers=2, progress=False)
+    assert [row.error for row in evaluate(Local(), layouts, workers=2, progress=False).rows] == [None] * 9
