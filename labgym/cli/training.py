@@ -12,6 +12,7 @@ from tyro.extras import SubcommandApp
 from labgym.cli.arguments import OptionalPath
 from labgym.cli.outcome import written
 from labgym.errors import MissingDependencyError, OptionError
+from labgym.runs import ExecutorOptions
 
 Sensor = Literal["lidar", "depth"]
 
@@ -27,7 +28,14 @@ card_app = SubcommandApp()
 ablate_app = SubcommandApp()
 
 
-def data(out: Path = Path("runs/data"), samples: int = 50_000, seed: int = 0, workers: int = 1) -> int:
+def data(
+    out: Path = Path("runs/data"),
+    samples: int = 50_000,
+    seed: int = 0,
+    shard: int = 500,
+    workers: int = 1,
+    fresh: bool = False,
+) -> int:
     """Make a training set from newly generated layouts: frames, goals, expert paths and privileged maps.
 
     An interrupted command resumes.
@@ -36,13 +44,15 @@ def data(out: Path = Path("runs/data"), samples: int = 50_000, seed: int = 0, wo
         out: Folder for manifest.json and the parquet files.
         samples: Number of samples.
         seed: Random seed; the files depend on it, not on the number of workers.
+        shard: Number of samples in a unit of work, which is two files: what a worker gets, and what a kill can cost it.
         workers: Number of processes.
+        fresh: Move aside what the folder holds and start anew.
     """
     from labgym.policies.data import DataOptions, make_dataset
 
-    _check_at_least(1, samples=samples)
+    _check_at_least(1, samples=samples, shard=shard)
     _check_at_least(0, seed=seed)
-    make_dataset(out, DataOptions(samples=samples, seed=seed), workers)
+    make_dataset(out, DataOptions(samples=samples, seed=seed, shard=shard), ExecutorOptions(workers=workers), fresh)
     return written(out)
 
 

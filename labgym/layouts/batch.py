@@ -135,7 +135,7 @@ def generate_batch(
     shards = tuple(_shards(requests, count, shard))
     with RunFolder.open(out, _identity(requests, count, shard), fresh) as folder:
         if not folder.finished:
-            digests = {"catalog": _digest_of_catalog} if catalog is None else {}
+            digests = {"catalog": catalog_digest} if catalog is None else {}
             for _ in run_shards(shards, folder, executor, "layouts", "layout", digests, progress=progress):
                 pass
             parts = (folder.path / _part(index) for index in range(len(shards)))
@@ -311,5 +311,6 @@ def _part(index: int) -> str:
     return f"shards/{index:06d}.jsonl"
 
 
-def _digest_of_catalog() -> str:
+def catalog_digest() -> str:
+    """Return the digest of the catalog that this process generates layouts from: guards workers of a run."""
     return Catalog.load().digest

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from labgym.documents import append_text, canonical_hash, write_bytes
+from labgym.documents import Document, append_text, canonical_hash, write_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.runs.identity import IDENTITY_FILE, REMEDY, RunIdentity, read_identity, refusal
 from labgym.runs.ledger import LEDGER_FILE, Ledger, LedgerEntry
@@ -111,11 +111,13 @@ class RunFolder:
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
         self._ledger.append(LedgerEntry(shard, canonical_hash(inputs), digests, record))
 
-    def finish(self, files: Mapping[str, bytes | Iterable[bytes]]) -> None:
+    def finish(self, files: Mapping[str, bytes | Iterable[bytes]], manifest: Document | None = None) -> None:
         """Write the merged files, then the manifest of all files; then remove the merged shard files.
 
         Args:
             files: content by path relative to the folder, in one piece or in several.
+            manifest: a document of the run's own kind that takes the place of the manifest. `finished` is then never
+                true: opening the run again checks the shards by the ledger.
         """
         digests = {}
         for name, content in files.items():
@@ -123,8 +125,9 @@ class RunFolder:
             digests[name] = file_digest(self.path / name) or ""
         for entry in self._ledger:
             digests |= {name: digest for name, digest in entry.files.items() if not _is_merged(name)}
-        RunManifest(run=self.identity.digest, files=dict(sorted(digests.items()))).save(self.path / MANIFEST_FILE)
-        self._tidy()
+        manifest = manifest or RunManifest(run=self.identity.digest, files=dict(sorted(digests.items())))
+        manifest.save(self.path / MANIFEST_FILE)
+        self._remove_merged()
 
     def _manifest(self) -> RunManifest | None:
         manifest = RunManifest.read(self.path)
@@ -132,8 +135,10 @@ class RunFolder:
 
     def _tidy(self) -> None:
         """Remove merged shard files and their lines in the ledger once the manifest is written."""
-        if self._manifest() is None:
-            return
+        if self._manifest() is not None:
+            self._remove_merged()
+
+    def _remove_merged(self) -> None:
         self._ledger.keep(lambda entry: not any(map(_is_merged, entry.files)))
         shutil.rmtree(self.path / SHARDS, ignore_errors=True)
 

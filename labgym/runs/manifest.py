@@ -29,13 +29,17 @@ class RunManifest(Document):
 
     @classmethod
     def read(cls, folder: Path) -> RunManifest | None:
-        """Return the manifest of a folder, or None if the run has not finished.
+        """Return the manifest of a folder, or None if the run has not finished or has a manifest of its own kind.
 
         Raises:
             DocumentError: the manifest is broken.
         """
         path = folder / MANIFEST_FILE
-        return cls.parse(read_json(path, MAX_MANIFEST_BYTES), path) if path.exists() else None
+        if not path.exists():
+            return None
+        data = read_json(path, MAX_MANIFEST_BYTES)
+        is_other = isinstance(data, dict) and data.get("schema", cls.SCHEMA) != cls.SCHEMA
+        return None if is_other else cls.parse(data, path)
 
     def check(self, folder: Path, *names: str) -> None:
         """Check files of the folder against their hashes; all of them if none is named.

@@ -3,6 +3,7 @@ from __future__ import annotations
 import hashlib
 import math
 import shutil
+import signal
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import shapely
+from runs import killing
 from scipy.ndimage import distance_transform_edt
 
 from labgym.cli import main
@@ -27,6 +29,7 @@ from labgym.policies.data.columns import depth_of, depth_png, jpeg, rgb_of
 from labgym.policies.data.maps import CLEARANCE, cost_map, privileged_maps
 from labgym.policies.data.read import pictures
 from labgym.policies.data.situations import STRIDES, TURN, Situations, resampled
+from labgym.runs import ExecutorOptions
 from labgym.scenes import RayScene
 
 OPTIONS = DataOptions(samples=24, seed=5, shard=12, layout=6, drive=3)
@@ -36,7 +39,7 @@ OPTIONS = DataOptions(samples=24, seed=5, shard=12, layout=6, drive=3)
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("data")
     # By two workers: what one makes again below must then be the same to the byte.
-    make_dataset(folder, OPTIONS, workers=2, progress=False)
+    make_dataset(folder, OPTIONS, ExecutorOptions(workers=2), progress=False)
     return folder
 
 
@@ -78,28 +81,52 @@ def test_a_published_layout_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path
 
 
 def test_one_worker_writes_the_bytes_of_two_and_repairs_damaged_shards(dataset: Path, tmp_path: Path) -> None:
-    broken = tmp_path / "again"
-    for name in ("manifest.json", "samples/00000.parquet", "maps/00000.parquet", "samples/00001.parquet"):
-        (broken / name).parent.mkdir(parents=True, exist_ok=True)
-        (broken / name).write_bytes((dataset / name).read_bytes())
+    broken = copied(dataset, tmp_path / "again")
+    for name in ("manifest.json", "samples/00001.parquet"):
+        (broken / name).unlink()
     (broken / "maps/00001.parquet").write_bytes(b"half a fi")
     modified = (broken / "samples/00000.parquet").stat().st_mtime_ns
     make_dataset(broken, OPTIONS, progress=False)
     assert (broken / "samples/00000.parquet").stat().st_mtime_ns == modified
-    for path in sorted(dataset.rglob("*.*")):
-        assert (broken / path.relative_to(dataset)).read_bytes() == path.read_bytes(), path
+    assert killing.tree(broken) == killing.tree(dataset)
 
 
 def test_another_seed_needs_another_folder(dataset: Path) -> None:
-    with pytest.raises(OptionError, match="another folder"):
+    with pytest.raises(OptionError, match=r"options.*--fresh"):
         make_dataset(dataset, DataOptions(samples=24, seed=6), progress=False)
 
 
 def test_an_unfinished_dataset_says_so(dataset: Path, tmp_path: Path) -> None:
-    document = read_json(dataset / "manifest.json")
-    write_json(tmp_path / "manifest.json", {**document, "shards": [], "complete": False})
+    folder = copied(dataset, tmp_path / "part")
+    (folder / "manifest.json").unlink()
     with pytest.raises(OptionError, match="labgym data"):
-        load_dataset(tmp_path)
+        load_dataset(folder)
+
+
+def test_a_dataset_of_release_0_1_is_read_and_not_continued(dataset: Path, tmp_path: Path) -> None:
+    for name in ("manifest.json", "samples/00000.parquet", "maps/00000.parquet"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes((dataset / name).read_bytes())
+    document = read_json(tmp_path / "manifest.json")
+    write_json(tmp_path / "manifest.json", {**document, "shards": document["shards"][:1], "complete": False})
+    assert len(load_dataset(tmp_path)) == 12
+    with pytest.raises(OptionError, match="--fresh"):
+        make_dataset(tmp_path, OPTIONS, progress=False)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    folder = tmp_path_factory.mktemp("undisturbed")
+    make_dataset(folder, DataOptions(samples=6, shard=2, seed=3), progress=False)
+    return killing.tree(folder)
+
+
+@pytest.mark.parametrize("by", killing.SIGNALS)
+def test_a_killed_dataset_resumes_to_the_same_files(undisturbed, tmp_path: Path, by: signal.Signals) -> None:
+    folder = tmp_path / "killed"
+    words = ("data", "--samples", "6", "--shard", "2", "--seed", "3", "--workers", "2", "--out", str(folder))
+    seen = killing.check(words, folder, undisturbed, by, killing.lines(folder / "ledger.jsonl", 1))
+    assert seen.finished >= 1
 
 
 def copied(dataset: Path, folder: Path) -> Path:

@@ -1,7 +1,8 @@
 """Kill a command at a moment of its run, run it again, and compare its folder with that of an undisturbed run.
 
-As a program: `python tests/runs/killing.py --moments 30 --work FOLDER -- generate sub_01 --count 40 --out {out}` kills
-the command at random moments by SIGKILL, SIGTERM and SIGINT in turn, prints a line for each, and exits 1 if one fails.
+As a program: `python tests/runs/killing.py --moments 30 --shards 10 --work FOLDER -- generate sub_01 --count 40
+--shard 4 --out {out}` kills the command at random moments by SIGKILL, SIGTERM and SIGINT in turn: after a random shard, and
+up to the mean time of a shard later. It prints a line for each moment and exits 1 if one fails.
 """
 
 from __future__ import annotations
@@ -143,9 +144,16 @@ def temporary_files(folder: Path) -> list[Path]:
     return nearby + [path for path in folder.rglob(".*") if path.name.startswith(PREFIX)]
 
 
-def lines(path: Path, count: int) -> Moment:
-    """Return the moment at which a file, such as a ledger, has some lines."""
-    return lambda: path.exists() and path.read_bytes().count(b"\n") >= count
+def lines(path: Path, count: int, then: float = 0.0) -> Moment:
+    """Return the moment some seconds after a file, such as a ledger, has got some lines."""
+    since: list[float] = []
+
+    def reached() -> bool:
+        if not since and (count == 0 or (path.exists() and path.read_bytes().count(b"\n") >= count)):
+            since.append(time.monotonic())
+        return bool(since) and time.monotonic() - since[0] >= then
+
+    return reached
 
 
 def _wait(process: subprocess.Popen[bytes], moment: Moment) -> None:
@@ -179,6 +187,8 @@ def main() -> int:
     parser = argparse.ArgumentParser()
     parser.add_argument("--moments", type=int, default=30)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--shards", type=int, required=True, help="number of lines that the watched file will have")
+    parser.add_argument("--watch", default="ledger.jsonl", help="file of the folder that gets a line for each shard")
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--workers-too", action="store_true", help="also kill a worker at as many moments")
     parser.add_argument("words", nargs="+", help="the command; {out} is its folder")
@@ -192,8 +202,9 @@ def main() -> int:
     report(f"undisturbed: {lasted:.1f} s, {len(expected)} files")
     kinds = [*SIGNALS, None] if options.workers_too else list(SIGNALS)
     for number in range(options.moments):
-        by, after = kinds[number % len(kinds)], chooser.uniform(0.05, 1.0) * lasted
-        folder = options.work / f"run-{number}"
+        by, folder = kinds[number % len(kinds)], options.work / f"run-{number}"
+        line, then = chooser.randrange(options.shards), chooser.uniform(0.0, lasted / options.shards)
+        after, when = lines(folder / options.watch, line, then), f"{then:.2f} s after line {line}"
         words = [word.replace("{out}", str(folder)) for word in options.words]
         name = by.name if by is not None else "worker SIGKILL"
         try:
@@ -202,11 +213,11 @@ def main() -> int:
                 assert tree(folder) == expected
             else:
                 seen = check(words, folder, expected, by, after)
-            report(f"{number} {name} after {after:.1f} s: {seen}")
+            report(f"{number} {name} {when}: {seen}")
             shutil.rmtree(folder)
         except AssertionError as error:
             faults += 1
-            report(f"{number} {name} after {after:.1f} s: FAULT {error}")
+            report(f"{number} {name} {when}: FAULT {error}")
     report(f"{options.moments - faults} of {options.moments} equal")
     return 1 if faults else 0
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from labgym.documents import Document, Record
+from labgym.documents import Document, Record, canonical_hash
+from labgym.errors import OptionError
+from labgym.runs.identity import IDENTITY_FILE
+
+MANIFEST = "manifest.json"
 
 Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
@@ -48,7 +53,7 @@ class DatasetLayout(Record):
     hash: Digest
 
 
-class Shard(Record):
+class DatasetShard(Record):
     """Two parquet files with one number: samples, and the maps of their layouts.
 
     Attributes:
@@ -67,7 +72,7 @@ class DatasetManifest(Document):
     Attributes:
         columns: Arrow types of the sample files by column.
         map_columns: Arrow types of the map files by column.
-        complete: whether all shards are finished.
+        complete: whether all shards are finished; only release 0.1 wrote manifests of unfinished datasets.
     """
 
     SCHEMA: ClassVar[str] = "labgym.dataset/1"
@@ -77,4 +82,22 @@ class DatasetManifest(Document):
     columns: dict[str, str]
     map_columns: dict[str, str]
     complete: bool
-    shards: tuple[Shard, ...]
+    shards: tuple[DatasetShard, ...]
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the manifest, and so of the whole dataset."""
+        return canonical_hash(self.to_json())
+
+
+def load_manifest(folder: str | Path) -> DatasetManifest:
+    """Return the manifest of a dataset.
+
+    Raises:
+        OptionError: the dataset is unfinished.
+        DocumentError: the manifest is missing or broken.
+    """
+    path = Path(folder) / MANIFEST
+    if not path.exists() and (Path(folder) / IDENTITY_FILE).exists():
+        raise OptionError(f"{folder} holds an unfinished dataset; finish it with: labgym data --out {folder}")
+    return DatasetManifest.load(path)

@@ -8,7 +8,7 @@ from typing import Any
 
 from labgym.errors import DocumentError
 from labgym.policies.data.columns import arrow, map_schema, sample_schema
-from labgym.policies.data.manifest import Shard
+from labgym.policies.data.manifest import DatasetShard
 
 MAX_FILE = 2 * 1024**3
 """Largest parquet file, bytes."""
@@ -20,7 +20,7 @@ BATCH = 16
 REMEDY = "make the dataset again with: labgym data"
 
 
-def read_samples(folder: Path, shard: Shard) -> Any:
+def read_samples(folder: Path, shard: DatasetShard) -> Any:
     """Return the table of a shard's samples, with the columns of `sample_schema` and without nulls.
 
     Raises:
@@ -33,7 +33,7 @@ def read_samples(folder: Path, shard: Shard) -> Any:
     return table
 
 
-def read_maps(folder: Path, shard: Shard) -> Any:
+def read_maps(folder: Path, shard: DatasetShard) -> Any:
     """Return the table of a shard's maps, with the columns of `map_schema` and without nulls.
 
     Raises:
@@ -43,7 +43,7 @@ def read_maps(folder: Path, shard: Shard) -> Any:
     return _table(path, _content(folder, path, shard), map_schema(), len(shard.layouts))
 
 
-def _content(folder: Path, path: Path, shard: Shard) -> bytes:
+def _content(folder: Path, path: Path, shard: DatasetShard) -> bytes:
     """Return the bytes of a file whose hash the manifest records."""
     try:
         if path.stat().st_size > MAX_FILE:

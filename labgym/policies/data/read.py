@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from labgym.errors import DocumentError, OptionError
 from labgym.policies.data.columns import arrow, depth_of, rgb_of
-from labgym.policies.data.make import MANIFEST
-from labgym.policies.data.manifest import DatasetManifest, Shard
+from labgym.policies.data.manifest import DatasetShard, load_manifest
 from labgym.policies.data.maps import Maps
 from labgym.policies.data.parquet_files import REMEDY, read_maps, read_samples
 from labgym.policies.data.situations import PATH_POINTS
@@ -56,7 +55,7 @@ def load_dataset(folder: str | Path, samples: int | None = None) -> Dataset:
 
     Raises:
         DocumentError: the manifest or a file is missing or broken, or a file has another hash than recorded.
-        OptionError: no shard is finished.
+        OptionError: the dataset is unfinished.
         MissingDependencyError: pyarrow is not installed.
     """
     arrow()
@@ -64,7 +63,7 @@ def load_dataset(folder: str | Path, samples: int | None = None) -> Dataset:
     tables: list[Any] = []
     maps: list[Maps] = []
     places: list[NDArray[np.int64]] = []
-    for shard in DatasetManifest.load(folder / MANIFEST).shards:
+    for shard in load_manifest(folder).shards:
         if samples is not None and sum(len(table) for table in tables) >= samples:
             break
         table, shard_maps = read_samples(folder, shard), _maps(folder, shard)
@@ -98,7 +97,7 @@ def pictures(folder: str | Path, samples: int) -> Iterator[NDArray[np.uint8]]:
     """
     arrow()
     folder = Path(folder)
-    for shard in DatasetManifest.load(folder / MANIFEST).shards:
+    for shard in load_manifest(folder).shards:
         for image in read_samples(folder, shard)["observation.images.rgb"].combine_chunks().field("bytes"):
             if samples == 0:
                 return
@@ -115,7 +114,7 @@ def _column(tables: list[Any], name: str, width: int) -> NDArray[np.float32]:
     return column
 
 
-def _maps(folder: Path, shard: Shard) -> list[Maps]:
+def _maps(folder: Path, shard: DatasetShard) -> list[Maps]:
     """Return the maps of a shard.
 
     Raises:

@@ -1,30 +1,29 @@
-"""Making one shard: generate layouts, draw samples, render images, write two files."""
+"""Making one shard: generate layouts, draw samples, render images, return two files."""
 
 from __future__ import annotations
 
 import hashlib
 import io
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from labgym.documents import write_bytes
 from labgym.envs.sensors import Camera
 from labgym.errors import LabgymError
 from labgym.layouts import Layout
 from labgym.layouts.splits import FIRST_SEED, TRAIN_SEEDS, manifest, train_layout
 from labgym.policies.data.columns import arrow, map_row, map_schema, sample_row, sample_schema
-from labgym.policies.data.manifest import DataOptions, DatasetLayout, Shard
+from labgym.policies.data.manifest import DataOptions, DatasetLayout, DatasetShard
 from labgym.policies.data.maps import privileged_maps
 from labgym.policies.data.situations import Situations
+from labgym.runs import ShardOutput
 from labgym.scenes import RayScene
 
 Row = dict[str, Any]
 
 
-def make_shard(options: DataOptions, index: int, folder: Path) -> Shard:
-    """Make a shard, write its files and return its entry for the manifest.
+def make_shard(options: DataOptions, index: int) -> ShardOutput:
+    """Make a shard and return its files, with its entry in the manifest as record.
 
     The shard depends on the options and the index alone.
     """
@@ -45,10 +44,9 @@ def make_shard(options: DataOptions, index: int, folder: Path) -> Shard:
         f"samples/{index:05d}.parquet": _parquet(rows, sample_schema()),
         f"maps/{index:05d}.parquet": _parquet(maps, map_schema()),
     }
-    for name, data in files.items():
-        write_bytes(folder / name, data)
     digests = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
-    return Shard(index=index, samples=len(rows), layouts=tuple(layouts), files=digests)
+    entry = DatasetShard(index=index, samples=len(rows), layouts=tuple(layouts), files=digests)
+    return ShardOutput(files, entry.model_dump(mode="json"))
 
 
 def _samples(layout: Layout, rng: np.random.Generator, drives: list[int]) -> list[Row]:
