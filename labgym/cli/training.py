@@ -9,10 +9,9 @@ from typing import Annotated, Literal
 from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
-from labgym.cli.arguments import OptionalPath
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath
 from labgym.cli.outcome import written
 from labgym.errors import MissingDependencyError, OptionError
-from labgym.runs import ExecutorOptions
 
 Sensor = Literal["lidar", "depth"]
 
@@ -33,7 +32,7 @@ def data(
     samples: int = 50_000,
     seed: int = 0,
     shard: int = 500,
-    workers: int = 1,
+    execution: Execution = THIS_PROCESS,
     fresh: bool = False,
 ) -> int:
     """Make a training set from newly generated layouts: frames, goals, expert paths and privileged maps.
@@ -45,14 +44,13 @@ def data(
         samples: Number of samples.
         seed: Random seed; the files depend on it, not on the number of workers.
         shard: Number of samples in a unit of work, which is two files: what a worker gets, and what a kill can cost it.
-        workers: Number of processes.
         fresh: Move aside what the folder holds and start anew.
     """
     from labgym.policies.data import DataOptions, make_dataset
 
     _check_at_least(1, samples=samples, shard=shard)
     _check_at_least(0, seed=seed)
-    make_dataset(out, DataOptions(samples=samples, seed=seed, shard=shard), ExecutorOptions(workers=workers), fresh)
+    make_dataset(out, DataOptions(samples=samples, seed=seed, shard=shard), execution.options(), fresh)
     return written(out)
 
 
