@@ -1,4 +1,4 @@
-"""Temporary files and folders beside their destination; those that a killed process left behind are swept.
+"""Temporary files and folders next to their destination; those that a killed process left behind are swept.
 
 Their names begin with `PREFIX`. The process that writes one holds a lock (`flock`) on it, which the kernel releases
 when the process dies, so that `sweep` removes only what nobody is writing.

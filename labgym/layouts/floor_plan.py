@@ -138,7 +138,7 @@ def search(solver: cp_model.CpSolver, model: cp_model.CpModel) -> cp_model.CpSol
     """Run a solver and return its status. Ctrl-C and other signals stop it and reach the caller as exceptions.
 
     By itself the solver would end at Ctrl-C as at its effort limit, and a layout would depend on the interruption. It
-    runs in a thread, because Python handles signals in the main thread only between two of its own instructions.
+    runs in a thread, because Python handles signals in the main thread only between two Python instructions.
     """
     solver.parameters.catch_sigint_signal = False
     with ThreadPoolExecutor(1) as thread:

@@ -2,47 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from labgym.documents import write_text
-from labgym.eval.drawing.pictures import save_picture, save_view, topdown
+from labgym.documents import write_bytes, write_text
+from labgym.eval.drawing.pictures import picture_bytes, topdown, view_bytes
 from labgym.eval.drawing.plan_drawing import Trace
 from labgym.eval.reports.report import write_report
 from labgym.eval.reports.results import ResultsFolder
 from labgym.eval.reports.run_report import result_tables, run_report
 from labgym.layouts import Layout
-from labgym.pipeline.ledger import Ledger
-from labgym.pipeline.workers import Work, work_through
+from labgym.runs import ExecutorOptions, RunFolder, Shard, ShardOutput, run_shards
 from labgym.table import Table
 
 VIEW_SIZE = (1280, 720)
+PICTURES, VIEWS = "pictures", "views"
+"""Folders of the plans and of the rendered views."""
 
 
-def draw_pictures(results: ResultsFolder, ledger: Ledger, processes: int) -> dict[str, Path]:
-    """Draw a plan of every layout with the routes driven in it; return the pictures' paths by layout id."""
-    paths = {layout.id: ledger.folder / "pictures" / f"{layout.id}.png" for layout in results.layouts}
-    units = []
+def draw_pictures(
+    results: ResultsFolder, executor: ExecutorOptions, folder: RunFolder | None = None
+) -> dict[str, Path]:
+    """Draw a plan of every layout with the routes driven in it; return the pictures' paths by layout id.
+
+    Args:
+        results: the layouts and routes; the pictures are written into its folder.
+        executor: where the plans are drawn.
+        folder: the folder of the run, if it is one that is open; its unchanged pictures are not drawn again.
+    """
+    names = {layout.id: f"{PICTURES}/{layout.id}.png" for layout in results.layouts}
+    shards = []
     for layout in results.layouts:
         traces = results.traces(layout.id)
         inputs = [layout.id, layout.hash, [[trace.policy, trace.success, trace.points.tolist()] for trace in traces]]
-        path = paths[layout.id]
-        units.append(Work(f"picture {layout.id}", inputs, _draw, (layout, traces, path), (path,)))
-    work_through("pictures", units, ledger, processes)
-    return paths
+        shards.append(Shard(f"picture {layout.id}", _draw, (layout, traces, names[layout.id]), inputs=inputs))
+    _write("pictures  ", shards, results.folder, executor, folder)
+    return {layout: results.folder / name for layout, name in names.items()}
 
 
-def render_views(results: ResultsFolder, ledger: Ledger, processes: int, count: int) -> dict[str, Path]:
-    """Render `count` layouts, spread evenly over all; return the views' paths by layout id."""
+def render_views(results: ResultsFolder, executor: ExecutorOptions, folder: RunFolder, count: int) -> None:
+    """Render `count` layouts, spread evenly over all."""
     count = min(count, len(results.layouts))
     sample = [results.layouts[index * len(results.layouts) // count] for index in range(count)]
-    paths = {layout.id: ledger.folder / "views" / f"{layout.id}.png" for layout in sample}
-    units = [
-        Work(f"view {layout.id}", [layout.hash, VIEW_SIZE], _render, (layout, paths[layout.id]), (paths[layout.id],))
+    shards = [
+        Shard(f"view {layout.id}", _render, (layout, f"{VIEWS}/{layout.id}.png"), inputs=[layout.hash, VIEW_SIZE])
         for layout in sample
     ]
-    work_through("views", units, ledger, processes)
-    return paths
+    _write("views     ", shards, results.folder, executor, folder)
 
 
 def write_results(
@@ -60,9 +67,17 @@ def write_results(
     return tables, paths
 
 
-def _draw(layout: Layout, traces: tuple[Trace, ...], path: Path) -> None:
-    save_picture(topdown(layout, layout.protocol, traces), path)
+def _write(
+    title: str, shards: Sequence[Shard], place: Path, executor: ExecutorOptions, folder: RunFolder | None
+) -> None:
+    for _, output in run_shards(shards, folder, executor, title):
+        for name, content in output.files.items() if folder is None else ():
+            write_bytes(place / name, content)
 
 
-def _render(layout: Layout, path: Path) -> None:
-    save_view(layout, path, "overview", *VIEW_SIZE)
+def _draw(layout: Layout, traces: tuple[Trace, ...], name: str) -> ShardOutput:
+    return ShardOutput({name: picture_bytes(topdown(layout, layout.protocol, traces))})
+
+
+def _render(layout: Layout, name: str) -> ShardOutput:
+    return ShardOutput({name: view_bytes(layout, "overview", *VIEW_SIZE)})

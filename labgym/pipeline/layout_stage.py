@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
+from labgym.assets import Catalog
+from labgym.documents import json_bytes
 from labgym.errors import OptionError
 from labgym.eval import score
-from labgym.layouts import generate, load_published
+from labgym.layouts import Layout, generate, load_published
 from labgym.layouts.splits import manifest
 from labgym.protocols import Protocol, protocols, resolve
-from labgym.scenes import write_mjcf
+from labgym.runs import ExecutorOptions, RunFolder, Shard, ShardOutput, run_shards
+from labgym.scenes.files import mjcf_files
 
 SPLIT = "test"
 """The published split that a run without a seed takes."""
@@ -40,13 +42,10 @@ class LayoutJob:
         fields = {name: getattr(self, name) for name in ("id", "seed", "profile", "published")}
         return {**fields, "protocol": self.protocol.to_json()}
 
-    def files(self, folder: Path) -> tuple[Path, Path, Path]:
-        """Return the files of layout and score, and the folder of the scene."""
-        return (
-            folder / "layouts" / f"{self.id}.json",
-            folder / "scores" / f"{self.id}.json",
-            folder / "scenes" / self.id,
-        )
+    @property
+    def file(self) -> str:
+        """Path of the layout relative to the run's folder."""
+        return f"layouts/{self.id}.json"
 
 
 def layout_jobs(seed: int | None, profile: str, only: Sequence[str] = ()) -> tuple[LayoutJob, ...]:
@@ -77,8 +76,16 @@ def layout_jobs(seed: int | None, profile: str, only: Sequence[str] = ()) -> tup
     )
 
 
-def make_layout(job: LayoutJob, folder: Path) -> None:
-    """Load or generate a layout, score it and compile it; write all three.
+def make_layouts(jobs: Sequence[LayoutJob], folder: RunFolder, executor: ExecutorOptions) -> tuple[Layout, ...]:
+    """Load or generate the layouts of a run, score and compile them; return the layouts in the order of the jobs."""
+    shards = [Shard(f"layout {job.id}", make_layout, (job,), inputs=job.inputs) for job in jobs]
+    for _ in run_shards(shards, folder, executor, "layouts   ", guard={"catalog": catalog_digest}):
+        pass
+    return tuple(Layout.load(folder.path / job.file) for job in jobs)
+
+
+def make_layout(job: LayoutJob) -> ShardOutput:
+    """Return the files of a layout, its score and its scene.
 
     Raises:
         DocumentError: the published file does not have the manifest's hash.
@@ -88,7 +95,11 @@ def make_layout(job: LayoutJob, folder: Path) -> None:
         layout = load_published(SPLIT, job.id)
     else:
         layout = generate(job.protocol, job.seed, profile=job.profile).replace(id=job.id)
-    layout_file, score_file, scene = job.files(folder)
-    layout.save(layout_file)
-    score(layout, profile=job.profile).save(score_file)
-    write_mjcf(layout, scene)
+    files = {job.file: json_bytes(layout.to_json())}
+    files[f"scores/{job.id}.json"] = json_bytes(score(layout, profile=job.profile).to_json())
+    return ShardOutput(files | {f"scenes/{job.id}/{name}": content for name, content in mjcf_files(layout).items()})
+
+
+def catalog_digest() -> str:
+    """Return the digest of the catalog that this process loads."""
+    return Catalog.load().digest

@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
-from labgym.documents import Document
-from labgym.errors import OptionError
+from labgym.documents import canonical_hash
 from labgym.eval.driving.run_folder import folder_name
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.reports.results import ResultsFolder
-from labgym.layouts import Layout
 from labgym.pipeline.config import RunConfig
-from labgym.pipeline.drawing_stage import draw_pictures, render_views, write_results
-from labgym.pipeline.layout_stage import SPLIT, layout_jobs, make_layout
-from labgym.pipeline.ledger import Ledger
-from labgym.pipeline.workers import Work, work_through
+from labgym.pipeline.drawing_stage import PICTURES, VIEWS, draw_pictures, render_views, write_results
+from labgym.pipeline.layout_stage import SPLIT, LayoutJob, catalog_digest, layout_jobs, make_layouts
+from labgym.runs import ExecutorOptions, RunFolder, RunIdentity
 from labgym.table import Table
 
 
@@ -38,64 +34,39 @@ class RunOutcome:
     left_out: tuple[str, ...] = ()
 
 
-class RunIdentity(Document):
-    """`run.json`: identity of the run stored in a folder, written before its first layout."""
-
-    SCHEMA: ClassVar[str] = "labgym.run/1"
-
-    seed: int | None
-    protocols: tuple[str, ...] = ()
-
-    def claim(self, folder: Path) -> None:
-        """Claim a folder for this run.
-
-        Raises:
-            OptionError: the folder holds the layouts of another run.
-        """
-        path = folder / "run.json"
-        if path.exists() and (previous := RunIdentity.load(path)) != self:
-            raise OptionError(
-                f"{folder} holds a run with seed {previous.seed} and protocols {list(previous.protocols) or 'all'}, "
-                f"not {self.seed} and {list(self.protocols) or 'all'}; choose another --name or remove the folder"
-            )
-        self.save(path)
-
-
 def run_pipeline(config: RunConfig) -> RunOutcome:
     """Make the layouts, evaluate the policies, and write pictures, tables and a report.
 
-    Work that the folder already holds is skipped if its inputs and the code are unchanged.
+    Work that the folder already holds is kept; an interrupted run resumes. Each evaluation has its folder and
+    its identity, so that a later run of the same layouts may show other policies.
 
     Raises:
         UnknownNameError: a policy, a protocol or a profile does not exist.
-        OptionError: the folder holds another run.
-        LabgymError: a worker process died.
+        OptionError: the folder holds another run, or an evaluation in it is another one.
+        LabgymError: workers died.
     """
-    folder, processes = config.folder, config.processes
     config.check()
     policies, left_out = config.runnable()
-    RunIdentity(seed=config.seed, protocols=config.protocols).claim(folder)
     jobs = layout_jobs(config.seed, config.profile, config.protocols)
-    ledger = Ledger(folder)
-    work_through(
-        "layouts",
-        [Work(f"layout {job.id}", job.inputs, make_layout, (job, folder), job.files(folder)) for job in jobs],
-        ledger,
-        processes,
-    )
-    layouts = [Layout.load(job.files(folder)[0]) for job in jobs]
-    suite = SPLIT if config.seed is None and not config.protocols else layouts
-    reports = [
-        evaluate(policy, suite, workers=processes, out=folder / "navigation" / folder_name(policy), overwrite=True)
-        for policy in policies
-    ]
+    executor = ExecutorOptions(workers=config.processes)
+    with RunFolder.open(config.folder, _identity(config, jobs), config.fresh) as folder:
+        layouts = make_layouts(jobs, folder, executor)
+        suite = SPLIT if config.seed is None and not config.protocols else layouts
+        reports = [
+            evaluate(policy, suite, workers=config.processes, out=folder.path / "navigation" / folder_name(policy))
+            for policy in policies
+        ]
+        results = ResultsFolder.read(folder.path, policies)
+        pictures = draw_pictures(results, executor, folder)
+        render_views(results, executor, folder, config.views)
+        folder.finish({}, unlisted=(PICTURES, VIEWS))
+        tables, paths = _write(results, pictures)
     problems = tuple(
         f"policy {report.summary.policy}: {report.summary.errors} episodes failed"
         for report in reports
         if report.summary.errors
     )
-    tables, paths = _show(ResultsFolder.read(folder, policies), ledger, processes, config.views)
-    places = (folder / "navigation", folder / "layouts", folder / "scenes")
+    places = tuple(config.folder / name for name in ("navigation", "layouts", "scenes"))
     return RunOutcome(tables, (*places, *paths), problems, left_out)
 
 
@@ -113,15 +84,23 @@ def report_folder(
         DocumentError: the folder holds no results, or a file in it is broken.
         LabgymError: two folders hold an evaluation of the same policy.
     """
-    return _show(ResultsFolder.read(folder, others=others), Ledger(folder), processes, views=0)
+    results = ResultsFolder.read(folder, others=others)
+    return _write(results, draw_pictures(results, ExecutorOptions(workers=processes)))
 
 
-def _show(
-    results: ResultsFolder, ledger: Ledger, processes: int, views: int
-) -> tuple[tuple[Table, ...], tuple[Path, ...]]:
-    pictures = draw_pictures(results, ledger, processes)
-    render_views(results, ledger, processes, views)
-    rendered = {path.stem: path for path in sorted((results.folder / "views").glob("*.png"))}
-    tables, paths = write_results(results, pictures, rendered)
-    folders = sorted({path.parent for path in (*pictures.values(), *rendered.values())})
+def _identity(config: RunConfig, jobs: Sequence[LayoutJob]) -> RunIdentity:
+    return RunIdentity.of(
+        "run",
+        seed=config.seed,
+        profile=config.profile,
+        protocols={job.protocol.id: canonical_hash(job.protocol.to_json()) for job in jobs},
+        layouts={job.id: job.published for job in jobs},
+        catalog=catalog_digest(),
+    )
+
+
+def _write(results: ResultsFolder, pictures: dict[str, Path]) -> tuple[tuple[Table, ...], tuple[Path, ...]]:
+    views = {path.stem: path for path in sorted((results.folder / VIEWS).glob("*.png"))}
+    tables, paths = write_results(results, pictures, views)
+    folders = sorted({path.parent for path in (*pictures.values(), *views.values())})
     return tables, (*folders, *paths)

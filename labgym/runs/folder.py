@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -57,8 +57,11 @@ class RunFolder:
         path = Path(path)
         if fresh:
             move_aside(path)
+        if path.is_dir():
+            _check_identity(path, identity)  # Before the lock: a folder that is refused is not touched.
         with only_writer(path):
-            _claim(path, identity)
+            if not _check_identity(path, identity):
+                identity.save(path / IDENTITY_FILE)
             sweep(path, recursive=True)
             append_text(path / PROVENANCE_FILE, provenance().line())
             folder = cls(path, identity)
@@ -111,20 +114,29 @@ class RunFolder:
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
         self._ledger.append(LedgerEntry(shard, canonical_hash(inputs), digests, record))
 
-    def finish(self, files: Mapping[str, bytes | Iterable[bytes]], manifest: Document | None = None) -> None:
+    def finish(
+        self,
+        files: Mapping[str, bytes | Iterable[bytes]],
+        manifest: Document | None = None,
+        unlisted: Sequence[str] = (),
+    ) -> None:
         """Write the merged files, then the manifest of all files; then remove the merged shard files.
 
         Args:
             files: content by path relative to the folder, in one piece or in several.
             manifest: a document of the run's own kind that takes the place of the manifest. `finished` is then never
                 true: opening the run again checks the shards by the ledger.
+            unlisted: subfolders of shard files that other commands may write again, such as pictures of results; the
+                manifest does not list their files.
         """
         digests = {}
         for name, content in files.items():
             write_bytes(self.path / _checked(name), content)
             digests[name] = file_digest(self.path / name) or ""
         for entry in self._ledger:
-            digests |= {name: digest for name, digest in entry.files.items() if not _is_merged(name)}
+            digests |= {
+                name: digest for name, digest in entry.files.items() if name.partition("/")[0] not in (SHARDS, *unlisted)
+            }
         manifest = manifest or RunManifest(run=self.identity.digest, files=dict(sorted(digests.items())))
         manifest.save(self.path / MANIFEST_FILE)
         self._remove_merged()
@@ -161,16 +173,21 @@ def move_aside(path: Path) -> Path | None:
     return target
 
 
-def _claim(path: Path, identity: RunIdentity) -> None:
+def _check_identity(path: Path, identity: RunIdentity) -> bool:
+    """Return whether the folder already holds this run; False if it is empty.
+
+    Raises:
+        OptionError: it holds another run, results of release 0.1 or other files.
+    """
     present = read_identity(path)
     if present is not None:
         if present.differences(identity):
             raise OptionError(refusal(path, present, identity))
-        return
+        return True
     others = sorted(entry.name for entry in path.iterdir() if not entry.name.startswith((LOCK_FILE, PREFIX)))
     if others:
         raise OptionError(f"{path} holds {', '.join(others[:3])}, which is not a run; {REMEDY}")
-    identity.save(path / IDENTITY_FILE)
+    return False
 
 
 def _is_merged(name: str) -> bool:

@@ -71,7 +71,7 @@ class Ledger:
             self._flush()
 
     def keep(self, wanted: Callable[[LedgerEntry], bool]) -> None:
-        """Rewrite the ledger in the order of names with the wanted entries; remove it if there is none."""
+        """Rewrite the ledger in the order of names with the wanted entries; remove it if no entry is wanted."""
         self.close()
         self._lines = {entry.shard: self._lines[entry.shard] for entry in self if wanted(entry)}
         self._lines = dict(sorted(self._lines.items()))

@@ -18,7 +18,7 @@ PR_SET_PDEATHSIG = 1
 def begin_worker() -> None:
     """Tie this process, started by `multiprocessing`, to its parent; call it first in the worker.
 
-    The worker leads a process group of its own: Ctrl-C in a terminal reaches the coordinator alone, and the processes
+    The worker leads a separate process group: Ctrl-C in a terminal reaches the coordinator alone, and the processes
     that the worker starts end with it. A thread waits for the end of a pipe that only the parent holds, and then kills
     the group.
     """

@@ -61,7 +61,7 @@ class Host(Record):
 
 
 class RunProvenance(Record):
-    """What made a run, or a session of it.
+    """Code and machine of a session of a run.
 
     Attributes:
         versions: versions of labgym, Python and the installed packages that affect results.

@@ -22,7 +22,7 @@ MAX_DEATHS = 3
 
 @dataclass(frozen=True)
 class ShardOutput:
-    """What a shard returns.
+    """Output of a shard.
 
     Attributes:
         files: content by path relative to the run's folder; files below `shards/` are merged at the end.

@@ -38,14 +38,19 @@ def write_mjcf(layout: Layout, folder: str | Path) -> Path:
     """
     folder = Path(folder)
     with whole_folder(folder, (SCENE_FILE, MESH_FOLDER), "compiled scene") as fresh:
-        spec = to_mjcf(layout)
-        meshes = _move_meshes_to_files(spec)
-        spec.compile()
         (fresh / MESH_FOLDER).mkdir()
-        for name, content in meshes.items():
-            (fresh / MESH_FOLDER / name).write_bytes(content)
-        (fresh / SCENE_FILE).write_text(_portable(spec.to_xml()), encoding="utf-8")
+        for name, content in mjcf_files(layout).items():
+            (fresh / name).write_bytes(content)
     return folder / SCENE_FILE
+
+
+def mjcf_files(layout: Layout) -> dict[str, bytes]:
+    """Return the files of a scene that `write_mjcf` writes: content by path relative to the scene's folder."""
+    spec = to_mjcf(layout)
+    meshes = _move_meshes_to_files(spec)
+    spec.compile()
+    files = {f"{MESH_FOLDER}/{name}": content for name, content in meshes.items()}
+    return {**files, SCENE_FILE: _portable(spec.to_xml()).encode("utf-8")}
 
 
 def write_glb(layout: Layout, path: str | Path) -> Path:

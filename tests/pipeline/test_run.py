@@ -17,6 +17,7 @@ from labgym.pipeline.layout_stage import layout_jobs, make_layout
 from labgym.pipeline.run import RunOutcome, report_folder, run_pipeline
 from labgym.policies import make_policy
 from labgym.protocols import protocols
+from labgym.runs.manifest import RunManifest
 
 PROTOCOL = "sub_02"
 LAYOUT = f"test-{PROTOCOL}"
@@ -115,8 +116,28 @@ def test_policies_of_two_folders_are_shown_in_one_report(tmp_path):
 
 
 def test_a_folder_of_another_run_is_left_alone(config, outcome):
-    with pytest.raises(OptionError, match="holds a run with seed None"):
+    with pytest.raises(OptionError, match=r"differs in seed \(null there, 1 requested\), layouts.*--fresh"):
         run_pipeline(RunConfig(out=config.out, seed=1, protocols=(PROTOCOL,)))
+
+
+def test_a_folder_of_release_0_1_is_refused_in_one_line_and_nothing_in_it_changes(tmp_path, capsys):
+    (tmp_path / "run.json").write_text('{"schema": "labgym.run/1", "seed": null, "protocols": []}')
+    (tmp_path / "navigation").mkdir()
+    before = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    assert main(["run", "--out", str(tmp_path), "--policies", "straight"]) == 2
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert "holds results of labgym 0.1, which `labgym report` reads" in message
+    assert "--fresh" in message
+    after = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    assert after == before
+
+
+def test_the_manifest_lists_the_layouts_scores_and_scenes_and_none_of_what_a_report_draws_again(config, outcome):
+    manifest = RunManifest.read(config.folder)
+    assert manifest is not None
+    manifest.check(config.folder)
+    assert {name.partition("/")[0] for name in manifest.files} == {"layouts", "scores", "scenes"}
 
 
 def test_a_published_file_that_was_changed_stops_the_run(tmp_path, monkeypatch):
@@ -126,7 +147,7 @@ def test_a_published_file_that_was_changed_stops_the_run(tmp_path, monkeypatch):
     monkeypatch.setattr(splits, "artefacts", lambda folder: tmp_path)
     (job,) = layout_jobs(None, "default", (PROTOCOL,))
     with pytest.raises(DocumentError, match="hash"):
-        make_layout(job, tmp_path / "run")
+        make_layout(job)
 
 
 def test_new_layouts_take_the_seed_of_the_run():
@@ -154,8 +175,8 @@ def test_a_run_takes_files_of_protocols_if_it_has_a_seed(tmp_path):
     mine = protocols()[PROTOCOL].model_copy(update={"id": "mine"})
     path = str(mine.save(tmp_path / "mine.json"))
     (job,) = layout_jobs(5, "default", (path,))
-    make_layout(job, tmp_path / "run")
-    assert Layout.load(job.files(tmp_path / "run")[0]).protocols == (mine,)
+    content = make_layout(job).files[job.file]
+    assert Layout.parse(json.loads(content)).protocols == (mine,)
     changed = mine.model_copy(update={"steps": mine.steps[:-1]}).save(tmp_path / "mine.json")
     assert layout_jobs(5, "default", (str(changed),))[0].inputs != job.inputs
     with pytest.raises(OptionError, match="'mine' has no published layout: give --seed"):

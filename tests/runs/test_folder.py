@@ -78,6 +78,7 @@ def test_a_folder_of_release_0_1_is_refused_with_the_remedy(tmp_path, name, cont
         tmp_path / "run", examples.identity()
     ):
         pass
+    assert [entry.name for entry in path.parent.iterdir()] == [name]
     assert json.loads(path.read_text()) == content
     with RunFolder.open(tmp_path / "run", examples.identity(), fresh=True):
         pass

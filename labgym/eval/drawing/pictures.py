@@ -101,16 +101,25 @@ def save_view(layout: Layout, path: str | Path, camera: str = "overview", width:
         OptionError: the path does not end in .png.
         UnknownNameError: the camera does not exist.
     """
+    path = Path(path)
+    if path.suffix != ".png":
+        raise OptionError(f"view {path.name!r} must end in .png")
+    return write_bytes(path, view_bytes(layout, camera, width, height))
+
+
+def view_bytes(layout: Layout, camera: str = "overview", width: int = 1280, height: int = 720) -> bytes:
+    """Render a view of a layout's scene and return it as the bytes of a PNG file.
+
+    Raises:
+        UnknownNameError: the camera does not exist.
+    """
     from PIL import Image
 
     from labgym.scenes import render
 
-    path = Path(path)
-    if path.suffix != ".png":
-        raise OptionError(f"view {path.name!r} must end in .png")
     stream = io.BytesIO()
     Image.fromarray(render(layout, width, height, camera)).save(stream, "png", optimize=True)
-    return write_bytes(path, stream.getvalue())
+    return stream.getvalue()
 
 
 def picture_bytes(figure: Figure, kind: str = "png") -> bytes:
