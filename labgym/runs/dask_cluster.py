@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import ipaddress
 import pickle
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor, Future
 from contextlib import contextmanager
 from typing import Any
-from urllib.parse import urlsplit
 
 from labgym.errors import LabgymError, MissingDependencyError, OptionError
+from labgym.runs.addresses import check_address
 from labgym.runs.executors import Workers
 
 CONNECT_SECONDS = 30
@@ -65,29 +64,6 @@ class DaskExecutor(Executor):
         return outcome
 
 
-def check_address(address: str) -> str:
-    """Return the scheme of a scheduler's address: "tcp" or "tls".
-
-    Anybody who reaches a scheduler can run any code on its workers, so that plain TCP is limited to loopback.
-
-    Raises:
-        OptionError: the address is not like tcp://127.0.0.1:8786, or is beyond loopback without TLS.
-    """
-    try:
-        parts = urlsplit(address)
-        port = parts.port
-    except ValueError:
-        parts, port = urlsplit(""), None
-    if parts.scheme not in ("tcp", "tls") or not parts.hostname or not port:
-        raise OptionError(f"scheduler is {address[:80]!r}, expected an address such as tcp://127.0.0.1:8786")
-    if parts.scheme == "tcp" and not _is_loopback(parts.hostname):
-        raise OptionError(
-            f"scheduler {address} is not on this machine and has no TLS: whoever reaches it can run code on its "
-            "workers; use tls:// with certificates (docs/scale.md), or an SSH tunnel to 127.0.0.1"
-        )
-    return parts.scheme
-
-
 @contextmanager
 def _connected(distributed: Any, address: str) -> Iterator[Any]:
     security = _security(distributed) if check_address(address) == "tls" else None
@@ -110,13 +86,6 @@ def _security(distributed: Any) -> Any:
         variable = "DASK_DISTRIBUTED__COMM__TLS__" + missing[0].replace(".", "__").replace("-", "_").upper()
         raise OptionError(f"a tls:// scheduler requires certificates: {variable} is not set (docs/scale.md)")
     return distributed.Security(require_encryption=True)
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def _call(pickled: bytes) -> Any:

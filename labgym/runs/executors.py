@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from labgym.errors import OptionError
+from labgym.runs.addresses import check_address
 
 ExecutorKind = Literal["local", "dask", "slurm"]
 
@@ -43,6 +44,8 @@ class ExecutorOptions:
         if (self.scheduler is None) == (self.kind == "dask"):
             problem = "requires --scheduler, such as tcp://127.0.0.1:8786" if self.kind == "dask" else "has no scheduler"
             raise OptionError(f"executor {self.kind} {problem}")
+        if self.scheduler is not None:
+            check_address(self.scheduler)
         if self.slurm and self.kind != "slurm":
             raise OptionError(f"executor {self.kind} takes no parameters of Slurm jobs ({', '.join(self.slurm)})")
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -16,6 +17,8 @@ from labgym.runs.executors import Workers
 FOLDER = "slurm"
 """Subfolder of the run with the jobs' scripts, logs and results."""
 POLL_SECONDS = 1.0
+QUEUE_POLLS = 20
+"""Looks for results between two looks at Slurm's queue."""
 DEFAULTS = {"timeout_min": 240, "cpus_per_task": 1, "mem_gb": 4}
 """Parameters of a job that are not set otherwise."""
 
@@ -56,7 +59,10 @@ def slurm_workers(
         yield Workers(executor, lambda: jobs, (JobLostError,))
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
-        if not executor.lost:
+        if executor.lost:
+            for pickled in place.glob("*.pkl"):
+                pickled.unlink(missing_ok=True)
+        else:
             shutil.rmtree(place, ignore_errors=True)
 
 
@@ -74,6 +80,7 @@ class SlurmExecutor(Executor):
         self.lost = 0
         self._submitter = submitter
         self._jobs: dict[Future[Any], Any] = {}
+        self._absent: frozenset[str] = frozenset()
         self._ending = threading.Event()
         self._lock = threading.Lock()
         self._watch = threading.Thread(target=self._poll, name="slurm jobs", daemon=True)
@@ -106,29 +113,54 @@ class SlurmExecutor(Executor):
                 job.cancel()
 
     def _poll(self) -> None:
+        polls = 0
         while not self._ending.wait(POLL_SECONDS):
             with self._lock:
                 jobs = list(self._jobs.items())
+            polls += 1
+            vanished = self._vanished([job for _, job in jobs]) if polls % QUEUE_POLLS == 0 else frozenset()
             for future, job in jobs:
                 if job.done():
                     self._end(future, job)
-                    with self._lock:
-                        del self._jobs[future]
+                elif job.job_id in vanished:
+                    self._lose(future, job, "it left the queue")
+                else:
+                    continue
+                with self._lock:
+                    del self._jobs[future]
+
+    def _vanished(self, jobs: Sequence[Any]) -> frozenset[str]:
+        """Return the ids of jobs that were not in Slurm's queue at this look and the one before.
+
+        submitit learns of lost jobs from Slurm's accounting, which not every cluster has.
+        """
+        if self._submitter.cluster != "slurm" or not jobs:
+            return frozenset()
+        command = ["squeue", "--noheader", "--me", "--format=%A"]
+        try:
+            queue = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout.split()
+        except (OSError, subprocess.SubprocessError):
+            return frozenset()
+        before, self._absent = self._absent, frozenset(job.job_id for job in jobs) - frozenset(queue)
+        return self._absent & before
 
     def _end(self, future: Future[Any], job: Any) -> None:
         """Give a future the outcome of its job."""
         try:
             value, error = job.result()
         except Exception as failure:  # noqa: BLE001 -- submitit has several, and a result file may be broken
-            self.lost += 1
-            lines = str(failure).strip().splitlines() or [type(failure).__name__]
-            value, error = None, JobLostError(
-                f"Slurm job {job.job_id} ended without a result ({lines[0][:200]}); its logs are {job.paths.stderr}"
-            )
+            self._lose(future, job, (str(failure).strip().splitlines() or [type(failure).__name__])[0][:200])
+            return
         if error is None:
             future.set_result(value)
         else:
             future.set_exception(error)
+
+    def _lose(self, future: Future[Any], job: Any, reason: str) -> None:
+        self.lost += 1
+        future.set_exception(
+            JobLostError(f"Slurm job {job.job_id} ended without a result ({reason}); its logs are {job.paths.stderr}")
+        )
 
 
 def _outcome(

@@ -18,7 +18,7 @@ from runs import examples
 
 from labgym.errors import LabgymError, OptionError
 from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
-from labgym.runs.dask_cluster import check_address
+from labgym.runs.addresses import check_address
 
 pytest.importorskip("distributed")
 
