@@ -9,9 +9,9 @@ from pathlib import Path
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
 from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.reports.results import Evaluation
 from labgym.eval.reports.route_figures import drives_figure, sampled, what_went_wrong
 from labgym.eval.reports.tables import interval, navigation_table
 from labgym.layouts import Layout
@@ -41,9 +41,11 @@ class CardResults:
 
         Raises:
             DocumentError: a file is missing or broken.
-            OptionError: the evaluation is not complete, or of another policy.
+            OptionError: the evaluation is not complete, of another policy, or its files do not agree.
         """
         evaluation = Evaluation.read(folder)
+        if evaluation.problems:
+            raise OptionError(evaluation.problems[0])
         summary = evaluation.summary
         if summary.policy != policy or not summary.complete:
             state = "complete" if summary.complete else "incomplete"
@@ -71,7 +73,7 @@ class CardResults:
         summary = self.evaluation.summary
         return f"""## Results
 
-{navigation_table({summary.policy: summary.metrics}, f"suite {summary.suite.label}").markdown()}
+{navigation_table({summary.policy: self.evaluation.metrics}, f"suite {summary.suite.label}").markdown()}
 
 Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, seed {summary.seed}, \
 {summary.episodes} episodes.

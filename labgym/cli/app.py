@@ -160,7 +160,7 @@ def eval_(
     workers: int = 1,
     out: OptionalPath = None,
     options: PolicyOptions = (),
-    overwrite: bool = False,
+    fresh: bool = False,
     repeats: OptionalWholeNumber = None,
     jitter: bool = False,
 ) -> int:
@@ -177,13 +177,13 @@ def eval_(
         workers: Number of processes; the results do not depend on it.
         out: Folder for episodes, routes and summary; by default runs/POLICY-SUITE. An interrupted evaluation resumes.
         options: Arguments of the policy, for example trust=true.
-        overwrite: Replace the results in the folder if they belong to another evaluation or to other code.
+        fresh: Rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
         repeats: Number of episodes per goal pair; by default the suite's.
         jitter: Displace the start of every episode by up to 2 cm and 2 degrees, clear of obstacles; a suite's .json
             file can set other values.
     """
     from labgym.envs.tasks import resolve_layouts
-    from labgym.eval.driving.run_folder import default_folder
+    from labgym.eval.driving.folders import default_folder
     from labgym.eval.driving.runner import evaluate
     from labgym.eval.driving.suites import Jitter, load_suite, suite_of
     from labgym.eval.reports.tables import navigation_table
@@ -201,18 +201,19 @@ def eval_(
     displacement = Jitter() if jitter else None
     repeated = rules.repeated(repeats, displacement)
     folder = out or default_folder(policy, suite if not chosen and repeated is rules else repeated.name)
-    summary = evaluate(
+    result = evaluate(
         policy,
         chosen or rules,
         workers=workers,
         out=folder,
         seed=seed,
         options=parse_options(options),
-        overwrite=overwrite,
+        fresh=fresh,
         repeats=repeats,
         jitter=displacement,
-    ).summary
-    print(f"\n{navigation_table({summary.policy: summary.metrics}, f'suite {summary.suite.label}').text()}\n")
+    )
+    summary = result.summary
+    print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.label}').text()}\n")
     written(folder)
     return complaints([f"the policy failed in {summary.errors} episodes"] if summary.errors else [])
 
@@ -332,22 +333,25 @@ app.command(card_app, name="card", help="Publish a trained policy with its model
 
 @app.command
 def report(folders: Folders, workers: int = 1) -> int:
-    """Draw the routes and write tables and report.html for the results in a folder.
+    """Draw the routes and write tables and report.html for the results in folders.
+
+    Every figure is computed from the episodes. Exit 1 if a summary does not match them, or if files are damaged or were
+    changed.
 
     Args:
-        folders: Folder written by labgym run or labgym eval, for example runs/default. The report is written there.
-            With further folders, their policies are shown in the same report.
+        folders: Folders written by labgym run or labgym eval, for example runs/default. The report is written into the
+            first and shows the policies of all.
         workers: Number of processes that draw.
     """
     from labgym.pipeline.run import report_folder
 
     if not folders:
         raise OptionError("no folder of results; name one, for example runs/default")
-    tables, files = report_folder(folders[0], folders[1:], workers)
-    for table in tables:
+    outcome = report_folder(folders[0], folders[1:], workers)
+    for table in outcome.tables:
         print(f"\n{table.text()}\n")
-    print("Written:", *files, sep="\n  ")
-    return DONE
+    print("Written:", *outcome.paths, sep="\n  ")
+    return complaints(outcome.problems)
 
 
 @app.command

@@ -34,7 +34,7 @@ def draw_pictures(
     names = {layout.id: f"{PICTURES}/{layout.id}.png" for layout in results.layouts}
     shards = []
     for layout in results.layouts:
-        traces = results.traces(layout.id)
+        traces = results.traces(layout)
         inputs = [layout.id, layout.hash, [[trace.policy, trace.success, trace.points.tolist()] for trace in traces]]
         shards.append(Shard(f"picture {layout.id}", _draw, (layout, traces, names[layout.id]), inputs=inputs))
     _write("pictures  ", shards, results.folder, executor, folder)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from labgym.documents import canonical_hash
-from labgym.eval.driving.run_folder import folder_name
+from labgym.eval.driving.folders import folder_name
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.reports.results import ResultsFolder
 from labgym.pipeline.config import RunConfig
@@ -19,12 +19,12 @@ from labgym.table import Table
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """Results of a run.
+    """Results of a run or of a report.
 
     Attributes:
         tables: layout metrics and navigation metrics.
         paths: the files and folders of interest.
-        problems: failures that did not stop the run, one sentence each.
+        problems: failures that did not stop the run, and what does not agree in the folders, one sentence each.
         left_out: why default policies are missing, one sentence each.
     """
 
@@ -67,13 +67,11 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
         if report.summary.errors
     )
     places = tuple(config.folder / name for name in ("navigation", "layouts", "scenes"))
-    return RunOutcome(tables, (*places, *paths), problems, left_out)
+    return RunOutcome(tables, (*places, *paths), (*problems, *results.problems), left_out)
 
 
-def report_folder(
-    folder: Path, others: Sequence[Path] = (), processes: int = 1
-) -> tuple[tuple[Table, ...], tuple[Path, ...]]:
-    """Draw the routes and write tables and report of a folder of results; return the tables and the paths.
+def report_folder(folder: Path, others: Sequence[Path] = (), processes: int = 1) -> RunOutcome:
+    """Draw the routes and write tables and report of a folder of results.
 
     Args:
         folder: a folder written by `labgym run` or `labgym eval`; the report is written there.
@@ -82,10 +80,9 @@ def report_folder(
 
     Raises:
         DocumentError: the folder holds no results, or a file in it is broken.
-        LabgymError: two folders hold an evaluation of the same policy.
     """
     results = ResultsFolder.read(folder, others=others)
-    return _write(results, draw_pictures(results, ExecutorOptions(workers=processes)))
+    return RunOutcome(*_write(results, draw_pictures(results, ExecutorOptions(workers=processes))), results.problems)
 
 
 def _identity(config: RunConfig, jobs: Sequence[LayoutJob]) -> RunIdentity:

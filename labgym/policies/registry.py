@@ -99,6 +99,8 @@ PACKAGES = {"train": ("diffusers", "safetensors", "stable_baselines3", "torch")}
 """Packages that built-in policies import, by the extra that installs them."""
 
 SERVERS = ("http://", "https://")
+SERVER = "labgym.policies.http.client:HttpPolicy"
+"""Class that drives by a policy server."""
 
 
 def policies() -> tuple[PolicyEntry, ...]:
@@ -126,6 +128,35 @@ def is_class_place(name: str) -> bool:
     """Return whether a policy's name is "module:Class" rather than a registered name, a file or a server."""
     is_file = PurePath(name).suffix.lower() in FILES
     return ":" in name and "/" not in name and not is_file and name not in policy_names()
+
+
+def policy_place(name: str) -> str:
+    """Return the class of a policy as "module:Class", without importing it.
+
+    Args:
+        name: as for `make_policy`.
+
+    Raises:
+        UnknownNameError: no policy has this name.
+    """
+    return _place(name)[0]
+
+
+def _place(name: str) -> tuple[str, bool]:
+    """Return the class of a policy, and whether the name is the class's first argument: a file or a server."""
+    registered = {} if name in BUILT_IN else _registered()
+    suffix = PurePath(name).suffix.lower()
+    if name in BUILT_IN:
+        return BUILT_IN[name].place, False
+    if name in registered:
+        return registered[name].value, False
+    if name.startswith(SERVERS):
+        return SERVER, True
+    if suffix in FILES:
+        return FILES[suffix], True
+    if is_class_place(name):
+        return name, False
+    raise UnknownNameError('policy (or "module:Class", file or URL)', name, policy_names())
 
 
 def make_policy(name: str, **arguments: Any) -> Policy:
@@ -198,19 +229,9 @@ def _checked(name: str, factory: Callable[..., object], arguments: Mapping[str, 
 
 
 def _factory(name: str) -> Callable[..., object]:
-    if name in BUILT_IN:
-        return _imported(BUILT_IN[name].place, name)
-    registered = _registered()
-    if name in registered:
-        return _imported(registered[name].value, name)
-    if name.startswith(SERVERS):
-        return partial(_imported("labgym.policies.http.client:HttpPolicy", name), name)
-    suffix = PurePath(name).suffix.lower()
-    if suffix in FILES:
-        return partial(_imported(FILES[suffix], name), name)
-    if is_class_place(name):
-        return _imported(name, name)
-    raise UnknownNameError('policy (or "module:Class", file or URL)', name, policy_names())
+    place, is_argument = _place(name)
+    kind = _imported(place, name)
+    return partial(kind, name) if is_argument else kind
 
 
 def _registered() -> dict[str, EntryPoint]:

@@ -119,6 +119,7 @@ class RunFolder:
         files: Mapping[str, bytes | Iterable[bytes]],
         manifest: Document | None = None,
         unlisted: Sequence[str] = (),
+        measured: Mapping[str, bytes | Iterable[bytes]] | None = None,
     ) -> None:
         """Write the merged files, then the manifest of all files; then remove the merged shard files.
 
@@ -128,7 +129,10 @@ class RunFolder:
                 true: opening the run again checks the shards by the ledger.
             unlisted: subfolders of shard files that other commands may write again, such as pictures of results; the
                 manifest does not list their files.
+            measured: further files, which differ between equal runs, such as times; the manifest does not list them.
         """
+        for name, content in (measured or {}).items():
+            write_bytes(self.path / _checked(name), content)
         digests = {}
         for name, content in files.items():
             write_bytes(self.path / _checked(name), content)

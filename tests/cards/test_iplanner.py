@@ -11,9 +11,9 @@ from labgym.cards.ablation import IPLANNER, AblationStudy, ablate_iplanner
 from labgym.cards.iplanner import differences_section, training_section, write_iplanner_card
 from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
+from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.driving.suites import Suite
-from labgym.eval.reports.results import Evaluation
 from labgym.policies.data import DataOptions, make_dataset
 from labgym.policies.iplanner.config import IPlannerConfig, IPlannerTrainOptions
 from labgym.policies.iplanner.network import load_iplanner

@@ -28,7 +28,7 @@ def row(**changes):
         "suite": "s/1", "split": "val", "layout": "l", "layout_hash": "0", "protocol": "p", "pair": 0, "policy": "ppo",
         "seed": 0, "start": (0, 0, 0), "goal": (5, 0, 0), "success": False, "spl": 0.0, "soft_spl": 0.0,
         "path_length": 4.0, "shortest_path_length": 5.0, "final_distance": 1.0, "contacts": 0, "min_clearance": 0.1,
-        "steps": 600, "time": 60.0, "planning_ms": 1.0,
+        "steps": 600, "time": 60.0,
     }  # fmt: skip
     return EpisodeRow(**{**values, **changes})
 

@@ -9,7 +9,7 @@ import pytest
 
 from labgym.artefacts import artefacts
 from labgym.cli import main
-from labgym.errors import DocumentError, LabgymError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.errors import DocumentError, MissingDependencyError, OptionError, UnknownNameError
 from labgym.eval import evaluate
 from labgym.layouts import Layout, load_published, splits
 from labgym.pipeline import RunConfig
@@ -95,22 +95,21 @@ def test_a_picture_that_was_lost_is_drawn_again(config, outcome):
     picture = config.folder / "pictures" / f"{LAYOUT}.png"
     content = picture.read_bytes()
     picture.unlink()
-    tables, written = report_folder(config.folder)
+    report = report_folder(config.folder)
     assert picture.read_bytes() == content
-    assert tables == outcome.tables
-    assert config.folder / "report.html" in written
+    assert report.tables == outcome.tables
+    assert config.folder / "report.html" in report.paths
+    assert not report.problems
 
 
 def test_policies_of_two_folders_are_shown_in_one_report(tmp_path):
     layouts = [load_published("test", LAYOUT)]
     for policy in ("random", "straight"):
         evaluate(policy, layouts, out=tmp_path / policy, progress=False)
-    (table,), _ = report_folder(tmp_path / "random", [tmp_path / "straight"])
-    assert [row[0] for row in table.rows[:2]] == ["random", "straight"]
+    (table,) = report_folder(tmp_path / "random", [tmp_path / "straight", tmp_path / "random"]).tables
+    assert [row[0] for row in table.rows[:3]] == ["random", "straight", "iPlanner (w/o nav. opt.), paper"]
     page = (tmp_path / "random" / "report.html").read_text()
     assert all(f">{policy}<" in page for policy in ("random", "straight"))
-    with pytest.raises(LabgymError, match="two evaluations of policy 'random'"):
-        report_folder(tmp_path / "random", [tmp_path / "random"])
     with pytest.raises(DocumentError, match="nowhere"):
         report_folder(tmp_path / "random", [tmp_path / "nowhere"])
 

@@ -389,10 +389,11 @@ def test_an_evaluation_records_the_servers_latency_and_failure():
     suite = Suite(name="brief", max_steps=4)
     with serving(script) as url:
         policy = HttpPolicy(url, replan=1)
-        rows = [drive.row for drive in drive_layout(policy, layout, suite, "http", 0)]
+        drives = drive_layout(policy, layout, suite, "http", 0)
+    rows = [drive.row for drive in drives]
     assert "out of memory" in rows[0].error
     assert [row.error for row in rows[1:]] == [None] * (len(rows) - 1)
-    assert all(row.planning_ms >= 50.0 for row in rows)
+    assert all(drive.planning_ms >= 50.0 for drive in drives)
 
 
 def test_pictures_are_enlarged_by_whole_pixels():

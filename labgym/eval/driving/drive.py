@@ -36,10 +36,12 @@ class Drive:
         row: the results.
         route: poses (x, y, yaw) of the robot in the room frame, at the start and after each control step; meters and
             radians, rounded to 0.001.
+        planning_ms: mean wall-clock milliseconds of the policy per action, its reset included; None without an action.
     """
 
     row: EpisodeRow
     route: Route
+    planning_ms: float | None = None
 
 
 class Stopped(Exception):  # noqa: N818 - a request, not an error
@@ -147,7 +149,8 @@ class _Episode:
         except PolicyError as failure:
             error = str(failure)
         route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in self._poses)
-        return Drive(self._row(label, initial, info, error), route)
+        planning_ms = 1e3 * self._seconds / self._steps if self._steps else None
+        return Drive(self._row(label, initial, info, error), route, planning_ms)
 
     def _over(self, observation: Info, info: Info) -> bool:
         """Return whether the suite's rules end the episode now."""
@@ -222,7 +225,6 @@ class _Episode:
             min_clearance=self._clearance,
             steps=self._steps,
             time=float(info["time"]),
-            planning_ms=1e3 * self._seconds / self._steps if self._steps else None,
             error=error,
             navdp_spl=spl(success, initial, driven) if navdp else None,
         )

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from labgym.documents import Record
 
@@ -38,8 +36,6 @@ class EpisodeRow(Record):
         contacts: control steps in which the robot touched something.
         min_clearance: smallest distance from the chassis to any footprint or wall during the episode, meters.
         steps: control steps. time: simulated seconds.
-        planning_ms: mean wall-clock milliseconds of the policy per action, its reset included; the only field that
-            differs between repeated runs.
         error: the exception of the policy, in one line; the episode then counts as failed.
     """
 
@@ -64,7 +60,6 @@ class EpisodeRow(Record):
     min_clearance: float
     steps: Count
     time: Length
-    planning_ms: Length | None
     error: str | None = None
     navdp_spl: Share | None = None
 
@@ -72,25 +67,3 @@ class EpisodeRow(Record):
     def key(self) -> Key:
         """Layout id, pair and repeat: identifies the episode within an evaluation."""
         return self.layout, self.pair, self.repeat
-
-
-def row_line(row: EpisodeRow) -> str:
-    """Return the row as a line of JSON, newline included."""
-    return json.dumps(row.model_dump(mode="json"), allow_nan=False) + "\n"
-
-
-def read_rows(path: str | Path) -> tuple[EpisodeRow, ...]:
-    """Return the rows of an `episodes.jsonl`; an empty tuple if the file does not exist.
-
-    Lines that cannot be read are skipped: a killed run may leave half a line, and its episode is then driven again.
-    """
-    path = Path(path)
-    if not path.is_file():
-        return ()
-    rows: list[EpisodeRow] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        try:
-            rows.append(EpisodeRow.model_validate_json(line))
-        except ValidationError:
-            continue
-    return tuple(rows)

@@ -11,11 +11,14 @@ the length driven; d0 and dT are the straight distances to the goal at the start
     contacts_per_meter   mean over episodes of min(10, control steps in contact / meters driven)
     min_clearance        mean over episodes of the smallest clearance of the chassis, meters
     time_to_goal         mean simulated seconds of the successful episodes
-    planning_ms          mean wall-clock milliseconds of the policy per action
     final_distance       mean dT, meters
 
 A robot that drives at full speed (1 m/s, 10 control steps per second) and touches something all the way has 10 contacts
 per meter. More are the time for which it stands stuck; without the cap one stuck robot doubles the mean of a suite.
+
+Measured on the machine that drove, and therefore not a result of the run:
+
+    planning_ms          mean over episodes of the policy's wall-clock milliseconds per action
 
 Suites with the NavDP benchmark's rules use that benchmark's metrics under separate names. They are not comparable with
 those above: episodes end at a different distance from the goal, and the straight distance replaces L*.
@@ -27,10 +30,10 @@ those above: episodes end at a different distance from the goal, and the straigh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import EpisodeRow, Key
 from labgym.eval.driving.intervals import Estimate, bounded_mean, positive_mean, real_mean
 
 VERSION = "navigation-v2"
@@ -48,7 +51,6 @@ METRICS = (
     "min_clearance",
     "time_to_goal",
     "final_distance",
-    "planning_ms",
 )
 """Metrics of `summarise`, in the order of the tables."""
 
@@ -59,7 +61,6 @@ NAVDP_METRICS = (
     "contacts_per_meter",
     "min_clearance",
     "final_distance",
-    "planning_ms",
 )
 """Metrics of `summarise` for suites with the NavDP benchmark's rules."""
 
@@ -124,6 +125,14 @@ def summarise(
         "min_clearance": real_mean([row.min_clearance for row in rows], layouts),
         "time_to_goal": time,
         "final_distance": positive_mean([row.final_distance for row in rows], layouts),
-        "planning_ms": positive_mean([row.planning_ms for row in rows], layouts),
     }
     return {name: estimates[name] for name in (NAVDP_METRICS if metrics == "navdp" else METRICS)}
+
+
+def planning_time(times: Mapping[Key, float | None]) -> Estimate:
+    """Return the mean planning time of a policy per action with its interval, milliseconds.
+
+    Args:
+        times: milliseconds by episode; None for an episode without an action.
+    """
+    return positive_mean(list(times.values()), [layout for layout, _, _ in times])

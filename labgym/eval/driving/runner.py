@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import contextlib
-import inspect
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
-from labgym.documents import canonical_hash
+from labgym.assets import Catalog
+from labgym.documents import canonical_hash, json_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.assignments import episode_keys
-from labgym.eval.driving.drive import Drive, Route
+from labgym.eval.driving.drive import Route
 from labgym.eval.driving.episode_row import EpisodeRow, Key
-from labgym.eval.driving.navigation_metrics import VERSION, summarise
-from labgym.eval.driving.record import EvaluationIdentity, EvaluationProvenance, NavigationSummary, provenance
-from labgym.eval.driving.run_folder import RunFolder
+from labgym.eval.driving.evaluation import with_planning
+from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, EpisodeRoute, EpisodeTime, parse_lines
+from labgym.eval.driving.folders import short_name
+from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.driving.shard import drive_shard, shard_file
 from labgym.eval.driving.suites import Jitter, Suite, load_suite, suite_of
-from labgym.eval.driving.workers import Job, run_jobs
 from labgym.layouts import Layout
 from labgym.policies import Policy
-from labgym.policies.fingerprint.sources import module_file
+from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
 from labgym.policies.policy import Driver, Sensors
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process, shared_process
-from labgym.policies.registry import is_class_place
+from labgym.policies.registry import SERVER, is_class_place, policy_place
+from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
 
 
 @dataclass(frozen=True)
@@ -38,15 +39,22 @@ class NavigationReport:
         summary: metrics with intervals, and the record of the evaluation; `summary.json`.
         rows: episodes in the suite's order; `episodes.jsonl`.
         routes: poses (x, y, yaw) of the robot in meters and radians, by layout id, pair and repeat; `routes.jsonl`.
+        times: wall-clock milliseconds of the policy per action, by layout id, pair and repeat; `times.jsonl`.
     """
 
     summary: NavigationSummary
     rows: tuple[EpisodeRow, ...]
     routes: dict[Key, Route]
+    times: dict[Key, float | None]
+
+    @cached_property
+    def metrics(self) -> dict[str, Estimate]:
+        """Metrics with intervals, the planning time included."""
+        return with_planning(self.summary.metrics, self.times)
 
     def __getitem__(self, metric: str) -> float | None:
         """Return a metric's value, or None if it applies to no episode."""
-        return self.summary.metrics[metric].value
+        return self.metrics[metric].value
 
 
 def evaluate(
@@ -57,7 +65,8 @@ def evaluate(
     seed: int = 0,
     progress: bool = True,
     options: dict[str, Any] | None = None,
-    overwrite: bool = False,
+    fresh: bool = False,
+    executor: ExecutorOptions | None = None,
     repeats: int | None = None,
     jitter: Jitter | None = None,
     isolated: bool = True,
@@ -66,19 +75,21 @@ def evaluate(
     """Drive every goal pair of every layout of a suite, each as often as the suite says, and return the results.
 
     The policy runs in a process of its own, and each episode in a fresh copy of it: the object that is passed does not
-    change. Apart from the measured planning time, the results do not depend on the number of workers.
+    change. Apart from the measured planning times, the results do not depend on the number of workers, on the executor
+    or on interruptions.
 
     Args:
         policy: a name for `make_policy`, or a policy, which is copied in its present state.
         suite: name of a suite, path of a suite's .json file, a `Suite`, or layouts, each with its protocol.
-        workers: number of processes, each of which drives one layout at a time; 1 stays in this process.
-        out: folder for `run.json`, `episodes.jsonl`, `routes.jsonl`, `summary.json`, and for layouts passed by hand,
-            `layouts/`. Episodes are written layout by layout, and an interrupted evaluation resumes. None writes
-            nothing.
-        seed: random seed of the policy and of the intervals.
+        workers: number of local processes, each of which drives one layout at a time; 1 stays in this process.
+        out: folder for `run.json` (the identity of the evaluation), `episodes.jsonl`, `routes.jsonl`, `times.jsonl`,
+            `summary.json`, `provenance.jsonl`, and for layouts passed by hand, `layouts/`. Finished layouts are kept,
+            and an interrupted evaluation resumes. None writes nothing.
+        seed: random seed of the policy.
         progress: whether to show a progress bar.
         options: arguments for `make_policy`.
-        overwrite: replace the results in `out` if they belong to another evaluation or to other code.
+        fresh: rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
+        executor: where layouts are driven, instead of `workers` local processes.
         repeats: number of episodes per goal pair; None takes the suite's.
         jitter: displacement of every start; None takes the suite's.
         isolated: False drives the policy in this process, for debugging, with one worker: it then remembers earlier
@@ -87,45 +98,52 @@ def evaluate(
 
     Raises:
         UnknownNameError: the suite or the policy does not exist.
-        OptionError: an option is out of range, or the folder holds another evaluation.
-        LabgymError: two layouts have the same id, a layout has no protocol, or a worker died.
+        OptionError: an option is out of range; the folder holds another evaluation; or the policy has no fingerprint,
+            which a folder needs (`labgym.policies.fingerprint`).
+        LabgymError: two layouts have the same id, a layout has no protocol, or workers died.
     """
-    _check_at_least("workers", workers, 1)
     _check_at_least("seed", seed, 0)
+    executor = executor or ExecutorOptions(workers=workers)
     # The policy is copied before the layouts are read, so that its code cannot put them into the copy.
     source = _source(policy, dict(options or {}))
     suite, layouts = _resolved(suite)
     suite = suite.repeated(repeats, jitter)
-    with _driver(policy, source, limits, workers, isolated) as driver:
-        label = source.name if isinstance(policy, str) and not is_class_place(policy) else driver.name
-        if driver.exclusive and workers > 1:
-            raise OptionError(f"policy {label!r} drives one robot at a time; use workers=1, not {workers}")
-        arguments = {"workers": workers, "progress": progress, "isolated": isolated}
-        record = provenance([*_module_files(policy), *driver.files()])
+    here = executor == ExecutorOptions()
+    if not isolated and not here:
+        raise OptionError(f"isolated=False drives in this process; use workers=1, not {executor.workers}")
+    with _driver(policy, source, limits, isolated) as driver:
+        label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
+        if driver.exclusive and not here:
+            raise OptionError(f"policy {label!r} drives one robot at a time; use workers=1, not {executor.workers}")
         run = _Run(
-            source, label, limits, suite, layouts, seed, driver.privileged, driver.observation, record, arguments
+            driver if not isolated else source,
+            label,
+            limits,
+            suite,
+            layouts,
+            seed,
+            driver.privileged,
+            driver.observation,
+            source.options,
         )
-        folder = RunFolder(None if out is None else Path(out), run.identity, overwrite)
-        done = folder.resume(run.expected)
-        if out is not None and suite.split is None:
-            for layout in layouts:
-                layout.save(Path(out) / "layouts" / f"{layout.id}.json")
-        if workers > 1:
+        fingerprint = None if out is None else _fingerprint(policy, source, label, driver.files())
+        if not here:
             close_shared_process()
-        try:
-            run.drive(done, folder, workers, progress, None if isolated else driver)
-        finally:
-            # Also after Ctrl-C or an error: the finished episodes are then in order, the summary is not complete.
-            report = run.report(done)
-            folder.finish(report.summary, done)
-    return report
+        if out is None or fingerprint is None:
+            return run.report(run.drive(None, executor, progress))
+        with RunFolder.open(out, run.identity(fingerprint), fresh) as folder:
+            return run.report(run.drive_into(folder, executor, progress))
+
+
+Content = dict[str, bytes]
+"""Content of the files of an evaluation by name."""
 
 
 @dataclass(frozen=True)
 class _Run:
     """An evaluation: its arguments, its episodes and its report."""
 
-    source: PolicySource
+    policy: PolicySource | Driver
     label: str
     limits: ProcessLimits | None
     suite: Suite
@@ -133,66 +151,99 @@ class _Run:
     seed: int
     privileged: bool
     sensors: Sensors
-    provenance: EvaluationProvenance
-    arguments: dict[str, Any]
+    options: dict[str, Any]
 
     @cached_property
-    def expected(self) -> dict[str, tuple[str, tuple[Key, ...]]]:
-        """Hash and episodes of each layout by id."""
-        return {layout.id: (layout.hash, episode_keys(layout, self.suite)) for layout in self.layouts}
+    def episodes(self) -> dict[str, tuple[Key, ...]]:
+        """Episodes of each layout by id."""
+        return {layout.id: episode_keys(layout, self.suite) for layout in self.layouts}
 
-    @property
-    def identity(self) -> EvaluationIdentity:
-        """Identity of the evaluation stored in its folder."""
-        return EvaluationIdentity(
-            suite=self.suite,
-            policy=self.label,
-            options=self.source.options,
+    def identity(self, policy: PolicyFingerprint) -> RunIdentity:
+        """Return the identity of the evaluation in a folder."""
+        return RunIdentity.of(
+            "eval",
+            suite=self.suite.model_dump(mode="json"),
+            layouts={layout.id: layout.hash for layout in self.layouts},
+            policy=policy.model_dump(),
             seed=self.seed,
-            code=self.provenance.code,
+            isolated=isinstance(self.policy, PolicySource),
+            limits=None if self.limits is None else asdict(self.limits),
             catalog=canonical_hash(sorted({layout.catalog.digest for layout in self.layouts})),
         )
 
-    def drive(
-        self, done: dict[Key, Drive], folder: RunFolder, workers: int, progress: bool, driver: Driver | None
-    ) -> None:
-        """Drive the remaining episodes and add them to `done`, layout by layout."""
-        total = sum(len(keys) for _, keys in self.expected.values())
-        jobs = [
-            Job(self.source, self.label, layout, self.suite, self.seed, self.limits)
+    def drive(self, folder: RunFolder | None, executor: ExecutorOptions, progress: bool) -> Content:
+        """Drive the episodes that the folder does not hold and return rows, routes and times in the suite's order."""
+        shards = [
+            Shard(
+                layout.id,
+                drive_shard,
+                (self.policy, self.limits, self.label, layout, self.suite, self.seed),
+                size=len(self.episodes[layout.id]),
+            )
             for layout in self.layouts
-            if any(key not in done for key in self.expected[layout.id][1])
         ]
-        with tqdm(total=total, initial=len(done), desc=self.label, unit="ep", disable=not progress) as bar:
-            for _, drives in run_jobs(jobs, workers, driver):
-                done.update({drive.row.key: drive for drive in drives})
-                folder.append(drives)
-                bar.update(len(drives))
+        guard = {"catalog": _installed_catalog}
+        finished = {
+            shard.name: output.files
+            for shard, output in run_shards(shards, folder, executor, self.label, "ep", guard, progress=progress)
+        }
+        return {
+            name: b"".join(finished[layout.id][shard_file(layout.id, name)] for layout in self.layouts)
+            for name in (EPISODES, ROUTES, TIMES)
+        }
 
-    def report(self, done: dict[Key, Drive]) -> NavigationReport:
-        """Return the report on the finished episodes."""
-        keys = [key for _, layout_keys in self.expected.values() for key in layout_keys]
-        drives = [done[key] for key in keys if key in done]
-        rows = tuple(drive.row for drive in drives)
+    def drive_into(self, folder: RunFolder, executor: ExecutorOptions, progress: bool) -> Content:
+        """Return rows, routes and times of a folder; first drive what it does not hold, and write the summary."""
+        if folder.finished:
+            return {name: (folder.path / name).read_bytes() for name in (EPISODES, ROUTES, TIMES)}
+        content = self.drive(folder, executor, progress)
+        files = {name: content[name] for name in (EPISODES, ROUTES)}
+        files[SUMMARY] = json_bytes(self.report(content).summary.to_json())
+        if self.suite.split is None:
+            files |= {f"layouts/{layout.id}.json": json_bytes(layout.to_json()) for layout in self.layouts}
+        folder.finish(files, measured={TIMES: content[TIMES]})
+        return content
+
+    def report(self, content: Content) -> NavigationReport:
+        """Return the report on the episodes in the content of the files."""
+        rows = tuple(parse_lines(EPISODES, content[EPISODES], EpisodeRow).values())
+        expected = sum(map(len, self.episodes.values()))
         summary = NavigationSummary(
             suite=self.suite,
             policy=self.label,
-            options=self.source.options,
+            options=self.options,
             privileged=self.privileged,
             sensors=self.sensors,
             seed=self.seed,
-            layouts={layout: digest for layout, (digest, _) in self.expected.items()},
-            episodes=len(rows),
-            expected=len(keys),
-            errors=sum(row.error is not None for row in rows),
-            unreachable=sum(row.shortest_path_length is None for row in rows),
-            complete=len(rows) == len(keys),
-            metrics=summarise(rows, self.suite.metrics),
-            definitions=VERSION,
-            arguments=self.arguments,
-            provenance=self.provenance,
+            layouts={layout.id: layout.hash for layout in self.layouts},
+            episodes=expected,
+            expected=expected,
+            errors=0,
+            unreachable=0,
+            complete=True,
+            metrics={},
         )
-        return NavigationReport(summary, rows, {drive.row.key: drive.route for drive in drives})
+        routes = parse_lines(ROUTES, content[ROUTES], EpisodeRoute)
+        times = parse_lines(TIMES, content[TIMES], EpisodeTime)
+        return NavigationReport(
+            summary.recomputed(rows),
+            rows,
+            {key: route.poses for key, route in routes.items()},
+            {key: time.planning_ms for key, time in times.items()},
+        )
+
+
+def _installed_catalog() -> str:
+    """Return the digest of the catalog of this installation."""
+    return Catalog.load().digest
+
+
+def _fingerprint(policy: str | Policy, source: PolicySource, label: str, files: Sequence[Path]) -> PolicyFingerprint:
+    if isinstance(policy, Policy):
+        return object_fingerprint(policy)
+    place = policy_place(policy)
+    server = {"url": policy} if place == SERVER else {}
+    return named_fingerprint(label, place, {**server, **source.options}, files)
 
 
 def _resolved(suite: str | Path | Suite | Sequence[Layout]) -> tuple[Suite, tuple[Layout, ...]]:
@@ -224,7 +275,7 @@ def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
 
 @contextlib.contextmanager
 def _driver(
-    policy: str | Policy, source: PolicySource, limits: ProcessLimits | None, workers: int, isolated: bool
+    policy: str | Policy, source: PolicySource, limits: ProcessLimits | None, isolated: bool
 ) -> Iterator[Policy | PolicyProcess]:
     """Open the policy in a process of its own or, not isolated, in this one, and close it at the end."""
     if isolated:
@@ -233,25 +284,12 @@ def _driver(
         finally:
             close_shared_process()
         return
-    if workers > 1:
-        raise OptionError(f"isolated=False drives in this process; use workers=1, not {workers}")
     driver = policy if isinstance(policy, Policy) else source.make()
     try:
         yield driver
     finally:
         if driver is not policy:
             driver.close()
-
-
-def _module_files(policy: str | Policy) -> tuple[Path, ...]:
-    """Return the file of the policy's module, if it has one."""
-    if isinstance(policy, Policy):
-        with contextlib.suppress(TypeError, OSError):
-            return (Path(inspect.getfile(type(policy))),)
-    elif is_class_place(policy):
-        file = module_file(policy.partition(":")[0])
-        return () if file is None else (file,)
-    return ()
 
 
 def _check_at_least(name: str, value: object, least: int) -> None:

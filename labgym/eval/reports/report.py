@@ -53,7 +53,11 @@ class Card:
 
 @dataclass(frozen=True)
 class Report:
-    """The contents of the page, in order."""
+    """The contents of the page, in order.
+
+    Attributes:
+        problems: what does not agree in the results, one sentence each; shown at the top.
+    """
 
     title: str
     subtitle: str
@@ -62,6 +66,7 @@ class Report:
     views: tuple[Picture, ...] = ()
     cards: tuple[Card, ...] = ()
     provenance: tuple[tuple[str, str], ...] = field(default=())
+    problems: tuple[str, ...] = ()
 
 
 def render_report(report: Report) -> str:

@@ -1,53 +1,21 @@
-"""The results in a folder: layouts, their scores, and evaluations of policies."""
+"""The results in folders: layouts, their scores, and evaluations of policies."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from labgym.errors import DocumentError, LabgymError
+from labgym.documents import read_json
+from labgym.errors import DocumentError
 from labgym.eval.drawing.plan_drawing import Trace
-from labgym.eval.driving.drive import Route
-from labgym.eval.driving.episode_row import EpisodeRow, Key, read_rows
-from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.driving.run_folder import read_routes
+from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.layouts import Layout
 
-
-@dataclass(frozen=True)
-class Evaluation:
-    """One policy's evaluation: `summary.json`, `episodes.jsonl` and `routes.jsonl` of a folder."""
-
-    folder: Path
-    summary: NavigationSummary
-    rows: tuple[EpisodeRow, ...]
-    routes: dict[Key, Route]
-
-    @classmethod
-    def read(cls, folder: Path) -> Evaluation:
-        """Read the folder of an evaluation.
-
-        Raises:
-            DocumentError: the folder has no summary, or the summary cannot be read.
-        """
-        summary = NavigationSummary.load(folder / "summary.json")
-        return cls(folder, summary, read_rows(folder / "episodes.jsonl"), read_routes(folder / "routes.jsonl"))
-
-    def of(self, layout: str) -> tuple[EpisodeRow, ...]:
-        """Return the episodes in a layout."""
-        return tuple(row for row in self.rows if row.layout == layout)
-
-    def traces(self, layout: str) -> tuple[Trace, ...]:
-        """Return the paths driven in a layout, for drawing."""
-        return tuple(
-            Trace(row.policy, np.array(self.routes[row.key], dtype=np.float64)[:, :2], row.success)
-            for row in self.of(layout)
-            if self.routes.get(row.key)
-        )
+UNFINISHED = "the evaluation is not finished; run the same labgym eval command again"
 
 
 @dataclass(frozen=True)
@@ -58,13 +26,15 @@ class ResultsFolder:
         folder: where the report is written.
         layouts: layouts in the order of their ids.
         scores: scores by layout id; a layout may have none.
-        evaluations: evaluations in the order in which they are shown.
+        evaluations: evaluations in the order in which they are shown, with unique names.
+        problems: what does not agree in the folders, one sentence each.
     """
 
     folder: Path
     layouts: tuple[Layout, ...]
     scores: dict[str, LayoutReport]
     evaluations: tuple[Evaluation, ...]
+    problems: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, folder: str | Path, policies: Sequence[str] = (), others: Sequence[str | Path] = ()) -> ResultsFolder:
@@ -76,36 +46,100 @@ class ResultsFolder:
             others: further folders whose evaluations are added.
 
         Raises:
-            LabgymError: two evaluations are of the same policy.
             DocumentError: the folder has no results, or a file is broken.
         """
         folder = Path(folder)
         folders = [folder, *map(Path, others)]
         for place in folders:
-            if not any(place.glob("**/summary.json")) and not any(place.glob("layouts/*.json")):
-                raise DocumentError(place, "", "holds neither layouts/*.json nor an evaluation's summary.json")
-        evaluations = sorted(
-            (Evaluation.read(path.parent) for place in folders for path in place.glob("**/summary.json")), key=_policy
-        )
+            _check_has_results(place)
+        paths = [path.parent for each in folders for path in sorted(each.glob("**/summary.json"))]
+        places = {path.resolve(): path for path in paths}
+        evaluations = sorted(map(Evaluation.read, places.values()), key=lambda one: one.name)
         if policies:
-            evaluations = [one for policy in policies for one in evaluations if _policy(one) == policy]
-        paths = {path.name: path for place in folders for path in place.glob("layouts/*.json")}
-        layouts = [Layout.load(path) for _, path in sorted(paths.items())]
-        if not layouts and evaluations and evaluations[0].summary.suite.split is not None:
-            layouts = list(evaluations[0].summary.suite.load_layouts())
-        labels = [_policy(evaluation) for evaluation in evaluations]
-        repeated = sorted({label for label in labels if labels.count(label) > 1})
-        if repeated:
-            raise LabgymError(
-                f"{', '.join(map(str, folders))}: two evaluations of policy {repeated[0]!r}; name the folder of one"
-            )
+            evaluations = [one for policy in policies for one in evaluations if one.summary.policy == policy]
+        evaluations = distinguished(evaluations)
+        layouts, problems = _layouts(folders, evaluations)
         scores = [LayoutReport.load(path) for path in sorted(folder.glob("scores/*.json"))]
-        return cls(folder, tuple(layouts), {score.layout: score for score in scores}, tuple(evaluations))
+        runs = [path.parent for each in folders for path in sorted(each.glob("**/run.json"))]
+        unfinished = [f"{path}: {UNFINISHED}" for path in runs if _is_unfinished(path)]
+        return cls(
+            folder,
+            tuple(layouts),
+            {score.layout: score for score in scores},
+            tuple(evaluations),
+            (*unfinished, *problems, *(problem for one in evaluations for problem in one.problems)),
+        )
 
-    def traces(self, layout: str) -> tuple[Trace, ...]:
-        """Return the paths of all policies in a layout."""
-        return tuple(trace for evaluation in self.evaluations for trace in evaluation.traces(layout))
+    def traces(self, layout: Layout) -> tuple[Trace, ...]:
+        """Return the paths of all policies in a layout, for drawing."""
+        return tuple(
+            Trace(one.name, np.array(one.routes[row.key], dtype=np.float64)[:, :2], row.success)
+            for one in self.evaluations
+            for row in one.of(layout)
+            if one.routes.get(row.key)
+        )
 
 
-def _policy(evaluation: Evaluation) -> str:
-    return evaluation.summary.policy
+def distinguished(evaluations: Sequence[Evaluation]) -> list[Evaluation]:
+    """Return evaluations with unique names: equal names get the part of the folder that differs as a suffix."""
+    names = [one.name for one in evaluations]
+    groups = {name: [one for one in evaluations if one.name == name] for name in names}
+    suffixes = {
+        one.folder: suffix
+        for group in groups.values()
+        if len(group) > 1
+        for one, suffix in zip(group, _suffixes([one.folder.resolve() for one in group]), strict=True)
+    }
+    return [
+        one.named(f"{one.name} ({suffixes[one.folder]})" if one.folder in suffixes else one.name) for one in evaluations
+    ]
+
+
+def _suffixes(folders: Sequence[Path]) -> list[str]:
+    """Return the last component of each path in which all differ; the whole path if none does."""
+    for depth in range(1, min(len(folder.parts) for folder in folders) + 1):
+        parts = [folder.parts[-depth] for folder in folders]
+        if len(set(parts)) == len(parts):
+            return parts
+    return [str(folder) for folder in folders]
+
+
+def _layouts(folders: Iterable[Path], evaluations: Sequence[Evaluation]) -> tuple[list[Layout], list[str]]:
+    """Return the layouts of the folders or else of the suite, by id, and a sentence for those that differ."""
+    layouts: dict[str, Layout] = {}
+    for path in sorted((path for each in folders for path in each.glob("layouts/*.json")), key=lambda path: path.name):
+        layout = Layout.load(path)
+        layouts.setdefault(layout.id, layout)
+    splits = [one.summary.suite for one in evaluations if one.summary.suite.split is not None]
+    if not layouts and splits:
+        layouts = {layout.id: layout for layout in splits[0].load_layouts()}
+    differing = {
+        name: one.folder
+        for one in evaluations
+        for name, digest in one.summary.layouts.items()
+        if name in layouts and layouts[name].hash != digest
+    }
+    problems = [
+        f"{place}: drove in another version of layout {name!r} than the one shown; its routes are not drawn"
+        for name, place in sorted(differing.items())[:3]
+    ]
+    return [layouts[name] for name in sorted(layouts)], problems
+
+
+def _check_has_results(folder: Path) -> None:
+    if _is_unfinished(folder):
+        raise DocumentError(folder, "", UNFINISHED)
+    if not any(folder.glob("**/summary.json")) and not any(folder.glob("layouts/*.json")):
+        raise DocumentError(folder, "", "holds neither layouts/*.json nor an evaluation's summary.json")
+
+
+def _is_unfinished(folder: Path) -> bool:
+    """Return whether a folder holds an evaluation that was interrupted."""
+    path = folder / "run.json"
+    if not path.is_file() or (folder / "summary.json").exists():
+        return False
+    try:
+        data = read_json(path)
+    except DocumentError:
+        return False
+    return isinstance(data, dict) and data.get("kind") == "eval"

@@ -13,7 +13,7 @@ from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_drawing import Trace, draw_objects, draw_room, draw_traces
 from labgym.eval.driving.drive import Route
 from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.reports.results import Evaluation
+from labgym.eval.driving.evaluation import Evaluation
 from labgym.layouts import Layout
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from labgym.eval.drawing.plan_labels import readable_name
+from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.report import Card, Picture, Report, Tile
 from labgym.eval.reports.results import ResultsFolder
@@ -18,17 +19,19 @@ from labgym.table import Table, number
 
 
 def result_tables(results: ResultsFolder) -> tuple[Table, ...]:
-    """Return the layout table and the navigation table, those for which there are results."""
+    """Return the layout table and a navigation table for each suite, those for which there are results."""
     tables = [layout_table(aggregate(results.scores.values()))] if results.scores else []
-    if results.evaluations:
-        tables.append(_navigation([one.summary for one in results.evaluations]))
-    return tuple(tables)
+    suites = list(dict.fromkeys(one.summary.suite.label for one in results.evaluations))
+    groups = [[one for one in results.evaluations if one.summary.suite.label == suite] for suite in suites]
+    return (*tables, *map(_navigation, groups))
 
 
-def _navigation(summaries: Sequence[NavigationSummary]) -> Table:
-    if len({summary.suite for summary in summaries}) == 1 and summaries[0].suite.metrics != "navdp":
-        return leaderboard(summaries)
-    return navigation_table({one.policy: one.metrics for one in summaries}, f"suite {summaries[0].suite.label}")
+def _navigation(evaluations: Sequence[Evaluation]) -> Table:
+    """Return the table of evaluations on one suite."""
+    suite = evaluations[0].summary.suite
+    if suite.metrics == "navdp":
+        return navigation_table({one.name: one.metrics for one in evaluations}, f"suite {suite.label}")
+    return leaderboard(evaluations)
 
 
 def run_report(results: ResultsFolder, pictures: Mapping[str, Path], views: Mapping[str, Path]) -> Report:
@@ -48,6 +51,7 @@ def run_report(results: ResultsFolder, pictures: Mapping[str, Path], views: Mapp
         views=tuple(Picture(_view_caption(results, name), path.read_bytes()) for name, path in views.items()),
         cards=tuple(_card(results, layout, plans.get(layout.id)) for layout in results.layouts),
         provenance=_provenance(results),
+        problems=results.problems,
     )
 
 
@@ -56,18 +60,18 @@ def _tiles(results: ResultsFolder) -> tuple[Tile, ...]:
     if results.scores:
         tiles.append(Tile("objects per layout", number(aggregate(results.scores.values()).mean("obj"), 1)))
         tiles.append(Tile("hard violations", str(sum(score.v for score in results.scores.values()))))
-    best = _best([evaluation.summary for evaluation in results.evaluations])
+    best = _best(results.evaluations)
     if best is not None:
-        rules = " (NavDP rules)" if best.suite.metrics == "navdp" else ""
+        rules = " (NavDP rules)" if best.summary.suite.metrics == "navdp" else ""
         for name, heading in (("success", "SR"), ("spl", "SPL")):
-            tiles.append(Tile(f"{heading} of {best.policy}{rules}", number(_headline(best, name), 3)))
+            tiles.append(Tile(f"{heading} of {best.name}{rules}", number(_headline(best.summary, name), 3)))
     return tuple(tiles)
 
 
-def _best(summaries: Sequence[NavigationSummary]) -> NavigationSummary | None:
-    """Return the summary with the highest SPL, among policies without the true map if there are any."""
-    candidates = [summary for summary in summaries if not summary.privileged] or summaries
-    return max(candidates, key=lambda summary: _headline(summary, "spl") or 0.0, default=None)
+def _best(evaluations: Sequence[Evaluation]) -> Evaluation | None:
+    """Return the evaluation with the highest SPL, among policies without the true map if there are any."""
+    candidates = [one for one in evaluations if not one.summary.privileged] or evaluations
+    return max(candidates, key=lambda one: _headline(one.summary, "spl") or 0.0, default=None)
 
 
 def _headline(summary: NavigationSummary, metric: str) -> float | None:
@@ -104,7 +108,7 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
     rows = [
         (
             _drive(pairs[row.pair], row.repeat, one.summary.suite.repeats),
-            row.policy,
+            one.name,
             "goal reached" if row.success else f"policy failed: {row.error}" if row.error else "time limit reached",
             number(row.spl, 3),
             number(row.path_length, 2),
@@ -113,7 +117,7 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
             str(row.contacts),
         )
         for one in results.evaluations
-        for row in one.of(layout.id)
+        for row in one.of(layout)
         if row.pair < len(pairs)
     ]
     columns = ("goal pair", "policy", "outcome", "SPL", "driven, m", "shortest, m", "time, s", "contact steps")
@@ -136,15 +140,21 @@ def _provenance(results: ResultsFolder) -> tuple[tuple[str, str], ...]:
     if results.scores:
         first = next(iter(results.scores.values()))
         facts.append(("layout metrics", f"{first.version}, profile {first.profile}"))
-    if results.evaluations:
-        summary = results.evaluations[0].summary
-        record = summary.provenance
-        facts += [
-            ("suite", f"{summary.suite.label}, {summary.expected} episodes per policy, seed {summary.seed}"),
-            ("policies", ", ".join(one.summary.policy for one in results.evaluations)),
-            ("code", record.code),
-            ("commit", f"{record.commit or 'not a checkout'}{' with changes' if record.dirty else ''}"),
-            ("versions", ", ".join(f"{name} {version}" for name, version in record.versions.items())),
-        ]
+    for suite in dict.fromkeys(one.summary.suite.label for one in results.evaluations):
+        names = [one.name for one in results.evaluations if one.summary.suite.label == suite]
+        facts.append((f"suite {suite}", ", ".join(names)))
+    facts += [fact for one in results.evaluations for fact in _origin(one)]
     generators = {f"{layout.provenance.generator} {layout.provenance.versions}" for layout in results.layouts}
     return (*facts, ("generators", "; ".join(sorted(generators))))
+
+
+def _origin(evaluation: Evaluation) -> list[tuple[str, str]]:
+    """Return how an evaluation was made: episodes, seed, code, versions and machines."""
+    summary, sessions = evaluation.summary, evaluation.provenance
+    facts = [(evaluation.name, f"{summary.episodes} episodes, seed {summary.seed}, code {evaluation.code[:12]}")]
+    if sessions:
+        last = sessions[-1]
+        facts.append(("commit", f"{last.commit or 'not a checkout'}{' with changes' if last.dirty else ''}"))
+        facts.append(("versions", ", ".join(f"{name} {version}" for name, version in last.versions.items())))
+    machines = {f"{one.host.name}: {one.host.cpu}, {one.host.cores} cores" for one in sessions if hasattr(one, "host")}
+    return [*facts, *([("machine", "; ".join(sorted(machines)))] if machines else [])]

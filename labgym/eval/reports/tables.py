@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.intervals import Estimate
-from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.layout_report import LayoutSummary
 from labgym.table import Table, number
@@ -108,19 +108,22 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
     )
 
 
-def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
+def leaderboard(evaluations: Sequence[Evaluation]) -> Table:
     """Return a table with one row per policy, followed by the rows of the paper's table.
 
     Args:
-        summaries: summaries of one suite with touchstone metrics.
+        evaluations: evaluations on one suite with touchstone metrics.
     """
     rows = [
         (
-            summary.policy,
-            "map" if summary.privileged else summary.sensors or "-",
-            *(_shown(summary.metrics[key], digits, whole) for key, _, digits, whole in LEADERBOARD_COLUMNS),
+            one.name,
+            "map" if one.summary.privileged else one.summary.sensors or "-",
+            *(
+                _shown(one.metrics[key], digits, whole) if key in one.metrics else "-"
+                for key, _, digits, whole in LEADERBOARD_COLUMNS
+            ),
         )
-        for summary in summaries
+        for one in evaluations
     ]
     dashes = ("-",) * (len(LEADERBOARD_COLUMNS) - 2)
     paper_rows = [
@@ -129,9 +132,10 @@ def leaderboard(summaries: Sequence[NavigationSummary]) -> Table:
         for row in paper().navigation.rows
         if str(row["method"]).startswith(name)
     ]
-    first = summaries[0]
+    suite, counts = evaluations[0].summary.suite.label, {one.summary.episodes for one in evaluations}
+    episodes = f"{counts.pop()} episodes" if len(counts) == 1 else "different numbers of episodes"
     return Table(
-        title=f"Navigation, suite {first.suite.label}, {first.episodes} episodes per policy",
+        title=f"Navigation, suite {suite}, {episodes} per policy",
         columns=("Policy", "Input", *(heading for _, heading, _, _ in LEADERBOARD_COLUMNS)),
         rows=(*rows, *paper_rows),
         notes=(

@@ -2,8 +2,15 @@ from __future__ import annotations
 
 import pytest
 
-from labgym.eval.driving.episode_row import EpisodeRow, read_rows, row_line
-from labgym.eval.driving.navigation_metrics import METRICS, contacts_per_meter, soft_spl, spl, summarise
+from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.navigation_metrics import (
+    METRICS,
+    contacts_per_meter,
+    planning_time,
+    soft_spl,
+    spl,
+    summarise,
+)
 
 
 def row(layout: str = "one", pair: int = 0, **changes) -> EpisodeRow:
@@ -28,7 +35,6 @@ def row(layout: str = "one", pair: int = 0, **changes) -> EpisodeRow:
         "min_clearance": 0.1,
         "steps": 60,
         "time": 6.0,
-        "planning_ms": 1.0,
     }
     return EpisodeRow(**{**fields, **changes})
 
@@ -66,7 +72,6 @@ def test_the_figures_are_those_of_the_definitions():
     assert metrics["min_clearance"] == pytest.approx(0.5 / 3)
     assert metrics["time_to_goal"] == pytest.approx(8.0)
     assert metrics["final_distance"] == pytest.approx(1.0)
-    assert metrics["planning_ms"] == pytest.approx(1.0)
 
 
 def test_a_robot_that_stands_stuck_counts_as_much_as_one_that_touches_something_all_the_way():
@@ -96,16 +101,8 @@ def test_no_episodes_have_no_figures():
     assert {estimate.value for estimate in summarise([]).values()} == {None}
 
 
-def test_a_row_survives_being_written_and_read(tmp_path):
-    rows = (row("one", 0), row("two", 1, error="ValueError: no", spl=None, planning_ms=None))
-    path = tmp_path / "episodes.jsonl"
-    path.write_text("".join(map(row_line, rows)))
-    assert read_rows(path) == rows
-
-
-def test_half_a_line_at_the_end_is_left_out(tmp_path):
-    path = tmp_path / "episodes.jsonl"
-    text = row_line(row("one", 0)) + row_line(row("one", 1))
-    path.write_text(text[:-40])
-    assert read_rows(path) == (row("one", 0),)
-    assert read_rows(tmp_path / "none.jsonl") == ()
+def test_the_planning_time_is_the_mean_over_episodes_with_an_action():
+    times = {("one", 0, 0): 1.0, ("one", 1, 0): None, ("two", 0, 0): 4.0}
+    estimate = planning_time(times)
+    assert estimate.value == pytest.approx(2.5)
+    assert (estimate.count, estimate.nulls) == (2, 1)

@@ -14,8 +14,8 @@ from labgym.cli.app import main
 from labgym.errors import OptionError
 from labgym.eval.driving.assignments import assignment_between, assignments, episode_keys, jittered_start
 from labgym.eval.driving.drive import drive_layout, drive_pair
-from labgym.eval.driving.episode_row import EpisodeRow, read_rows, row_line
-from labgym.eval.driving.run_folder import read_routes
+from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.files import read_routes, read_rows
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.driving.suites import Jitter, Suite, load_suite
 from labgym.geometry import wrap_angle
@@ -146,7 +146,7 @@ def test_results_with_and_without_repeats_never_share_a_suite_name() -> None:
 
 def test_rows_and_routes_from_before_repeats_are_read_as_repeat_0(tmp_path) -> None:
     row = drive_pair("straight", LAYOUT).row
-    data = json.loads(row_line(row))
+    data = row.model_dump(mode="json")
     del data["repeat"]
     (tmp_path / "episodes.jsonl").write_text(json.dumps(data) + "\n")
     (tmp_path / "routes.jsonl").write_text('{"layout": "first", "pair": 0, "poses": [[1.0, 2.0, 0.0]]}\n')

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from laboratories import small_laboratory
 
-from labgym.assets import Catalog
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import drive_layout, drive_pair
-from labgym.eval.driving.episode_row import read_rows
-from labgym.eval.driving.run_folder import read_routes
+from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.files import read_routes, read_rows
 from labgym.eval.driving.runner import NavigationReport, evaluate
 from labgym.eval.driving.suites import Suite
 from labgym.geometry import rotate
@@ -81,23 +80,8 @@ class Listener(Policy):
         return np.array([0.4, 0.3])
 
 
-class Quitter(Policy):
-    """Interrupts the evaluation that calls it, as Ctrl-C does, after so many drives."""
-
-    def __init__(self, drives: int) -> None:
-        self.drives = drives
-
-    def reset(self, episode: EpisodeStart) -> None:
-        self.drives -= 1
-        if self.drives < 0:
-            raise KeyboardInterrupt
-
-    def act(self, observation):
-        return np.array([0.0, 0.1])
-
-
 def numbers(report: NavigationReport) -> list[dict[str, object]]:
-    return [row.model_dump(exclude={"planning_ms"}) for row in report.rows]
+    return [row.model_dump() for row in report.rows]
 
 
 @pytest.fixture(scope="module")
@@ -147,10 +131,12 @@ def test_the_folder_holds_rows_routes_and_a_summary_that_say_the_same(astar_repo
     assert read_rows(folder / "episodes.jsonl") == report.rows
     assert read_routes(folder / "routes.jsonl") == report.routes
     summary = json.loads((folder / "summary.json").read_text())
-    assert summary["schema"] == "labgym.navigation-summary/1"
+    assert summary["schema"] == "labgym.navigation-summary/2"
     assert summary["metrics"]["success"]["value"] == 1.0
-    assert summary["provenance"]["versions"]["labgym"]
-    assert summary["arguments"] == {"workers": 1, "progress": False, "isolated": True}
+    provenance = json.loads((folder / "provenance.jsonl").read_text().splitlines()[-1])
+    assert provenance["versions"]["labgym"]
+    assert Evaluation.read(folder).times == report.times
+    assert report.metrics["planning_ms"].count == 9
 
 
 def test_the_numbers_do_not_depend_on_the_number_of_workers(astar_report, layouts, users_module):
@@ -252,53 +238,6 @@ def test_arrival_is_where_the_suite_says(layouts):
         assert 1.3 < wide.row.final_distance <= 1.5
 
 
-def test_a_stopped_run_is_readable_and_goes_on_where_it_was(layouts, tmp_path):
-    with pytest.raises(KeyboardInterrupt):
-        evaluate(Quitter(4), layouts, out=tmp_path, progress=False, isolated=False)
-    assert [row.layout for row in read_rows(tmp_path / "episodes.jsonl")] == ["first"] * 3
-    assert json.loads((tmp_path / "summary.json").read_text())["complete"] is False
-    with pytest.raises(KeyboardInterrupt):
-        evaluate(Quitter(3), layouts, out=tmp_path, progress=False, isolated=False)
-    assert [row.layout for row in read_rows(tmp_path / "episodes.jsonl")] == ["first"] * 3 + ["second"] * 3
-    report = evaluate(Quitter(3), layouts, out=tmp_path, progress=False, isolated=False)
-    assert report.summary.complete
-    assert read_rows(tmp_path / "episodes.jsonl") == report.rows
-
-
-def test_a_finished_run_is_not_driven_again(layouts, tmp_path):
-    first = evaluate(Quitter(9), layouts, out=tmp_path, progress=False)
-    assert evaluate(Quitter(0), layouts, out=tmp_path, progress=False).rows == first.rows
-
-
-def test_a_layout_that_changed_or_lost_a_row_is_driven_again(layouts, tmp_path):
-    evaluate(Quitter(9), layouts, out=tmp_path, progress=False)
-    path = tmp_path / "episodes.jsonl"
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(lines[:4]) + lines[4][:50])
-    moved = small_laboratory("third", 0.05)
-    report = evaluate(Quitter(6), (*layouts[:2], moved), out=tmp_path, progress=False)
-    assert [row.layout_hash for row in report.rows[6:]] == [moved.hash] * 3
-    assert report.summary.complete
-
-
-def test_a_folder_with_another_run_is_left_alone(layouts, tmp_path):
-    evaluate("straight", layouts[:1], out=tmp_path, progress=False)
-    before = (tmp_path / "episodes.jsonl").read_text()
-    with pytest.raises(OptionError, match="differs in policy, seed"):
-        evaluate("random", layouts[:1], out=tmp_path, seed=5, progress=False)
-    assert (tmp_path / "episodes.jsonl").read_text() == before
-
-
-def test_results_under_another_catalogue_are_not_resumed(layouts, tmp_path):
-    evaluate("straight", layouts[:1], out=tmp_path, progress=False)
-    bench = layouts[0].catalog.get("PreparationBench")
-    wider = bench.model_copy(update={"size": bench.size.model_copy(update={"width": bench.size.width + 0.1})})
-    others = [asset for asset in layouts[0].catalog if asset.name != bench.name]
-    rebound = layouts[0].replace(catalog=Catalog([*others, wider]))
-    with pytest.raises(OptionError, match="differs in catalog"):
-        evaluate("straight", [rebound], out=tmp_path, progress=False)
-
-
 class Still(Policy):
     """Stands still; its weights are in a file."""
 
@@ -312,21 +251,6 @@ class Still(Policy):
 
     def files(self):
         return () if self.weights is None else (self.weights,)
-
-
-def test_results_of_other_code_are_kept_until_asked_to_overwrite_them(layouts, tmp_path):
-    policy, out = Still(), tmp_path / "out"
-    policy.weights = tmp_path / "weights"
-    policy.weights.write_text("old")
-    evaluate(policy, layouts[:1], out=out, progress=False)
-    before = (out / "episodes.jsonl").read_text()
-    policy.weights.write_text("new")
-    with pytest.raises(OptionError, match="differs in code"):
-        evaluate(policy, layouts[:1], out=out, progress=False)
-    assert (out / "episodes.jsonl").read_text() == before
-    report = evaluate(policy, layouts[:1], out=out, progress=False, overwrite=True)
-    assert read_rows(out / "episodes.jsonl") == report.rows
-    assert evaluate(policy, layouts[:1], out=out, progress=False).rows == report.rows
 
 
 def test_layouts_passed_by_hand_are_kept_with_their_results(layouts, tmp_path):
@@ -355,7 +279,7 @@ def test_bad_requests_say_what_is_wrong(layouts):
         evaluate("astar", (), progress=False)
     with pytest.raises(UnknownNameError, match="colour"):
         evaluate("astar", layouts, options={"colour": "red"}, progress=False)
-    for policy in (Quitter, lambda observation: [0.0, 0.0]):  # a class in place of an object; a function
+    for policy in (Still, lambda observation: [0.0, 0.0]):  # a class in place of an object; a function
         with pytest.raises(OptionError, match=r"expected a name or a labgym\.policies\.Policy"):
             evaluate(policy, layouts, progress=False)
 

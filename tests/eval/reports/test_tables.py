@@ -1,13 +1,15 @@
 from __future__ import annotations
 
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
 from labgym.errors import UnknownNameError
+from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import METRICS
-from labgym.eval.driving.record import EvaluationProvenance, NavigationSummary
+from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.paper import paper
 from labgym.eval.reports.tables import (
@@ -108,12 +110,12 @@ def test_navigation_figures_stand_with_their_intervals_one_column_a_policy():
 
 
 def test_the_navigation_table_shows_every_metric_that_is_computed():
-    assert {name for name, _, _ in NAVIGATION_ROWS} == set(METRICS)
+    assert {name for name, _, _ in NAVIGATION_ROWS} == {*METRICS, "planning_ms"}
 
 
-def summary_of(policy: str, **changes) -> NavigationSummary:
+def evaluation_of(policy: str, **changes) -> Evaluation:
     sure = Estimate(value=0.5, low=0.25, high=0.75, count=4, nulls=0)
-    return NavigationSummary(
+    summary = NavigationSummary(
         suite=Suite(name="s", split="test"),
         policy=policy,
         options={},
@@ -125,14 +127,13 @@ def summary_of(policy: str, **changes) -> NavigationSummary:
         unreachable=0,
         complete=True,
         metrics=dict.fromkeys(METRICS, sure),
-        arguments={},
-        provenance=EvaluationProvenance(versions={}, commit=None, dirty=None, code="0"),
         **({"privileged": False} | changes),
     )
+    return Evaluation(Path(policy), policy, summary, rows=(), routes={}, times={("l", 0, 0): 3.0}, code="0")
 
 
 def test_the_leaderboard_says_what_each_policy_sees_and_ends_with_the_paper_s_rows():
-    table = leaderboard([summary_of("a", privileged=True, sensors="lidar"), summary_of("b", sensors="depth")])
+    table = leaderboard([evaluation_of("a", privileged=True, sensors="lidar"), evaluation_of("b", sensors="depth")])
     assert [row[:3] for row in table.rows[:2]] == [
         ("a", "map", "0.500 [0.250, 0.750]"),
         ("b", "depth", "0.500 [0.250, 0.750]"),

@@ -1,0 +1,167 @@
+"""The files of an evaluation, a line of JSON for each episode: rows, routes and planning times.
+
+Rows and routes are the same in every run; planning times are measured and have a file of their own.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Annotated, BinaryIO, Generic, TypeVar
+
+from pydantic import Field, ValidationError
+
+from labgym.documents import Record, parse_json
+from labgym.errors import DocumentError
+from labgym.eval.driving.drive import Drive, Route
+from labgym.eval.driving.episode_row import Count, EpisodeRow, Key, Length, Pose
+
+EPISODES, ROUTES, TIMES, SUMMARY = "episodes.jsonl", "routes.jsonl", "times.jsonl", "summary.json"
+MAX_LINE = 4 * 1024 * 1024
+"""Longest line that is read, bytes: a route of 100,000 steps."""
+
+
+class EpisodeRecord(Record):
+    """A record of an episode."""
+
+    layout: str
+    pair: Annotated[int, Field(ge=-1)]
+    repeat: Count = 0
+
+    @property
+    def key(self) -> Key:
+        """Layout id, pair and repeat of the episode."""
+        return self.layout, self.pair, self.repeat
+
+
+class EpisodeRoute(EpisodeRecord):
+    """A line of `routes.jsonl`: poses (x, y, yaw), meters and radians, rounded to 0.001."""
+
+    poses: tuple[Pose, ...]
+
+
+class EpisodeTime(EpisodeRecord):
+    """A line of `times.jsonl`: mean wall-clock milliseconds of the policy per action, its reset included."""
+
+    planning_ms: Length | None
+
+
+T = TypeVar("T", EpisodeRow, EpisodeRoute, EpisodeTime)
+
+
+@dataclass(frozen=True)
+class Lines(Generic[T]):
+    """The lines of a file.
+
+    Attributes:
+        records: by episode, in the order of the file.
+        problems: a sentence for each line that cannot be read or repeats an episode.
+    """
+
+    records: dict[Key, T]
+    problems: tuple[str, ...] = ()
+
+
+def drive_files(drives: Iterable[Drive]) -> dict[str, bytes]:
+    """Return the content of rows, routes and times of episodes, by the file's name."""
+    drives = tuple(drives)
+    return {
+        EPISODES: b"".join(_line(drive.row) for drive in drives),
+        ROUTES: b"".join(_line(_route(drive)) for drive in drives),
+        TIMES: b"".join(_line(_time(drive)) for drive in drives),
+    }
+
+
+def read_rows(path: str | Path) -> tuple[EpisodeRow, ...]:
+    """Return the rows of an `episodes.jsonl`.
+
+    Raises:
+        DocumentError: the file is missing, or a line cannot be read.
+    """
+    path = Path(path)
+    lines = read_lines(path, EpisodeRow)
+    if lines.problems:
+        raise DocumentError(path, "", lines.problems[0].removeprefix(f"{path.name} "))
+    return tuple(lines.records.values())
+
+
+def read_routes(path: str | Path) -> dict[Key, Route]:
+    """Return the routes in a `routes.jsonl`, by episode.
+
+    Raises:
+        DocumentError: the file is missing, or a line cannot be read.
+    """
+    path = Path(path)
+    lines = read_lines(path, EpisodeRoute)
+    if lines.problems:
+        raise DocumentError(path, "", lines.problems[0].removeprefix(f"{path.name} "))
+    return {key: record.poses for key, record in lines.records.items()}
+
+
+def read_lines(path: Path, kind: type[T], parse: Callable[[object], T] | None = None) -> Lines[T]:
+    """Return the records in a file, and what is wrong with the lines that are left out.
+
+    Args:
+        path: the file.
+        kind: type of the records.
+        parse: returns the record in the data of a line, or raises ValueError; by default validates the data.
+    """
+    if not path.is_file():
+        return Lines({}, (f"{path.name} is missing",))
+    with path.open("rb") as stream:
+        return _read(path.name, stream, parse or kind.model_validate)
+
+
+def parse_lines(name: str, content: bytes, kind: type[T]) -> dict[Key, T]:
+    """Return the records in the content of a file, by episode.
+
+    Raises:
+        DocumentError: a line cannot be read or repeats an episode.
+    """
+    lines = _read(name, BytesIO(content), kind.model_validate)
+    if lines.problems:
+        raise DocumentError(name, "", lines.problems[0].removeprefix(f"{name} "))
+    return lines.records
+
+
+def _read(name: str, stream: BinaryIO, parse: Callable[[object], T]) -> Lines[T]:
+    records: dict[Key, T] = {}
+    problems: list[str] = []
+    number = 0
+    while line := stream.readline(MAX_LINE):
+        number += 1
+        try:
+            record = parse(parse_json(line, name))
+        except ValueError as error:
+            problems.append(f"{name} line {number} cannot be read ({_reason(error)})")
+            continue
+        if record.key in records:
+            layout, pair, repeat = record.key
+            problems.append(f"{name} line {number} repeats the episode {layout!r}, pair {pair}, repeat {repeat}")
+        records.setdefault(record.key, record)
+    return Lines(records, tuple(problems))
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, ValidationError):
+        first = error.errors(include_url=False, include_input=False)[0]
+        field = ".".join(str(part) for part in first["loc"])
+        return f"{field}: {first['msg']}"[:120]
+    return " ".join(str(getattr(error, "problem", error)).split())[:120]
+
+
+def _route(drive: Drive) -> EpisodeRoute:
+    layout, pair, repeat = drive.row.key
+    return EpisodeRoute(layout=layout, pair=pair, repeat=repeat, poses=drive.route)
+
+
+def _time(drive: Drive) -> EpisodeTime:
+    layout, pair, repeat = drive.row.key
+    return EpisodeTime(layout=layout, pair=pair, repeat=repeat, planning_ms=drive.planning_ms)
+
+
+def _line(record: Record) -> bytes:
+    return json.dumps(record.model_dump(mode="json"), allow_nan=False).encode() + b"\n"

@@ -1,0 +1,35 @@
+"""The shard of an evaluation: all episodes of one layout, driven in this process or in a worker."""
+
+from __future__ import annotations
+
+from labgym.eval.driving.drive import drive_layout
+from labgym.eval.driving.files import drive_files
+from labgym.eval.driving.suites import Suite
+from labgym.layouts import Layout
+from labgym.policies.policy import Driver
+from labgym.policies.process import PolicySource, ProcessLimits, shared_process
+from labgym.runs import ShardOutput
+from labgym.runs.folder import SHARDS
+
+
+def drive_shard(
+    policy: PolicySource | Driver, limits: ProcessLimits | None, label: str, layout: Layout, suite: Suite, seed: int
+) -> ShardOutput:
+    """Drive all episodes of a layout and return rows, routes and times, below `shards/LAYOUT/`.
+
+    Args:
+        policy: the policy, for a process of its own, or a policy that drives in this process.
+        limits: limits of the policy's process.
+        label: name of the policy in the rows.
+        layout: the layout; its protocol gives the goal pairs.
+        suite: the rules.
+        seed: random seed of the evaluation.
+    """
+    driver = shared_process(policy, limits) if isinstance(policy, PolicySource) else policy
+    drives = drive_layout(driver, layout, suite, label, seed)
+    return ShardOutput({shard_file(layout.id, name): content for name, content in drive_files(drives).items()})
+
+
+def shard_file(layout: str, name: str) -> str:
+    """Return the path of a file of a layout's shard, relative to the folder of the evaluation."""
+    return f"{SHARDS}/{layout}/{name}"
