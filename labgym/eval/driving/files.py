@@ -1,6 +1,6 @@
 """The files of an evaluation, a line of JSON for each episode: rows, routes and planning times.
 
-Rows and routes are the same in every run; planning times are measured and have a file of their own.
+Rows and routes are the same in every run; planning times are measured and kept in a separate file.
 """
 
 from __future__ import annotations
