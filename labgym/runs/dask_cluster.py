@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor, Future
@@ -11,6 +10,7 @@ from typing import Any
 
 from labgym.errors import LabgymError, MissingDependencyError, OptionError
 from labgym.runs.addresses import check_address
+from labgym.runs.blobs import Blob, dumps, loads
 from labgym.runs.executors import Workers
 
 CONNECT_SECONDS = 30
@@ -52,14 +52,24 @@ class DaskExecutor(Executor):
     """
 
     def __init__(self, client: Any, address: str) -> None:
+        self._client = client
         self._executor = client.get_executor(pure=False)
         self._address = address
+        self._blobs: dict[str, Any] = {}
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
         """Run a call on a worker."""
         outcome: Future[Any] = Future()
         # Pickled here, so that the scheduler passes on bytes and does not read layouts.
-        remote = self._executor.submit(_call, pickle.dumps((function, arguments, keywords)))
+        digests: dict[str, Any] = {}
+
+        def share(blob: Blob) -> None:
+            if blob.digest not in self._blobs:
+                # A task and not `scatter`: it runs again if the workers that hold its result die.
+                self._blobs[blob.digest] = self._client.submit(bytes, blob.content, key=f"blob-{blob.digest}")
+            digests[blob.digest] = self._blobs[blob.digest]
+
+        remote = self._executor.submit(_call, dumps((function, arguments, keywords), share), digests)
         remote.add_done_callback(lambda future: _transfer(future, outcome, self._address))
         return outcome
 
@@ -88,8 +98,13 @@ def _security(distributed: Any) -> Any:
     return distributed.Security(require_encryption=True)
 
 
-def _call(pickled: bytes) -> Any:
-    """Run a call on a worker, which must have one thread: a shard has its process for itself."""
+def _call(pickled: bytes, blobs: dict[str, bytes]) -> Any:
+    """Run a call on a worker, which must have one thread: a shard has its process for itself.
+
+    Args:
+        pickled: the call.
+        blobs: content by digest; Dask replaces the futures that were submitted.
+    """
     import distributed
 
     worker = distributed.get_worker()
@@ -98,7 +113,7 @@ def _call(pickled: bytes) -> Any:
             f"Dask worker {worker.address} has {worker.state.nthreads} threads, expected 1: start workers with "
             "dask worker --nthreads 1 --nworkers N"
         )
-    function, arguments, keywords = pickle.loads(pickled)  # noqa: S301 -- from the coordinator, through the scheduler
+    function, arguments, keywords = loads(pickled, blobs.__getitem__)
     return function(*arguments, **keywords)
 
 

@@ -11,7 +11,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from labgym.documents import write_bytes
 from labgym.errors import LabgymError, MissingDependencyError, OptionError
+from labgym.runs.blobs import Blob, dumps, loads
 from labgym.runs.executors import Workers
 
 FOLDER = "slurm"
@@ -54,13 +56,13 @@ def slurm_workers(
     except (RuntimeError, NameError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())[:300]
         raise OptionError(f"executor slurm: {reason}; names of parameters are submitit's") from None
-    executor = SlurmExecutor(submitter)
+    executor = SlurmExecutor(submitter, place)
     try:
         yield Workers(executor, lambda: jobs, (JobLostError,))
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
         if executor.lost:
-            for pickled in place.glob("*.pkl"):
+            for pickled in (*place.glob("*.pkl"), *place.glob("*.blob")):
                 pickled.unlink(missing_ok=True)
         else:
             shutil.rmtree(place, ignore_errors=True)
@@ -74,11 +76,12 @@ class SlurmExecutor(Executor):
 
     Args:
         submitter: a `submitit.AutoExecutor`.
+        place: folder that the nodes share.
     """
 
-    def __init__(self, submitter: Any) -> None:
+    def __init__(self, submitter: Any, place: Path) -> None:
         self.lost = 0
-        self._submitter = submitter
+        self._submitter, self._place = submitter, place
         self._jobs: dict[Future[Any], Any] = {}
         self._absent: frozenset[str] = frozenset()
         self._ending = threading.Event()
@@ -94,7 +97,8 @@ class SlurmExecutor(Executor):
         """
         future: Future[Any] = Future()
         try:
-            job = self._submitter.submit(_outcome, function, arguments, keywords)
+            pickled = dumps((function, arguments, keywords), self._share)
+            job = self._submitter.submit(_outcome, pickled, self._place)
         except Exception as error:
             reason = " ".join(str(error).split())[:300]
             raise LabgymError(f"Slurm refuses a job ({reason}); finished shards are kept") from error
@@ -111,6 +115,12 @@ class SlurmExecutor(Executor):
         with suppress(Exception):  # What is left ends with its time limit.
             for job in self._jobs.values():
                 job.cancel()
+
+    def _share(self, blob: Blob) -> None:
+        """Write a blob where the nodes read it."""
+        path = self._place / f"{blob.digest}.blob"
+        if not path.exists():
+            write_bytes(path, blob.content)
 
     def _poll(self) -> None:
         polls = 0
@@ -163,11 +173,10 @@ class SlurmExecutor(Executor):
         )
 
 
-def _outcome(
-    function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]
-) -> tuple[Any, Exception | None]:
+def _outcome(pickled: bytes, place: Path) -> tuple[Any, Exception | None]:
     """Return the result of a call, or the exception that it raised: submitit would return its text alone."""
     try:
+        function, arguments, keywords = loads(pickled, lambda digest: (place / f"{digest}.blob").read_bytes())
         return function(*arguments, **keywords), None
     except Exception as error:  # noqa: BLE001 -- the coordinator raises it again
         return None, error

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from labgym.errors import OptionError
-from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
+from labgym.runs import Blob, ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
 
 
 def square(number: int, log: str = "", pause: float = 0.0) -> ShardOutput:
@@ -27,6 +27,11 @@ def die(log: str, times: int) -> ShardOutput:
     if len(Path(log).read_text().split()) <= times:
         os._exit(3)
     return ShardOutput({"shards/9999.txt": b"alive\n"})
+
+
+def scaled(number: int, blob: Blob) -> ShardOutput:
+    """Return the number times the length of a blob, which arrives as it was sent."""
+    return ShardOutput({}, [number * len(blob.content), blob.digest])
 
 
 def refuse(message: str) -> ShardOutput:

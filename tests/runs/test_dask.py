@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import shutil
@@ -17,7 +18,7 @@ import pytest
 from runs import examples
 
 from labgym.errors import LabgymError, OptionError
-from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
+from labgym.runs import Blob, ExecutorOptions, RunFolder, Shard, run_shards
 from labgym.runs.addresses import check_address
 
 pytest.importorskip("distributed")
@@ -176,3 +177,11 @@ def test_a_scheduler_that_does_not_answer_is_one_line(monkeypatch):
     monkeypatch.setattr("labgym.runs.dask_cluster.CONNECT_SECONDS", 1)
     with pytest.raises(OptionError, match="does not answer"):
         list(run_shards(examples.squares(1), None, ExecutorOptions("dask", scheduler="tcp://127.0.0.1:9")))
+
+
+def test_a_blob_arrives_on_every_worker_as_it_was_sent(cluster):
+    blob = Blob(bytes(range(256)) * 1000)
+    shards = [Shard(f"{number}", examples.scaled, (number, blob)) for number in range(6)]
+    outputs = list(run_shards(shards, None, dask(cluster), progress=False))
+    expected = hashlib.sha256(blob.content).hexdigest()
+    assert sorted(output.record for _, output in outputs) == [[256_000 * number, expected] for number in range(6)]

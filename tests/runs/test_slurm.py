@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import pytest
 from runs import examples
 
 from labgym.errors import OptionError
-from labgym.runs import ExecutorOptions, RunFolder, Shard, executors, run_shards
+from labgym.runs import Blob, ExecutorOptions, RunFolder, Shard, executors, run_shards
 
 pytest.importorskip("submitit")
 
@@ -65,3 +66,12 @@ def test_options_of_another_executor_are_refused():
         ExecutorOptions("local", slurm={"timeout_min": 1})
     with pytest.raises(OptionError, match="expected one of local, dask, slurm"):
         ExecutorOptions("cloud")  # type: ignore[arg-type]
+
+
+def test_a_blob_arrives_on_every_worker_as_it_was_sent(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blob = Blob(bytes(range(256)) * 1000)
+    shards = [Shard(f"{number}", examples.scaled, (number, blob)) for number in range(2)]
+    outputs = list(run_shards(shards, None, ExecutorOptions("slurm", workers=2), progress=False))
+    expected = hashlib.sha256(blob.content).hexdigest()
+    assert sorted(output.record for _, output in outputs) == [[256_000 * number, expected] for number in range(2)]
