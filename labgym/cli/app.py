@@ -7,7 +7,6 @@ Exit codes: 0 done, 1 a check or a policy failed, 2 bad input, 130 Ctrl-C, 143 S
 from __future__ import annotations
 
 import io
-import json
 import os
 import signal
 import sys
@@ -35,6 +34,7 @@ from labgym.cli.assets import assets_app
 from labgym.cli.layouts import generate
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, findings, written
 from labgym.cli.protocols import protocols_app
+from labgym.cli.scores import score
 from labgym.cli.signals import Terminated, raise_termination
 from labgym.cli.training import ablate_app, card_app, data, train_app
 from labgym.errors import LabgymError, OptionError
@@ -78,30 +78,7 @@ app.command(
 app.command(generate)
 
 
-@app.command
-def score(
-    layout: LayoutName,
-    protocol: OptionalText = None,
-    profile: str = "default",
-    as_json: Annotated[bool, arg(name="json")] = False,
-    check: bool = False,
-) -> int:
-    """Score a layout: geometry, feasibility and chemical safety; list violations and warnings.
-
-    Args:
-        layout: A layout's .json file, or the id of a published layout.
-        protocol: Id or .json file of the protocol to score the layout for; by default the layout's own.
-        profile: Thresholds: default, strict, paper or code.
-        as_json: Print the whole report as JSON.
-        check: Exit 1 if the layout has a violation or a facility error, or lacks a required asset.
-    """
-    import labgym.eval
-    from labgym.cli.describe import layout_score
-    from labgym.envs.tasks import resolve_layout
-
-    report = labgym.eval.score(resolve_layout(layout), protocol, profile)
-    print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
-    return DONE if report.passed or not check else FAILED
+app.command(score)
 
 
 @app.command(name="compile")

@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 LayoutName = Positional[Annotated[str, arg(metavar="LAYOUT")]]
 """A layout's .json file, or the id of a published layout."""
 
+LayoutNames = Positional[
+    Annotated[tuple[str, ...], arg(metavar="LAYOUT [LAYOUT ...]", help_behavior_hint="(required)")]
+]
+"""One or more layouts, as `LayoutName`, or folders of layouts."""
+
 ProtocolName = Positional[Annotated[str, arg(metavar="PROTOCOL")]]
 """A protocol's .json file, or the id of a protocol of the library."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -146,12 +146,17 @@ def resolve_layouts(
         UnknownNameError, DocumentError: as `resolve_layout`.
         OptionError: as `resolve_layout`, or a folder has no layout or an unfinished batch.
     """
-    layouts: list[Layout] = []
+    return list(each_layout(names, protocol))
+
+
+def each_layout(
+    names: Iterable[Layout | str | Path], protocol: Protocol | str | Path | None = None
+) -> Iterator[Layout]:
+    """Yield what `resolve_layouts` returns, one layout at a time."""
     for name in names:
         is_folder = isinstance(name, str | Path) and Path(name).is_dir()
         members = folder_layouts(str(name)) if is_folder else (name,)
-        layouts += [resolve_layout(member, protocol) for member in members]
-    return layouts
+        yield from (resolve_layout(member, protocol) for member in members)
 
 
 def _resolved_protocol(layout: Layout | None, protocol: Protocol | str | Path) -> Protocol:

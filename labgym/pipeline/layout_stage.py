@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from labgym.assets import Catalog
 from labgym.documents import json_bytes
 from labgym.errors import OptionError
 from labgym.eval import score
 from labgym.layouts import Layout, generate, load_published
+from labgym.layouts.batch import catalog_digest
 from labgym.layouts.splits import manifest
 from labgym.protocols import Protocol, protocols, resolve
 from labgym.runs import ExecutorOptions, RunFolder, Shard, ShardOutput, run_shards
@@ -98,8 +98,3 @@ def make_layout(job: LayoutJob) -> ShardOutput:
     files = {job.file: json_bytes(layout.to_json())}
     files[f"scores/{job.id}.json"] = json_bytes(score(layout, profile=job.profile).to_json())
     return ShardOutput(files | {f"scenes/{job.id}/{name}": content for name, content in mjcf_files(layout).items()})
-
-
-def catalog_digest() -> str:
-    """Return the digest of the catalog that this process loads."""
-    return Catalog.load().digest

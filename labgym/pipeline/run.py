@@ -10,9 +10,10 @@ from labgym.documents import canonical_hash
 from labgym.eval.driving.folders import folder_name
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.reports.results import ResultsFolder
+from labgym.layouts.batch import catalog_digest
 from labgym.pipeline.config import RunConfig
 from labgym.pipeline.drawing_stage import PICTURES, VIEWS, draw_pictures, render_views, write_results
-from labgym.pipeline.layout_stage import SPLIT, LayoutJob, catalog_digest, layout_jobs, make_layouts
+from labgym.pipeline.layout_stage import SPLIT, LayoutJob, layout_jobs, make_layouts
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity
 from labgym.table import Table
 

@@ -29,7 +29,7 @@ class RunManifest(Document):
 
     @classmethod
     def read(cls, folder: Path) -> RunManifest | None:
-        """Return the manifest of a folder, or None if the run has not finished or has a manifest of its own kind.
+        """Return the manifest of a folder, or None if the run has not finished or has a manifest of another kind.
 
         Raises:
             DocumentError: the manifest is broken.

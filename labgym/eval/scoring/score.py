@@ -118,17 +118,21 @@ def aggregate(reports: Iterable[LayoutReport]) -> LayoutSummary:
 
     Gated scores are named `gated_flam` and so on, scores of the proxy `proxy_realism` and so on.
     """
-    reports = tuple(reports)
-    values: dict[str, list[float | None]] = {name: [getattr(report, name) for report in reports] for name in METRICS}
-    for name in GATED:
-        values[f"gated_{name}"] = [getattr(report.gated, name) for report in reports]
-    for name in PROXY:
-        values[f"proxy_{name}"] = [getattr(report.consistency_proxy, name) for report in reports]
+    names = (*METRICS, *(f"gated_{name}" for name in GATED), *(f"proxy_{name}" for name in PROXY))
+    columns: dict[str, list[float | None]] = {name: [] for name in names}
+    definitions = set()
+    for report in reports:  # One at a time: a million reports take gigabytes.
+        definitions.add((report.profile, report.version))
+        gated, proxy = report.gated, report.consistency_proxy
+        values = [getattr(report, name) for name in METRICS]
+        values += [getattr(gated, name) for name in GATED] + [getattr(proxy, name) for name in PROXY]
+        for column, value in zip(columns.values(), values, strict=True):
+            column.append(value)
     return LayoutSummary(
-        layouts=len(reports),
-        profiles=tuple(sorted({report.profile for report in reports})),
-        versions=tuple(sorted({report.version for report in reports})),
-        metrics={name: _mean(column) for name, column in values.items()},
+        layouts=len(columns["obj"]),
+        profiles=tuple(sorted({profile for profile, _ in definitions})),
+        versions=tuple(sorted({version for _, version in definitions})),
+        metrics={name: _mean(column) for name, column in columns.items()},
     )
 
 

@@ -1,0 +1,91 @@
+"""The command that scores layouts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from labgym.cli.arguments import THIS_PROCESS, Execution, LayoutNames, OptionalPath, OptionalText
+from labgym.cli.outcome import DONE, FAILED, written
+from labgym.errors import OptionError
+from labgym.runs import ExecutorOptions
+
+MAX_LISTED = 20
+"""Largest number of layouts that are named as failing."""
+
+
+def score(
+    layout: LayoutNames,
+    protocol: OptionalText = None,
+    profile: str = "default",
+    as_json: Annotated[bool, arg(name="json")] = False,
+    check: bool = False,
+    out: OptionalPath = None,
+    execution: Execution = THIS_PROCESS,
+    fresh: bool = False,
+) -> int:
+    """Score a layout: geometry, feasibility and chemical safety; list violations and warnings.
+
+    Of several layouts, or of a folder, print the means.
+
+    Args:
+        layout: A layout's .json file, or the id of a published layout; also several, or folders of layouts.
+        protocol: Id or .json file of the protocol to score the layouts for; by default the layout's own.
+        profile: Thresholds: default, strict, paper or code.
+        as_json: Print the whole report as JSON; of several layouts the means.
+        check: Exit 1 if a layout has a violation or a facility error, or lacks a required asset.
+        out: Folder for scores.jsonl, with the report of each layout. An interrupted command resumes.
+        fresh: With --out, move aside what the folder holds and start anew.
+    """
+    if not layout:
+        raise OptionError("no layout; name a file, a published layout or a folder of layouts")
+    if len(layout) > 1 or out is not None or Path(layout[0]).is_dir():
+        return _score_many(layout, protocol, profile, as_json, check, out, execution.options(), fresh)
+    import labgym.eval
+    from labgym.cli.describe import layout_score
+    from labgym.envs.tasks import resolve_layout
+
+    report = labgym.eval.score(resolve_layout(layout[0]), protocol, profile)
+    print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
+    return DONE if report.passed or not check else FAILED
+
+
+def _score_many(
+    names: Sequence[str],
+    protocol: str | None,
+    profile: str,
+    as_json: bool,
+    check: bool,
+    out: Path | None,
+    executor: ExecutorOptions,
+    fresh: bool,
+) -> int:
+    from labgym.envs.tasks import each_layout
+    from labgym.eval.reports.tables import layout_table
+    from labgym.eval.scoring.layout_report import LayoutReport
+    from labgym.eval.scoring.many import score_layouts
+    from labgym.eval.scoring.score import aggregate
+
+    failing: list[str] = []
+
+    def noted(report: LayoutReport) -> LayoutReport:
+        if not report.passed:
+            failing.append(report.layout)
+        return report
+
+    reports = score_layouts(lambda: each_layout(names), out, protocol, profile, executor, fresh)
+    summary = aggregate(noted(report) for report in reports)
+    if as_json:
+        print(json.dumps(summary.to_json(), indent=1, ensure_ascii=False))
+    else:
+        print(f"\n{layout_table(summary).text()}\n")
+        listed = ", ".join(failing[:MAX_LISTED]) + (", ..." if len(failing) > MAX_LISTED else "")
+        print(f"{summary.layouts - len(failing)} of {summary.layouts} layouts pass", end="")
+        print(f"; failing: {listed}" if failing else "")
+    if out is not None and not as_json:
+        written(out)
+    return FAILED if check and failing else DONE

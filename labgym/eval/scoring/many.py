@@ -1,0 +1,137 @@
+"""The scores of many layouts: in shards on any executor, with a row for each layout."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
+from pathlib import Path
+
+from labgym.documents import canonical_hash
+from labgym.errors import DocumentError, OptionError
+from labgym.eval.scoring.layout_report import LayoutReport
+from labgym.eval.scoring.score import score
+from labgym.layouts.batch import catalog_digest
+from labgym.layouts.model import Layout
+from labgym.navigation import resolve_protocol
+from labgym.protocols import Protocol
+from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
+
+SCORES = "scores.jsonl"
+PER_SHARD = 10
+"""Layouts in a shard: a few seconds of work."""
+
+Job = tuple[Layout, Protocol | None]
+"""A layout, and the protocol to score it for; None for the layout's own."""
+
+
+def score_layouts(
+    layouts: Callable[[], Iterable[Layout]],
+    out: str | Path | None = None,
+    protocol: Protocol | str | Path | None = None,
+    profile: str = "default",
+    executor: ExecutorOptions | None = None,
+    fresh: bool = False,
+    progress: bool = True,
+) -> Iterator[LayoutReport]:
+    """Yield the scores of layouts in their order.
+
+    Args:
+        layouts: returns the layouts; called twice if there is a folder, so that not all layouts are in memory at once.
+        out: folder for `scores.jsonl`, a report per line; an interrupted command resumes. None keeps the reports in
+            memory.
+        protocol: a protocol, its id or its .json file; by default the layout's first, if it has one.
+        profile: name of the thresholds.
+        executor: where layouts are scored; the scores do not depend on it.
+        fresh: move aside what the folder holds and start anew.
+        progress: whether to show a progress bar.
+
+    Raises:
+        OptionError: the folder holds something else or is in use.
+        DocumentError: a layout cannot be read, or names an asset or a support that does not exist.
+        LabgymError: workers died, or have another version of labgym or another catalog.
+    """
+    jobs = ((layout, _target(layout, protocol)) for layout in layouts())
+    guard = {"catalog": catalog_digest}
+    if out is None:
+        parts = {}
+        shards = _shards(jobs, profile)
+        for shard, output in run_shards(shards, None, executor, "score", "layout", guard, progress=progress):
+            parts[shard.name] = output.files[_part(shard.name)]
+        yield from (_report(line, "score") for name in sorted(parts) for line in parts[name].splitlines())
+        return
+    identity, count = _identity(layouts(), protocol, profile)
+    with RunFolder.open(out, identity, fresh) as folder:
+        if not folder.finished:
+            names = []
+            shards = _shards(jobs, profile)
+            for shard, _ in run_shards(shards, folder, executor, "score", "layout", guard, count, progress):
+                names.append(shard.name)
+            folder.finish({SCORES: ((folder.path / _part(name)).read_bytes() for name in sorted(names))})
+    yield from read_scores(out)
+
+
+def read_scores(folder: str | Path) -> Iterator[LayoutReport]:
+    """Yield the reports in the `scores.jsonl` of a folder in their order.
+
+    Raises:
+        OptionError: the folder has no scores.
+        DocumentError: a line is broken.
+    """
+    path = Path(folder) / SCORES
+    if not path.is_file():
+        raise OptionError(f"{folder} holds no scores: {SCORES} is missing; run labgym score --out again")
+    with path.open("rb") as stream:
+        for number, line in enumerate(stream, start=1):
+            yield _report(line, f"{path}:{number}")
+
+
+def score_shard(name: str, jobs: tuple[Job, ...], profile: str) -> ShardOutput:
+    """Return the file of a shard: a report per line."""
+    reports = (score(layout, protocol, profile).to_json() for layout, protocol in jobs)
+    lines = (json.dumps(report, ensure_ascii=False, allow_nan=False) for report in reports)
+    return ShardOutput({_part(name): "".join(f"{line}\n" for line in lines).encode()})
+
+
+def _shards(jobs: Iterator[Job], profile: str) -> Iterator[Shard]:
+    index = 0
+    while batch := tuple(islice(jobs, PER_SHARD)):
+        inputs = [[layout.id, layout.hash] for layout, _ in batch]
+        yield Shard(f"{index:07d}", score_shard, (f"{index:07d}", batch, profile), len(batch), inputs)
+        index += 1
+
+
+def _identity(
+    layouts: Iterable[Layout], protocol: Protocol | str | Path | None, profile: str
+) -> tuple[RunIdentity, int]:
+    """Return the identity of the scores and the number of layouts."""
+    names, target = [], None
+    for layout in layouts:
+        names.append([layout.id, layout.hash])
+        chosen = _target(layout, protocol)
+        target = None if chosen is None else canonical_hash(chosen.to_json())
+    identity = RunIdentity.of(
+        "score",
+        layouts=canonical_hash(names),
+        count=len(names),
+        protocol=target,
+        profile=profile,
+        catalog=catalog_digest(),
+    )
+    return identity, len(names)
+
+
+def _target(layout: Layout, protocol: Protocol | str | Path | None) -> Protocol | None:
+    return None if protocol is None else resolve_protocol(layout, protocol)
+
+
+def _part(name: str) -> str:
+    return f"shards/{name}.jsonl"
+
+
+def _report(line: bytes, source: str) -> LayoutReport:
+    try:
+        data = json.loads(line)
+    except ValueError as error:
+        raise DocumentError(source, "", f"not valid JSON ({error})") from None
+    return LayoutReport.parse(data, source)
