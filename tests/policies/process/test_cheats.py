@@ -1,0 +1,133 @@
+"""Cheats that worked while policies shared the evaluator's process gain nothing in a process of their own."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cheats import MARK
+from laboratories import small_laboratory
+
+from labgym.eval.driving.drive import Drive, drive_layout, episode_rng
+from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.suites import Suite
+from labgym.geometry import rotate
+from labgym.layouts import load_published, published
+from labgym.navigation import goal_pairs
+from labgym.policies import make_policy
+from labgym.policies.process import PolicyProcess, PolicySource, linux
+
+HERE = Path(__file__).parent
+BRIEF = Suite(name="brief", max_steps=6)
+LAYOUT = small_laboratory("cheated")
+CHEATS = ("Searching", "Climbing", "Recognizing", "Patching", "Teleporting", "Reading", "Remembering")
+
+
+@pytest.fixture(autouse=True)
+def users_module(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(HERE)
+    monkeypatch.setenv("LABGYM_TEST_EVALUATOR", str(os.getpid()))
+
+
+def driven(name: str) -> list[dict[str, object]]:
+    process = PolicyProcess(PolicySource.named(f"cheats:{name}"))
+    try:
+        return [measured(drive) for drive in drive_layout(process, LAYOUT, BRIEF, "policy", seed=0)]
+    finally:
+        process.close()
+
+
+def measured(drive: Drive) -> dict[str, object]:
+    return drive.row.model_dump(exclude={"planning_ms"})
+
+
+@pytest.mark.parametrize("cheat", CHEATS)
+def test_a_cheat_gains_nothing(cheat):
+    assert driven(cheat) == driven("Honest")
+
+
+@pytest.mark.parametrize("cheat", ["Searching", "Climbing", "Remembering"])
+def test_the_cheat_finds_its_loot_in_the_evaluators_process(cheat):
+    drives = drive_layout(make_policy(f"cheats:{cheat}"), LAYOUT, BRIEF, "policy", seed=0)
+    assert any("LootError" in (drive.row.error or "") for drive in drives)
+
+
+def test_a_teleported_robot_is_an_error(monkeypatch):
+    drives = drive_layout(make_policy("cheats:Teleporting"), LAYOUT, BRIEF, "policy", seed=0)
+    assert all("farther than the robot can drive" in drive.row.error for drive in drives)
+    assert not any(drive.row.success for drive in drives)
+
+
+def test_a_user_without_privileges_cannot_read_the_evaluator_either(tmp_path):
+    if os.getuid() != 0:
+        pytest.skip("the other tests run without privileges already")
+    script = tmp_path / "script.py"
+    script.write_text(
+        f"import os, sys; sys.path[:0] = [{str(HERE)!r}, {str(HERE.parents[1])!r}]\n"
+        "from test_cheats import driven\n"
+        "import labgym.envs.simulation\n"
+        "os.setgroups([]); os.setgid(65534); os.setuid(65534)\n"
+        "os.environ['LABGYM_TEST_EVALUATOR'] = str(os.getpid())\n"
+        "print({row['error'] for row in driven('Reading')})\n"
+    )
+    tmp_path.chmod(0o755)
+    result = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
+    assert result.stdout == "{None}\n", result.stderr
+
+
+def test_the_evaluators_memory_is_readable_again_afterwards():
+    with linux.unreadable_memory(), linux.unreadable_memory():
+        assert linux._prctl(linux.PR_GET_DUMPABLE, 0) == 0
+    assert linux._prctl(linux.PR_GET_DUMPABLE, 0) == 1
+
+
+def test_the_generator_of_an_episode_depends_on_what_the_policy_knows_alone():
+    state = episode_rng(3, (1.25, -2.0), 1).bit_generator.state
+    assert state == episode_rng(3, (1.25, -2.0), 1).bit_generator.state
+    assert state == episode_rng(3, (1.25 + 1e-9, -2.0), 1).bit_generator.state
+    others = [episode_rng(4, (1.25, -2.0), 1), episode_rng(3, (1.26, -2.0), 1), episode_rng(3, (1.25, -2.0), 0)]
+    assert all(state != other.bit_generator.state for other in others)
+
+
+def test_layouts_with_one_goal_have_one_generator():
+    layouts = [load_published("test", name) for name in published("test")[:4]]
+    goals: dict[object, object] = {}
+    for layout, seed in itertools.product(layouts, (0, 1)):
+        for pair in goal_pairs(layout):
+            (x, y, yaw), goal = pair.start, pair.goal
+            seen = rotate(goal[0] - x, goal[1] - y, -yaw)
+            key = seed, tuple(np.float32(seen).tolist())
+            state = str(episode_rng(seed, seen).bit_generator.state)
+            assert goals.setdefault(key, state) == state
+            assert episode_rng(seed, seen).bit_generator.seed_seq.entropy[:2] == [seed, 0]
+
+
+def test_the_evaluation_afterwards_is_untouched_by_a_policy_that_patches_labgym():
+    before = evaluate("straight", [LAYOUT], progress=False)
+    evaluate("cheats:Patching", [LAYOUT], progress=False)
+    after = evaluate("straight", [LAYOUT], progress=False)
+    rows = [[row.model_dump(exclude={"planning_ms"}) for row in report.rows] for report in (before, after)]
+    assert rows[0] == rows[1]
+
+
+def test_results_do_not_depend_on_the_order_of_episodes(monkeypatch):
+    """Even for a policy that remembers: alone, each pair gives the row that it gives among others."""
+    rows = driven("Remembering")
+    process = PolicyProcess(PolicySource.named("cheats:Remembering"))
+    try:
+        again = [measured(drive) for drive in drive_layout(process, LAYOUT, BRIEF, "policy", seed=0)]
+        twice = [measured(drive) for drive in drive_layout(process, LAYOUT, BRIEF, "policy", seed=0)]
+    finally:
+        process.close()
+    assert again == twice == rows
+    assert {row["error"] for row in rows} == {None}
+
+
+def test_no_layout_is_in_the_arguments_or_the_environment(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["labgym", MARK])
+    assert {row["error"] for row in driven("Reading")} == {None}
