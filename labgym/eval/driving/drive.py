@@ -15,6 +15,7 @@ from labgym.envs import LabPointNavEnv
 from labgym.envs.robot import ROBOT
 from labgym.eval.driving.assignments import Assignment, assignment_between, assignments
 from labgym.eval.driving.episode_row import EpisodeRow, Pose
+from labgym.eval.driving.kinematics import first_jump, possible_contacts
 from labgym.eval.driving.navigation_metrics import soft_spl, spl
 from labgym.eval.driving.suites import Suite, suite_of
 from labgym.geometry import rotate, wrap_angle
@@ -129,7 +130,8 @@ class _Episode:
         self._seconds = 0.0
         self._steps = 0
         self._poses: list[Pose] = []
-        self._clearance = math.inf
+        self._clearances: list[float] = []
+        self._touched: list[bool] = []
 
     def run(self, label: str, stopped: Callable[[], bool]) -> Drive:
         """Drive to the end and return the results."""
@@ -146,8 +148,10 @@ class _Episode:
                 observation, _, _, _, info = self._env.step(action)
                 self._steps += 1
                 self._note(info)
+                self._touched.append(bool(info["collision"]))
         except PolicyError as failure:
             error = str(failure)
+        error = error or self._jump()
         route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in self._poses)
         planning_ms = 1e3 * self._seconds / self._steps if self._steps else None
         return Drive(self._row(label, initial, info, error), route, planning_ms)
@@ -192,7 +196,17 @@ class _Episode:
     def _note(self, info: Info) -> None:
         x, y, yaw = (float(value) for value in info["pose"])
         self._poses.append((x, y, yaw))
-        self._clearance = min(self._clearance, float(info["clearance"]))
+        self._clearances.append(float(info["clearance"]))
+
+    def _jump(self) -> str | None:
+        """Return which pose the robot cannot have driven to; None if it can have driven to all of them."""
+        dt = self._suite.control_dt
+        touched = possible_contacts(self._poses, self._clearances, dt) | np.array(self._touched, dtype=bool)
+        index = first_jump(self._poses, touched, dt)
+        if index is None:
+            return None
+        distance = math.dist(self._poses[index][:2], self._poses[index - 1][:2])
+        return f"pose {index} is {distance:.2f} m from the last one, farther than the robot can drive in {dt:g} s"
 
     def _odometry(self) -> NDArray[np.float64]:
         (x0, y0, yaw0), (x, y, yaw) = self._poses[0], self._poses[-1]
@@ -222,7 +236,7 @@ class _Episode:
             shortest_path_length=shortest if math.isfinite(shortest) else None,
             final_distance=final,
             contacts=int(info["contacts"]),
-            min_clearance=self._clearance,
+            min_clearance=min(self._clearances),
             steps=self._steps,
             time=float(info["time"]),
             error=error,

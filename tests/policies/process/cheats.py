@@ -52,7 +52,10 @@ class Climbing(Honest):
         frame = sys._getframe()
         while frame is not None:
             for value in frame.f_locals.values():
-                names = {type(value).__name__, *(type(each).__name__ for each in getattr(value, "__dict__", {}).values())}
+                names = {
+                    type(value).__name__,
+                    *(type(each).__name__ for each in getattr(value, "__dict__", {}).values()),
+                }
                 if names & set(WANTED):
                     raise LootError(f"variables {sorted(names & set(WANTED))}")
             frame = frame.f_back
@@ -107,8 +110,8 @@ class Reading(Honest):
     def look(self, episode):
         loot = []
         for entry in Path("/proc/self/fd").iterdir():
-            kind = os.readlink(entry) if os.path.islink(entry) else ""
-            if int(entry.name) > 2 and not kind.startswith(("socket:", "/proc/")):
+            kind = str(entry.readlink()) if entry.is_symlink() else ""
+            if kind and int(entry.name) > 2 and not kind.startswith(("socket:", "/proc/")):
                 loot.append(kind)
         if MARK in " ".join([*sys.argv, *os.environ.values(), Path("/proc/self/cmdline").read_text()]):
             loot.append("own environment")
@@ -118,10 +121,10 @@ class Reading(Honest):
                 break
             for name in ("mem", "environ", "maps", "fd/0", "cwd/."):
                 try:
-                    with open(os.open(f"/proc/{pid}/{name}", os.O_RDONLY), "rb"):
-                        loot.append(f"{name} of {pid}")
+                    os.close(os.open(f"/proc/{pid}/{name}", os.O_RDONLY))
                 except OSError:
                     continue
+                loot.append(f"{name} of {pid}")
             if ctypes.CDLL(None).ptrace(0x4206, pid, None, None) == 0:  # PTRACE_SEIZE
                 loot.append(f"ptrace of {pid}")
         if loot:
@@ -147,10 +150,10 @@ class Remembering(Honest):
         self.starts = []
 
     def look(self, episode):
-        earlier = [self.starts, memory, type(self).episodes, getattr(np, "memory", None)]
+        earlier = bool(self.starts or memory or type(self).episodes or hasattr(np, "memory"))
         self.starts.append(episode.goal)
         memory.append(1)
         type(self).episodes += 1
         np.memory = 1
-        if any(earlier):
+        if earlier:
             raise LootError("an earlier episode")

@@ -22,7 +22,7 @@ def sockets() -> list[int]:
     return [
         int(entry.name)
         for entry in Path("/proc/self/fd").iterdir()
-        if os.path.islink(entry) and os.readlink(entry).startswith("socket:")
+        if entry.is_symlink() and str(entry.readlink()).startswith("socket:")
     ]
 
 
@@ -63,11 +63,11 @@ class Misbehaving(Honest):
         raise RuntimeError("no\nthanks")
 
     def raises_unprintable(self):
-        class Rude(Exception):
+        class RudeError(Exception):
             def __str__(self):
                 raise ValueError
 
-        raise Rude
+        raise RudeError
 
     def interrupts_itself(self):
         raise KeyboardInterrupt
@@ -166,14 +166,14 @@ class Misbehaving(Honest):
 
 class Printing(Honest):
     def __init__(self):
-        print("made")
+        print("made")  # noqa: T201
 
     def reset(self, episode):
-        print("reset")
+        print("reset")  # noqa: T201
         os.write(1, b"raw reset\n")
 
     def act(self, observation):
-        print("act")
+        print("act")  # noqa: T201
         subprocess.run(["echo", "program"], check=True)
         return ACTION
 

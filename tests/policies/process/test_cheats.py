@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cheats import MARK
 from laboratories import small_laboratory
 
 from labgym.eval.driving.drive import Drive, drive_layout, episode_rng
@@ -23,6 +22,7 @@ from labgym.policies import make_policy
 from labgym.policies.process import PolicyProcess, PolicySource, linux
 
 HERE = Path(__file__).parent
+MARK = "labgym-test-mark"
 BRIEF = Suite(name="brief", max_steps=6)
 LAYOUT = small_laboratory("cheated")
 CHEATS = ("Searching", "Climbing", "Recognizing", "Patching", "Teleporting", "Reading", "Remembering")
@@ -63,21 +63,25 @@ def test_a_teleported_robot_is_an_error(monkeypatch):
     assert not any(drive.row.success for drive in drives)
 
 
-def test_a_user_without_privileges_cannot_read_the_evaluator_either(tmp_path):
-    if os.getuid() != 0:
-        pytest.skip("the other tests run without privileges already")
+@pytest.mark.parametrize("guarded", [True, False])
+def test_an_ordinary_user_cannot_read_the_evaluators_memory_while_it_drives(guarded, tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
-        f"import os, sys; sys.path[:0] = [{str(HERE)!r}, {str(HERE.parents[1])!r}]\n"
+        f"import contextlib, ctypes, os, sys; sys.path[:0] = [{str(HERE)!r}, {str(HERE.parents[1])!r}]\n"
+        "from labgym.policies.process import linux\n"
         "from test_cheats import driven\n"
-        "import labgym.envs.simulation\n"
-        "os.setgroups([]); os.setgid(65534); os.setuid(65534)\n"
+        "header, nothing = (ctypes.c_uint32 * 2)(linux.CAPABILITY_VERSION, 0), (ctypes.c_uint32 * 6)()\n"
+        "assert ctypes.CDLL(None).capset(header, nothing) == 0\n"
         "os.environ['LABGYM_TEST_EVALUATOR'] = str(os.getpid())\n"
-        "print({row['error'] for row in driven('Reading')})\n"
+        f"if not {guarded}:\n"
+        "    linux.unreadable_memory = contextlib.nullcontext\n"
+        "print([row['error'] for row in driven('Reading')][0])\n"
     )
-    tmp_path.chmod(0o755)
     result = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
-    assert result.stdout == "{None}\n", result.stderr
+    if guarded:
+        assert result.stdout == "None\n", result.stderr
+    else:
+        assert "LootError: mem of" in result.stdout, result.stderr
 
 
 def test_the_evaluators_memory_is_readable_again_afterwards():

@@ -73,7 +73,7 @@ def honest() -> list[dict[str, object]]:
 
 WAYS = {
     "raises": "RuntimeError: no thanks",
-    "raises_unprintable": "Rude: (no message)",
+    "raises_unprintable": "RudeError: (no message)",
     "interrupts_itself": "KeyboardInterrupt:",
     "system_exit": "SystemExit: 7",
     "os_exit": "the policy's process exited with status 3",
@@ -157,8 +157,8 @@ def test_errors_of_loading_keep_their_class_and_say_what_is_wrong():
         PolicyProcess(PolicySource.named("dwa", {"radius": -1.0}))
     with pytest.raises(LabgymError, match="cannot import 'misbehaving:Missing'"):
         PolicyProcess(PolicySource.named("misbehaving:Missing"))
+    source = PolicySource.named("misbehaving:SlowToLoad", {"seconds": 100.0})
     with pytest.raises(LabgymError, match=r"'misbehaving:SlowToLoad' could not be loaded: took longer than 0.5 s"):
-        source = PolicySource.named("misbehaving:SlowToLoad", {"seconds": 100.0})
         PolicyProcess(source, ProcessLimits(load_seconds=0.5))
     with pytest.raises(LabgymError, match=r"'misbehaving:DeadOnArrival' could not be loaded: its process ended"):
         PolicyProcess(PolicySource.named("misbehaving:DeadOnArrival"))
