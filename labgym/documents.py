@@ -26,8 +26,8 @@ MAX_ELEMENTS = 1_000_000
 CPython needs up to 200 bytes for each (an object with one field), so that a document of 32 MB takes at most 200 MB for
 its values and 300 MB for its texts. The largest published document has 8 661 values.
 """
-MAX_FIELDS = 100_000
-"""Largest number of fields of one object."""
+MAX_FAULTS = 10_000
+"""Largest number of invalid fields that are listed to name the first; each takes a kilobyte."""
 _TEXT = re.compile(rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\\?\Z)', re.DOTALL)
 """A JSON text; one that is not closed ends with the document, so that matching takes linear time."""
 
@@ -122,6 +122,8 @@ def tagged(schema: dict[str, Any], document: type[Document]) -> dict[str, Any]:
 
 def document_error(source: object, error: ValidationError) -> DocumentError:
     """Return pydantic's report as a one-line error that names the first invalid field."""
+    if error.error_count() > MAX_FAULTS:
+        return DocumentError(source, "", f"not a {error.title}: {error.error_count()} fields are unknown or invalid")
     first = error.errors(include_url=False, include_input=True)[0]
     field = ".".join(str(part) for part in first["loc"])
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
@@ -129,13 +131,13 @@ def document_error(source: object, error: ValidationError) -> DocumentError:
     return DocumentError(source, field, " ".join(first["msg"].removeprefix("Value error, ").split()) + value + more)
 
 
-def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
-    """Read a JSON file within bounds of size, depth and magnitude.
+def read_json(path: str | Path, max_bytes: int = MAX_BYTES, max_elements: int = MAX_ELEMENTS) -> Any:
+    """Read a JSON file within bounds of size, depth, magnitude and number of values.
 
     Raises:
         DocumentError: the file is missing, not a regular file, too large, not UTF-8 or not JSON; a number is not
             finite or exceeds 1e9 in magnitude (2^53 for integers); the nesting exceeds 32 levels; or there are more
-            than a million values.
+            than `max_elements` values.
     """
     path = Path(path)
     if not path.is_file():
@@ -147,31 +149,28 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES) -> Any:
         raise DocumentError(path, "", f"cannot be read ({error.strerror})") from None
     if len(raw) > max_bytes:
         raise DocumentError(path, "", f"the file is larger than {max_bytes} bytes")
-    return parse_json(raw, path)
+    return parse_json(raw, path, max_elements)
 
 
-def parse_json(raw: bytes, source: object) -> Any:
+def parse_json(raw: bytes, source: object, max_elements: int = MAX_ELEMENTS) -> Any:
     """Return the data in JSON bytes from `source`, within bounds of depth, magnitude and number of values.
 
     Raises:
         DocumentError: as `read_json`; names the source.
     """
-    data = load_json(raw, source)
+    data = load_json(raw, source, max_elements)
     _check_bounds(data, source)
     return data
 
 
-def load_json(raw: bytes, source: object, most: int = MAX_ELEMENTS) -> Any:
+def load_json(raw: bytes, source: object, max_elements: int = MAX_ELEMENTS) -> Any:
     """Return the data in JSON bytes from `source`, after a check that their values fit in memory.
 
-    Args:
-        most: largest number of values.
-
     Raises:
-        DocumentError: not UTF-8, not JSON, nested too deeply, or more values than `most`; names the source.
+        DocumentError: not UTF-8, not JSON, nested too deeply, or more than `max_elements` values; names the source.
     """
-    if _has_more(raw, most):
-        raise DocumentError(source, "", f"more than {most} values; split it into several files")
+    if _has_more(raw, max_elements):
+        raise DocumentError(source, "", f"more than {max_elements} values; split it into several files")
     try:
         return json.loads(raw.decode("utf-8"), parse_constant=float)
     except RecursionError:
@@ -283,8 +282,6 @@ def _first_fault(value: Any, depth: int) -> tuple[list[str], str] | None:
     if depth > MAX_DEPTH:
         return [], f"nested deeper than {MAX_DEPTH} levels"
     if isinstance(value, dict | list):
-        if isinstance(value, dict) and len(value) > MAX_FIELDS:
-            return [], f"has {len(value)} fields; at most {MAX_FIELDS} are read"
         for key, item in value.items() if isinstance(value, dict) else enumerate(value):
             fault = _first_fault(item, depth + 1)
             if fault is not None:

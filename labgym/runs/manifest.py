@@ -10,8 +10,8 @@ from labgym.documents import Document, read_json
 from labgym.errors import DocumentError
 
 MANIFEST_FILE = "manifest.json"
-MAX_MANIFEST_BYTES = 512 * 2**20
-"""Largest manifest that is read: a million files take 120 MB."""
+MAX_MANIFEST_BYTES, MAX_MANIFEST_ELEMENTS = 512 * 2**20, 4_000_000
+"""Largest manifest that is read, in bytes and in files: a million files take 120 MB."""
 
 
 class RunManifest(Document):
@@ -37,7 +37,7 @@ class RunManifest(Document):
         path = folder / MANIFEST_FILE
         if not path.exists():
             return None
-        data = read_json(path, MAX_MANIFEST_BYTES)
+        data = read_json(path, MAX_MANIFEST_BYTES, MAX_MANIFEST_ELEMENTS)
         is_other = isinstance(data, dict) and data.get("schema", cls.SCHEMA) != cls.SCHEMA
         return None if is_other else cls.parse(data, path)
 

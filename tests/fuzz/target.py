@@ -1,0 +1,31 @@
+"""A loader under test: what makes its cases, and what reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+
+Case = Mapping[str, bytes]
+"""The files of a case by name."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A loader under test.
+
+    Attributes:
+        name: of the loader.
+        prepare: makes valid files once and returns a function that makes a case from a random generator; case 0 of a
+            run is made from None and must be accepted.
+        read: reads a case from its folder as a user of labgym does; may raise LabgymError and nothing else.
+        imports: modules that it takes long to import.
+        isolated: labgym reads these files in a process of its own, which may crash; so does the test.
+    """
+
+    name: str
+    prepare: Callable[[], Callable[[Random | None], Case]]
+    read: Callable[[Path], object]
+    imports: tuple[str, ...] = ()
+    isolated: bool = False

@@ -1,0 +1,9 @@
+"""All loaders under test."""
+
+from __future__ import annotations
+
+from fuzz.targets import documents, meshes, networks, reactions, runs, wire
+
+TARGETS = tuple(
+    target for module in (documents, reactions, meshes, runs, wire, networks) for target in module.targets()
+)
