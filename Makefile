@@ -1,6 +1,10 @@
 # make run      create .venv, install, and run the whole pipeline; writes runs/default/report.html
 # make test     create .venv, install, and run the test suite
 # make install  create .venv and install labgym with all extras
+# make install-locked  create .venv and install the exact environment of the published results, checked by hashes
+# make lock     remake requirements.lock
+# make lowest   install the oldest versions that pyproject.toml allows and run a command of every extra
+# make fuzz     read 10 000 damaged and hostile files per loader; ARGS="--fuzz-seed 7 -k onnx" chooses others
 # make lint     check formatting, lint, types and the import contract
 # make docs     regenerate the JSON Schemas and the environment page in docs/
 # make clean    remove .venv, caches and runs
@@ -14,7 +18,7 @@ STAMP := $(VENV)/.installed
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test install lint docs clean
+.PHONY: help run test install install-locked lock lowest fuzz lint docs clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -31,6 +35,15 @@ lint: install
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+fuzz: install
+	$(BIN)/python -m pytest tests/fuzz --fuzz-cases 10000 --fuzz-out runs/fuzz $(ARGS)
+
+lowest: install
+	.ci/lowest
+
+lock: install
+	.ci/lock $(ARGS)
+
 docs: install
 	$(BIN)/python docs/generate.py
 
@@ -44,6 +57,14 @@ $(STAMP): pyproject.toml constraints.txt
 	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt --editable '.[all,dev]'
 	@touch $@
+
+# The packages first, each checked by its hash; then labgym itself, which needs nothing more.
+install-locked:
+	@$(PYTHON) -c 'import sys; sys.version_info[:2] == (3, 11) or sys.exit("labgym: error: requirements.lock is for Python 3.11, $(PYTHON) is %d.%d; choose another interpreter: make PYTHON=python3.11" % sys.version_info[:2])'
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --disable-pip-version-check --require-hashes --requirement requirements.lock
+	$(BIN)/python -m pip install --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $(STAMP)
 
 clean:
 	rm -rf $(VENV) runs dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
