@@ -1,8 +1,8 @@
 """The process that runs cases: it imports labgym once and forks for every loader.
 
 Commands come as lines of JSON on standard input, answers go to standard output. A loader's process writes, in its
-folder, `case` (number of the case in work), `failures.jsonl` and, at the end, `summary.json`; the files of a case are in
-`case-N/` while it is read, and stay there if it fails.
+folder, `case` (number of the case in work), `failures.jsonl` and, at the end, `summary.json`; the files of a case are
+in `case-N/` while it is read, and stay there if it fails.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ import base64
 import gzip
 import json
 import sys
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -359,3 +360,36 @@ def test_a_mistake_in_the_importer_is_not_taken_for_bad_data(tmp_path: Path, mon
     monkeypatch.setattr(reactions, "_product", broken)
     with pytest.raises(TypeError, match="a bug"):
         experiment(tmp_path, REACTION)
+
+
+def test_a_small_file_that_unpacks_to_millions_of_reactions_is_refused_without_making_them(tmp_path: Path) -> None:
+    file = tmp_path / "d.pb.gz"
+    number = messages()[0].DESCRIPTOR.fields_by_name["reactions"].number
+    file.write_bytes(gzip.compress(bytes([number << 3 | 2, 0]) * (ord_files.MAX_REACTIONS + 1)))
+    assert file.stat().st_size < 10_000
+    tracemalloc.start()
+    with pytest.raises(DocumentError, match=r"has 1000001 reactions; at most 1000000 are read"):
+        list(read(file, "ord"))
+    assert tracemalloc.get_traced_memory()[1] < 2**23
+    tracemalloc.stop()
+
+
+def test_one_damaged_reaction_of_a_binary_file_does_not_cost_the_others(tmp_path: Path) -> None:
+    whole = dataset(f"reactions {{ {REACTION} }}").reactions[0].SerializeToString()
+    broken = whole[:-3] + b"\xff\xff\xff"
+    number = messages()[0].DESCRIPTOR.fields_by_name["reactions"].number
+    fields = [bytes([number << 3 | 2]) + _length(each) + each for each in (whole, broken, whole)]
+    file = tmp_path / "d.pb"
+    file.write_bytes(b"".join(fields))
+    assert [type(record) for record in read(file, "ord")] == [Experiment, Rejection, Experiment]
+
+
+def _length(content: bytes) -> bytes:
+    return bytes([len(content) & 0x7F | 0x80, len(content) >> 7])
+
+
+def test_a_json_dataset_of_very_many_values_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "d.json"
+    file.write_bytes(b'{"reactions":[' + b"[]," * ord_files.MAX_VALUES + b"[]]}")
+    with pytest.raises(DocumentError, match=r"d\.json: not an ORD dataset .*more than 3000000 values"):
+        list(read(file, "ord"))

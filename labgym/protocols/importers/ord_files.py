@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import zlib
 from collections.abc import Callable, Iterator, Sequence
@@ -10,18 +9,25 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from labgym.documents import load_json
 from labgym.errors import DocumentError, MissingDependencyError
 from labgym.protocols.importers.ord_messages import messages
 from labgym.protocols.importers.records import UnreadableError, one_line, read_bytes
 
-MAX_BYTES = 1024**3
-MAX_UNPACKED = 1024**3
+MAX_BYTES = 512 * 1024**2
+MAX_UNPACKED = 512 * 1024**2
 MAX_REACTION = 4 * 1024**2
 MAX_TEXT = 64 * 1024**2
 """Largest sizes in bytes: of a file, of what a gzipped file unpacks to, of one reaction in Parquet, and of JSON or
 text, which need many times their size in memory."""
+MAX_REACTIONS = 1_000_000
+"""Largest number of reactions of a binary file; the Open Reaction Database has 2 million in all its files."""
+MAX_VALUES = 3_000_000
+"""Largest number of values of a JSON dataset; they take up to 600 MB."""
 MAX_DEPTH = 50
 BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
+_VARINT, _FIXED_64, _LENGTH, _FIXED_32 = 0, 1, 2, 5
+"""Wire types of protocol buffers."""
 _REACTION = re.compile(rb"\s*reactions\s*:?\s*(?=[{<])")
 _BRACKETS = re.compile(rb"[{}<>\"'#]")
 
@@ -71,21 +77,58 @@ def _content(path: Path) -> bytes:
 
 
 def _binary(path: Path, content: bytes) -> Iterator[Parse]:
-    from google.protobuf.message import DecodeError
+    """Yield the parsers of a serialized dataset, whose reactions are parsed one at a time.
 
-    dataset = messages()[0]()
-    try:
-        dataset.ParseFromString(content)
-    except (DecodeError, ValueError) as error:
-        raise DocumentError(path, "", f"not an ORD dataset ({one_line(error)})") from None
-    for reaction in dataset.reactions:
-        yield partial(_known, reaction)
+    An empty reaction takes two bytes in the file and hundreds in memory: as a whole, a small file could fill it.
+    """
+    dataset, _ = messages()
+    wanted = dataset.DESCRIPTOR.fields_by_name["reactions"].number
+    count = sum(number == wanted for number, _, _ in _top_fields(path, content))
+    if count > MAX_REACTIONS:
+        raise DocumentError(path, "", f"has {count} reactions; at most {MAX_REACTIONS} are read from a file")
+    for number, start, end in _top_fields(path, content):
+        if number == wanted:
+            yield partial(_serialized, content[start:end] if end - start <= MAX_REACTION else None)
+
+
+def _top_fields(path: Path, content: bytes) -> Iterator[tuple[int, int, int]]:
+    """Yield number, start and end of each field with a length at the top level of a protocol buffer.
+
+    Raises:
+        DocumentError: the bytes are not a protocol buffer.
+    """
+    at = 0
+    while at < len(content):
+        key, at = _varint(content, at)
+        number, kind = key >> 3, key & 7
+        if kind == _LENGTH:
+            size, at = _varint(content, at)
+            yield number, at, at + size
+            at += size
+        elif kind == _VARINT:
+            _, at = _varint(content, at)
+        else:
+            at += {_FIXED_64: 8, _FIXED_32: 4}.get(kind, len(content) + 1)
+        if number == 0 or at > len(content):
+            raise DocumentError(path, "", "not an ORD dataset (its bytes are no protocol buffer, or are cut off)")
+
+
+def _varint(content: bytes, at: int) -> tuple[int, int]:
+    """Return the number at a position and the position after it, which is beyond the end if the number is broken."""
+    value = shift = 0
+    while at < len(content) and shift < 64:
+        byte = content[at]
+        value |= (byte & 0x7F) << shift
+        at, shift = at + 1, shift + 7
+        if byte < 0x80:
+            return value, at
+    return 0, len(content) + 1
 
 
 def _json(path: Path, content: bytes) -> Iterator[Parse]:
     try:
-        data = json.loads(content)
-    except (ValueError, RecursionError) as error:
+        data = load_json(content, path, MAX_VALUES)
+    except DocumentError as error:
         raise DocumentError(path, "", f"not an ORD dataset ({one_line(error)})") from None
     entries = data.get("reactions") if isinstance(data, dict) else None
     if not isinstance(data, dict) or not isinstance(entries or [], list):
@@ -108,7 +151,7 @@ def _from_json(entry: Any) -> Any:
         raise UnreadableError(value)
     try:
         json_format.ParseDict(entry, reaction, ignore_unknown_fields=True, max_recursion_depth=MAX_DEPTH)
-    except (json_format.ParseError, ValueError, RecursionError) as error:
+    except Exception as error:  # noqa: BLE001 - protobuf also raises SystemError, for half a surrogate pair
         raise UnreadableError(f"not an ORD reaction ({one_line(error)})") from None
     return reaction
 
@@ -224,7 +267,7 @@ def _serialized(content: Any) -> Any:
     from google.protobuf.message import DecodeError
 
     if not isinstance(content, bytes) or len(content) > MAX_REACTION:
-        raise UnreadableError("the column reaction holds no serialized reaction")
+        raise UnreadableError(f"not a serialized reaction of at most {MAX_REACTION} bytes")
     try:
         return _known(messages()[1].FromString(content))
     except DecodeError:

@@ -205,45 +205,42 @@ def _glb(inside: bool) -> Callable[[Random | None], Case]:
 
 
 def _usd(kind: str, inside: bool) -> Callable[[Random | None], Case]:
-    from pxr import Sdf, Usd
-
-    def exported(text: str) -> bytes | None:
-        """Return a text as a file of this kind, or None if it is no USD layer."""
-        layer = Sdf.Layer.CreateAnonymous(".usda")
-        try:
-            if not layer.ImportFromString(text):
-                return None
-        except Exception:  # noqa: BLE001 - not a layer: the text itself is the case
-            return None
-        if kind == "usda":
-            return text.encode()
-        place = Path(f"seed-{kind}.usdc").absolute()
-        layer.Export(str(place))
-        if kind == "usdc":
-            return place.read_bytes()
-        package = Path("seed.usdz").absolute()
-        with Usd.ZipFileWriter.CreateNew(str(package)) as writer:
-            writer.AddFile(str(place), "a.usdc")
-        return package.read_bytes()
-
-    seed = exported(USDA)
+    seed = _exported(USDA, kind)
     assert seed is not None
 
     def make(rng: Random | None) -> Case:
-        if rng is None:
-            return {f"a.{kind}": seed}
-        if inside:
-            for _ in range(20):
-                content = exported(mutated_text(rng, USDA))
-                if content is not None:
-                    return {f"a.{kind}": content}
-        if kind == "usda":
-            return {"a.usda": mutated_file(rng, USDA)}
-        if kind == "usdz" and rng.random() < 0.5:
-            return {"a.usdz": mutated_zip(rng, seed)}
-        return {f"a.{kind}": mutated_bytes(rng, seed)}
+        content = seed
+        if rng is not None and inside:
+            changes = (_exported(mutated_text(rng, USDA), kind) for _ in range(20))
+            content = next((change for change in changes if change is not None), seed)
+        elif rng is not None and kind == "usda":
+            content = mutated_file(rng, USDA)
+        elif rng is not None:
+            zipped = kind == "usdz" and rng.random() < 0.5
+            content = mutated_zip(rng, seed) if zipped else mutated_bytes(rng, seed)
+        return {f"a.{kind}": content}
 
     return make
+
+
+def _exported(text: str, kind: str) -> bytes | None:
+    """Return a text as a file of a kind, or None if it is no USD layer."""
+    from pxr import Sdf, Usd
+
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    try:
+        if not layer.ImportFromString(text):
+            return None
+    except Exception:  # noqa: BLE001 - pxr's own errors
+        return None
+    if kind == "usda":
+        return text.encode("utf-8", "surrogatepass")
+    place, package = Path("seed.usdc").absolute(), Path("seed.usdz").absolute()
+    layer.Export(str(place))
+    if kind == "usdz":
+        with Usd.ZipFileWriter.CreateNew(str(package)) as writer:
+            writer.AddFile(str(place), "a.usdc")
+    return (package if kind == "usdz" else place).read_bytes()
 
 
 def _geometry() -> bytes:

@@ -282,7 +282,7 @@ def _sb3(inside: bool) -> Callable[[Random | None], Case]:
 
 
 def _changed_model(rng: Random, name: str, data: bytes) -> bytes:
-    """Change a member of a model; pickled parts stay as they are, because they may do anything when they are changed."""
+    """Change a member of a model but for its pickled parts, which may do anything when they are changed."""
     if name != "data":
         return mutated_zip(rng, data) if data[:2] == b"PK" else mutated_bytes(rng, data)
     entries = json.loads(data)

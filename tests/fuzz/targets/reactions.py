@@ -48,7 +48,8 @@ reactions { reaction_id: "ord-1"
   workups { type: EXTRACTION input { components { identifiers { type: NAME value: "ether" } } } keep_phase: "organic" }
   outcomes { reaction_time { value: 2 units: HOUR } products { identifiers { type: SMILES value: "CC" } } }
 }
-reactions { reaction_id: "ord-2" inputs { key: "a" value { components { identifiers { type: NAME value: "water" } } } } }
+reactions { reaction_id: "ord-2"
+  inputs { key: "a" value { components { identifiers { type: NAME value: "water" } } } } }
 """
 OPENEXP: dict[str, Any] = {
     "index": 17,
@@ -148,7 +149,7 @@ def _ord_binary(inside: bool) -> Callable[[Random | None], Case]:
 
 
 def mutated_message(rng: Random, content: bytes) -> bytes:
-    """Return a protocol buffer, valid as such, with a field at any depth changed, repeated, removed or of another type."""
+    """Return a protocol buffer with a field, at any depth, changed, repeated, removed or of another type."""
     fields = list(_fields(content))
     if not fields:
         return rng.randbytes(3)

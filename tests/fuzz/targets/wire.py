@@ -17,6 +17,7 @@ from pydantic import BaseModel
 
 from fuzz.mutation import HOSTILE, mutated_bytes, mutated_data, mutated_file, mutated_json
 from fuzz.target import Case, Target
+from labgym.cli.arguments import parse_options
 from labgym.documents import parse_json
 from labgym.errors import LabgymError
 from labgym.llm.client import LanguageModel
@@ -29,7 +30,6 @@ from labgym.policies.http.connection import Connection
 from labgym.policies.http.forms import encode_form
 from labgym.policies.http.server import NavigationServer
 from labgym.policies.http.wire import encode_color, encode_depth, intrinsic_matrix
-from labgym.policies.registry import parse_options
 
 RESET = {"intrinsic": intrinsic_matrix(640, 360, 1.2).tolist(), "stop_threshold": -3.0, "batch_size": 1}
 GOAL = {"goal_x": [2.0], "goal_y": [0.5]}
