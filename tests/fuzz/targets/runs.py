@@ -8,12 +8,12 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from labgym.eval.driving.run_folder import read_routes
 from labgym.pipeline.ledger import Ledger as OldLedger
 
 from fuzz.mutation import mutated_bytes, mutated_data, mutated_file
 from fuzz.target import Case, Target
 from labgym.eval.driving.episode_row import read_rows
-from labgym.eval.driving.run_folder import read_routes
 from labgym.eval.reports.results import ResultsFolder
 from labgym.runs.folder import RunFolder
 from labgym.runs.identity import RunIdentity, read_identity
