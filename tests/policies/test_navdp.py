@@ -28,7 +28,7 @@ from labgym.policies.navdp.config import (
     NavDPNetworkOptions,
     NavDPTrainOptions,
 )
-from labgym.policies.navdp.diffusion import make_schedule, noised, sample_steps
+from labgym.policies.navdp.diffusion import denoising, make_schedule, noised, sample_steps
 from labgym.policies.navdp.frames import frame
 from labgym.policies.navdp.network import NavDPNetwork, load_navdp, save_navdp
 from labgym.policies.navdp.policy import DrawnTrajectories, NavDPPolicy
@@ -168,6 +168,20 @@ def test_the_schedule_is_the_published_one_and_mixes_noise_by_its_formula() -> N
     share = torch.tensor(np.cumprod(1.0 - np.array(betas)), dtype=torch.float32)[time][:, None, None]
     mixed = noised(schedule, clean, noise, time)
     torch.testing.assert_close(mixed, share.sqrt() * clean + (1.0 - share).sqrt() * noise, atol=1e-4, rtol=1e-3)
+
+
+def test_a_denoising_step_is_that_of_diffusers() -> None:
+    schedule = make_schedule(DiffusionOptions())
+    schedule.set_timesteps(DiffusionOptions().steps)
+    steps = list(denoising(schedule))
+    assert [step.time for step in steps] == schedule.timesteps.tolist()
+    noisy, predicted = torch.randn(4, 24, 3), torch.randn(4, 24, 3)
+    for step in steps:
+        expected = schedule.step(predicted, step.time, noisy, generator=torch.Generator().manual_seed(3)).prev_sample
+        drawn = torch.randn(noisy.shape, generator=torch.Generator().manual_seed(3))
+        clean = ((noisy - step.noise * predicted) / step.signal).clamp(-1.0, 1.0)
+        result = step.clean * clean + step.noisy * noisy + step.spread * drawn
+        torch.testing.assert_close(result, expected, atol=1e-5, rtol=1e-4)
 
 
 def test_samples_depend_on_the_generator_alone_and_are_bounded(network: NavDPNetwork) -> None:

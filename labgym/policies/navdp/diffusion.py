@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import warnings
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor
@@ -39,6 +41,44 @@ def noised(schedule: Any, steps: Tensor, noise: Tensor, time: Tensor) -> Tensor:
     return mixed
 
 
+class Denoising(NamedTuple):
+    """Coefficients of one denoising step (Ho et al. 2020, equations 6, 7 and 15).
+
+    Attributes:
+        time: index of the diffusion step.
+        signal, noise: shares of the clean steps and of the noise in the noisy ones.
+        clean, noisy: shares of the clean and of the noisy steps in the mean of the result.
+        spread: standard deviation of the result, 0 for the last step.
+    """
+
+    time: int
+    signal: float
+    noise: float
+    clean: float
+    noisy: float
+    spread: float
+
+
+def denoising(schedule: Any) -> Iterator[Denoising]:
+    """Yield the denoising steps of a schedule, the noisiest first.
+
+    The square roots are Python's, which are exact to the last bit on every processor. diffusers' own step takes them
+    by torch, whose square root approximates by instructions that differ between processors.
+    """
+    shares = [float(share) for share in schedule.alphas_cumprod]
+    for time in range(len(shares) - 1, -1, -1):
+        here, before = shares[time], shares[time - 1] if time else 1.0
+        beta = 1.0 - here / before
+        yield Denoising(
+            time=time,
+            signal=math.sqrt(here),
+            noise=math.sqrt(1.0 - here),
+            clean=math.sqrt(before) * beta / (1.0 - here),
+            noisy=math.sqrt(here / before) * (1.0 - before) / (1.0 - here),
+            spread=math.sqrt((1.0 - before) / (1.0 - here) * beta),
+        )
+
+
 @torch.inference_mode()
 def sample_steps(
     network: NavDPNetwork, schedule: Any, tokens: Tensor, goal: Tensor, count: int, generator: torch.Generator
@@ -57,8 +97,10 @@ def sample_steps(
     tokens = tokens.expand(count, -1, -1)
     goals, with_goal = goal.expand(count, -1), torch.ones(count, dtype=torch.bool)
     steps = torch.randn(count, options.network.points, 3, generator=generator)
-    schedule.set_timesteps(options.diffusion.steps)
-    for time in schedule.timesteps:
-        noise = network.noise(tokens, steps, time.expand(count), goals, with_goal)
-        steps = schedule.step(noise, time, steps, generator=generator).prev_sample
+    for step in denoising(schedule):
+        noise = network.noise(tokens, steps, torch.full((count,), step.time), goals, with_goal)
+        clean = ((steps - step.noise * noise) / step.signal).clamp(-1.0, 1.0)
+        steps = step.clean * clean + step.noisy * steps
+        if step.time > 0:
+            steps = steps + step.spread * torch.randn(steps.shape, generator=generator)
     return steps
