@@ -1,6 +1,6 @@
 """Kernel modes: the numerical libraries of a policy's process, pinned so that every processor gives the same bits.
 
-torch, NumPy, OpenBLAS and OpenCV choose their kernels by the processor's instruction set, and some also by its caches
+torch, NumPy and OpenBLAS choose their kernels by the processor's instruction set, and some also by its caches
 or its maker. Kernels differ in the last bit, and driving amplifies it: a learned policy's score would depend on the
 machine. The pinned mode selects kernels that every x86-64 processor with AVX2 and FMA has and that sum in a fixed
 order. docs/policies.md lists what was compared.
@@ -52,8 +52,6 @@ PINNED = KernelMode(
                 "X86_V4 AVX512_ICL AVX512_SPR AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_KNL AVX512_KNM"
             ),
             "OPENBLAS_CORETYPE": "Haswell",
-            "OPENCV_IPP": "disabled",
-            "OPENCV_CPU_DISABLE": "AVX512-SKX",
             "OMP_NUM_THREADS": "1",
             "OPENBLAS_NUM_THREADS": "1",
             "MKL_NUM_THREADS": "1",
@@ -113,7 +111,7 @@ def pin_torch() -> None:
 
 
 def kernel_facts() -> dict[str, str | int]:
-    """Return the kernels in force in this process: the mode, and torch's instruction set and threads if it is loaded."""
+    """Return the kernels in force in this process: the mode, and for a loaded torch its instructions and threads."""
     facts: dict[str, str | int] = {"kernels": os.environ.get(VARIABLE, NATIVE.name)}
     torch: Any = sys.modules.get("torch")
     if torch is not None:

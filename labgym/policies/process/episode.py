@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import EpisodeStart, Policy
 from labgym.policies.process.facts import encode_text, error_text
 from labgym.policies.process.wire import ACTING, FAILED, OK, Answer, ClosedError, receive_request, send_answer
@@ -31,6 +32,8 @@ def serve_episode(policy: Policy, link: socket.socket) -> None:
 
 
 def _answer(policy: Policy, kind: bytes, content: bytes) -> Answer:
+    # A policy may import torch in any call.
+    pin_torch()
     try:
         if kind == ACT:
             return Answer(ACTING, checked_action(policy.act(pickle.loads(content))).tobytes())  # noqa: S301

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import json
 import os
+import shlex
 import socket
 import subprocess
 import sys
@@ -18,6 +19,8 @@ from labgym.policies.process.wire import FACTS, ClosedError, GarbageError, recei
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 INSIDE = "LABGYM_POLICY_PROCESS"
 """Environment variable that is set in the processes of policies."""
+LAUNCHER = "LABGYM_POLICY_LAUNCHER"
+"""Environment variable with a command that starts the processes of policies, such as "qemu-x86_64 -cpu Haswell"."""
 START_SECONDS = 120.0
 ANSWER_SECONDS = 30.0
 
@@ -54,7 +57,14 @@ class PolicyHost:
         }
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "labgym.policies.process", str(theirs.fileno())],
+                [
+                    *shlex.split(os.environ.get(LAUNCHER, "")),
+                    sys.executable,
+                    "-P",
+                    "-m",
+                    "labgym.policies.process",
+                    str(theirs.fileno()),
+                ],
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,

@@ -13,6 +13,7 @@ import time
 from dataclasses import dataclass
 
 from labgym.assets import Catalog
+from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import Policy
 from labgym.policies.process import linux
 from labgym.policies.process.episode import serve_episode
@@ -71,6 +72,7 @@ def _loaded(request: LoadRequest) -> Policy:
         os.chdir(request.folder)
     source: PolicySource = pickle.loads(request.source)  # noqa: S301 - from the evaluator
     policy = source.make()
+    pin_torch()
     if policy.privileged:
         # Layouts refer to it; loaded here, it is shared by all episodes.
         Catalog.load()

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
+from labgym.policies.kernels import kernel_mode
 from labgym.policies.policy import EpisodeStart, Observation, PolicyError, Sensors
 from labgym.policies.process import linux
 from labgym.policies.process.episode import ACT, CLOSE, RESET
@@ -51,8 +52,8 @@ class PolicyProcess:
     Args:
         source: the policy.
         limits: limits of time and memory.
-        environment: environment variables of the process, in addition to the evaluator's. Numerical libraries are
-            limited to one thread.
+        environment: environment variables of the process, in addition to the evaluator's, such as those of a
+            `KernelMode`; None takes the default mode's. Numerical libraries are limited to one thread.
 
     Attributes:
         name, observation, privileged, exclusive: as `Policy` declares them.
@@ -69,7 +70,7 @@ class PolicyProcess:
     ) -> None:
         self._source = source
         self._limits = limits or ProcessLimits()
-        self._environment = dict(environment or {})
+        self._environment = dict(kernel_mode().environment if environment is None else environment)
         self._process: _LoadedProcess | None = None
         self._guard = contextlib.ExitStack()
         self._guard.enter_context(linux.unreadable_memory())

@@ -23,7 +23,7 @@ def shared_process(
     Raises:
         LabgymError: the policy cannot be loaded.
     """
-    key = os.getpid(), source, limits or ProcessLimits(), dict(environment or {})
+    key = os.getpid(), source, limits or ProcessLimits(), None if environment is None else dict(environment)
     if getattr(_local, "key", None) == key:
         process: PolicyProcess = _local.process
         return process
