@@ -58,4 +58,4 @@ def outputs(name: str) -> str:
 
 
 if __name__ == "__main__":
-    print(json.dumps({**{name: outputs(name) for name in sys.argv[1:]}, "facts": kernel_facts()}))
+    sys.stdout.write(json.dumps({**{name: outputs(name) for name in sys.argv[1:]}, "facts": kernel_facts()}) + "\n")
