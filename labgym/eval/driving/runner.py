@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from labgym.assets import Catalog
-from labgym.documents import canonical_hash, json_bytes
+from labgym.documents import canonical_hash, files_digest, json_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.assignments import episode_keys
 from labgym.eval.driving.drive import Route
@@ -114,9 +114,12 @@ def evaluate(
     with _driver(policy, source, limits, isolated) as driver:
         label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
         if driver.exclusive and not here:
-            raise OptionError(f"policy {label!r} drives one robot at a time; use workers=1, not {executor.workers}")
+            raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with one worker")
+        if executor.kind == "dask":
+            source = source.portable(driver.files())
         run = _Run(
             driver if not isolated else source,
+            files_digest(driver.files()),
             label,
             limits,
             suite,
@@ -144,6 +147,7 @@ class _Run:
     """An evaluation: its arguments, its episodes and its report."""
 
     policy: PolicySource | Driver
+    files: str
     label: str
     limits: ProcessLimits | None
     suite: Suite
@@ -177,7 +181,7 @@ class _Run:
             Shard(
                 layout.id,
                 drive_shard,
-                (self.policy, self.limits, self.label, layout, self.suite, self.seed),
+                (self.policy, self.files, self.limits, self.label, layout, self.suite, self.seed),
                 size=len(self.episodes[layout.id]),
             )
             for layout in self.layouts

@@ -2,32 +2,55 @@
 
 from __future__ import annotations
 
+from labgym.documents import files_digest
+from labgym.errors import LabgymError
 from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.files import drive_files
 from labgym.eval.driving.suites import Suite
 from labgym.layouts import Layout
 from labgym.policies.policy import Driver
-from labgym.policies.process import PolicySource, ProcessLimits, shared_process
+from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, shared_process
 from labgym.runs import ShardOutput
 from labgym.runs.folder import SHARDS
 
 
 def drive_shard(
-    policy: PolicySource | Driver, limits: ProcessLimits | None, label: str, layout: Layout, suite: Suite, seed: int
+    policy: PolicySource | Driver,
+    files: str,
+    limits: ProcessLimits | None,
+    label: str,
+    layout: Layout,
+    suite: Suite,
+    seed: int,
 ) -> ShardOutput:
     """Drive all episodes of a layout and return rows, routes and times, below `shards/LAYOUT/`.
 
     Args:
         policy: the policy, for a process of its own, or a policy that drives in this process.
+        files: digest of the policy's files, such as weights, where the evaluation began.
         limits: limits of the policy's process.
         label: name of the policy in the rows.
         layout: the layout; its protocol gives the goal pairs.
         suite: the rules.
         seed: random seed of the evaluation.
+
+    Raises:
+        LabgymError: the policy's files are others here, or were changed.
     """
-    driver = shared_process(policy, limits) if isinstance(policy, PolicySource) else policy
+    driver = _process(policy, files, limits) if isinstance(policy, PolicySource) else policy
     drives = drive_layout(driver, layout, suite, label, seed)
     return ShardOutput({shard_file(layout.id, name): content for name, content in drive_files(drives).items()})
+
+
+def _process(source: PolicySource, files: str, limits: ProcessLimits | None) -> PolicyProcess:
+    process = shared_process(source, limits)
+    # An object carries what it has read.
+    if source.pickled is None and (own := files_digest(process.files())) != files:
+        raise LabgymError(
+            f"policy {source.name!r}: its files (digest {own[:12]}) are not those that the evaluation began with "
+            f"({files[:12]}); install the same version of labgym, and do not change weights during an evaluation"
+        )
+    return process
 
 
 def shard_file(layout: str, name: str) -> str:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from importlib.machinery import PathFinder
 from pathlib import Path
 
+import labgym
 from labgym.documents import canonical_hash, files_digest
 
 
@@ -62,6 +63,13 @@ def source_files(file: Path, module: str) -> dict[str, Path]:
             if not within or name.partition(".")[0] == within:
                 remaining += _resolved(root, name)
     return sources
+
+
+def is_installed_file(file: Path) -> bool:
+    """Return whether a file belongs to labgym, to the interpreter or to an installed package."""
+    paths = sysconfig.get_paths()
+    roots = [Path(paths[key]).resolve() for key in ("stdlib", "platstdlib", "purelib", "platlib")]
+    return any(file.resolve().is_relative_to(root) for root in (*roots, Path(labgym.__file__).resolve().parent))
 
 
 def _imports(path: Path, package: str) -> Iterator[str]:

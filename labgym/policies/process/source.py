@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import pickle
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -15,7 +16,13 @@ import cloudpickle
 
 from labgym.errors import LabgymError, OptionError
 from labgym.policies.policy import Policy
-from labgym.policies.registry import make_policy
+from labgym.policies.process.attachments import (
+    Attachment,
+    file_attachments,
+    module_attachments,
+    write_attachments,
+)
+from labgym.policies.registry import make_policy, policy_place
 
 
 @dataclass(frozen=True)
@@ -27,11 +34,15 @@ class PolicySource:
         options: arguments of `make_policy`, plain JSON data.
         pickled: the policy, if it was passed as an object; its class is contained in it unless the other process can
             import it.
+        modules: names of the modules of the object's classes.
+        attachments: files for a process on another machine.
     """
 
     name: str
     options: dict[str, Any] = field(default_factory=dict)
     pickled: bytes | None = field(default=None, repr=False)
+    modules: tuple[str, ...] = ()
+    attachments: tuple[Attachment, ...] = field(default=(), repr=False)
 
     @classmethod
     def named(cls, name: str, options: Mapping[str, Any] | None = None) -> PolicySource:
@@ -54,12 +65,28 @@ class PolicySource:
         """
         try:
             with _by_value(type(policy)):
-                return cls(policy.name, {}, cloudpickle.dumps(policy))
+                modules = {base.__module__ for base in type(policy).__mro__} - {"__main__", "builtins"}
+                return cls(policy.name, {}, cloudpickle.dumps(policy), tuple(sorted(modules)))
         except Exception as error:
             reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
             raise OptionError(
                 f"policy {policy.name!r} cannot be sent to its process ({reason}); pass it by name: module:Class"
             ) from error
+
+    def portable(self, files: Sequence[Path]) -> PolicySource:
+        """Return the source for processes on other machines, on which labgym is installed and nothing else.
+
+        Args:
+            files: absolute paths of the files that the policy reads, such as weights.
+
+        Raises:
+            OptionError: the files are too large.
+        """
+        named, modules = [], self.modules
+        if self.pickled is None:
+            named = [self.name, *(value for value in self.options.values() if isinstance(value, str))]
+            modules = (policy_place(self.name).partition(":")[0],)
+        return replace(self, attachments=(*module_attachments(modules), *file_attachments(named, files)))
 
     def make(self) -> Policy:
         """Return a new policy, or a copy of the object.
@@ -67,8 +94,17 @@ class PolicySource:
         Raises:
             LabgymError: as `make_policy`; or the copy cannot be made in this process.
         """
+        places: dict[str, str] = {}
+        if self.attachments:
+            folder = write_attachments(self.attachments)
+            places = {each.names[0]: str(folder / each.names[1]) for each in self.attachments if each.names is not None}
+            sys.path.insert(0, str(folder))
         if self.pickled is None:
-            return make_policy(self.name, **self.options)
+            options = {
+                key: places.get(value, value) if isinstance(value, str) else value
+                for key, value in self.options.items()
+            }
+            return make_policy(places.get(self.name, self.name), **options)
         try:
             policy = pickle.loads(self.pickled)  # noqa: S301 - from the evaluator, which holds the object
         except Exception as error:
