@@ -10,7 +10,7 @@ from scipy import stats
 
 from labgym.errors import OptionError
 from labgym.eval.driving.coverage import Scenario, coverage
-from labgym.eval.driving.intervals import bounded_mean, positive_mean, real_mean, wilson_interval
+from labgym.eval.driving.intervals import bounded_mean, positive_mean, real_mean, score_interval
 
 LAYOUTS = [f"c{k:02d}" for k in range(30) for _ in range(4)]
 
@@ -22,9 +22,9 @@ def clustered(seed: int, clusters: int = 60, size: int = 5) -> tuple[list[float]
 
 
 @pytest.mark.parametrize(("successes", "size"), [(0, 10), (7, 10), (129, 129), (64, 129)])
-def test_the_score_interval_is_scipy_s_wilson_interval(successes, size):
+def test_the_score_interval_is_scipy_s_score_interval(successes, size):
     reference = stats.binomtest(successes, size).proportion_ci(method="wilson")
-    ends = wilson_interval(successes / size, size, stats.norm.ppf(0.975))
+    ends = score_interval(successes / size, size, stats.norm.ppf(0.975))
     assert ends == pytest.approx((reference.low, reference.high), abs=1e-12)
 
 
@@ -61,6 +61,18 @@ def test_if_all_episodes_succeed_the_interval_is_open_below():
     assert 0.90 < estimate.low < 0.975
     failed = bounded_mean([0.0] * 120, LAYOUTS)
     assert (failed.low, failed.high) == pytest.approx((0.0, 1.0 - estimate.low))
+
+
+def test_every_failure_lowers_both_ends():
+    ends = []
+    for failures in range(6):
+        values = [1.0] * 120
+        for k in range(failures):
+            values[4 * k] = 0.0
+        estimate = bounded_mean(values, LAYOUTS)
+        ends.append((estimate.low, estimate.high))
+    assert ends == sorted(ends, reverse=True)
+    assert len({low for low, _ in ends}) == len({high for _, high in ends}) == 6
 
 
 def test_repeats_that_never_differ_add_nothing_to_an_interval_without_failures():
