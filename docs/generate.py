@@ -23,6 +23,7 @@ from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
+from labgym.eval.reports.comparison import Comparison
 from labgym.layouts import Layout
 from labgym.layouts.rooms import RoomFile
 from labgym.layouts.splits import Manifest
@@ -58,6 +59,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     LayoutReport,
     LayoutSummary,
     NavigationSummary,
+    Comparison,
     RecordedReply,
     Words,
     Vocabulary,

@@ -332,6 +332,29 @@ def report(folders: Folders, workers: int = 1) -> int:
 
 
 @app.command
+def compare(
+    folders: Folders,
+    policies: Texts = (),
+    out: OptionalPath = None,
+) -> int:
+    """Compare two policies over the episodes that both drove: paired differences with 95% intervals.
+
+    Prints the differences over all shared episodes, then by task, length, detour and protocol.
+
+    Args:
+        folders: Two folders written by labgym eval, or one folder of labgym run with --policies.
+        policies: Labels of the two policies, where a folder holds evaluations of several.
+        out: A .json file for the comparison.
+    """
+    from labgym.eval.reports.comparison import chosen_evaluations, compare, comparison_tables
+
+    comparison = compare(*chosen_evaluations(folders, policies))
+    for table in comparison_tables(comparison):
+        print(f"\n{table.text()}\n")
+    return DONE if out is None else written(comparison.save(out))
+
+
+@app.command
 def bench(rounds: int = 15) -> int:
     """Measure speed: the time of each task relative to a comparable reference task.
 
