@@ -339,19 +339,23 @@ def compare(
 ) -> int:
     """Compare two policies over the episodes that both drove: paired differences with 95% intervals.
 
-    Prints the differences over all shared episodes, then by task, length, detour and protocol.
+    Prints the differences over all shared episodes, then by task, length, detour and protocol. Exit 1 if a summary does
+    not match its episodes, or if files are damaged or were changed.
 
     Args:
         folders: Two folders written by labgym eval, or one folder of labgym run with --policies.
-        policies: Labels of the two policies, where a folder holds evaluations of several.
+        policies: Names of the two policies, where a folder holds evaluations of several.
         out: A .json file for the comparison.
     """
     from labgym.eval.reports.comparison import chosen_evaluations, compare, comparison_tables
 
-    comparison = compare(*chosen_evaluations(folders, policies))
+    evaluations = chosen_evaluations(folders, policies)
+    comparison = compare(*evaluations)
     for table in comparison_tables(comparison):
         print(f"\n{table.text()}\n")
-    return DONE if out is None else written(comparison.save(out))
+    if out is not None:
+        written(comparison.save(out))
+    return complaints([problem for one in evaluations for problem in one.problems])
 
 
 @app.command

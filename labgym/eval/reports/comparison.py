@@ -8,6 +8,7 @@ from typing import ClassVar, Literal
 
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.paired import (
     TIMES,
@@ -20,8 +21,7 @@ from labgym.eval.driving.paired import (
     differences,
     paired,
 )
-from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.reports.results import Evaluation
+from labgym.eval.reports.results import distinguished
 from labgym.eval.reports.tables import NAVDP_ROWS, NAVIGATION_ROWS
 from labgym.table import Table, number
 
@@ -48,10 +48,12 @@ class ComparedEvaluation(Record):
     """One side of a comparison.
 
     Attributes:
-        policy: its label. folder: where its rows are. seed: random seed of the evaluation.
+        name: name in tables. policy: label of the policy. folder: where its rows are. seed: random seed of the
+            evaluation.
         episodes: number of its rows. shared: number of those that the other side drove too.
     """
 
+    name: str
     policy: str
     folder: str
     seed: int
@@ -97,7 +99,7 @@ def evaluation_in(folder: str | Path, policy: str | None = None) -> Evaluation:
 
     Args:
         folder: the folder.
-        policy: label of the policy; None if the folder holds a single evaluation.
+        policy: name or label of the policy; None if the folder holds a single evaluation.
 
     Raises:
         DocumentError: the folder holds no evaluation, or a file is broken.
@@ -105,24 +107,24 @@ def evaluation_in(folder: str | Path, policy: str | None = None) -> Evaluation:
         UnknownNameError: it holds no evaluation of the policy.
     """
     folder = Path(folder)
-    labels = {path.parent: NavigationSummary.load(path).policy for path in sorted(folder.glob("**/summary.json"))}
-    if not labels:
+    evaluations = [Evaluation.read(path.parent) for path in sorted(folder.glob("**/summary.json"))]
+    if not evaluations:
         raise DocumentError(folder, "", "holds no finished evaluation (summary.json)")
-    places = [place for place, label in labels.items() if policy in (None, label)]
-    if not places:
-        raise UnknownNameError(f"{folder}: policy", policy, set(labels.values()))
-    if len(places) > 1:
+    fitting = [one for one in evaluations if policy in (None, one.summary.policy, one.name)]
+    if not fitting:
+        raise UnknownNameError(f"{folder}: policy", policy, {one.name for one in evaluations})
+    if len(fitting) > 1:
         remedy = "name the folder of one" if policy else "name the policies (--policies A B)"
-        raise OptionError(f"{folder} holds evaluations of {', '.join(labels[place] for place in places)}; {remedy}")
-    return Evaluation.read(places[0])
+        raise OptionError(f"{folder} holds evaluations of {', '.join(one.name for one in fitting)}; {remedy}")
+    return fitting[0]
 
 
 def chosen_evaluations(folders: Sequence[str | Path], policies: Sequence[str] = ()) -> tuple[Evaluation, Evaluation]:
-    """Return the two evaluations that the arguments of `labgym compare` name.
+    """Return the two evaluations that the arguments of `labgym compare` name, with different names in tables.
 
     Args:
         folders: two folders, or one that holds both evaluations.
-        policies: labels of both policies, one for both folders, or none if each folder holds one evaluation.
+        policies: names of both policies, one for both folders, or none if each folder holds one evaluation.
 
     Raises:
         DocumentError, OptionError, UnknownNameError: see `evaluation_in`; OptionError also if they do not name two.
@@ -132,8 +134,9 @@ def chosen_evaluations(folders: Sequence[str | Path], policies: Sequence[str] = 
             f"{len(folders)} folders and {len(policies)} policies do not name two evaluations; name two folders, or "
             "one folder and two policies (--policies A B)"
         )
-    names = [*policies] * (2 if len(policies) == 1 else 1) or [None, None]
-    return evaluation_in(folders[0], names[0]), evaluation_in(folders[-1], names[1])
+    first, second = (policies[0], policies[-1]) if policies else (None, None)
+    a, b = distinguished([evaluation_in(folders[0], first), evaluation_in(folders[-1], second)])
+    return a, b
 
 
 def compare(a: Evaluation, b: Evaluation) -> Comparison:
@@ -173,7 +176,7 @@ def compare(a: Evaluation, b: Evaluation) -> Comparison:
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the table of all shared episodes, then one per grouping."""
-    names = _names(comparison)
+    names = comparison.a.name, comparison.b.name
     return tuple(
         _overall(comparison, names) if grouping == "all" else _by_group(comparison, grouping, heading, names)
         for grouping, heading in GROUPINGS.items()
@@ -183,18 +186,13 @@ def comparison_tables(comparison: Comparison) -> tuple[Table, ...]:
 def _side(evaluation: Evaluation, shared: int) -> ComparedEvaluation:
     summary = evaluation.summary
     return ComparedEvaluation(
+        name=evaluation.name,
         policy=summary.policy,
         folder=str(evaluation.folder),
         seed=summary.seed,
         episodes=len(evaluation.rows),
         shared=shared,
     )
-
-
-def _names(comparison: Comparison) -> tuple[str, str]:
-    """Return the labels of both policies, with their folders if the labels are equal."""
-    a, b = comparison.a, comparison.b
-    return (a.policy, b.policy) if a.policy != b.policy else (f"{a.policy} in {a.folder}", f"{b.policy} in {b.folder}")
 
 
 def _overall(comparison: Comparison, names: tuple[str, str]) -> Table:

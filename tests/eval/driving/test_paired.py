@@ -33,7 +33,6 @@ def row(layout: str = "one", pair: int = 0, **changes) -> EpisodeRow:
         "min_clearance": 0.1,
         "steps": 60,
         "time": 6.0,
-        "planning_ms": 1.0,
     }
     return EpisodeRow(**{**fields, **changes})
 

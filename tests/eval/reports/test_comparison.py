@@ -8,7 +8,7 @@ import pytest
 
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError, UnknownNameError
-from labgym.eval.driving.episode_row import read_rows, row_line
+from labgym.eval.driving.files import read_rows
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.comparison import Comparison, chosen_evaluations, compare, comparison_tables, evaluation_in
@@ -43,19 +43,27 @@ def test_two_policies_of_a_run_are_compared_over_the_same_episodes(run, tmp_path
 def test_two_folders_are_compared_and_a_shorter_one_says_how_much_is_shared(run, tmp_path):
     folder = tmp_path / "half"
     shutil.copytree(run / "navigation" / "straight", folder)
-    rows = read_rows(folder / "episodes.jsonl")
-    (folder / "episodes.jsonl").write_text("".join(map(row_line, rows[:4])))
+    rows = (folder / "episodes.jsonl").read_text().splitlines(keepends=True)
+    (folder / "episodes.jsonl").write_text("".join(rows[:4]))
     comparison = compare(*chosen_evaluations([run / "navigation" / "astar", folder]))
     assert (comparison.a.episodes, comparison.b.episodes, comparison.b.shared) == (6, 4, 4)
     assert "4 shared of 6 and 4 episodes" in comparison_tables(comparison)[0].title
+
+
+def test_a_folder_whose_rows_were_changed_is_compared_with_a_complaint(run, tmp_path, capsys):
+    folder = tmp_path / "changed"
+    shutil.copytree(run / "navigation" / "straight", folder)
+    text = (folder / "episodes.jsonl").read_text()
+    (folder / "episodes.jsonl").write_text(text.replace('"success": false', '"success": true', 1))
+    assert main(["compare", str(run / "navigation" / "astar"), str(folder)]) == 1
+    assert "summary.json does not match the rows" in capsys.readouterr().err
 
 
 def test_one_policy_in_two_folders_is_named_with_its_folders(run, tmp_path):
     shutil.copytree(run / "navigation" / "astar", tmp_path / "again")
     comparison = compare(*chosen_evaluations([run, tmp_path], ["astar"]))
     title = comparison_tables(comparison)[0].title
-    assert "astar in " in title
-    assert str(tmp_path / "again") in title
+    assert title.startswith("astar (astar) - astar (again), ")
     difference = comparison.groups[0].metrics["success"].difference
     assert difference.value == 0.0
     assert difference.low < 0.0 < difference.high
