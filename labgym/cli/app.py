@@ -27,6 +27,7 @@ from labgym.cli.arguments import (
     OptionalWholeNumber,
     PolicyOptions,
     Texts,
+    allow_local_modules,
     numbers,
     parse_options,
 )
@@ -36,6 +37,7 @@ from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, fi
 from labgym.cli.protocols import protocols_app
 from labgym.cli.scores import score
 from labgym.cli.signals import Terminated, raise_termination
+from labgym.cli.submission import submit_app
 from labgym.cli.training import ablate_app, card_app, data, train_app
 from labgym.errors import LabgymError, OptionError
 from labgym.pipeline import RunConfig
@@ -51,7 +53,7 @@ def run(config: OmitArgPrefixes[RunConfig]) -> int:
     """Run the whole pipeline: layouts, scenes, episodes, two tables, pictures and a report."""
     from labgym.pipeline.run import run_pipeline
 
-    _allow_local_modules()
+    allow_local_modules()
     outcome = run_pipeline(config)
     for table in outcome.tables:
         print(f"\n{table.text()}\n")
@@ -165,7 +167,7 @@ def eval_(
     from labgym.eval.driving.suites import Jitter, load_suite, suite_of
     from labgym.eval.reports.tables import navigation_table
 
-    _allow_local_modules()
+    allow_local_modules()
     if policy == "?":
         from labgym.policies.registry import policy_table
 
@@ -233,7 +235,7 @@ def record(
     from labgym.eval.drawing import film
     from labgym.eval.driving.drive import drive_pair
 
-    _allow_local_modules()
+    allow_local_modules()
     film.check_film_path(out)
     scene = resolve_layout(layout, protocol)
     ends = numbers("start", start), numbers("goal", goal)
@@ -264,7 +266,7 @@ def serve(
     from labgym.policies import make_policy
     from labgym.policies.http.server import NavigationServer
 
-    _allow_local_modules()
+    allow_local_modules()
     arguments = parse_options(options)
     with NavigationServer(lambda: make_policy(policy, **arguments), host, port, seed) as server:
         print(f"Serving {policy} at {server.url}; press Ctrl-C to stop", flush=True)
@@ -302,6 +304,7 @@ def policies() -> int:
     return DONE
 
 
+app.command(submit_app, name="submit", help="Check results that others submit.")
 app.command(data)
 app.command(train_app, name="train", help="Train a policy, or resume an interrupted training run.")
 app.command(ablate_app, name="ablate", help="Run an ablation study of a policy: change one part at a time.")
@@ -431,11 +434,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         name = f" by {signal.Signals(number).name}" if isinstance(error, Terminated) else ""
         print(f"labgym: interrupted{name}; finished work is kept", file=sys.stderr)
         return SIGNALED + number
-
-
-def _allow_local_modules() -> None:
-    """Let `--policy module:Class` import modules of the working folder, as `python -m` does."""
-    sys.path.append(str(Path.cwd()))
 
 
 def _fail(message: str) -> int:

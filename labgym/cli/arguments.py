@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -102,3 +103,8 @@ def parse_options(texts: Iterable[str]) -> dict[str, Any]:
 Execution = OmitArgPrefixes[ExecutorArguments]
 """The arguments --workers, --executor, --scheduler and --slurm."""
 THIS_PROCESS = ExecutorArguments()
+
+
+def allow_local_modules() -> None:
+    """Let `--policy module:Class` import modules of the working folder, as `python -m` does."""
+    sys.path.append(str(Path.cwd()))

@@ -10,6 +10,7 @@ from weakref import WeakValueDictionary
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.envs.distance_to_go import DistanceToGo
@@ -55,9 +56,28 @@ class World:
 
         Footprints are the bounding boxes of all objects whose bottom is below `OBSTACLE_HEIGHT`.
         """
+        return float(self.clearances(np.array([[x, y]]))[0])
+
+    def clearances(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return `clearance` at points (n, 2), shape (n,)."""
         room = self._layout.room
-        nearest = float(self._obstacles.nearest(np.array([[x, y]]))[0])
-        return max(0.0, min(nearest, x, y, room.width - x, room.depth - y) - ROBOT.chassis_radius)
+        walls = np.minimum(points, (room.width, room.depth) - points).min(axis=1)
+        nearest = np.minimum(self._obstacles.nearest(points), walls)
+        return np.asarray(np.maximum(nearest - ROBOT.chassis_radius, 0.0))
+
+    def depths(self, poses: NDArray[np.float64], clearances: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how deep the robot is inside the solids of the simulation at poses (n, 3), shape (n,), meters.
+
+        Args:
+            poses: x, y and yaw.
+            clearances: `clearances` of the poses; where they are positive nothing can touch.
+        """
+        simulation = Simulation(self.model)
+        depths = np.zeros(len(poses))
+        for index in np.flatnonzero(clearances <= 0.0):
+            simulation.place(tuple(poses[index].tolist()))
+            depths[index] = -min(simulation.data.contact.dist, default=0.0)
+        return depths
 
     def to_go(self, goal: tuple[float, float, float]) -> DistanceToGo:
         """Return the field of driving distances to a goal."""

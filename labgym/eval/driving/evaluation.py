@@ -98,7 +98,7 @@ def _read2(folder: Path) -> Evaluation:
     identity = _identity(folder)
     code = identity.code if identity is not None else ""
     recomputed = summary.recomputed(tuple(rows.records.values()))
-    differing = _differences(summary, recomputed, exactly=code == code_digest())
+    differing = summary_differences(summary, recomputed, exactly=code == code_digest())
     problems = [*_changed(folder), *rows.problems, *routes.problems, *times.problems]
     problems += _incomplete(recomputed, rows.records, routes.records)
     return Evaluation(
@@ -135,7 +135,7 @@ def _read1(folder: Path, summary: NavigationSummary, provenance: Provenance1) ->
     )
 
 
-def _differences(summary: NavigationSummary, recomputed: NavigationSummary, exactly: bool) -> list[str]:
+def summary_differences(summary: NavigationSummary, recomputed: NavigationSummary, exactly: bool) -> list[str]:
     """Return the figures in which two summaries differ.
 
     Args:

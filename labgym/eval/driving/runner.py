@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -129,7 +129,7 @@ def evaluate(
             driver.observation,
             source.options,
         )
-        fingerprint = None if out is None else _fingerprint(policy, source, label, driver.files())
+        fingerprint = None if out is None else policy_fingerprint(policy, source, label, driver.files())
         if not here:
             close_shared_process()
         if out is None or fingerprint is None:
@@ -172,7 +172,7 @@ class _Run:
             seed=self.seed,
             isolated=isinstance(self.policy, PolicySource),
             limits=None if self.limits is None else asdict(self.limits),
-            catalog=canonical_hash(sorted({layout.catalog.digest for layout in self.layouts})),
+            catalog=catalog_digest(self.layouts),
         )
 
     def drive(self, folder: RunFolder | None, executor: ExecutorOptions, progress: bool) -> Content:
@@ -242,7 +242,22 @@ def _installed_catalog() -> str:
     return Catalog.load().digest
 
 
-def _fingerprint(policy: str | Policy, source: PolicySource, label: str, files: Sequence[Path]) -> PolicyFingerprint:
+def catalog_digest(layouts: Iterable[Layout]) -> str:
+    """Return the digest of the catalogs of layouts, as in the identity of an evaluation."""
+    return canonical_hash(sorted({layout.catalog.digest for layout in layouts}))
+
+
+def policy_fingerprint(
+    policy: str | Policy, source: PolicySource, label: str, files: Sequence[Path]
+) -> PolicyFingerprint:
+    """Return the fingerprint of a policy, as in the identity of an evaluation.
+
+    Args:
+        policy: the name or the object.
+        source: the same with its options.
+        label: name of the policy in the rows.
+        files: its files, such as weights.
+    """
     if isinstance(policy, Policy):
         return object_fingerprint(policy)
     place = policy_place(policy)

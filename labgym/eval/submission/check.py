@@ -1,0 +1,146 @@
+"""The check of a submission: whether somebody's result can be trusted."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from labgym.envs.world import world_of
+from labgym.errors import DocumentError, UnknownNameError
+from labgym.eval.driving.assignments import assignments
+from labgym.eval.driving.episode_row import Key
+from labgym.eval.driving.files import SUMMARY
+from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.submission.folder import Episodes, episode_name
+from labgym.eval.submission.published import Published, suite_problems
+from labgym.eval.submission.record_checks import RunRecord, record_problems, summary_problems
+from labgym.eval.submission.route_checks import route_problems
+from labgym.eval.submission.row_checks import Terms, row_problems
+from labgym.eval.submission.second_drive import drive_problems, sampled
+from labgym.eval.submission.submitted_policy import PolicyChoice
+from labgym.policies.process import PolicyProcess
+
+MOST = 20
+"""Largest number of problems of one kind that are listed."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The outcome of a check.
+
+    Attributes:
+        problems: a line for each thing that does not hold; empty if the submission passes.
+        facts: lines that say what was checked, and what was not.
+    """
+
+    problems: tuple[str, ...]
+    facts: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether there is no problem."""
+        return not self.problems
+
+
+def check_submission(
+    folder: str | Path,
+    seed: int | None = None,
+    suite: str | None = None,
+    policy: str | None = None,
+    options: Mapping[str, Any] | None = None,
+    drive: bool = True,
+    other_code: bool = False,
+    progress: bool = True,
+) -> Verdict:
+    """Check the folder of an evaluation that somebody else made.
+
+    Nothing in the folder is executed, and no class that it names is imported unless it is built in.
+
+    Args:
+        folder: folder written by `evaluate` or `labgym eval`.
+        seed: random seed of the episodes that are driven again; by default it is drawn, so that nobody can know it
+            in advance.
+        suite: name or .json file of the suite, if it is not the published one of the submission's name.
+        policy: the policy, as for `make_policy`, if it is not built in. It runs on this machine.
+        options: arguments of the policy.
+        drive: whether to drive a random tenth of the episodes again.
+        other_code: accept results of another version of labgym.
+        progress: whether to show progress bars.
+
+    Raises:
+        DocumentError: the folder holds no evaluation.
+        OptionError: the policy is not available, and `drive` is on.
+    """
+    folder = Path(folder)
+    if not (folder / SUMMARY).is_file():
+        raise DocumentError(folder, "", f"holds no {SUMMARY}; pass the folder of a finished labgym eval")
+    try:
+        summary = NavigationSummary.load(folder / SUMMARY)
+        published = Published.of(summary.suite, suite)
+    except (DocumentError, UnknownNameError) as error:
+        return Verdict((str(error),), ())
+    choice = PolicyChoice.of(summary, policy, options) if drive else None
+    terms = Terms(published.suite, summary.policy, summary.seed)
+    record = RunRecord.read(folder)
+    episodes = Episodes.read(folder, published.episodes)
+    problems = [
+        *record_problems(record, summary, published, other_code),
+        *suite_problems(summary.suite, published.suite),
+        *_listed(episodes.problems, "problems of files"),
+        *_listed(_completeness(episodes, published), "episodes"),
+        *_listed(_episode_problems(episodes, published, terms), "problems of episodes"),
+        *summary_problems(summary, tuple(episodes.rows.values()), published, exactly=record.code_is_present),
+    ]
+    facts = [f"{len(episodes.rows)} of {published.episodes} episodes of suite {published.suite.label} checked"]
+    if choice is None:
+        facts.append("no episode was driven again (--no-drive): the policy itself is not verified")
+        return Verdict(tuple(problems), tuple(facts))
+    seed = secrets.randbelow(2**32) if seed is None else seed
+    keys = sampled(published, seed)
+    driver = PolicyProcess(choice.source)
+    try:
+        problems += choice.problems(driver, summary, record)
+        problems += _listed(drive_problems(driver, keys, published, episodes, terms, progress), "episodes")
+    finally:
+        driver.close()
+    facts.append(f"{len(keys)} episodes driven again with {choice.name!r}, chosen with --seed {seed}")
+    return Verdict(tuple(problems), tuple(facts))
+
+
+def _completeness(episodes: Episodes, published: Published) -> Iterator[str]:
+    expected = {key for keys in published.keys.values() for key in keys}
+    for keys in published.keys.values():
+        for key in keys:
+            parts = [name for name, there in (("row", episodes.rows), ("route", episodes.routes)) if key not in there]
+            if parts:
+                yield f"episode {episode_name(key)} has no {' and no '.join(parts)}"
+    for key in dict.fromkeys([*episodes.rows, *episodes.routes]):
+        if key not in expected:
+            yield f"episode {episode_name(key)} is not in suite {published.suite.label}"
+
+
+def _episode_problems(episodes: Episodes, published: Published, terms: Terms) -> Iterator[str]:
+    for name, layout in published.layouts.items():
+        keys = [key for key in published.keys[name] if key in episodes.rows]
+        if not keys:
+            continue
+        world = world_of(layout)
+        for episode in assignments(layout, terms.suite):
+            key: Key = (name, episode.pair.index, episode.repeat)
+            if key not in episodes.rows:
+                continue
+            row = episodes.rows[key]
+            problems = list(row_problems(row, episode, layout, world, terms))
+            if key in episodes.routes:
+                problems += route_problems(row, episodes.route(key), terms.suite, world)
+            yield from (f"episode {episode_name(key)}: {problem}" for problem in problems)
+
+
+def _listed(problems: Iterable[str], kind: str) -> list[str]:
+    """Return the first problems, and a line if there are more."""
+    first = list(islice(problems, MOST + 1))
+    return first if len(first) <= MOST else [*first[:MOST], f"more {kind} like these are not listed"]

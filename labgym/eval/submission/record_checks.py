@@ -1,0 +1,160 @@
+"""Checks of what a submission says about itself: identity, manifest, provenance and summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from labgym.documents import document_error, parse_json, read_json
+from labgym.errors import DocumentError
+from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.evaluation import summary_differences
+from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY
+from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.submission.published import Published
+from labgym.runs import RunProvenance, code_digest
+from labgym.runs.identity import IDENTITY_FILE, RunIdentity
+from labgym.runs.manifest import MANIFEST_FILE, RunManifest, file_digest
+from labgym.runs.provenance import PROVENANCE_FILE
+
+MAX_SESSIONS = 1000
+"""Number of lines of the provenance that are read."""
+MAX_SESSION = 64 * 1024
+"""Longest line of the provenance, bytes."""
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """The record of the run in a folder; a part that cannot be read is None or empty, with a problem.
+
+    Attributes:
+        identity: `run.json`. manifest: `manifest.json`. sessions: `provenance.jsonl`.
+    """
+
+    folder: Path
+    identity: RunIdentity | None
+    manifest: RunManifest | None
+    sessions: tuple[RunProvenance, ...]
+    problems: tuple[str, ...]
+
+    @classmethod
+    def read(cls, folder: Path) -> RunRecord:
+        """Read the record in a folder."""
+        problems: list[str] = []
+        identity = manifest = None
+        try:
+            identity = RunIdentity.load(folder / IDENTITY_FILE)
+        except DocumentError as error:
+            problems.append(str(error))
+        try:
+            manifest = RunManifest.parse(read_json(folder / MANIFEST_FILE), folder / MANIFEST_FILE)
+        except DocumentError as error:
+            problems.append(str(error))
+        try:
+            sessions = tuple(_sessions(folder / PROVENANCE_FILE))
+        except DocumentError as error:
+            sessions = ()
+            problems.append(str(error))
+        return cls(folder, identity, manifest, sessions, tuple(problems))
+
+    @property
+    def code_is_present(self) -> bool:
+        """Whether the run was made by the code of this installation."""
+        return self.identity is not None and self.identity.code == code_digest()
+
+
+def record_problems(
+    record: RunRecord, summary: NavigationSummary, published: Published, other_code: bool
+) -> Iterator[str]:
+    """Yield a sentence for each part of the record that is missing, or does not agree with the files or the suite.
+
+    Args:
+        record: the record of the run.
+        summary: the summary of the submission.
+        published: the published suite.
+        other_code: accept results of another version of labgym.
+    """
+    yield from record.problems
+    if record.identity is not None:
+        yield from _identity_problems(record.identity, summary, published)
+        if not record.code_is_present and not other_code:
+            yield (
+                f"{IDENTITY_FILE}: driven by other code ({record.identity.code[:12]}) than this installation's "
+                f"({code_digest()[:12]}): check it with that version of labgym, or accept it with --other-code"
+            )
+        if record.manifest is not None:
+            if record.manifest.run != record.identity.digest:
+                yield f"{MANIFEST_FILE} belongs to another run than {IDENTITY_FILE}"
+            yield from _manifest_problems(record.folder, record.manifest)
+    if not record.problems and not any("labgym" in session.versions for session in record.sessions):
+        yield f"{PROVENANCE_FILE} does not record the version of labgym"
+
+
+def summary_problems(
+    summary: NavigationSummary, rows: Sequence[EpisodeRow], published: Published, exactly: bool
+) -> Iterator[str]:
+    """Yield a sentence for each part of a summary that does not match the rows or the published suite.
+
+    Args:
+        summary: the summary of the submission.
+        rows: its rows.
+        published: the published suite.
+        exactly: whether the present code wrote the summary, so that intervals are equal too.
+    """
+    hashes = {name: layout.hash for name, layout in published.layouts.items()}
+    differing = [name for name in {**hashes, **summary.layouts} if hashes.get(name) != summary.layouts.get(name)]
+    if differing:
+        yield f"{SUMMARY}: other layouts than the published ones: {', '.join(name[:80] for name in differing[:5])}"
+    if summary.expected != published.episodes:
+        yield f"{SUMMARY}: expected is {summary.expected}, but the suite has {published.episodes} episodes"
+    if not rows:
+        return
+    names = summary_differences(summary, summary.recomputed(rows), exactly)
+    if names:
+        yield f"{SUMMARY} does not match the rows in {', '.join(name[:80] for name in names[:10])}"
+
+
+def _identity_problems(identity: RunIdentity, summary: NavigationSummary, published: Published) -> Iterator[str]:
+    if identity.kind != "eval":
+        yield f"{IDENTITY_FILE} is that of a {identity.kind[:40]!r} run, expected 'eval'"
+        return
+    policy = identity.inputs.get("policy")
+    stated = {
+        "suite": (identity.inputs.get("suite"), summary.suite.model_dump(mode="json")),
+        "layouts": (identity.inputs.get("layouts"), summary.layouts),
+        "seed": (identity.inputs.get("seed"), summary.seed),
+        "policy": (policy.get("label") if isinstance(policy, dict) else None, summary.policy),
+    }
+    for name, (value, expected) in stated.items():
+        if value != expected:
+            yield f"{IDENTITY_FILE} and {SUMMARY} differ in {name}"
+    if identity.inputs.get("isolated") is not True:
+        yield f"{IDENTITY_FILE}: the policy was not driven in a separate process"
+    catalog = published.catalog
+    if identity.inputs.get("catalog") != catalog:
+        yield f"{IDENTITY_FILE}: driven with another catalog of assets than this installation's"
+
+
+def _manifest_problems(folder: Path, manifest: RunManifest) -> Iterator[str]:
+    for name in (EPISODES, ROUTES, SUMMARY):
+        if name not in manifest.files:
+            yield f"{MANIFEST_FILE} does not list {name}"
+        elif file_digest(folder / name) != manifest.files[name]:
+            yield f"{name} was changed after the run: its hash is not the one in {MANIFEST_FILE}"
+
+
+def _sessions(path: Path) -> Iterator[RunProvenance]:
+    if not path.is_file():
+        raise DocumentError(path, "", "is missing: it records versions and machine")
+    with path.open("rb") as stream:
+        for _ in range(MAX_SESSIONS):
+            line = stream.readline(MAX_SESSION)
+            if not line:
+                return
+            try:
+                yield RunProvenance.model_validate(parse_json(line, path))
+            except ValidationError as error:
+                raise document_error(path, error) from None
