@@ -96,8 +96,8 @@ class RunFolder:
         files = {}
         for name, digest in entry.files.items():
             try:
-                files[name] = (self.path / name).read_bytes()
-            except FileNotFoundError:
+                files[name] = (self.path / _checked(name)).read_bytes()
+            except (OSError, ValueError, LabgymError):  # missing, or a damaged ledger names something else
                 return None
             if hashlib.sha256(files[name]).hexdigest() != digest:
                 return None

@@ -112,3 +112,14 @@ def test_a_path_in_the_manifest_that_leaves_the_folder_is_refused(tmp_path):
     manifest.write_text(json.dumps(data))
     with pytest.raises(DocumentError, match="secret"):
         examples.run(tmp_path / "run", 3, 1)
+
+
+@pytest.mark.parametrize("name", ["", "..", "/dev/zero", "a\0b", "x" * 300, "ledger.jsonl"])
+def test_a_file_name_of_a_damaged_ledger_is_not_read_and_its_shard_runs_again(tmp_path, name):
+    with RunFolder.open(tmp_path / "run", examples.identity()) as folder:
+        folder.put("a", None, {"shards/a": b"1"})
+    ledger = tmp_path / "run" / "ledger.jsonl"
+    entry = json.loads(ledger.read_text())
+    ledger.write_text(json.dumps(entry | {"files": {name: entry["files"]["shards/a"]}}) + "\n")
+    with RunFolder.open(tmp_path / "run", examples.identity()) as folder:
+        assert folder.output("a") is None
