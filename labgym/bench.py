@@ -20,6 +20,9 @@ from labgym.envs.world import World, physics_model
 from labgym.errors import OptionError
 from labgym.layouts import Layout, load_published, published
 from labgym.navigation import PLANNING_RADIUS, ShortestPaths, astar, goal_pairs, occupancy
+from labgym.policies import EpisodeStart, make_policy
+from labgym.policies.policy import Driver
+from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.scenes import MissingRendererError, make_renderer, to_mjcf
 from labgym.table import Table
 
@@ -86,6 +89,8 @@ def comparisons(layout: Layout) -> Iterator[Comparison]:
         yield _depth(layout)
     yield _shortest_path(layout)
     yield _restart(layout)
+    with contextlib.closing(PolicyProcess(PolicySource.named("straight"))) as process:
+        yield _policy_step(layout, process)
 
 
 def timed(comparison: Comparison, rounds: int = ROUNDS, block: float = BLOCK_SECONDS) -> Timing:
@@ -200,6 +205,28 @@ def _restart(layout: Layout) -> Comparison:
         "building the layout's physics model",
         lambda: env.reset(options={"pair": 0}),
         lambda: physics_model(layout),
+    )
+
+
+def _policy_step(layout: Layout, process: PolicyProcess) -> Comparison:
+    env, policy = LabPointNavEnv(layout=layout), make_policy("straight")
+    observation, _ = env.reset(seed=0, options={"pair": 0})
+    distance, cosine, sine = (float(value) for value in observation["goal"])
+    seen = {**observation, "odometry": np.zeros(3)}
+    drivers: tuple[Driver, ...] = process, policy
+    for driver in drivers:
+        driver.reset(EpisodeStart((distance * cosine, distance * sine), np.random.default_rng(0)))
+    still = np.zeros(2, np.float32)
+
+    def step(driver: Driver) -> None:
+        driver.act(seen)
+        env.step(still)
+
+    return Comparison(
+        "control step with lidar and a policy in its own process",
+        "the same with the policy in this process",
+        lambda: step(process),
+        lambda: step(policy),
     )
 
 

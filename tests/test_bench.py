@@ -28,7 +28,13 @@ def test_a_ratio_is_of_the_medians_that_the_clock_gave(monkeypatch):
 def test_the_command_times_every_piece(capsys):
     assert main(["bench", "--rounds", "2"]) == 0
     printed = capsys.readouterr().out
-    for piece in ("control step", "lidar scan", "shortest path", "reset in a loaded layout"):
+    for piece in (
+        "control step",
+        "lidar scan",
+        "shortest path",
+        "reset in a loaded layout",
+        "policy in its own process",
+    ):
         assert piece in printed
     assert main(["bench", "--rounds", "1"]) == 2
 

@@ -142,6 +142,7 @@ def eval_(
     fresh: bool = False,
     repeats: OptionalWholeNumber = None,
     jitter: bool = False,
+    limits: PolicyOptions = (),
 ) -> int:
     """Evaluate a policy: drive every goal pair of every layout.
 
@@ -160,12 +161,15 @@ def eval_(
         repeats: Number of episodes per goal pair; by default the suite's.
         jitter: Displace the start of every episode by up to 2 cm and 2 degrees, clear of obstacles; a suite's .json
             file can set other values.
+        limits: Limits of the policy's process: call_seconds=300 for one call of reset or act, load_seconds=600,
+            memory_gb=8. A policy that exceeds one fails its episode.
     """
     from labgym.envs.tasks import resolve_layouts
     from labgym.eval.driving.folders import default_folder
     from labgym.eval.driving.runner import evaluate
     from labgym.eval.driving.suites import Jitter, load_suite, suite_of
     from labgym.eval.reports.tables import navigation_table
+    from labgym.policies.process import ProcessLimits
 
     allow_local_modules()
     if policy == "?":
@@ -190,6 +194,7 @@ def eval_(
         fresh=fresh,
         repeats=repeats,
         jitter=displacement,
+        limits=ProcessLimits.named(parse_options(limits)),
     )
     summary = result.summary
     print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.label}').text()}\n")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import Any
 
-from labgym.errors import OptionError
+from labgym.errors import OptionError, UnknownNameError
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,7 @@ class ProcessLimits:
         OptionError: a limit is not a positive number.
     """
 
-    call_seconds: float = 120.0
+    call_seconds: float = 300.0
     load_seconds: float = 600.0
     memory_gb: float = 8.0
 
@@ -30,6 +32,19 @@ class ProcessLimits:
             value = getattr(self, field.name)
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
                 raise OptionError(f"policy limit {field.name} is {value!r}, expected a positive number")
+
+    @classmethod
+    def named(cls, values: Mapping[str, Any]) -> ProcessLimits | None:
+        """Return limits by name, the defaults for those that are missing; None if all are.
+
+        Raises:
+            UnknownNameError: no limit has that name.
+            OptionError: a limit is not a positive number.
+        """
+        names = [field.name for field in fields(cls)]
+        for name in values.keys() - set(names):
+            raise UnknownNameError("policy limit", name, names)
+        return cls(**values) if values else None
 
     @property
     def memory_bytes(self) -> int:

@@ -210,3 +210,10 @@ def test_a_missing_package_keeps_its_class(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(MissingDependencyError, match=r"labgym-nav\[train\]"):
         PolicyProcess(PolicySource.named("ppo"))
+
+
+def test_limits_by_name():
+    assert ProcessLimits.named({}) is None
+    assert ProcessLimits.named({"memory_gb": 2}) == ProcessLimits(memory_gb=2)
+    with pytest.raises(UnknownNameError, match="policy limit 'seconds' not found; .*call_seconds"):
+        ProcessLimits.named({"seconds": 3})
