@@ -113,7 +113,7 @@ class Policy(ABC):
 
 
 class Driver(Protocol):
-    """What drives an episode: a `Policy`, or the evaluator's view of one in a process of its own."""
+    """The driver of an episode: a `Policy`, or the evaluator's view of one in a separate process."""
 
     @property
     def observation(self) -> Sensors:

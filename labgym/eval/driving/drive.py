@@ -55,7 +55,7 @@ def drive_layout(
     """Drive every goal pair of a layout, each as often as the suite says.
 
     Args:
-        policy: the policy, in a process of its own or in this one.
+        policy: the policy, in a separate process or in this one.
         layout: the layout; its protocol gives the goal pairs.
         suite: the rules.
         label: name of the policy in the rows.
@@ -247,7 +247,7 @@ class _Episode:
 def episode_rng(seed: int, goal: tuple[float, float], repeat: int = 0) -> np.random.Generator:
     """Return the random generator that a policy receives for an episode.
 
-    It depends on nothing that the policy does not know: layouts and goal pairs cannot be told from its state.
+    It depends on nothing that the policy does not know: layouts and goal pairs do not follow from its state.
 
     Args:
         seed: random seed of the evaluation.

@@ -74,7 +74,7 @@ def evaluate(
 ) -> NavigationReport:
     """Drive every goal pair of every layout of a suite, each as often as the suite says, and return the results.
 
-    The policy runs in a process of its own, and each episode in a fresh copy of it: the object that is passed does not
+    The policy runs in a separate process, and each episode in a fresh copy of it: the object that is passed does not
     change. Apart from the measured planning times, the results do not depend on the number of workers, on the executor
     or on interruptions.
 
@@ -296,7 +296,7 @@ def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
 def _driver(
     policy: str | Policy, source: PolicySource, limits: ProcessLimits | None, isolated: bool
 ) -> Iterator[Policy | PolicyProcess]:
-    """Open the policy in a process of its own or, not isolated, in this one, and close it at the end."""
+    """Open the policy in a separate process or, not isolated, in this one, and close it at the end."""
     if isolated:
         try:
             yield shared_process(source, limits)

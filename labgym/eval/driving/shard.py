@@ -26,7 +26,7 @@ def drive_shard(
     """Drive all episodes of a layout and return rows, routes and times, below `shards/LAYOUT/`.
 
     Args:
-        policy: the policy, for a process of its own, or a policy that drives in this process.
+        policy: the policy, for a separate process, or a policy that drives in this process.
         files: digest of the policy's files, such as weights, where the evaluation began.
         limits: limits of the policy's process.
         label: name of the policy in the rows.

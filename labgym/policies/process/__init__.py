@@ -1,4 +1,4 @@
-"""A policy in a process of its own: the evaluator never calls a policy, it exchanges messages with one."""
+"""A policy in a separate process: the evaluator never calls a policy, it exchanges messages with one."""
 
 from labgym.policies.process.limits import ProcessLimits
 from labgym.policies.process.proxy import PolicyProcess

@@ -1,4 +1,4 @@
-"""What a policy's process declares about the policy, and how it reports errors: bounded JSON that is validated."""
+"""The facts that a policy's process declares and the errors that it reports: bounded JSON that is validated."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _KINDS = {kind.__name__: kind for kind in (errors.UnknownNameError, errors.Optio
 
 
 class PolicyFacts(Record):
-    """What a policy declares.
+    """Declarations of a policy.
 
     Attributes:
         name, observation, privileged, exclusive: the attributes of `Policy`.

@@ -23,7 +23,7 @@ START, END, STOP = b"t", b"n", b"p"
 WATCH_SECONDS = 0.25
 """Time between two looks at the memory of loaders and episodes, seconds."""
 WATCH_SHARE = 50
-"""A look at the memory of all processes is followed by at least so many times its own duration."""
+"""Pause after a look at the memory of all processes, as a multiple of the look's duration."""
 
 
 def serve_host(link: socket.socket) -> None:

@@ -1,4 +1,4 @@
-"""The evaluator's view of a policy that runs in a process of its own."""
+"""The evaluator's view of a policy that runs in a separate process."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ STATUS_SECONDS = 3.0
 
 
 class PolicyProcess:
-    """A policy in a process of its own, with the methods of `Policy`.
+    """A policy in a separate process, with the methods of `Policy`.
 
     Each episode begins in a fork of the process that loaded the policy, or in a newly loaded process if the policy has
     threads or child processes. Nothing that a policy keeps in memory reaches another episode. The process receives the

@@ -215,5 +215,5 @@ def test_a_missing_package_keeps_its_class(tmp_path, monkeypatch):
 def test_limits_by_name():
     assert ProcessLimits.named({}) is None
     assert ProcessLimits.named({"memory_gb": 2}) == ProcessLimits(memory_gb=2)
-    with pytest.raises(UnknownNameError, match="policy limit 'seconds' not found; .*call_seconds"):
+    with pytest.raises(UnknownNameError, match=r"policy limit 'seconds' not found; .*call_seconds"):
         ProcessLimits.named({"seconds": 3})
