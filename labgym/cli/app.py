@@ -20,6 +20,8 @@ from tyro.extras import SubcommandApp
 
 from labgym import __version__
 from labgym.cli.arguments import (
+    THIS_PROCESS,
+    Execution,
     Folders,
     LayoutName,
     OptionalPath,
@@ -136,10 +138,10 @@ def eval_(
     layouts: Texts = (),
     protocol: OptionalText = None,
     seed: int = 0,
-    workers: int = 1,
     out: OptionalPath = None,
     options: PolicyOptions = (),
     fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
     repeats: OptionalWholeNumber = None,
     jitter: bool = False,
     limits: PolicyOptions = (),
@@ -154,7 +156,6 @@ def eval_(
             writes), or ids of published layouts.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         seed: Random seed of the policy.
-        workers: Number of processes; the results do not depend on it.
         out: Folder for episodes, routes and summary; by default runs/POLICY-SUITE. An interrupted evaluation resumes.
         options: Arguments of the policy, for example trust=true.
         fresh: Rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
@@ -187,7 +188,7 @@ def eval_(
     result = evaluate(
         policy,
         chosen or rules,
-        workers=workers,
+        executor=execution.options(),
         out=folder,
         seed=seed,
         options=parse_options(options),
