@@ -125,7 +125,7 @@ class RunFolder:
 
         Args:
             files: content by path relative to the folder, in one piece or in several.
-            manifest: a document of the run's own kind that takes the place of the manifest. `finished` is then never
+            manifest: a document of another kind that takes the place of the manifest. `finished` is then never
                 true: opening the run again checks the shards by the ledger.
             unlisted: subfolders of shard files that other commands may write again, such as pictures of results; the
                 manifest does not list their files.
