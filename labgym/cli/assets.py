@@ -11,7 +11,7 @@ from tyro.conf import Positional, arg
 
 from labgym.assets.catalog import FOLDER_VARIABLE, Catalog
 from labgym.assets.model import Kind
-from labgym.cli.arguments import OptionalPath, OptionalText, Texts
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, Texts
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, complaints, findings, written
 from labgym.errors import LabgymError, OptionError
@@ -64,10 +64,12 @@ def add(
     like: OptionalText = None,
     replace: bool = False,
     model: bool = False,
+    execution: Execution = THIS_PROCESS,
 ) -> int:
     """Add USD, GLB, OBJ or STL files to your own catalog folder, annotated by rules; exit code 1 if some fail.
 
-    The published catalog does not change. If LABGYM_CATALOG names the folder, every command uses it in addition.
+    A file that fails does not stop the others, and after an interruption finished files are not annotated again. The
+    published catalog does not change. If LABGYM_CATALOG names the folder, every command uses it in addition.
 
     Args:
         paths: Mesh files, or folders whose mesh files are added.
@@ -92,7 +94,7 @@ def add(
     annotator, label = _model_annotator() if model else (None, "")
     options = Options(unit, up, front, name, like, label, scale)
     problems: list[str] = []
-    additions = own.add_files(files, options, replace, annotator, _pictures)
+    additions = own.add_files(files, options, replace, annotator, _pictures, execution.options())
     for addition in tqdm(additions, "added", len(files), unit="file", disable=True if len(files) == 1 else None):
         if addition.problem:
             problems.append(addition.problem)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
@@ -11,15 +10,15 @@ from tyro.conf import Positional, arg
 
 from labgym import protocols
 from labgym.assets import Catalog
-from labgym.cli.arguments import OptionalPath, OptionalWholeNumber, ProtocolName
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber, ProtocolName
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, FAILED, findings, written
 from labgym.errors import OptionError
 from labgym.protocols import Protocol, ReactionType
-from labgym.protocols.importers import Format
+from labgym.protocols.importers import Format, Source
 
 if TYPE_CHECKING:
-    from labgym.protocols.experiments import Experiment, Rejection
+    from labgym.protocols.experiments.collection import Tally
     from labgym.protocols.synthesis import Writer
 
 protocols_app = CommandGroup("show")
@@ -177,12 +176,14 @@ def import_(
     out: Path,
     limit: OptionalWholeNumber = None,
     feasible: bool = False,
-    replace: bool = False,
     product: Annotated[str, arg(metavar="NAME", help_behavior_hint="")] = "",
+    execution: Execution = THIS_PROCESS,
+    fresh: bool = False,
 ) -> int:
     """Import experiments from another file format. Rejected records are listed with the reason.
 
-    The exit code is 1 if no experiment is accepted.
+    The exit code is 1 if no experiment is accepted. A file that cannot be read does not stop the others, and an
+    interrupted import resumes after its finished files.
 
     Args:
         path: A file, or a folder of files.
@@ -190,16 +191,15 @@ def import_(
         out: Folder for the experiments, up to 1000 per file, and rejected.csv.
         limit: Largest number of records to read.
         feasible: Accept only experiments that the catalog's reagents and equipment can carry out.
-        replace: Replace an earlier import in the folder.
         product: Product of XDL files that name none; "{stem}" stands for the name of the file without its suffix.
+        fresh: Move aside what the folder holds and start anew.
     """
-    from itertools import islice
-
-    from labgym.protocols import importers
+    from labgym.protocols.importers.run import import_experiments
 
     if limit is not None and limit < 1:
         raise OptionError(f"--limit is {limit}; read at least 1 record, or leave it out to read all")
-    return _collect(islice(importers.read(path, format, product), limit), out, feasible, replace)
+    source = Source(path, format, product)
+    return _collected(import_experiments(source, out, limit, feasible, execution.options(), fresh), out)
 
 
 @protocols_app.command(name="filter")
@@ -220,25 +220,21 @@ def filter_(
 
     chosen = library.read_experiments(path) if path else library.of_type(None)
     if out is not None:
-        return _collect(chosen, out, True, replace)
+        from labgym.protocols.experiments.collection import collect, filtered
+
+        return _collected(collect(filtered(chosen, feasibility.FeasibilityFilter()), out, replace), out)
     judge = feasibility.FeasibilityFilter().judge
     print(verdict_table([judge(experiment) for experiment in chosen]))
     return DONE
 
 
-def _collect(records: Iterable[Experiment | Rejection], out: Path, feasible: bool, replace: bool) -> int:
-    """Write records to a folder, print how many were accepted, and return the exit code."""
-    from tqdm import tqdm
-
-    from labgym.protocols.experiments.collection import REJECTED, collect, filtered
-    from labgym.protocols.experiments.feasibility import FeasibilityFilter
-
-    progress = tqdm(records, "read", unit="record")
-    tally = collect(filtered(progress, FeasibilityFilter()) if feasible else progress, out, replace)
+def _collected(tally: Tally, out: Path) -> int:
+    """Print how many records were accepted, and return the exit code."""
     reasons = ", ".join(f"{count} {kind}" for kind, count in tally.reasons.most_common())
     print(f"{tally.accepted} experiments accepted, {tally.rejected} rejected" + (f": {reasons}" if reasons else ""))
     if not tally.accepted:
-        print(f"labgym: failed: no experiment was accepted; the reasons are in {out / REJECTED}", file=sys.stderr)
+        rejected = out / "rejected.csv"
+        print(f"labgym: failed: no experiment was accepted; the reasons are in {rejected}", file=sys.stderr)
         return FAILED
     return written(out)
 

@@ -17,6 +17,7 @@ Sensor = Literal["lidar", "depth"]
 
 DataFolder = Annotated[Path, arg(help="Folder of the dataset, written by labgym data.")]
 Threads = Annotated[int, arg(help="Number of torch threads; the last bits of the weights depend on it.")]
+Fresh = Annotated[bool, arg(help="Move aside what the folder of the run holds and start anew.")]
 WarmStart = Annotated[
     bool, arg(help="Skip the warm start, which imitates an expert with the map.", help_behavior_hint="")
 ]
@@ -33,7 +34,7 @@ def data(
     seed: int = 0,
     shard: int = 500,
     execution: Execution = THIS_PROCESS,
-    fresh: bool = False,
+    fresh: Fresh = False,
 ) -> int:
     """Make a training set from newly generated layouts: frames, goals, expert paths and privileged maps.
 
@@ -44,7 +45,6 @@ def data(
         samples: Number of samples.
         seed: Random seed; the files depend on it, not on the number of workers.
         shard: Number of samples in a unit of work, which is two files: what a worker gets, and what a kill can cost it.
-        fresh: Move aside what the folder holds and start anew.
     """
     from labgym.policies.data import DataOptions, make_dataset
 
@@ -62,6 +62,7 @@ def iplanner(
     patience: int = 1,
     seed: int = 0,
     threads: Threads = 1,
+    fresh: Fresh = False,
 ) -> int:
     """Train the iPlanner-style network on a dataset: its loss is the cost of its path on the true map.
 
@@ -78,7 +79,7 @@ def iplanner(
     from labgym.policies.iplanner.train import train
 
     training = IPlannerTrainOptions(epochs=epochs, patience=patience, seed=seed, threads=threads)
-    train(data, out, IPlannerConfig(training=training))
+    train(data, out, IPlannerConfig(training=training), fresh=fresh)
     return written(out)
 
 
@@ -89,6 +90,7 @@ def navdp(
     epochs: int = 12,
     seed: int = 0,
     threads: Threads = 1,
+    fresh: Fresh = False,
 ) -> int:
     """Train the NavDP-style network on a dataset: diffusion of the expert's paths, and a critic from the true map.
 
@@ -103,7 +105,7 @@ def navdp(
     from labgym.policies.navdp.config import NavDPConfig, NavDPTrainOptions
     from labgym.policies.navdp.train import train
 
-    train(data, out, NavDPConfig(training=NavDPTrainOptions(epochs=epochs, seed=seed, threads=threads)))
+    train(data, out, NavDPConfig(training=NavDPTrainOptions(epochs=epochs, seed=seed, threads=threads)), fresh=fresh)
     return written(out)
 
 
@@ -116,12 +118,13 @@ def train_ppo(
     seed: int = 0,
     out: OptionalPath = None,
     threads: Threads = 1,
+    fresh: Fresh = False,
 ) -> int:
     """Train by proximal policy optimization, by default after a warm start that imitates an expert with the map.
 
     Args:
         observation: The sensor.
-        steps: Control steps of PPO; with more steps, a finished run continues.
+        steps: Control steps of PPO.
         layouts: Number of layouts to generate and train in.
         seed: Random seed of the whole run.
         out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION, without warm start
@@ -147,7 +150,7 @@ def train_ppo(
     if not warm_start:
         options = options.model_copy(update={"cloning_rounds": 0})
     folder = out or Path("runs/ppo") / (observation if warm_start else f"{observation}-cold")
-    return written(train(options, folder, judge))
+    return written(train(options, folder, judge, fresh=fresh))
 
 
 @ablate_app.command(name="iplanner")

@@ -24,6 +24,10 @@ SHARDS = "shards"
 RESERVED = (IDENTITY_FILE, LEDGER_FILE, MANIFEST_FILE, LOCK_FILE, PROVENANCE_FILE)
 
 
+Content = bytes | Iterable[bytes]
+Files = Mapping[str, Content] | Iterable[tuple[str, Content]]
+
+
 class RunFolder:
     """The folder of a run, open for writing. Use `RunFolder.open`.
 
@@ -116,15 +120,15 @@ class RunFolder:
 
     def finish(
         self,
-        files: Mapping[str, bytes | Iterable[bytes]],
+        files: Files,
         manifest: Document | None = None,
         unlisted: Sequence[str] = (),
-        measured: Mapping[str, bytes | Iterable[bytes]] | None = None,
+        measured: Mapping[str, Content] | None = None,
     ) -> None:
         """Write the merged files, then the manifest of all files; then remove the merged shard files.
 
         Args:
-            files: content by path relative to the folder, in one piece or in several.
+            files: content by path relative to the folder, or pairs of both; content is in one piece or in several.
             manifest: a document of another kind that takes the place of the manifest. `finished` is then never
                 true: opening the run again checks the shards by the ledger.
             unlisted: subfolders of shard files that other commands may write again, such as pictures of results; the
@@ -134,7 +138,7 @@ class RunFolder:
         for name, content in (measured or {}).items():
             write_bytes(self.path / _checked(name), content)
         digests = {}
-        for name, content in files.items():
+        for name, content in files.items() if isinstance(files, Mapping) else files:
             write_bytes(self.path / _checked(name), content)
             digests[name] = file_digest(self.path / name) or ""
         for entry in self._ledger:

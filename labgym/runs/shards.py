@@ -52,6 +52,23 @@ class Shard:
     inputs: Any = None
 
 
+class DeadlyShardError(LabgymError):
+    """Several workers died of the same shard.
+
+    Attributes:
+        shard: name of the shard.
+        deaths: number of workers that died.
+    """
+
+    def __init__(self, shard: str, deaths: int) -> None:
+        self.shard, self.deaths = shard, deaths
+        super().__init__(
+            f"{deaths} workers died while they ran shard {shard!r}, perhaps out of memory; finished shards "
+            "are kept: run again to resume, with fewer workers if memory is short (a script that uses workers must "
+            "start below `if __name__ == '__main__':`)"
+        )
+
+
 def run_shards(
     shards: Iterable[Shard],
     folder: RunFolder | None,
@@ -79,8 +96,8 @@ def run_shards(
         progress: whether to show a progress bar.
 
     Raises:
-        LabgymError: two shards have the same name, a worker has another code or catalog, or `MAX_DEATHS` workers died
-            of the same shard.
+        LabgymError: two shards have the same name, or a worker has another code or catalog.
+        DeadlyShardError: `MAX_DEATHS` workers died of the same shard.
         Exception: what a shard raised.
     """
     if total is None and isinstance(shards, Sequence):
@@ -159,11 +176,7 @@ class _Run:
         self._deaths[shard.name] += 1
         if self._deaths[shard.name] < MAX_DEATHS:
             return True
-        raise LabgymError(
-            f"{MAX_DEATHS} workers died while they ran shard {shard.name!r}, perhaps out of memory; finished shards "
-            "are kept: run again to resume, with fewer workers if memory is short (a script that uses workers must "
-            "start below `if __name__ == '__main__':`)"
-        ) from error
+        raise DeadlyShardError(shard.name, self._deaths[shard.name]) from error
 
     def _kept(self, shard: Shard, output: ShardOutput) -> ShardOutput:
         if self._folder is not None:

@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ from labgym.policies.iplanner.network import IPlannerNetwork, load_iplanner, sav
 from labgym.policies.iplanner.policy import IPlannerOptions, IPlannerPolicy
 from labgym.policies.iplanner.samples import reaches, targets
 from labgym.policies.iplanner.spline import path_through, path_weights
-from labgym.policies.learned import training_loop
+from labgym.policies.learned import training_loop, training_run
 from labgym.policies.learned.frames import to_world
 
 SMALL = IPlannerNetworkOptions(channels=(4, 8), goal_width=4)
@@ -63,6 +64,7 @@ def toy_dataset(count: int = 64) -> Dataset:
 def toy(monkeypatch: pytest.MonkeyPatch) -> Dataset:
     data = toy_dataset()
     monkeypatch.setattr(training, "load_dataset", lambda folder, samples=None: data)
+    monkeypatch.setattr(training_run, "load_manifest", lambda folder: SimpleNamespace(digest=str(folder)))
     return data
 
 
@@ -188,8 +190,32 @@ def test_a_resumed_run_ends_with_the_weights_of_an_uninterrupted_one(
 
 def test_a_folder_keeps_to_one_configuration(toy: Dataset, tmp_path: Path) -> None:
     training.train("data", tmp_path, config(1), progress=False)
-    with pytest.raises(OptionError, match="another folder"):
+    with pytest.raises(OptionError, match=r"epochs \(1 there, 2 requested\).*--fresh"):
         training.train("data", tmp_path, config(2), progress=False)
+    with pytest.raises(OptionError, match="dataset"):
+        training.train("other data", tmp_path, config(1), progress=False)
+
+
+def test_a_finished_run_is_not_trained_again_and_its_weights_are_checked(
+    toy: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = training.train("data", tmp_path, config(1), progress=False)
+    assert not (tmp_path / "checkpoint.pt").exists()
+    with monkeypatch.context() as patch:
+        patch.setattr(training, "run_epochs", None)
+        again = training.train("data", tmp_path, config(1), progress=False)
+    assert all(torch.equal(value, again.state_dict()[name]) for name, value in network.state_dict().items())
+    (tmp_path / "history.jsonl").write_text("")
+    with pytest.raises(DocumentError, match=r"history\.jsonl.*was changed"):
+        training.train("data", tmp_path, config(1), progress=False)
+
+
+def test_a_fresh_run_moves_the_old_one_aside(toy: Dataset, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    training.train("data", folder, config(1), progress=False)
+    old = (folder / "weights.safetensors").read_bytes()
+    training.train("data", folder, config(2), progress=False, fresh=True)
+    assert (tmp_path / "run.old-1/weights.safetensors").read_bytes() == old
 
 
 def saved(folder: Path) -> Path:

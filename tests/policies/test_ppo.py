@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from runs import killing
 
 from labgym.envs.sensors import IMAGE_SHAPE, Camera, Lidar
 from labgym.envs.tasks import Task
@@ -193,6 +194,10 @@ def test_a_run_without_the_warm_start_begins_with_ppo(layout, tmp_path):
     assert load_weights(Actor("depth"), best).encoder.picture is not None
 
 
+def interrupted(policy):
+    raise KeyboardInterrupt
+
+
 def test_an_interrupted_training_resumes_to_the_same_weights(layout, tmp_path):
     def stop(policy):
         judged.append(policy)
@@ -209,11 +214,14 @@ def test_an_interrupted_training_resumes_to_the_same_weights(layout, tmp_path):
     expected, resumed = weights(tmp_path / "straight" / "last"), weights(tmp_path / "stopped" / "last")
     assert all(torch.equal(expected[name], resumed[name]) for name in expected)
     assert any(not torch.equal(halfway[name], resumed[name]) for name in expected)
+    assert killing.tree(tmp_path / "straight") == killing.tree(tmp_path / "stopped")
+    assert not (tmp_path / "stopped/checkpoint").exists()
 
 
 def test_a_run_is_not_mixed_with_one_of_other_options(layout, tmp_path):
-    TINY.save(tmp_path / "options.json")
-    with pytest.raises(OptionError, match="seed"):
+    with pytest.raises(KeyboardInterrupt):
+        train(TINY, tmp_path, interrupted, layouts=(layout,))
+    with pytest.raises(OptionError, match=r"seed \(0 there, 1 requested\)"):
         train(TINY.model_copy(update={"seed": 1}), tmp_path, layouts=(layout,))
 
 
@@ -250,7 +258,8 @@ def test_saved_weights_drive_as_the_network_did(sensor, tmp_path):
 
 def test_resuming_never_unpickles_code(layout, tmp_path):
     """A checkpoint of stable-baselines3 with a pickle in it, as labgym 0.1 loaded it, is neither run nor read."""
-    train(TINY.model_copy(update={"steps": 64}), tmp_path, lambda policy: 0.5, layouts=(layout,))
+    with pytest.raises(KeyboardInterrupt):
+        train(TINY, tmp_path, interrupted, layouts=(layout,))
     marker = tmp_path / "executed"
     (checkpoint,) = (tmp_path / "checkpoint").iterdir()
     checkpoint.write_bytes(pickle.dumps(Payload(marker)))
@@ -274,7 +283,8 @@ class Payload:
 
 @pytest.mark.parametrize("content", [b"", b"torn"])
 def test_a_damaged_or_missing_checkpoint_is_named(layout, tmp_path, content):
-    train(TINY.model_copy(update={"steps": 64}), tmp_path, lambda policy: 0.5, layouts=(layout,))
+    with pytest.raises(KeyboardInterrupt):
+        train(TINY, tmp_path, interrupted, layouts=(layout,))
     (checkpoint,) = (tmp_path / "checkpoint").iterdir()
     checkpoint.write_bytes(content) if content else checkpoint.unlink()
     with pytest.raises(DocumentError, match=checkpoint.name):

@@ -259,7 +259,7 @@ def test_a_replacement_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
     with pytest.raises(DocumentError):
         collect(broken(), tmp_path, replace=True)
     assert [e.id for e in read_experiments(tmp_path)] == ["x_1"]
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["experiments-00000.json", REJECTED]
+    assert sorted(file.name for file in tmp_path.iterdir()) == [".lock", "experiments-00000.json", REJECTED]
 
 
 @pytest.mark.parametrize(

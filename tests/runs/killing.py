@@ -2,7 +2,7 @@
 
 As a program: `python tests/runs/killing.py --moments 30 --shards 10 --work FOLDER -- generate sub_01 --count 40
 --shard 4 --out {out}` kills the command at random moments by SIGKILL, SIGTERM and SIGINT in turn: after a random shard, and
-up to the mean time of a shard later. It prints a line for each moment and exits 1 if one fails.
+up to half the mean time of a shard later. It prints a line for each moment and exits 1 if one fails.
 """
 
 from __future__ import annotations
@@ -66,12 +66,23 @@ def tree(folder: Path, apart: Sequence[str] = APART) -> dict[str, str]:
 
 
 def start(words: Sequence[str], mark: str = "") -> subprocess.Popen[bytes]:
-    """Start a command of labgym in a session of its own; its output goes to a file, so that no pipe is held open."""
+    """Start a command of labgym, or a Python file with its arguments, in a session of its own."""
     environment = {**os.environ, MARK: mark or uuid.uuid4().hex}
-    command = [sys.executable, "-m", "labgym.cli", *words]
+    program = () if words[0].endswith(".py") else ("-m", "labgym.cli")
+    command = [sys.executable, *program, *words]
     return subprocess.Popen(
-        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
+        command,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=_hear_interrupts,
     )
+
+
+def _hear_interrupts() -> None:
+    """Undo what a shell does to a program that it starts in the background: it ignores SIGINT."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def run(words: Sequence[str], returncode: int = 0) -> float:
@@ -203,7 +214,7 @@ def main() -> int:
     kinds = [*SIGNALS, None] if options.workers_too else list(SIGNALS)
     for number in range(options.moments):
         by, folder = kinds[number % len(kinds)], options.work / f"run-{number}"
-        line, then = chooser.randrange(options.shards), chooser.uniform(0.0, lasted / options.shards)
+        line, then = chooser.randrange(options.shards), chooser.uniform(0.0, 0.5 * lasted / options.shards)
         after, when = lines(folder / options.watch, line, then), f"{then:.2f} s after line {line}"
         words = [word.replace("{out}", str(folder)) for word in options.words]
         name = by.name if by is not None else "worker SIGKILL"

@@ -4,24 +4,28 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from labgym.assets.catalog import FOLDER_VARIABLE, OWN_ASSETS, AssetFile, Catalog, read_own
-from labgym.assets.forge.engine import Annotated, Options, Views, annotate, source_digest
+from labgym.assets.catalog import FOLDER_VARIABLE, OWN_ASSETS, OWN_MESHES, AssetFile, Catalog, read_own
+from labgym.assets.forge.annotating import ANNOTATIONS, NewEntry, SourceKey, annotated_files, new_entry, source_key
+from labgym.assets.forge.engine import Options, Views, annotate, source_digest
 from labgym.assets.forge.modelled import Annotator
-from labgym.assets.forge.record import Annotation, Source
+from labgym.assets.forge.record import Annotation
 from labgym.assets.meshes import FORMATS, MeshError
 from labgym.assets.model import Asset
 from labgym.assets.search import normalise, surface_forms
 from labgym.documents import write_bytes
 from labgym.errors import LabgymError, OptionError
+from labgym.runs import ExecutorOptions
+from labgym.runs.lock import only_writer
+from labgym.temporary import sweep
 
 Outcome = Literal["added", "replaced", "unchanged"]
 
 DEFAULT_FOLDER = Path("labgym-assets")
-ANNOTATIONS = "annotations"
 
 
 @dataclass(frozen=True)
@@ -78,11 +82,7 @@ class OwnAssets:
 
     def find(self, source: str, options: Options) -> str | None:
         """Return the name of the asset that was added from a file of that SHA-256 with those options, or None."""
-        for path in sorted((self.folder / ANNOTATIONS).glob("*.json")):
-            annotation = Annotation.load(path)
-            if _is_same(annotation.source, source, options) and self._entry_path(annotation.asset).is_file():
-                return annotation.asset
-        return None
+        return self._sources().get(source_key(source, options.recorded()))
 
     def add(
         self,
@@ -99,19 +99,15 @@ class OwnAssets:
         Raises:
             MeshError: the file cannot be used, or its name is taken by another file's asset.
             LabgymError: as `annotate`; the folder is then as it was.
+            OptionError: another process writes into the folder.
         """
         options = options or Options()
         existing = self.find(source_digest(path), options)
         if existing is not None and not replace:
             return existing, "unchanged"
-        result = annotate(path, options, Catalog.published(), annotator, views)
-        name = result.asset.name
-        exists = self._entry_path(name).is_file()
-        if exists and not replace:
-            taken = f"{name!r} exists already in {self.folder}, from another file or with other options"
-            raise MeshError(path, f"{taken}; give --replace, or another --name")
-        self._write(result)
-        return name, "replaced" if exists else "added"
+        entry = new_entry(annotate(path, options, Catalog.published(), annotator, views))
+        with self.writing():
+            return entry.name, self._put(path, entry, replace)
 
     def add_files(
         self,
@@ -120,18 +116,50 @@ class OwnAssets:
         replace: bool = False,
         annotator: Annotator | None = None,
         views: Views | None = None,
+        executor: ExecutorOptions | None = None,
     ) -> Iterator[Addition]:
-        """Add mesh files one by one and yield the outcome of each; a file that fails does not stop the others."""
-        for path in paths:
-            try:
-                name, outcome = self.add(path, options, replace, annotator, views)
-                notes = self.annotation(name).notes if outcome != "unchanged" else ()
-                yield Addition(path, name, outcome, notes)
-            except LabgymError as error:
-                yield Addition(path, problem=str(error))
-            except Exception as error:  # noqa: BLE001  a reader's defect must not stop a batch
-                problem = " ".join(str(error).split())[:200]
-                yield Addition(path, problem=f"{path}: cannot be read ({type(error).__name__}: {problem})")
+        """Add mesh files and yield the outcome of each, in their order; a file that fails does not stop the others.
+
+        Files are annotated on the executor; only this process writes, one entry at a time, so that a killed batch
+        finds its finished files unchanged. A file whose annotation kills its worker fails; that needs worker processes.
+
+        Raises:
+            OptionError: another process writes into the folder, or an annotator with workers.
+        """
+        options, executor = options or Options(), executor or ExecutorOptions()
+        if annotator is not None and executor != ExecutorOptions():
+            raise OptionError("a language model annotates in this process: leave out --workers and --executor")
+        with self.writing():
+            sources = self._sources()
+            annotated = annotated_files(paths, options, executor, annotator, views, () if replace else sources)
+            for path, entry in annotated:
+                yield self._added(path, entry, replace, sources)
+
+    def _added(self, path: Path, entry: NewEntry, replace: bool, sources: dict[SourceKey, str]) -> Addition:
+        """Write the entry of a file and return the outcome; note its source."""
+        existing = sources.get(entry.source) if entry.source is not None else None
+        if existing is not None and not replace:
+            return Addition(path, existing, "unchanged")
+        if entry.problem:
+            return Addition(path, problem=entry.problem)
+        try:
+            outcome = self._put(path, entry, replace)
+        except (LabgymError, OSError) as error:
+            return Addition(path, problem=" ".join(str(error).split()))
+        if entry.source is not None:
+            sources[entry.source] = entry.name
+        return Addition(path, entry.name, outcome, entry.notes)
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Be the only writer of the folder; remove the temporary files that killed processes left in it.
+
+        Raises:
+            OptionError: another process writes into the folder.
+        """
+        with only_writer(self.folder):
+            sweep(self.folder, recursive=True)
+            yield
 
     def add_reagent(self, reagent: Asset, replace: bool = False) -> Outcome:
         """Add a reagent in a standard pack, such as `labgym.assets.inference.infer` returns; return what was done.
@@ -154,17 +182,24 @@ class OwnAssets:
         document.save(path)
         return "replaced" if exists else "added"
 
-    def _write(self, result: Annotated) -> None:
-        name = result.asset.name
-        geometry = self.folder / str(result.asset.shape.parameters["file"])
-        visual = geometry.with_suffix(".glb")
-        write_bytes(geometry, result.geometry)
-        write_bytes(visual, result.visual)
-        result.annotation.save(self._annotation_path(name))
-        AssetFile(assets=(result.asset,)).save(self._entry_path(name))
-        for old in geometry.parent.glob(f"{name}-*"):
-            if old not in (geometry, visual):
+    def _put(self, path: Path, entry: NewEntry, replace: bool) -> Outcome:
+        """Write the files of an entry, the entry itself last, and remove its previous geometry."""
+        exists = self._entry_path(entry.name).is_file()
+        if exists and not replace:
+            taken = f"{entry.name!r} exists already in {self.folder}, from another file or with other options"
+            raise MeshError(path, f"{taken}; give --replace, or another --name")
+        for name, content in entry.files.items():
+            write_bytes(self.folder / name, content)
+        for old in (self.folder / OWN_MESHES).glob(f"{entry.name}-*"):
+            if old.relative_to(self.folder).as_posix() not in entry.files:
                 old.unlink()
+        return "replaced" if exists else "added"
+
+    def _sources(self) -> dict[SourceKey, str]:
+        """Return the names of the assets that were added from mesh files, by the file and the options."""
+        annotations = [Annotation.load(path) for path in sorted((self.folder / ANNOTATIONS).glob("*.json"))]
+        present = [each for each in annotations if self._entry_path(each.asset).is_file()]
+        return {source_key(each.source.sha256, each.source.options): each.asset for each in present}
 
     def _entry_path(self, name: str) -> Path:
         return self.folder / OWN_ASSETS / f"{name}.json"
@@ -196,7 +231,3 @@ def mesh_files(paths: Sequence[Path], exclude: Path | None = None) -> Iterator[P
         if not files:
             raise MeshError(path, f"holds no mesh files ({', '.join(FORMATS)})")
         yield from files
-
-
-def _is_same(source: Source, digest: str, options: Options) -> bool:
-    return source.sha256 == digest and source.options == options.recorded()

@@ -16,7 +16,7 @@ from torch import Tensor
 from labgym.policies.data import load_dataset
 from labgym.policies.iplanner.config import IPlannerConfig
 from labgym.policies.iplanner.loss import IPlannerLosses, cost_maps, planning_loss
-from labgym.policies.iplanner.network import IPlannerNetwork, save_iplanner
+from labgym.policies.iplanner.network import IPlannerNetwork, load_iplanner, save_iplanner
 from labgym.policies.iplanner.samples import IPlannerSamples
 from labgym.policies.learned.checkpoint import Stateful
 from labgym.policies.learned.frames import to_world
@@ -24,14 +24,16 @@ from labgym.policies.learned.map_stack import MapStack
 from labgym.policies.learned.training_loop import (
     MIRROR,
     Trainer,
-    claim_folder,
     run_epochs,
     seeded,
     split_by_layout,
 )
+from labgym.policies.learned.training_run import planner_run
 
 
-def train(data: str | Path, out: str | Path, config: IPlannerConfig, progress: bool = True) -> IPlannerNetwork:
+def train(
+    data: str | Path, out: str | Path, config: IPlannerConfig, progress: bool = True, fresh: bool = False
+) -> IPlannerNetwork:
     """Train a network on a dataset, or resume an interrupted run, and return it.
 
     Args:
@@ -39,19 +41,22 @@ def train(data: str | Path, out: str | Path, config: IPlannerConfig, progress: b
         out: folder for `config.json`, `weights.safetensors`, `history.jsonl` (losses by epoch) and the checkpoint.
         config: network, loss and training.
         progress: whether to show progress bars.
+        fresh: move aside what the folder holds and start anew.
 
     Raises:
-        OptionError: the folder holds a run of another configuration.
-        DocumentError: the dataset or the checkpoint cannot be read.
+        OptionError: the folder is in use or holds another run; names what differs.
+        DocumentError: the dataset or the checkpoint cannot be read, or a finished run was changed.
     """
-    out, options = Path(out), config.training
-    claim_folder(out, config)
-    torch.set_num_threads(options.threads)
-    dataset = load_dataset(data, options.samples)
-    samples, maps = IPlannerSamples.of(dataset, config.loss), cost_maps(dataset.maps)
-    trained, held_out = split_by_layout(samples.place, len(dataset.maps), options.held_out)
-    trainer = IPlannerTrainer(seeded(lambda: IPlannerNetwork(config.network), options.seed), samples, maps, config)
-    run_epochs(trainer, trained, held_out, options, out, progress)
+    options = config.training
+    with planner_run("iplanner", data, out, config, fresh) as run:
+        if run is None:
+            return load_iplanner(out)
+        torch.set_num_threads(options.threads)
+        dataset = load_dataset(data, options.samples)
+        samples, maps = IPlannerSamples.of(dataset, config.loss), cost_maps(dataset.maps)
+        trained, held_out = split_by_layout(samples.place, len(dataset.maps), options.held_out)
+        trainer = IPlannerTrainer(seeded(lambda: IPlannerNetwork(config.network), options.seed), samples, maps, config)
+        run_epochs(trainer, trained, held_out, options, run.path, progress)
     return trainer.network.eval()
 
 

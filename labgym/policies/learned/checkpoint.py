@@ -52,7 +52,7 @@ def load_checkpoint(path: Path, parts: Mapping[str, Stateful], is_record: Callab
         DocumentError: the file is missing, damaged or of another network, or holds NaN or infinite numbers.
     """
     if not path.is_file():
-        raise DocumentError(path, "", "no such checkpoint; remove the folder to train from the start")
+        raise DocumentError(path, "", "no such checkpoint; train from the start with --fresh")
     try:
         if path.stat().st_size > MAX_BYTES:
             raise ValueError(f"larger than {MAX_BYTES} bytes")
@@ -66,7 +66,7 @@ def load_checkpoint(path: Path, parts: Mapping[str, Stateful], is_record: Callab
     except Exception as error:  # noqa: BLE001 - torch raises many types for a damaged file
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
         raise DocumentError(
-            path, "", f"damaged, or of another network ({reason}); remove the folder to train from the start"
+            path, "", f"damaged, or of another network ({reason}); train from the start with --fresh"
         ) from None
 
 

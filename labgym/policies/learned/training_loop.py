@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -12,13 +13,10 @@ import torch
 from torch import Tensor, nn
 from tqdm import tqdm
 
-from labgym.documents import Document, write_text
-from labgym.errors import OptionError
+from labgym.documents import append_text, write_text
 from labgym.policies.learned.checkpoint import Stateful, load_checkpoint, save_checkpoint
 from labgym.policies.learned.train_options import TrainOptions
-from labgym.policies.learned.weights import CONFIG
-
-CHECKPOINT, HISTORY = "checkpoint.pt", "history.jsonl"
+from labgym.policies.learned.training_run import CHECKPOINT, HISTORY, TIMES
 
 MIRROR = torch.tensor([1.0, -1.0])
 """Mirrors a point (x, y) of the robot frame: left becomes right."""
@@ -69,8 +67,8 @@ def run_epochs(
 ) -> None:
     """Train for all epochs that a folder's checkpoint does not have yet.
 
-    Each epoch leaves a checkpoint, `history.jsonl` and the weights. Its randomness depends on the seed and the epoch
-    alone: an interrupted run ends with the weights of an uninterrupted one.
+    Each epoch writes the weights, `history.jsonl`, and last a checkpoint, from which training resumes. Its randomness
+    depends on the seed and the epoch alone: an interrupted run ends with the weights of an uninterrupted one.
 
     Args:
         trainer: the network in training.
@@ -86,6 +84,7 @@ def run_epochs(
     if (out / CHECKPOINT).exists():
         history = load_checkpoint(out / CHECKPOINT, trainer.parts(), _is_history)
     for epoch in range(len(history), options.epochs):
+        begun = time.perf_counter()
         generator = torch.Generator().manual_seed(options.seed * 1_000_003 + epoch)
         losses = _one_epoch(trainer, trained, options, generator, f"epoch {epoch + 1}" if progress else None)
         row: dict[str, Any] = {"epoch": epoch + 1, "rate": trainer.optimizer.param_groups[0]["lr"], "train": losses}
@@ -93,21 +92,10 @@ def run_epochs(
             row["held_out"] = _held_out(trainer, held_out, options)
         trainer.after_epoch(row.get("held_out", row["train"])["total"])
         history.append(row)
-        save_checkpoint(out / CHECKPOINT, trainer.parts(), history)
-        write_text(out / HISTORY, "".join(json.dumps(each) + "\n" for each in history))
         trainer.save(out)
-
-
-def claim_folder(out: Path, config: Document) -> None:
-    """Write a run's configuration into its folder, or check that the folder already holds the same one.
-
-    Raises:
-        OptionError: the folder holds a run of another configuration.
-        DocumentError: its configuration cannot be read.
-    """
-    if (out / CONFIG).exists() and type(config).load(out / CONFIG) != config:
-        raise OptionError(f"{out} holds a run of another configuration; choose another folder or remove it")
-    config.save(out / CONFIG)
+        write_text(out / HISTORY, "".join(json.dumps(each) + "\n" for each in history))
+        save_checkpoint(out / CHECKPOINT, trainer.parts(), history)
+        append_text(out / TIMES, json.dumps({"epoch": epoch + 1, "seconds": time.perf_counter() - begun}) + "\n")
 
 
 def seeded(make: Callable[[], Network], seed: int) -> Network:

@@ -17,14 +17,14 @@ from labgym.policies.learned.map_stack import MapStack
 from labgym.policies.learned.training_loop import (
     MIRROR,
     Trainer,
-    claim_folder,
     run_epochs,
     seeded,
     split_by_layout,
 )
+from labgym.policies.learned.training_run import planner_run
 from labgym.policies.navdp.config import NavDPConfig, NavDPTrainOptions
 from labgym.policies.navdp.diffusion import make_schedule, noised
-from labgym.policies.navdp.network import NavDPNetwork, save_navdp
+from labgym.policies.navdp.network import NavDPNetwork, load_navdp, save_navdp
 from labgym.policies.navdp.samples import NavDPSamples
 from labgym.policies.navdp.trajectory import MIRROR_STEP, steps_of
 from labgym.policies.navdp.value import distance_maps, path_value
@@ -40,7 +40,9 @@ class NavDPLosses(NamedTuple):
     critic_turned: Tensor
 
 
-def train(data: str | Path, out: str | Path, config: NavDPConfig, progress: bool = True) -> NavDPNetwork:
+def train(
+    data: str | Path, out: str | Path, config: NavDPConfig, progress: bool = True, fresh: bool = False
+) -> NavDPNetwork:
     """Train a network on a dataset, or resume an interrupted run, and return the averaged network.
 
     Args:
@@ -48,22 +50,24 @@ def train(data: str | Path, out: str | Path, config: NavDPConfig, progress: bool
         out: folder for `config.json`, `weights.safetensors`, `history.jsonl` and the checkpoint.
         config: network, diffusion, loss and training.
         progress: whether to show progress bars.
+        fresh: move aside what the folder holds and start anew.
 
     Raises:
-        OptionError: the dataset has no samples, or `out` holds a run of another configuration.
-        DocumentError: the dataset or the checkpoint cannot be read.
+        OptionError: the dataset is unfinished, or `out` is in use or holds another run; names what differs.
+        DocumentError: the dataset or the checkpoint cannot be read, or a finished run was changed.
         MissingDependencyError: diffusers or pyarrow is not installed.
     """
-    out, options = Path(out), config.training
+    options = config.training
     schedule = make_schedule(config.diffusion)
-    claim_folder(out, config)
-    torch.set_num_threads(options.threads)
-    samples, dataset = NavDPSamples.read(data, config)
-    trained, held_out = split_by_layout(samples.place, len(dataset.maps), options.held_out)
-    trainer = NavDPTrainer(
-        seeded(lambda: NavDPNetwork(config), options.seed), schedule, samples, distance_maps(dataset.maps), len(trained)
-    )
-    run_epochs(trainer, trained, held_out, options, out, progress)
+    with planner_run("navdp", data, out, config, fresh) as run:
+        if run is None:
+            return load_navdp(out)
+        torch.set_num_threads(options.threads)
+        samples, dataset = NavDPSamples.read(data, config)
+        trained, held_out = split_by_layout(samples.place, len(dataset.maps), options.held_out)
+        network, maps = seeded(lambda: NavDPNetwork(config), options.seed), distance_maps(dataset.maps)
+        trainer = NavDPTrainer(network, schedule, samples, maps, len(trained))
+        run_epochs(trainer, trained, held_out, options, run.path, progress)
     return trainer.average
 
 

@@ -28,5 +28,5 @@ class Progress(Document):
     def _check_records(self) -> Self:
         for index, record in enumerate(self.records):
             if not isinstance(record.get("kind"), str):
-                raise ValueError(f"record {index} has no kind; remove the folder to train from the start")
+                raise ValueError(f"record {index} has no kind; train from the start with --fresh")
         return self

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.utils import FloatSchedule, set_random_seed
 from tqdm import tqdm
 
-from labgym.errors import OptionError
+from labgym.documents import append_text
 from labgym.layouts import Layout
+from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.checkpoint import Stateful, load_checkpoint, save_checkpoint
-from labgym.policies.learned.weights import save_weights
+from labgym.policies.learned.training_run import TIMES, finish, train_identity
+from labgym.policies.learned.weights import WEIGHTS, save_weights
 from labgym.policies.policy import Policy
 from labgym.policies.ppo.cloning import clone_expert
 from labgym.policies.ppo.drives import TrainingDrives
@@ -25,13 +30,21 @@ from labgym.policies.ppo.options import PPOOptions
 from labgym.policies.ppo.policy import DRIVERS
 from labgym.policies.ppo.pool import layout_pool
 from labgym.policies.ppo.progress import Progress
+from labgym.runs import ExecutorOptions, RunFolder, RunIdentity
+
+OPTIONS, PROGRESS, CHECKPOINTS = "options.json", "progress.json", "checkpoint"
 
 Judge = Callable[[Policy], float]
 """Returns the success rate of a policy on the validation split."""
 
 
 def train(
-    options: PPOOptions, out: Path, judge: Judge | None = None, layouts: tuple[Layout, ...] | None = None
+    options: PPOOptions,
+    out: Path,
+    judge: Judge | None = None,
+    layouts: tuple[Layout, ...] | None = None,
+    fresh: bool = False,
+    executor: ExecutorOptions | None = None,
 ) -> Path:
     """Train, or resume, the run in a folder and return the folder of the best weights.
 
@@ -40,19 +53,43 @@ def train(
 
     Args:
         options: options of the run.
-        out: its folder: `options.json`, `progress.json`, the checkpoint, and `last/` and `best/` with weights.
+        out: its folder: `options.json`, `progress.json`, `times.jsonl`, `layouts/`, the checkpoint while it is
+            unfinished, and `last/` and `best/` with weights.
         judge: scores policies on the validation split; without it the last weights are the best.
-        layouts: layouts to train in; None uses the pool of the options, stored in the folder next to `out`.
+        layouts: layouts to train in; None generates the pool of the options.
+        fresh: move aside what the folder holds and start anew.
+        executor: where the layouts of the pool are generated.
 
     Raises:
-        OptionError: the folder holds a run with other options.
-        DocumentError: the checkpoint is missing or damaged.
+        OptionError: the folder is in use or holds another run; names what differs.
+        DocumentError: the checkpoint is missing or damaged, or a finished run was changed.
     """
-    _claim(out, options)
-    pool = layouts or layout_pool(out.parent / "layouts", options.layouts, options.seed)
+    with RunFolder.open(out, _identity(options, judge, layouts), fresh) as run:
+        if not run.finished:
+            options.save(out / OPTIONS)
+            pool = layouts or layout_pool(run, options.layouts, options.seed, executor)
+            _train(options, out, judge, pool)
+            finish(run, (OPTIONS, PROGRESS, *(f"{kind}/{WEIGHTS}" for kind in ("last", "best"))))
+        shutil.rmtree(out / CHECKPOINTS, ignore_errors=True)
+    return out / "best"
+
+
+def _identity(options: PPOOptions, judge: Judge | None, layouts: tuple[Layout, ...] | None) -> RunIdentity:
+    return train_identity(
+        "ppo",
+        ("stable-baselines3",),
+        **options.model_dump(mode="json"),
+        threads=torch.get_num_threads(),
+        judged=judge is not None,
+        pool=None if layouts is None else [layout.hash for layout in layouts],
+        catalog=catalog_digest(),
+    )
+
+
+def _train(options: PPOOptions, out: Path, judge: Judge | None, pool: tuple[Layout, ...]) -> None:
     drives = TrainingDrives(pool, options.seed)
     environments = make_environments(drives, options)
-    progress = Progress.load(out / "progress.json") if (out / "progress.json").exists() else None
+    progress = Progress.load(out / PROGRESS) if (out / PROGRESS).exists() else None
     set_random_seed(options.seed)
     learner = make_learner(environments, options)
     if progress is None:
@@ -67,16 +104,16 @@ def train(
     while learner.num_timesteps < options.steps:
         begun = time.perf_counter()
         record = _leg(learner, drives, options, progress.legs)
-        record["seconds"] = time.perf_counter() - begun
         progress = progress.model_copy(update={"legs": progress.legs + 1, "records": (*progress.records, record)})
         last = learner.num_timesteps >= options.steps
         if last or progress.legs % options.evaluate_every == 0:
             progress = _judged(learner, progress, judge, options, out)
         _checkpoint(learner, progress, out)
+        seconds = time.perf_counter() - begun
+        append_text(out / TIMES, json.dumps({"leg": progress.legs, "seconds": seconds}) + "\n")
         bar.update(learner.num_timesteps - bar.n)
         bar.set_postfix(training=record["success"], validation=progress.best)
     bar.close()
-    return out / "best"
 
 
 def _leg(learner: PPO, drives: TrainingDrives, options: PPOOptions, leg: int) -> dict[str, Any]:
@@ -130,31 +167,18 @@ def _judged(learner: PPO, progress: Progress, judge: Judge | None, options: PPOO
     return progress.model_copy(update={"best": best, "records": (*progress.records, record)})
 
 
-def _claim(out: Path, options: PPOOptions) -> None:
-    """Write the options into the folder, or check that it has the same ones; the number of steps may differ."""
-    path = out / "options.json"
-    if path.exists():
-        before = PPOOptions.load(path)
-        changed = [name for name in PPOOptions.model_fields if getattr(before, name) != getattr(options, name)]
-        if changed and changed != ["steps"]:
-            raise OptionError(
-                f"{out} holds a run with another {', '.join(changed)}; choose another folder or remove it"
-            )
-    options.save(path)
-
-
 def _checkpoint(learner: PPO, progress: Progress, out: Path) -> None:
     """Write the state of the learner, then the progress that names the file; remove the previous checkpoint."""
     path = _checkpoint_path(out, progress)
     save_checkpoint(path, _parts(learner), {"steps": learner.num_timesteps, "updates": learner._n_updates})
-    progress.save(out / "progress.json")
+    progress.save(out / PROGRESS)
     for old in path.parent.glob("leg-*.pt"):
         if old != path:
             old.unlink()
 
 
 def _checkpoint_path(out: Path, progress: Progress) -> Path:
-    return out / "checkpoint" / f"leg-{progress.legs:05d}.pt"
+    return out / CHECKPOINTS / f"leg-{progress.legs:05d}.pt"
 
 
 def _restore(learner: PPO, progress: Progress, out: Path) -> None:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from labgym.documents import json_bytes, write_bytes
 from labgym.errors import OptionError
 from labgym.protocols.experiments.feasibility import FeasibilityFilter, Verdict
 from labgym.protocols.experiments.model import Experiment, ExperimentFile, Rejection
+from labgym.runs.lock import only_writer
 from labgym.temporary import temporary_folder
 
 PER_FILE = 1000
@@ -64,35 +67,46 @@ def collect(records: Iterable[Experiment | Verdict | Rejection], folder: str | P
         replace: whether to replace files of experiments that are already there.
 
     Raises:
-        OptionError: the folder holds files of experiments and `replace` is false.
+        OptionError: the folder holds files of experiments and `replace` is false, or another process writes into it.
     """
     folder = Path(folder)
     present = sorted(folder.glob("experiments-*.json"))
     if present and not replace:
         raise OptionError(f"{folder} already holds {present[0].name}; name another folder, or use --replace")
-    folder.mkdir(parents=True, exist_ok=True)
-    tally, ids, batch = Tally(), set[str](), list[Experiment]()
-    with temporary_folder(folder) as temporary:
-        with (temporary / REJECTED).open("w", newline="", encoding="utf-8") as stream:
-            table = csv.writer(stream, lineterminator="\n")
-            table.writerow(RejectedRecord._fields)
-            for record in records:
-                accepted = _accepted(record, ids)
-                if isinstance(accepted, RejectedRecord):
-                    table.writerow(accepted)
-                    tally.reasons[accepted.kind] += 1
-                    continue
-                ids.add(accepted.id)
-                batch.append(accepted)
-                if len(batch) == PER_FILE:
-                    _write(batch, temporary, tally)
-        if batch:
-            _write(batch, temporary, tally)
+    tally = Tally()
+    with only_writer(folder), temporary_folder(folder) as temporary:
+        for name, content in merged(records, tally):
+            write_bytes(temporary / name, content)
         for file in present:
             file.unlink()
         for file in sorted(temporary.iterdir()):
             file.replace(folder / file.name)
     return tally
+
+
+def merged(records: Iterable[Experiment | Verdict | Rejection], tally: Tally) -> Iterator[tuple[str, bytes]]:
+    """Yield the files of a collection with their content, the list of the rejected records last.
+
+    Args:
+        records: as `collect`.
+        tally: counts the records.
+    """
+    ids, batch, rejected = set[str](), list[Experiment](), io.StringIO()
+    table = csv.writer(rejected, lineterminator="\n")
+    table.writerow(RejectedRecord._fields)
+    for record in records:
+        accepted = _accepted(record, ids)
+        if isinstance(accepted, RejectedRecord):
+            table.writerow(accepted)
+            tally.reasons[accepted.kind] += 1
+            continue
+        ids.add(accepted.id)
+        batch.append(accepted)
+        if len(batch) == PER_FILE:
+            yield _file(batch, tally)
+    if batch:
+        yield _file(batch, tally)
+    yield REJECTED, rejected.getvalue().encode()
 
 
 def _accepted(record: Experiment | Verdict | Rejection, ids: set[str]) -> Experiment | RejectedRecord:
@@ -108,8 +122,10 @@ def _accepted(record: Experiment | Verdict | Rejection, ids: set[str]) -> Experi
     return experiment
 
 
-def _write(batch: list[Experiment], folder: Path, tally: Tally) -> None:
-    number = tally.accepted // PER_FILE
-    ExperimentFile(experiments=tuple(batch)).save(folder / f"experiments-{number:05d}.json")
+def _file(batch: list[Experiment], tally: Tally) -> tuple[str, bytes]:
+    """Return the next file of a collection and empty the batch."""
+    name = f"experiments-{tally.accepted // PER_FILE:05d}.json"
+    content = json_bytes(ExperimentFile(experiments=tuple(batch)).to_json())
     tally.accepted += len(batch)
     batch.clear()
+    return name, content

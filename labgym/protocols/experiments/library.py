@@ -42,14 +42,22 @@ def get(experiment_id: str, path: str | Path | None = None) -> Experiment:
     return library[experiment_id]
 
 
+COLLECTED = "experiments-"
+"""Beginning of the names of an import's files of experiments."""
+OF_RUNS = ("run.json", "manifest.json", "summary.json")
+"""Other documents of an import."""
+
+
 def read_experiments(path: str | Path) -> tuple[Experiment, ...]:
-    """Return the experiments of a file, or of all JSON files in a folder in the order of their names.
+    """Return the experiments of a file, of an import, or of all JSON files in a folder in the order of their names.
 
     Raises:
         DocumentError: no files, a file of another kind, or an id that occurs twice.
     """
     path = Path(path)
-    files = sorted(path.glob("*.json")) if path.is_dir() else [path]
+    documents = sorted(path.glob("*.json")) if path.is_dir() else [path]
+    collected = [file for file in documents if file.name.startswith(COLLECTED)]
+    files = collected or [file for file in documents if file.name not in OF_RUNS]
     if not files:
         raise DocumentError(path, "", "holds no files of experiments (*.json)")
     by_id: dict[str, Experiment] = {}

@@ -21,7 +21,7 @@ from typing import Any
 from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Role, Verb
-from labgym.protocols.importers.records import Records, UnreadableError, from_files, read_bytes, record, slug
+from labgym.protocols.importers.records import Records, UnreadableError, read_bytes, record, slug
 from labgym.quantities import duration, temperature, value_of
 
 MAX_LINE = 50_000
@@ -63,23 +63,32 @@ _AMOUNTS = ("mass", "volume", "mole", "concentration")
 _COUNT = re.compile(r"(?:^|\D)(\d{1,2})\s*(?:x|×|times)?\s*$")
 
 
-def read(path: Path) -> Records:
-    """Return the experiments of a file of instructions, of a CSV file, or of a folder of such files.
+def files(folder: Path) -> list[Path]:
+    """Return the files of instructions and the CSV files of a folder.
+
+    Raises:
+        DocumentError: the folder holds no such file.
+    """
+    listed = sorted(folder.glob(f"*{INSTRUCTIONS}")) + sorted(folder.glob("*.csv"))
+    if not listed:
+        raise DocumentError(folder, "", f"holds no *{INSTRUCTIONS} and no *.csv")
+    return listed
+
+
+def companions(file: Path) -> list[Path]:
+    """Return the file of descriptions that belongs to a file of instructions, if it exists."""
+    other = file.with_name(file.name.replace(INSTRUCTIONS, DESCRIPTIONS))
+    return [other] if other != file and other.is_file() else []
+
+
+def read(file: Path, folder: Path) -> Records:  # noqa: ARG001 -- a record's place is the file's name and the line
+    """Return the experiments of a file of instructions, or of a CSV file.
 
     The descriptions are read from the file next to the instructions, if it exists.
 
     Raises:
-        DocumentError: the folder holds no such file, or a single file is neither.
+        DocumentError: the file is neither.
     """
-    if not path.is_dir():
-        return _file(path)
-    files = sorted(path.glob(f"*{INSTRUCTIONS}")) + sorted(path.glob("*.csv"))
-    if not files:
-        raise DocumentError(path, "", f"holds no *{INSTRUCTIONS} and no *.csv")
-    return from_files(path, files, _file)
-
-
-def _file(file: Path) -> Records:
     lines = _labelled(file) if file.suffix.lower() == ".csv" else _paired(file)
     for number, (title, description, instructions) in enumerate(lines, 1):
         build = partial(_experiment, _stem(file), number, title, description, instructions)
@@ -93,13 +102,13 @@ def _stem(path: Path) -> str:
 
 def _paired(path: Path) -> Iterator[tuple[str, str, str]]:
     instructions = _lines(path)
-    other = path.with_name(path.name.replace(INSTRUCTIONS, DESCRIPTIONS))
-    descriptions = _lines(other) if other != path and other.is_file() else [""] * len(instructions)
+    others = companions(path)
+    descriptions = _lines(others[0]) if others else [""] * len(instructions)
     if len(descriptions) != len(instructions):
         problem = (
             f"has {len(descriptions)} lines, but {path.name} has {len(instructions)}; the files must match line by line"
         )
-        raise DocumentError(other, "", problem)
+        raise DocumentError(others[0], "", problem)
     for description, line in zip(descriptions, instructions, strict=True):
         yield "", description, line
 

@@ -21,7 +21,7 @@ from typing import Any, get_args
 from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Atmosphere, Role, Verb
-from labgym.protocols.importers.records import Records, UnreadableError, from_files, record, slug
+from labgym.protocols.importers.records import Records, UnreadableError, record, slug
 from labgym.quantities import duration, temperature
 
 LICENSE = "CC-BY-SA-4.0"
@@ -80,21 +80,24 @@ _PRODUCT = "$-1$"
 _SOLUTION = "SLN"
 
 
-def read(path: Path) -> Records:
-    """Return the records of a file, or of the splits in a folder: train, valid, test.
+def files(folder: Path) -> list[Path]:
+    """Return the splits in a folder: train, valid, test.
 
     Raises:
-        DocumentError: the folder holds no split, or a single file is not a list of records.
+        DocumentError: the folder holds no split.
     """
-    if not path.is_dir():
-        return _file(path)
-    files = [path / name for name in FILES if (path / name).is_file()]
-    if not files:
-        raise DocumentError(path, "", f"holds none of {', '.join(FILES)}")
-    return from_files(path, files, _file)
+    splits = [folder / name for name in FILES if (folder / name).is_file()]
+    if not splits:
+        raise DocumentError(folder, "", f"holds none of {', '.join(FILES)}")
+    return splits
 
 
-def _file(file: Path) -> Records:
+def read(file: Path, folder: Path) -> Records:  # noqa: ARG001 -- a record's place is the file's name and its number
+    """Return the records of a file.
+
+    Raises:
+        DocumentError: the file is not a list of records.
+    """
     for number, data in enumerate(_records(file)):
         yield record(f"{file.name}:{number}", partial(_experiment, data))
 

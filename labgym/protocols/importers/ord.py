@@ -12,7 +12,7 @@ from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Atmosphere, Keep, Role, Verb
 from labgym.protocols.importers.ord_files import BINARY, JSON, PARQUET, TEXT, reactions
-from labgym.protocols.importers.records import Records, UnreadableError, from_files, holding, record, slug
+from labgym.protocols.importers.records import Records, UnreadableError, holding, record, slug
 from labgym.quantities import BASE, SYMBOLS, Dimension, convert
 
 LICENSE = "CC-BY-SA-4.0"
@@ -58,33 +58,33 @@ _BY_DESCRIPTION: tuple[tuple[str, Verb], ...] = (
 """Verbs of work-ups of the kind CUSTOM, by a word of their description."""
 
 
-def read(path: Path) -> Records:
-    """Return the reactions of a dataset, or of all datasets below a folder in the order of their names.
-
-    A reaction with a value that the schema does not know becomes a rejection.
+def files(folder: Path) -> list[Path]:
+    """Return all datasets below a folder in the order of their names.
 
     Raises:
-        DocumentError: the folder holds no datasets, or a single file is not a dataset.
+        DocumentError: the folder holds no datasets.
+    """
+    datasets = sorted(file for file in folder.rglob("*") if file.is_file() and _suffix(file))
+    if not datasets:
+        kinds = ", ".join((*BINARY, *TEXT, *JSON, *PARQUET))
+        raise DocumentError(folder, "", f"holds no ORD datasets ({kinds}, or gzipped)")
+    return datasets
+
+
+def read(file: Path, folder: Path) -> Records:  # noqa: ARG001 -- a record's place is the file's name and its number
+    """Return the reactions of a dataset. A reaction with a value that the schema does not know becomes a rejection.
+
+    Raises:
+        DocumentError: the file is not a dataset.
         MissingDependencyError: protobuf, or pyarrow for Parquet, is not installed.
     """
-    if not path.is_dir():
-        yield from _file(path)
-        return
-    files = sorted(file for file in path.rglob("*") if file.is_file() and _suffix(file))
-    if not files:
-        kinds = ", ".join((*BINARY, *TEXT, *JSON, *PARQUET))
-        raise DocumentError(path, "", f"holds no ORD datasets ({kinds}, or gzipped)")
-    yield from from_files(path, files, _file)
+    for number, parse in enumerate(reactions(file)):
+        yield record(f"{file.name}:{number}", partial(_parsed, parse, file, number))
 
 
 def _suffix(path: Path) -> str:
     name = path.name.lower().removesuffix(".gz")
     return next((s for s in (*BINARY, *TEXT, *JSON, *PARQUET) if name.endswith(s)), "")
-
-
-def _file(path: Path) -> Records:
-    for number, parse in enumerate(reactions(path)):
-        yield record(f"{path.name}:{number}", partial(_parsed, parse, path, number))
 
 
 def _parsed(parse: Callable[[], Any], path: Path, number: int) -> Experiment:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -21,13 +21,12 @@ class UnreadableError(Exception):
     """A record cannot be expressed as the actions of an experiment; the message says why."""
 
 
-def from_files(folder: Path, files: Sequence[Path], read: Callable[[Path], Records]) -> Records:
-    """Return the records of the files of a folder; a file that cannot be read becomes a rejection."""
-    for file in files:
-        try:
-            yield from read(file)
-        except DocumentError as error:
-            yield Rejection(str(file.relative_to(folder)), str(error))
+def from_file(file: Path, folder: Path, read: Callable[[Path, Path], Records]) -> Records:
+    """Return the records of a file of a folder; if it cannot be read, the last one is a rejection that says why."""
+    try:
+        yield from read(file, folder)
+    except DocumentError as error:
+        yield Rejection(str(file.relative_to(folder)), str(error))
 
 
 def record(place: str, build: Callable[[], Experiment]) -> Experiment | Rejection:

@@ -19,7 +19,7 @@ from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
 from labgym.protocols.experiments.model import Role, Verb
 from labgym.protocols.importers.markup import read_xml
-from labgym.protocols.importers.records import Records, UnreadableError, from_files, holding, record, slug
+from labgym.protocols.importers.records import Records, UnreadableError, holding, record, slug
 from labgym.quantities import ROOM_TEMPERATURE, value_of
 
 SUFFIXES = (".xdl", ".xml")
@@ -68,23 +68,31 @@ class _ActionList:
             self.uses.setdefault(portion.name, set()).add(verb)
 
 
-def read(path: Path, product: str = "") -> Records:
-    """Return the experiment of an XDL file, or those of the files in a folder in the order of their names.
-
-    Args:
-        path: file or folder.
-        product: name of the product of files that do not state one; "{stem}" stands for the file's name without suffix.
+def files(folder: Path) -> list[Path]:
+    """Return the XDL files below a folder in the order of their names.
 
     Raises:
-        DocumentError: the folder holds no XDL files, or a single file is not XDL.
+        DocumentError: the folder holds no XDL files.
     """
-    if not path.is_dir():
-        yield _file(path, path.name, product)
-        return
-    files = sorted(file for file in path.rglob("*") if file.suffix.lower() in SUFFIXES and file.is_file())
-    if not files:
-        raise DocumentError(path, "", f"holds no XDL files ({', '.join(SUFFIXES)})")
-    yield from from_files(path, files, lambda file: iter((_file(file, str(file.relative_to(path)), product),)))
+    listed = sorted(file for file in folder.rglob("*") if file.suffix.lower() in SUFFIXES and file.is_file())
+    if not listed:
+        raise DocumentError(folder, "", f"holds no XDL files ({', '.join(SUFFIXES)})")
+    return listed
+
+
+def read(file: Path, folder: Path, product: str = "") -> Records:
+    """Return the experiment of an XDL file.
+
+    Args:
+        file: the file.
+        folder: folder that its place is relative to.
+        product: name of the product of a file that does not state one; "{stem}" stands for the file's name without
+            suffix.
+
+    Raises:
+        DocumentError: the file is not XDL.
+    """
+    yield _file(file, str(file.relative_to(folder)), product)
 
 
 def _file(path: Path, place: str, product: str) -> Experiment | Rejection:

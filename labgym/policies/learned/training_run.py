@@ -1,0 +1,66 @@
+"""A training run as a run: what decides its weights, and how it is resumed and finished."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from labgym.documents import Document
+from labgym.policies.data import load_manifest
+from labgym.policies.learned.weights import CONFIG, WEIGHTS
+from labgym.runs import RunFolder, RunIdentity
+
+CHECKPOINT, HISTORY, TIMES = "checkpoint.pt", "history.jsonl", "times.jsonl"
+"""State of a training run, losses by epoch, and seconds by epoch; the last differ between runs."""
+OUTPUTS = (CONFIG, WEIGHTS, HISTORY)
+
+
+@contextmanager
+def planner_run(
+    policy: str, data: str | Path, out: str | Path, config: Document, fresh: bool = False
+) -> Iterator[RunFolder | None]:
+    """Open the folder of a planner's training run; yield None if the run is finished.
+
+    Write `OUTPUTS` in this context: at its end they get the hashes of the manifest, and the checkpoint is removed.
+
+    Args:
+        policy: name of the policy.
+        data: folder of the dataset, which is identified by its manifest.
+        out: folder of the run.
+        config: options of the run.
+        fresh: move aside what the folder holds and start anew.
+
+    Raises:
+        OptionError: the folder is in use, or holds another run or other files; or the dataset is unfinished.
+        DocumentError: the dataset's manifest cannot be read, or an output of a finished run was changed.
+    """
+    options = config.to_json()
+    inputs = {name: options[name] for name in options if name not in ("schema", "training")} | options["training"]
+    identity = train_identity(policy, dataset=load_manifest(data).digest, **inputs)
+    with RunFolder.open(out, identity, fresh) as run:
+        if run.finished:
+            yield None
+        else:
+            yield run
+            finish(run, OUTPUTS)
+        (run.path / CHECKPOINT).unlink(missing_ok=True)
+
+
+def train_identity(policy: str, packages: Sequence[str] = (), **inputs: Any) -> RunIdentity:
+    """Return the identity of a training run.
+
+    Args:
+        policy: name of the policy.
+        packages: packages besides numpy and torch whose versions decide the weights.
+        inputs: everything else that decides them.
+    """
+    versions = {name: metadata.version(name) for name in ("numpy", "torch", *packages)}
+    return RunIdentity.of("train", policy=policy, versions=versions, **inputs)
+
+
+def finish(run: RunFolder, names: Sequence[str]) -> None:
+    """Write the manifest of a training run, with the files of these names."""
+    run.finish({name: (run.path / name).read_bytes() for name in names})
