@@ -128,6 +128,7 @@ def evaluate(
             driver.privileged,
             driver.observation,
             source.options,
+            {layout.id: episode_keys(layout, suite) for layout in layouts},
         )
         fingerprint = None if out is None else policy_fingerprint(policy, source, label, driver.files())
         if not here:
@@ -156,11 +157,7 @@ class _Run:
     privileged: bool
     sensors: Sensors
     options: dict[str, Any]
-
-    @cached_property
-    def episodes(self) -> dict[str, tuple[Key, ...]]:
-        """Episodes of each layout by id."""
-        return {layout.id: episode_keys(layout, self.suite) for layout in self.layouts}
+    episodes: dict[str, tuple[Key, ...]]
 
     def identity(self, policy: PolicyFingerprint) -> RunIdentity:
         """Return the identity of the evaluation in a folder."""
