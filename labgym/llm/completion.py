@@ -76,7 +76,7 @@ def validated(text: str, answer: type[Answer], where: str) -> Answer:
         LanguageModelError: the text is not JSON, or does not satisfy `answer`.
     """
     try:
-        return answer.model_validate(parse_json(_unfenced(text).encode("utf-8"), "reply"))
+        return answer.model_validate(parse_json(_unfenced(text).encode("utf-8", "replace"), "reply"))
     except ValidationError as error:
         problem = str(document_error("reply", error))
     except DocumentError as error:

@@ -14,6 +14,7 @@ import pytest
 import trimesh
 
 from labgym.assets.meshes import LIMITS, MeshError, read_mesh
+from labgym.assets.meshes.isolated import memory_for
 from labgym.errors import UnknownNameError
 
 TRIANGLE = """def Mesh "Body" {
@@ -383,3 +384,15 @@ def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe.usda")
     refused(tmp_path / "pipe.usda", "not a regular file")
     refused(stage(tmp_path / "a.usda", 'def "X" (references = @./pipe.usda@) {\n}'), "pipe.usda")
+
+
+def test_the_memory_for_a_usd_file_grows_with_the_files_that_it_may_be_composed_of(tmp_path):
+    (tmp_path / "a.usda").write_text("#usda 1.0\n")
+    assert memory_for(tmp_path / "a.usda") < 1.6 * 2**30  # of which its libraries take 1.2
+    (tmp_path / "parts").mkdir()
+    with (tmp_path / "parts" / "payload.usdc").open("wb") as stream:
+        stream.truncate(100_000_000)
+    assert 2.4e9 < memory_for(tmp_path / "a.usda") - 1.5 * 2**30 < 2.5e9
+    with (tmp_path / "parts" / "payload.usdc").open("wb") as stream:
+        stream.truncate(1_000_000_000)
+    assert memory_for(tmp_path / "a.usda") == LIMITS.memory

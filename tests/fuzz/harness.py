@@ -119,7 +119,7 @@ def _measured(read: Any, place: Path, baseline: int) -> tuple[str, bool]:
 
 
 def _isolated(read: Any, place: Path, baseline: int) -> tuple[str, bool]:
-    """Return the same of a case that is read in a process of its own, whose crash labgym reports as an error."""
+    """Return the same of a case that is read in a separate process, whose crash labgym reports as an error."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:

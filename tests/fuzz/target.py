@@ -21,7 +21,8 @@ class Target:
             run is made from None and must be accepted.
         read: reads a case from its folder as a user of labgym does; may raise LabgymError and nothing else.
         imports: modules that it takes long to import.
-        isolated: labgym reads these files in a process of its own, which may crash; so does the test.
+        isolated: labgym reads these files in a separate process, which may crash; so does the test.
+        share: share of the cases; several targets may be one loader.
     """
 
     name: str
@@ -29,3 +30,4 @@ class Target:
     read: Callable[[Path], object]
     imports: tuple[str, ...] = ()
     isolated: bool = False
+    share: float = 1.0

@@ -19,6 +19,10 @@ from labgym.documents import Document
 from labgym.layouts import Layout, load_published, published
 
 ROOT = Path(__file__).resolve().parents[3]
+PACKAGED = re.compile(
+    r"labgym\.(assets\.(?!catalog|forge)|layouts\.(habits|splits)|protocols\.(synthesis|refusals|language)|eval\.reports)"
+)
+"""Documents that labgym reads from its own package only."""
 FOLDERS = ("assets", "layouts", "policies", "eval")
 
 
@@ -51,7 +55,10 @@ def files() -> dict[str, list[Any]]:
 def targets() -> Iterator[Target]:
     """Yield a target for each kind of document."""
     for name, kind in kinds().items():
-        yield Target(f"document {name.removeprefix('labgym.')}", partial(_prepare, kind), partial(_read, kind))
+        share = 0.25 if PACKAGED.match(name) else 0.5
+        yield Target(
+            f"document {name.removeprefix('labgym.')}", partial(_prepare, kind), partial(_read, kind), share=share
+        )
 
 
 def _prepare(kind: type[Document]) -> Callable[[Random | None], Case]:

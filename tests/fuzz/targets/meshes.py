@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import resource
 import struct
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from fuzz.harness import MAX_GROWTH, memory
 from fuzz.mutation import HOSTILE, mutated_bytes, mutated_data, mutated_file, mutated_json, mutated_text, mutated_zip
 from fuzz.target import Case, Target
 from labgym.assets import archive
@@ -113,16 +115,16 @@ def Xform "Thing" (
 def targets() -> Iterator[Target]:
     """Yield a target for each format."""
     yield Target("mesh obj", lambda: _obj, _read_first)
-    yield Target("mesh mtl", lambda: _mtl, _read_first)
-    yield Target("mesh stl text", _stl_text, _read_first)
-    yield Target("mesh stl binary", _stl_binary, _read_first)
-    yield Target("mesh glb container", partial(_glb, False), _read_first)
-    yield Target("mesh glb header", partial(_glb, True), _read_first)
+    yield Target("mesh mtl", lambda: _mtl, _read_first, share=0.5)
+    yield Target("mesh stl text", _stl_text, _read_first, share=0.5)
+    yield Target("mesh stl binary", _stl_binary, _read_first, share=0.5)
+    yield Target("mesh glb container", partial(_glb, False), _read_first, share=0.5)
+    yield Target("mesh glb header", partial(_glb, True), _read_first, share=0.5)
     for kind in ("usda", "usdc", "usdz"):
-        yield Target(f"mesh {kind} container", partial(_usd, kind, False), _read_stage, ("pxr.UsdGeom",), True)
-        yield Target(f"mesh {kind} content", partial(_usd, kind, True), _read_stage, ("pxr.UsdGeom",), True)
-    yield Target("geometry npz container", partial(_npz, False), _unpack)
-    yield Target("geometry npz content", partial(_npz, True), _unpack)
+        yield Target(f"mesh {kind} container", partial(_usd, kind, False), _read_stage, ("pxr.UsdGeom",), True, 0.2)
+        yield Target(f"mesh {kind} content", partial(_usd, kind, True), _read_stage, ("pxr.UsdGeom",), True, 0.2)
+    yield Target("geometry npz container", partial(_npz, False), _unpack, share=0.5)
+    yield Target("geometry npz content", partial(_npz, True), _unpack, share=0.5)
     yield Target("catalog folder", _catalog, _load_catalog)
 
 
@@ -139,6 +141,8 @@ def _read_stage(folder: Path) -> None:
     from labgym.assets.meshes.worker import pack
 
     (path,) = folder.iterdir()
+    room = memory("VmSize") + MAX_GROWTH
+    resource.setrlimit(resource.RLIMIT_AS, (room, room))
     try:
         content = pack(read_stage(path, LIMITS))
     except LabgymError:
@@ -225,7 +229,7 @@ def _usd(kind: str, inside: bool) -> Callable[[Random | None], Case]:
 
 def _exported(text: str, kind: str) -> bytes | None:
     """Return a text as a file of a kind, or None if it is no USD layer."""
-    from pxr import Sdf, Usd
+    from pxr import Sdf, UsdUtils
 
     layer = Sdf.Layer.CreateAnonymous(".usda")
     try:
@@ -238,8 +242,7 @@ def _exported(text: str, kind: str) -> bytes | None:
     place, package = Path("seed.usdc").absolute(), Path("seed.usdz").absolute()
     layer.Export(str(place))
     if kind == "usdz":
-        with Usd.ZipFileWriter.CreateNew(str(package)) as writer:
-            writer.AddFile(str(place), "a.usdc")
+        UsdUtils.CreateNewUsdzPackage(str(place), str(package))
     return (package if kind == "usdz" else place).read_bytes()
 
 

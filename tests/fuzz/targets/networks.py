@@ -34,18 +34,18 @@ ZEROS = {
 def targets() -> Iterator[Target]:
     """Yield a target for each kind of file."""
     for name in ("navdp", "iplanner"):
-        yield Target(f"weights {name}", partial(_weights, name), partial(_policy, name), TORCH)
+        yield Target(f"weights {name}", partial(_weights, name), partial(_policy, name), TORCH, share=0.5)
     yield Target("weights ppo", partial(_weights, "ppo"), partial(_policy, "ppo"), TORCH)
-    yield Target("checkpoint container", partial(_checkpoint, False), _resume, TORCH)
-    yield Target("checkpoint content", partial(_checkpoint, True), _resume, TORCH)
-    yield Target("onnx container", partial(_onnx, False), partial(_file, "a.onnx"), ("onnxruntime",))
-    yield Target("onnx graph", partial(_onnx, True), partial(_file, "a.onnx"), ("onnxruntime",))
-    yield Target("torchscript container", partial(_torchscript, False), partial(_file, "a.pt"), TORCH)
-    yield Target("torchscript members", partial(_torchscript, True), partial(_file, "a.pt"), TORCH)
-    yield Target("sb3 container", partial(_sb3, False), partial(_file, "a.zip"), SB3)
-    yield Target("sb3 members", partial(_sb3, True), partial(_file, "a.zip"), SB3)
-    yield Target("dataset container", partial(_dataset, False), _load_dataset, ("pyarrow.parquet",))
-    yield Target("dataset content", partial(_dataset, True), _load_dataset, ("pyarrow.parquet",))
+    yield Target("checkpoint container", partial(_checkpoint, False), _resume, TORCH, share=0.5)
+    yield Target("checkpoint content", partial(_checkpoint, True), _resume, TORCH, share=0.5)
+    yield Target("onnx container", partial(_onnx, False), partial(_file, "a.onnx"), ("onnxruntime",), share=0.5)
+    yield Target("onnx graph", partial(_onnx, True), partial(_file, "a.onnx"), ("onnxruntime",), share=0.5)
+    yield Target("torchscript container", partial(_torchscript, False), partial(_file, "a.pt"), TORCH, share=0.5)
+    yield Target("torchscript members", partial(_torchscript, True), partial(_file, "a.pt"), TORCH, share=0.5)
+    yield Target("sb3 container", partial(_sb3, False), partial(_file, "a.zip"), SB3, share=0.5)
+    yield Target("sb3 members", partial(_sb3, True), partial(_file, "a.zip"), SB3, share=0.5)
+    yield Target("dataset container", partial(_dataset, False), _load_dataset, ("pyarrow.parquet",), share=0.5)
+    yield Target("dataset content", partial(_dataset, True), _load_dataset, ("pyarrow.parquet",), share=0.5)
 
 
 @cache
@@ -296,7 +296,7 @@ def _dataset(inside: bool) -> Callable[[Random | None], Case]:
     import pyarrow.parquet as pq
 
     from labgym.policies.data.columns import depth_png, jpeg, map_schema, sample_schema
-    from labgym.policies.data.manifest import DataOptions, DatasetLayout, DatasetManifest, Shard
+    from labgym.policies.data.manifest import DataOptions, DatasetLayout, DatasetManifest, DatasetShard
 
     row = {
         "index": 0,
@@ -334,7 +334,7 @@ def _dataset(inside: bool) -> Callable[[Random | None], Case]:
             columns={},
             map_columns={},
             complete=True,
-            shards=(Shard(index=0, samples=4, layouts=(layout,), files=digests),),
+            shards=(DatasetShard(index=0, samples=4, layouts=(layout,), files=digests),),
         )
         return json.dumps(document.to_json()).encode()
 

@@ -85,10 +85,10 @@ def targets() -> Iterator[Target]:
     yield Target("import openexp", lambda: _openexp, partial(_import, "openexp"))
     yield Target("import ord text", lambda: partial(_text, "a.pbtxt", ORD), partial(_import, "ord"))
     yield Target("import ord json", _ord_json, partial(_import, "ord"))
-    yield Target("import ord binary container", partial(_ord_binary, False), partial(_import, "ord"))
-    yield Target("import ord binary fields", partial(_ord_binary, True), partial(_import, "ord"))
-    yield Target("import ord parquet container", partial(_ord_parquet, False), partial(_import, "ord"))
-    yield Target("import ord parquet content", partial(_ord_parquet, True), partial(_import, "ord"))
+    yield Target("import ord binary container", partial(_ord_binary, False), partial(_import, "ord"), share=0.5)
+    yield Target("import ord binary fields", partial(_ord_binary, True), partial(_import, "ord"), share=0.5)
+    yield Target("import ord parquet container", partial(_ord_parquet, False), partial(_import, "ord"), share=0.5)
+    yield Target("import ord parquet content", partial(_ord_parquet, True), partial(_import, "ord"), share=0.5)
     yield Target("experiments", _experiments, lambda folder: read_experiments(folder))
 
 

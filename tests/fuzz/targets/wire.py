@@ -199,7 +199,7 @@ def _text(rng: Random | None) -> Case:
 
 
 def _validate(folder: Path) -> None:
-    validated((folder / "text").read_bytes().decode("utf-8", "surrogateescape"), Answer, "")
+    validated((folder / "text").read_bytes().decode("utf-8", "replace"), Answer, "")
 
 
 def _environment(rng: Random | None) -> Case:
