@@ -79,7 +79,7 @@ class RunConfig:
             UnknownNameError: a profile, a protocol or a policy does not exist.
         """
         from labgym.layouts.rules.thresholds import profile
-        from labgym.policies import make_policy
+        from labgym.policies.process import PolicyProcess, PolicySource
         from labgym.protocols import resolve
 
         if self.workers < 0 or self.views < 0:
@@ -90,4 +90,4 @@ class RunConfig:
         for protocol in self.protocols:
             resolve(protocol)
         for policy in self.policies:
-            make_policy(policy).close()
+            PolicyProcess(PolicySource.named(policy)).close()

@@ -6,16 +6,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import LabgymError
-from labgym.layouts import Layout
-from labgym.navigation import GoalPair, Pose
 from labgym.policies.options import PolicyOptions
+
+if TYPE_CHECKING:
+    from labgym.layouts import Layout
+    from labgym.navigation import GoalPair, Pose
 
 Observation = Mapping[str, NDArray[Any]]
 Sensors = Literal["lidar", "depth", "rgbd"]

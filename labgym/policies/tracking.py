@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,7 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import OptionError
 from labgym.geometry import rotate, wrap_angle
-from labgym.navigation import Pose
+
+if TYPE_CHECKING:
+    from labgym.navigation import Pose
 
 Array = NDArray[np.float64]
 

@@ -6,6 +6,7 @@ It runs no code of a policy: what loaders and episodes do cannot change how they
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
 import os
 import select
@@ -74,10 +75,14 @@ class _Host:
         kill_all(lambda table: descendants(os.getpid(), table))
 
     def _answer(self, kind: bytes, content: bytes, descriptor: int | None) -> None:
-        number = int(content)
         if kind == START and descriptor is not None:
-            send_answer(self._link, Answer(FACTS, json.dumps(self._start(descriptor, number)).encode()))
+            limit, *modules = json.loads(content)
+            for module in modules:
+                with contextlib.suppress(Exception):  # the loader reports it
+                    importlib.import_module(module)
+            send_answer(self._link, Answer(FACTS, json.dumps(self._start(descriptor, limit)).encode()))
             return
+        number = int(content)
         exceeded = self._exceeded.pop(number, 0)
         if number in self._limits:
             self._end(number, with_loader=kind == STOP)

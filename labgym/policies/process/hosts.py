@@ -10,7 +10,8 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from labgym.errors import LabgymError
 from labgym.policies.process.host import END, START, STOP
@@ -21,7 +22,7 @@ INSIDE = "LABGYM_POLICY_PROCESS"
 """Environment variable that is set in the processes of policies."""
 LAUNCHER = "LABGYM_POLICY_LAUNCHER"
 """Environment variable with a command that starts the processes of policies, such as "qemu-x86_64 -cpu Haswell"."""
-START_SECONDS = 120.0
+START_SECONDS = 300.0
 ANSWER_SECONDS = 30.0
 
 
@@ -71,18 +72,18 @@ class PolicyHost:
                 env=variables,
                 start_new_session=True,
             )
-        self._wait = START_SECONDS
 
     @property
     def alive(self) -> bool:
         """Whether the process runs."""
         return self._process.poll() is None
 
-    def start_loader(self, memory: int) -> tuple[int, socket.socket]:
+    def start_loader(self, memory: int, modules: Sequence[str] = ()) -> tuple[int, socket.socket]:
         """Return the process id of a new loader and a link to it.
 
         Args:
             memory: largest memory of the loader and of each of its episodes, bytes.
+            modules: names of modules of labgym that the host imports first.
 
         Raises:
             HostError: the host does not answer.
@@ -90,7 +91,7 @@ class PolicyHost:
         ours, theirs = socket.socketpair()
         try:
             with theirs:
-                return self._ask(START, memory, theirs.fileno()), ours
+                return self._ask(START, [memory, *modules], theirs.fileno()), ours
         except HostError:
             ours.close()
             raise
@@ -120,12 +121,14 @@ class PolicyHost:
             self._process.kill()
             self._process.wait()
 
-    def _ask(self, kind: bytes, number: int, descriptor: int | None = None) -> int:
+    def _ask(self, kind: bytes, content: int | list[Any], descriptor: int | None = None) -> int:
         with self._lock:
             try:
-                self._link.settimeout(self._wait)
-                send_request(self._link, kind, str(number).encode(), descriptor)
-                answer = receive_answer(self._link, self._wait)
+                # The host may import modules before it starts a loader.
+                seconds = START_SECONDS if kind == START else ANSWER_SECONDS
+                self._link.settimeout(seconds)
+                send_request(self._link, kind, json.dumps(content).encode(), descriptor)
+                answer = receive_answer(self._link, seconds)
                 value = json.loads(answer.content) if answer.status == FACTS else None
             except (OSError, ValueError, ClosedError, GarbageError) as error:
                 self._process.kill()
@@ -134,7 +137,6 @@ class PolicyHost:
                 ) from None
             if not isinstance(value, int):
                 raise HostError("the host of policies gave an invalid answer")
-            self._wait = ANSWER_SECONDS
             return value
 
 

@@ -12,7 +12,6 @@ import sys
 import time
 from dataclasses import dataclass
 
-from labgym.assets import Catalog
 from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import Policy
 from labgym.policies.process import linux
@@ -74,11 +73,18 @@ def _loaded(request: LoadRequest) -> Policy:
     policy = source.make()
     pin_torch()
     if policy.privileged:
-        # Layouts refer to it; loaded here, it is shared by all episodes.
-        Catalog.load()
+        _prepare_for_maps()
     gc.collect()
     gc.freeze()
     return policy
+
+
+def _prepare_for_maps() -> None:
+    """Import here, for all episodes, what the map of an episode refers to."""
+    import labgym.layouts  # noqa: F401 - layouts are unpickled in the episodes
+    from labgym.assets import Catalog
+
+    Catalog.load()
 
 
 def _serve_episodes(link: socket.socket, policy: Policy, single_use: bool) -> None:

@@ -168,7 +168,7 @@ class _LoadedProcess:
     def __init__(self, source: PolicySource, limits: ProcessLimits, environment: Mapping[str, str]) -> None:
         self._limits = limits
         self._host: PolicyHost = host_with(environment)
-        self._loader, self._link = self._host.start_loader(limits.memory_bytes)
+        self._loader, self._link = self._host.start_loader(limits.memory_bytes, source.shared_modules)
         self._episode: socket.socket | None = None
         self.usable = True
         try:

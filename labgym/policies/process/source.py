@@ -22,7 +22,7 @@ from labgym.policies.process.attachments import (
     module_attachments,
     write_attachments,
 )
-from labgym.policies.registry import make_policy, policy_place
+from labgym.policies.registry import BUILT_IN, make_policy, policy_place
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,17 @@ class PolicySource:
             named = [self.name, *(value for value in self.options.values() if isinstance(value, str))]
             modules = (policy_place(self.name).partition(":")[0],)
         return replace(self, attachments=(*module_attachments(modules), *file_attachments(named, files)))
+
+    @property
+    def shared_modules(self) -> tuple[str, ...]:
+        """Names of the modules of a built-in policy, which the host may import once for all its processes.
+
+        Modules that need an extra are left out: they may start threads, with which a process cannot be forked.
+        """
+        entry = BUILT_IN.get(self.name) if self.pickled is None else None
+        if entry is None or entry.extra:
+            return ()
+        return (entry.place.partition(":")[0], *(("labgym.layouts",) if entry.sees == "map" else ()))
 
     def make(self) -> Policy:
         """Return a new policy, or a copy of the object.
