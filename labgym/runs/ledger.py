@@ -6,7 +6,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +59,7 @@ class Ledger:
 
     def append(self, entry: LedgerEntry) -> None:
         """Append a line for a finished shard."""
-        line = json.dumps(asdict(entry), ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
+        line = json.dumps(vars(entry), ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
         if self._handle is None:
             self._handle = os.open(self._path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
             size = os.fstat(self._handle).st_size
