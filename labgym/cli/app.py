@@ -22,6 +22,7 @@ from labgym import __version__
 from labgym.cli.arguments import (
     THIS_PROCESS,
     Execution,
+    ExecutorArguments,
     Folders,
     LayoutName,
     OptionalPath,
@@ -51,12 +52,25 @@ GROUPS = {"assets": assets_app, "protocols": protocols_app}
 
 
 @app.command
-def run(config: OmitArgPrefixes[RunConfig]) -> int:
-    """Run the whole pipeline: layouts, scenes, episodes, two tables, pictures and a report."""
+def run(
+    config: OmitArgPrefixes[RunConfig],
+    executor: Literal["local", "dask", "slurm"] = "local",
+    scheduler: OptionalText = None,
+    slurm: PolicyOptions = (),
+) -> int:
+    """Run the whole pipeline: layouts, scenes, episodes, two tables, pictures and a report.
+
+    Args:
+        executor: Where layouts are made and policies drive: local processes, the Dask cluster of --scheduler, or Slurm
+            jobs (docs/scale.md). Pictures are drawn in local processes.
+        scheduler: Address of the Dask scheduler, such as tcp://127.0.0.1:8786.
+        slurm: Parameters of the Slurm jobs by submitit's names, such as slurm_partition=cpu timeout_min=60.
+    """
     from labgym.pipeline.run import run_pipeline
 
     allow_local_modules()
-    outcome = run_pipeline(config)
+    execution = ExecutorArguments(config.processes, executor, scheduler, slurm)
+    outcome = run_pipeline(config, execution.options())
     for table in outcome.tables:
         print(f"\n{table.text()}\n")
     for reason in outcome.left_out:

@@ -35,11 +35,16 @@ class RunOutcome:
     left_out: tuple[str, ...] = ()
 
 
-def run_pipeline(config: RunConfig) -> RunOutcome:
+def run_pipeline(config: RunConfig, executor: ExecutorOptions | None = None) -> RunOutcome:
     """Make the layouts, evaluate the policies, and write pictures, tables and a report.
 
     Work that the folder already holds is kept; an interrupted run resumes. Each evaluation has its folder and
     its identity, so that a later run of the same layouts may show other policies.
+
+    Args:
+        config: the options of the run.
+        executor: where layouts are made and policies drive; by default in `config.workers` local processes, which also
+            draw the pictures.
 
     Raises:
         UnknownNameError: a policy, a protocol or a profile does not exist.
@@ -49,17 +54,18 @@ def run_pipeline(config: RunConfig) -> RunOutcome:
     config.check()
     policies, left_out = config.runnable()
     jobs = layout_jobs(config.seed, config.profile, config.protocols)
-    executor = ExecutorOptions(workers=config.processes)
+    here = ExecutorOptions(workers=config.processes)
+    executor = executor or here
     with RunFolder.open(config.folder, _identity(config, jobs), config.fresh) as folder:
         layouts = make_layouts(jobs, folder, executor)
         suite = SPLIT if config.seed is None and not config.protocols else layouts
         reports = [
-            evaluate(policy, suite, workers=config.processes, out=folder.path / "navigation" / folder_name(policy))
+            evaluate(policy, suite, out=folder.path / "navigation" / folder_name(policy), executor=executor)
             for policy in policies
         ]
-        results = ResultsFolder.read(folder.path, policies)
-        pictures = draw_pictures(results, executor, folder)
-        render_views(results, executor, folder, config.views)
+        results = ResultsFolder.read(folder.path, [report.summary.policy for report in reports])
+        pictures = draw_pictures(results, here, folder)
+        render_views(results, here, folder, config.views)
         folder.finish({}, unlisted=(PICTURES, VIEWS))
         tables, paths = _write(results, pictures)
     problems = tuple(

@@ -2,10 +2,12 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
 from pathlib import Path
 
 import mujoco
 import pytest
+from runs import killing
 
 from labgym.artefacts import artefacts
 from labgym.cli import main
@@ -159,6 +161,26 @@ def test_an_unknown_protocol_is_refused_before_anything_is_made(tmp_path):
     with pytest.raises(UnknownNameError, match="sub_99"):
         run_pipeline(RunConfig(out=tmp_path / "r", protocols=("sub_99",)))
     assert not (tmp_path / "r").exists()
+
+
+@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGKILL])
+def test_a_run_that_is_killed_in_its_stages_resumes_to_the_same_files(tmp_path, by):
+    def words(out):
+        options = ["--policies", "straight", "--views", "0", "--workers", "2"]
+        return ["run", "--out", str(out), "--protocols", PROTOCOL, "sub_01", *options]
+
+    def files(out):
+        return killing.tree(out, (*killing.APART, "tables.txt", "tables.md", "report.html"))  # These hold times.
+
+    killing.run(words(tmp_path / "undisturbed"))
+    out = tmp_path / "run"
+    for ledger in ("ledger.jsonl", "navigation/straight/ledger.jsonl"):
+        seen = killing.kill(words(out), out, by, killing.lines(out / ledger, 1))
+        assert seen.returncode in (-by, 128 + by, 0)
+        assert seen.survivors == ()
+    killing.run(words(out))
+    assert files(out) == files(tmp_path / "undisturbed")
+    assert killing.temporary_files(out) == []
 
 
 def test_the_command_prints_both_tables_and_where_everything_is(config, outcome, capsys):
