@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -97,11 +96,11 @@ def _local(options: ExecutorOptions, _: Path) -> Iterator[Workers]:
     if options.workers == 1:
         yield Workers(ThisProcess(), lambda: 1)
         return
-    from labgym.runs.local_pool import LocalPool
+    from labgym.runs.local_pool import LocalPool, WorkerLostError
 
     pool = LocalPool(options.workers)
     try:
-        yield Workers(pool, lambda: options.workers, (BrokenProcessPool,))
+        yield Workers(pool, lambda: options.workers, (WorkerLostError,))
     finally:
         pool.shutdown(cancel_futures=True)
 

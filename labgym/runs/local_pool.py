@@ -5,82 +5,130 @@ from __future__ import annotations
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
+from queue import SimpleQueue
+from threading import Lock
 from typing import Any
 
-from labgym.runs.orphans import begin_worker, kill_worker
+from labgym.runs.orphans import kill_worker
+from labgym.runs.worker import serve
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 """Set to 1 in workers: the cores are shared by processes, and sums do not depend on the number of cores."""
 
 
-class LocalPool(Executor):
-    """Worker processes, each with one task at a time, so that the task of a dead worker is known.
+class WorkerLostError(Exception):
+    """A worker died during a task, or the pool was closed."""
 
-    A worker that dies is replaced when the next task is submitted; its future raises BrokenProcessPool.
+
+class LocalPool(Executor):
+    """Worker processes, each with one task at a time and a separate pipe.
+
+    A worker that dies is replaced for the next task; the future of its task raises WorkerLostError. In the pool of the
+    standard library, a worker that is killed while it writes a result blocks the reader for ever, because the reader
+    also holds the other end of the pipe.
 
     Args:
         workers: number of processes.
     """
 
     def __init__(self, workers: int) -> None:
-        self._slots = [_Slot() for _ in range(workers)]
+        self._threads = ThreadPoolExecutor(workers, thread_name_prefix="worker")
+        self._lock = Lock()
+        self._closed = False
+        self._alive: set[_Worker] = set()
+        self._idle: SimpleQueue[_Worker | None] = SimpleQueue()
+        for _ in range(workers):
+            self._idle.put(None)
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
-        """Run a call in a worker that is idle; wait for one if none is."""
-        while not (idle := [slot for slot in self._slots if slot.idle]):
-            wait([slot.task for slot in self._slots if slot.task is not None], return_when=FIRST_COMPLETED)
-        return idle[0].submit(function, *arguments, **keywords)
+        """Run a call in the next worker that is idle."""
+        return self._threads.submit(self._call, function, arguments, keywords)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers: after their tasks, or at once with `cancel_futures`."""
-        for slot in self._slots:
-            slot.shutdown(wait, cancel_futures)
+        if cancel_futures:
+            self._kill()
+        self._threads.shutdown(wait, cancel_futures=cancel_futures)
+        if wait:
+            self._kill()
+
+    def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+        worker = self._idle.get()
+        try:
+            if worker is None or not worker.alive:
+                self._discard(worker)
+                worker = self._start()
+            return worker.call(function, arguments, keywords)
+        except WorkerLostError:
+            self._discard(worker)
+            worker = None
+            raise
+        finally:
+            self._idle.put(worker)
+
+    def _start(self) -> _Worker:
+        with self._lock:
+            if self._closed:
+                raise WorkerLostError("the pool is closed")
+            with _one_thread():
+                worker = _Worker()
+            self._alive.add(worker)
+            return worker
+
+    def _discard(self, worker: _Worker | None) -> None:
+        if worker is not None:
+            worker.kill()
+            with self._lock:
+                self._alive.discard(worker)
+
+    def _kill(self) -> None:
+        with self._lock:
+            self._closed = True
+            for worker in self._alive:
+                worker.kill()
 
 
-class _Slot:
-    """A worker process, started with its first task."""
+class _Worker:
+    """A worker process and this end of its pipe. Its own end is closed here, so that its death ends the pipe."""
 
     def __init__(self) -> None:
-        self.task: Future[Any] | None = None
-        self._pool: ProcessPoolExecutor | None = None
+        # Spawned, not forked: OpenGL contexts and thread pools do not survive a fork.
+        context = multiprocessing.get_context("spawn")
+        self._pipe: Connection
+        self._pipe, other = context.Pipe()
+        self._process = context.Process(target=serve, args=(other,))
+        self._process.start()
+        other.close()
 
     @property
-    def idle(self) -> bool:
-        return self.task is None or self.task.done()
+    def alive(self) -> bool:
+        return self._process.is_alive()
 
-    def submit(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Future[Any]:
-        if self.task is not None and isinstance(_error(self.task), BrokenProcessPool):
-            self.shutdown(wait=True, cancel_futures=True)
+    def call(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+        """Run a call in the worker and return its result.
+
+        Raises:
+            WorkerLostError: the worker died.
+            Exception: what the call raised.
+        """
+        task = ForkingPickler.dumps((function, arguments, keywords))
         try:
-            self.task = self._submit(function, *arguments, **keywords)
-        except BrokenProcessPool:  # It died while it was idle.
-            self.shutdown(wait=True, cancel_futures=True)
-            self.task = self._submit(function, *arguments, **keywords)
-        return self.task
+            self._pipe.send_bytes(task)
+            done, result = self._pipe.recv()
+        except (EOFError, OSError) as error:
+            raise WorkerLostError("the worker process died") from error
+        if done:
+            return result
+        raise result
 
-    def _submit(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Future[Any]:
-        if self._pool is None:
-            # Spawned, not forked: OpenGL contexts and thread pools do not survive a fork.
-            context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=begin_worker)
-        with _one_thread():
-            return self._pool.submit(function, *arguments, **keywords)
-
-    def shutdown(self, wait: bool, cancel_futures: bool) -> None:
-        if self._pool is None:
-            return
-        if cancel_futures:
-            for process in list((self._pool._processes or {}).values()):
-                kill_worker(process)
-        self._pool.shutdown(wait, cancel_futures=cancel_futures)
-        self._pool = None
-
-
-def _error(task: Future[Any]) -> BaseException | None:
-    return task.exception() if task.done() and not task.cancelled() else None
+    def kill(self) -> None:
+        kill_worker(self._process)
+        with suppress(ValueError):
+            self._process.join()
 
 
 @contextmanager

@@ -34,6 +34,16 @@ def scaled(number: int, blob: Blob) -> ShardOutput:
     return ShardOutput({}, [number * len(blob.content), blob.digest])
 
 
+def large(log: str, megabytes: int) -> ShardOutput:
+    """Return many bytes; note the worker's id first."""
+    Path(log).write_text(str(os.getpid()))
+    return ShardOutput({"shards/large.bin": b"x" * (megabytes << 20)})
+
+
+def break_down(message: str) -> ShardOutput:
+    raise ZeroDivisionError(message)
+
+
 def refuse(message: str) -> ShardOutput:
     raise OptionError(message)
 

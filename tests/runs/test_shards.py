@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from runs import examples
 
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
+from labgym.runs.local_pool import LocalPool, WorkerLostError
 
 EXPECTED = "".join(f"{number * number}\n" for number in range(20)).encode()
 
@@ -115,6 +117,43 @@ def test_a_shard_that_kills_three_workers_is_an_error_and_the_others_are_kept(tm
     with RunFolder.open(tmp_path / "run", examples.identity()) as folder:
         assert folder.output("square 0") is not None
         assert folder.output("deadly") is None
+
+
+def test_a_worker_that_is_killed_while_it_writes_a_result_is_replaced(tmp_path):
+    log = tmp_path / "pid"
+    pool = LocalPool(1)
+    slow = pool.submit(examples.large, str(log), 1)
+    assert len(slow.result().files["shards/large.bin"]) == 1 << 20
+    pipe = next(iter(pool._alive))._pipe
+    receive, killed = pipe.recv, []
+
+    def after_a_part():
+        assert len(os.read(pipe.fileno(), 1000)) > 0  # The rest of the message does not fit into the pipe's buffer.
+        killed.append(int(log.read_text()))
+        os.kill(killed[0], signal.SIGKILL)
+        return receive()
+
+    pipe.recv = after_a_part
+    with pytest.raises(WorkerLostError):
+        pool.submit(examples.large, str(log), 50).result(60)
+    assert pool.submit(os.getpid).result(60) not in killed
+    pool.shutdown()
+
+
+def test_an_exception_of_a_worker_has_the_traceback_of_the_worker():
+    shards = [Shard(str(number), examples.break_down, ("division",)) for number in range(2)]
+    with pytest.raises(ZeroDivisionError, match="division") as error:
+        list(run_shards(shards, None, ExecutorOptions(workers=2), progress=False))
+    assert "in break_down" in "".join(error.value.__notes__)
+
+
+def test_a_result_that_cannot_be_pickled_is_an_error_and_the_worker_lives():
+    pool = LocalPool(1)
+    pid = pool.submit(os.getpid).result(60)
+    with pytest.raises(Exception, match="pickle"):
+        pool.submit(eval, "lambda: 0").result(60)
+    assert pool.submit(os.getpid).result(60) == pid
+    pool.shutdown()
 
 
 def test_a_worker_with_other_data_is_refused():
