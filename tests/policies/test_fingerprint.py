@@ -341,6 +341,14 @@ def test_a_class_without_a_known_source_is_refused(monkeypatch):
         object_fingerprint(policy)
 
 
+def test_a_class_typed_after_a_script_is_not_taken_for_one_of_the_script(monkeypatch, tmp_path):
+    policy = notebook_policy(monkeypatch, shown=False)
+    (tmp_path / "script.py").write_text("pass")
+    sys.modules["__main__"].__file__ = str(tmp_path / "script.py")
+    with pytest.raises(OptionError, match="source of class 'Cell' is not known"):
+        object_fingerprint(policy)
+
+
 SCRIPT = """
 import json, sys
 from labgym.policies.fingerprint.policy import named_fingerprint, object_fingerprint

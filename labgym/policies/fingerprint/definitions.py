@@ -70,7 +70,8 @@ class Definitions:
         if is_labgym(kind.__module__) or (is_installed(kind.__module__) and kind is not self._counted):
             return [place]
         functions = list(class_functions(kind))
-        if file is not None:
+        typed = functions and all(function.__code__.co_filename.startswith("<") for function in functions)
+        if file is not None and not (typed and kind.__module__ == "__main__"):  # typed after `python -i script.py`
             written = [function for function in functions if Path(function.__code__.co_filename) == file]
             used = {key: item for function in written for key, item in closure_values(function).items()}
             return [place, sources_digest(file, kind.__module__), self._values(used, name), self._attributes(kind)]
