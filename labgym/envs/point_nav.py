@@ -22,6 +22,7 @@ from labgym.envs.view import ChaseView
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.protocols import Protocol
+from labgym.scenes import RayScene
 from labgym.scenes.opengl import QUALITIES, Quality
 
 Observation = dict[str, Any]
@@ -100,6 +101,8 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
     - `width`, `height` (480, 360): size of the "rgb_array" image in pixels.
     - `quality` ("fast"): "fine" renders the "rgb_array" image with shadows and reflections, which takes ten times as
       long without a GPU. Observations do not depend on it.
+    - `exact` (False): readings of lidar and camera that are equal on every processor; otherwise the last bit of ranges
+      depends on the instruction set. Evaluations use exact readings.
 
     `reset(seed=None, options=None)` accepts the options below; everything else is drawn from the seeded generator. If a
     seed is given, the episode depends only on the seed, the options and the arguments: equal seeds and actions give
@@ -155,6 +158,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         width: int = 480,
         height: int = 360,
         quality: Quality = "fast",
+        exact: bool = False,
     ) -> None:
         if observation not in OBSERVATIONS:
             raise UnknownNameError("observation", observation, OBSERVATIONS)
@@ -168,7 +172,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.render_mode = render_mode
         self.observation_space = _observation_space(observation)
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
-        self._observation = observation
+        self._observation, self._exact = observation, exact
         self._tasks = TaskSource(split, layout, protocol, profile, episodes_per_layout)
         self._weights = weights or RewardWeights()
         self._lidar, self._camera = Lidar(), Camera()
@@ -217,6 +221,9 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
             raise gym.error.ResetNeeded("call reset() before step() or render()")
         return self._episode
 
+    def _visible(self, episode: Episode) -> RayScene:
+        return episode.world.visible_exact if self._exact else episode.world.visible
+
     def _observe(self, episode: Episode) -> Observation:
         x, y, yaw = pose = episode.simulation.pose
         dx, dy = episode.task.pair.goal[0] - x, episode.task.pair.goal[1] - y
@@ -229,11 +236,12 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
             ),
         }
         if self._observation == "lidar":
-            observation["lidar"] = self._lidar.scan(episode.world.solid, pose)
+            solid = episode.world.solid_exact if self._exact else episode.world.solid
+            observation["lidar"] = self._lidar.scan(solid, pose)
         elif self._observation == "depth":
-            observation["depth"] = self._camera.depth(episode.world.visible, pose).ravel()
+            observation["depth"] = self._camera.depth(self._visible(episode), pose).ravel()
         else:
-            observation["rgb"], depth = self._camera.colour_and_depth(episode.world.visible, pose)
+            observation["rgb"], depth = self._camera.colour_and_depth(self._visible(episode), pose)
             observation["depth"] = depth.ravel()
         return observation
 

@@ -20,7 +20,7 @@ from labgym.layouts import Layout
 from labgym.layouts.model import Placement, Room
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS, GoalPair, OccupancyGrid, ShortestPaths, occupancy
 from labgym.navigation.clearance import Obstacles
-from labgym.scenes import RayScene, to_mjcf
+from labgym.scenes import ExactRayScene, RayScene, to_mjcf
 
 _Ends = tuple[float, ...]
 _Value = TypeVar("_Value")
@@ -111,6 +111,16 @@ class World:
     def visible(self) -> RayScene:
         """The visual shapes; the camera sees them."""
         return RayScene(self._layout, "visual")
+
+    @cached_property
+    def solid_exact(self) -> RayScene:
+        """The solid boxes, for readings that do not depend on the processor."""
+        return ExactRayScene(self._layout, "solid")
+
+    @cached_property
+    def visible_exact(self) -> RayScene:
+        """The visual shapes, for readings that do not depend on the processor."""
+        return ExactRayScene(self._layout, "visual")
 
     @cached_property
     def _grid(self) -> OccupancyGrid:

@@ -1,6 +1,7 @@
 """Compile layouts: MJCF, USD and GLB scenes, triangle meshes, rays and pictures."""
 
 from labgym.scenes.contacts import Contact, contacts
+from labgym.scenes.exact_rays import ExactRayScene
 from labgym.scenes.files import write_glb, write_mjcf
 from labgym.scenes.mesh import SceneMesh, scene_mesh
 from labgym.scenes.mjcf import to_mjcf
@@ -12,6 +13,7 @@ from labgym.scenes.views import View, views
 
 __all__ = [
     "Contact",
+    "ExactRayScene",
     "MissingRendererError",
     "Quality",
     "RayScene",

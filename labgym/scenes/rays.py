@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -61,11 +61,18 @@ class RayScene:
         Returns:
             Distances (n,) float32 and face indices (n,) int32, -1 for rays that hit nothing.
         """
+        hits = self._hits(origins, directions, max_range)
+        return hits["tfar"], hits["primID"]
+
+    def _hits(
+        self, origins: NDArray[np.floating], directions: NDArray[np.floating], max_range: float
+    ) -> dict[str, NDArray[Any]]:
+        """Return Embree's answers by name, each (n,) or (n, 3)."""
         starts = np.ascontiguousarray(origins, dtype=np.float32)
         along = np.ascontiguousarray(directions, dtype=np.float32)
         reach = np.full(len(starts), max_range, dtype=np.float32)
-        hits = self._scene.run(starts, along, dists=reach, output=1)
-        return hits["tfar"], hits["primID"]
+        hits: dict[str, NDArray[Any]] = self._scene.run(starts, along, dists=reach, output=1)
+        return hits
 
     def color(self, faces: NDArray[np.integer], directions: NDArray[np.floating]) -> NDArray[np.uint8]:
         """Return the color seen along rays, shape (n, 3): the face's own, lit from above and from the viewer.

@@ -79,7 +79,7 @@ def drive_episodes(
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[Drive, ...]:
     """Drive the selected episodes of a layout, each as in `drive_layout`."""
-    env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt)
+    env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt, exact=True)
     try:
         return tuple(_Episode(env, policy, layout, episode, suite, seed).run(label, stopped) for episode in episodes)
     finally:
