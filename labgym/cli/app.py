@@ -159,6 +159,7 @@ def eval_(
     repeats: OptionalWholeNumber = None,
     jitter: bool = False,
     limits: PolicyOptions = (),
+    kernels: OptionalText = None,
 ) -> int:
     """Evaluate a policy: drive every goal pair of every layout.
 
@@ -178,6 +179,8 @@ def eval_(
             file can set other values.
         limits: Limits of the policy's process: call_seconds=300 for one call of reset or act, load_seconds=600,
             memory_gb=8. A policy that exceeds one fails its episode.
+        kernels: pinned (the default where the processor has AVX2) gives equal results on every such processor, native
+            is faster.
     """
     from labgym.envs.tasks import resolve_layouts
     from labgym.eval.driving.folders import default_folder
@@ -210,6 +213,7 @@ def eval_(
         repeats=repeats,
         jitter=displacement,
         limits=ProcessLimits.named(parse_options(limits)),
+        kernels=kernels,
     )
     summary = result.summary
     print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.label}').text()}\n")

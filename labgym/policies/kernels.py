@@ -30,15 +30,18 @@ class KernelMode:
     """A choice of numerical kernels.
 
     Attributes:
+        kind: "pinned" or "native".
         name: part of a run's identity; its number rises when the mode's results change.
         environment: environment variables of the policy's process, set before it imports anything.
     """
 
+    kind: str
     name: str
     environment: Mapping[str, str]
 
 
 PINNED = KernelMode(
+    "pinned",
     "pinned/1",
     MappingProxyType(
         {
@@ -60,10 +63,10 @@ PINNED = KernelMode(
 )
 """The default. oneDNN and NNPACK have no variable that fixes their order of sums; `pin_torch` turns them off."""
 
-NATIVE = KernelMode("native", MappingProxyType({VARIABLE: "native"}))
+NATIVE = KernelMode("native", "native", MappingProxyType({VARIABLE: "native"}))
 """The fastest kernels of the processor; results differ between processors."""
 
-MODES = {"pinned": PINNED, "native": NATIVE}
+MODES = {mode.kind: mode for mode in (PINNED, NATIVE)}
 """Modes by the name that users give."""
 
 

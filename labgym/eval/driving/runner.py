@@ -25,6 +25,7 @@ from labgym.eval.driving.suites import Jitter, Suite, load_suite, suite_of
 from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
+from labgym.policies.kernels import NATIVE, KernelMode, kernel_mode
 from labgym.policies.policy import Driver, Sensors
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process, shared_process
 from labgym.policies.registry import SERVER, is_class_place, policy_place
@@ -71,6 +72,7 @@ def evaluate(
     jitter: Jitter | None = None,
     isolated: bool = True,
     limits: ProcessLimits | None = None,
+    kernels: str | None = None,
 ) -> NavigationReport:
     """Drive every goal pair of every layout of a suite, each as often as the suite says, and return the results.
 
@@ -95,14 +97,17 @@ def evaluate(
         isolated: False drives the policy in this process, for debugging, with one worker: it then remembers earlier
             episodes, and its errors are not contained.
         limits: limits of time and memory of the policy's process.
+        kernels: "pinned" for equal results on every x86-64 processor with AVX2, "native" for the fastest; None is
+            "pinned" where the processor allows it.
 
     Raises:
-        UnknownNameError: the suite or the policy does not exist.
+        UnknownNameError: the suite, the policy or the kernel mode does not exist.
         OptionError: an option is out of range; the folder holds another evaluation; or the policy has no fingerprint,
             which a folder needs (`labgym.policies.fingerprint`).
         LabgymError: two layouts have the same id, a layout has no protocol, or workers died.
     """
     _check_at_least("seed", seed, 0)
+    mode = kernel_mode(kernels)
     executor = executor or ExecutorOptions(workers=workers)
     # The policy is copied before the layouts are read, so that its code cannot put them into the copy.
     source = _source(policy, dict(options or {}))
@@ -111,7 +116,7 @@ def evaluate(
     here = executor == ExecutorOptions()
     if not isolated and not here:
         raise OptionError(f"isolated=False drives in this process; use workers=1, not {executor.workers}")
-    with _driver(policy, source, limits, isolated) as driver:
+    with _driver(policy, source, limits, mode, isolated) as driver:
         label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
         if driver.exclusive and not here:
             raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with one worker")
@@ -122,6 +127,7 @@ def evaluate(
             files_digest(driver.files()),
             label,
             limits,
+            mode if isolated else NATIVE,
             suite,
             layouts,
             seed,
@@ -151,6 +157,7 @@ class _Run:
     files: str
     label: str
     limits: ProcessLimits | None
+    kernels: KernelMode
     suite: Suite
     layouts: tuple[Layout, ...]
     seed: int
@@ -168,6 +175,7 @@ class _Run:
             policy=policy.model_dump(),
             seed=self.seed,
             isolated=isinstance(self.policy, PolicySource),
+            kernels=self.kernels.name,
             limits=None if self.limits is None else asdict(self.limits),
             catalog=catalog_digest(self.layouts),
         )
@@ -178,7 +186,7 @@ class _Run:
             Shard(
                 layout.id,
                 drive_shard,
-                (self.policy, self.files, self.limits, self.label, layout, self.suite, self.seed),
+                (self.policy, self.files, self.limits, self.kernels.kind, self.label, layout, self.suite, self.seed),
                 size=len(self.episodes[layout.id]),
             )
             for layout in self.layouts
@@ -291,12 +299,12 @@ def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
 
 @contextlib.contextmanager
 def _driver(
-    policy: str | Policy, source: PolicySource, limits: ProcessLimits | None, isolated: bool
+    policy: str | Policy, source: PolicySource, limits: ProcessLimits | None, mode: KernelMode, isolated: bool
 ) -> Iterator[Policy | PolicyProcess]:
     """Open the policy in a separate process or, not isolated, in this one, and close it at the end."""
     if isolated:
         try:
-            yield shared_process(source, limits)
+            yield shared_process(source, limits, mode.environment)
         finally:
             close_shared_process()
         return

@@ -8,6 +8,7 @@ from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.files import drive_files
 from labgym.eval.driving.suites import Suite
 from labgym.layouts import Layout
+from labgym.policies.kernels import kernel_mode
 from labgym.policies.policy import Driver
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, shared_process
 from labgym.runs import ShardOutput
@@ -18,6 +19,7 @@ def drive_shard(
     policy: PolicySource | Driver,
     files: str,
     limits: ProcessLimits | None,
+    kernels: str,
     label: str,
     layout: Layout,
     suite: Suite,
@@ -29,21 +31,22 @@ def drive_shard(
         policy: the policy, for a separate process, or a policy that drives in this process.
         files: digest of the policy's files, such as weights, where the evaluation began.
         limits: limits of the policy's process.
+        kernels: name of its kernel mode.
         label: name of the policy in the rows.
         layout: the layout; its protocol gives the goal pairs.
         suite: the rules.
         seed: random seed of the evaluation.
 
     Raises:
-        LabgymError: the policy's files are others here, or were changed.
+        LabgymError: the policy's files are others here, or were changed; or this processor cannot run the kernels.
     """
-    driver = _process(policy, files, limits) if isinstance(policy, PolicySource) else policy
+    driver = _process(policy, files, limits, kernels) if isinstance(policy, PolicySource) else policy
     drives = drive_layout(driver, layout, suite, label, seed)
     return ShardOutput({shard_file(layout.id, name): content for name, content in drive_files(drives).items()})
 
 
-def _process(source: PolicySource, files: str, limits: ProcessLimits | None) -> PolicyProcess:
-    process = shared_process(source, limits)
+def _process(source: PolicySource, files: str, limits: ProcessLimits | None, kernels: str) -> PolicyProcess:
+    process = shared_process(source, limits, kernel_mode(kernels).environment)
     # An object carries what it has read.
     if source.pickled is None and (own := files_digest(process.files())) != files:
         raise LabgymError(

@@ -15,6 +15,7 @@ from labgym.eval.driving.evaluation import summary_differences
 from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.submission.published import Published
+from labgym.policies.kernels import PINNED
 from labgym.runs import RunProvenance, code_digest
 from labgym.runs.identity import IDENTITY_FILE, RunIdentity
 from labgym.runs.manifest import MANIFEST_FILE, RunManifest, file_digest
@@ -133,6 +134,8 @@ def _identity_problems(identity: RunIdentity, summary: NavigationSummary, publis
             yield f"{IDENTITY_FILE} and {SUMMARY} differ in {name}"
     if identity.inputs.get("isolated") is not True:
         yield f"{IDENTITY_FILE}: the policy was not driven in a separate process"
+    if identity.inputs.get("kernels") != PINNED.name:
+        yield f"{IDENTITY_FILE}: not driven in kernels {PINNED.name}; the results of others depend on the machine"
     catalog = published.catalog
     if identity.inputs.get("catalog") != catalog:
         yield f"{IDENTITY_FILE}: driven with another catalog of assets than this installation's"
