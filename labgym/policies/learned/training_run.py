@@ -8,6 +8,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import torch
+
 from labgym.documents import Document
 from labgym.policies.data import load_manifest
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
@@ -50,7 +52,7 @@ def planner_run(
 
 
 def train_identity(policy: str, packages: Sequence[str] = (), **inputs: Any) -> RunIdentity:
-    """Return the identity of a training run.
+    """Return the identity of a training run on this machine.
 
     Args:
         policy: name of the policy.
@@ -58,7 +60,8 @@ def train_identity(policy: str, packages: Sequence[str] = (), **inputs: Any) -> 
         inputs: everything else that decides them.
     """
     versions = {name: metadata.version(name) for name in ("numpy", "torch", *packages)}
-    return RunIdentity.of("train", policy=policy, versions=versions, **inputs)
+    kernels = torch.backends.cpu.get_cpu_capability()  # The last bits of sums depend on the instruction set.
+    return RunIdentity.of("train", policy=policy, versions=versions, kernels=kernels, **inputs)
 
 
 def finish(run: RunFolder, names: Sequence[str]) -> None:
