@@ -75,7 +75,7 @@ def test_every_failure_lowers_both_ends():
     assert len({low for low, _ in ends}) == len({high for _, high in ends}) == 6
 
 
-def test_repeats_that_never_differ_add_nothing_to_an_interval_without_failures():
+def test_three_repeats_without_failures_do_not_halve_the_interval():
     once = bounded_mean([1.0] * 120, LAYOUTS)
     thrice = bounded_mean([1.0] * 360, [layout for layout in LAYOUTS for _ in range(3)])
     # In layouts that are correlated, three times the drives are worth less than twice the drives.
