@@ -1,7 +1,7 @@
 """Means over episodes with 95% intervals; episodes of one layout are correlated, so layouts are the unit of chance.
 
 Notation: layout j has n_j episodes (repeats included) that sum to T_j; N = sum n_j; J = N^2 / sum n_j^2 is Kish's
-effective number of layouts; q is the 97.5% quantile of Student's t with J - 1 degrees of freedom.
+effective number of layouts; q is the 97.5% quantile of Student's t.
 
 Bounded metrics (shares, SPL), scaled to [0, 1], have a score interval (Wilson, 1927) with an effective sample size, the
 form that Franco et al. (2019, doi:10.1093/jssam/smy019) recommend for clustered samples:
@@ -17,10 +17,12 @@ Half an episode at each bound (Jeffreys' prior) keeps the interval open if all e
 design effect d of an intra-layout correlation of 0.2, because a sample without failures says nothing about how failures
 cluster; the correlations in published evaluations are 0 to 0.2. Failures that cluster make the mean skewer than a
 binomial share of n episodes, so k moves the end on the side of 1/2, the more the more failures (f) show it; its form
-was chosen by simulation. Without clusters (n = N, k = 1) the interval is Wilson's.
+was chosen by simulation. The added episodes count as one degree of freedom, so q has J. Without clusters (n = N, k = 1)
+the interval is Wilson's.
 
-Other metrics have a cluster-robust t interval: on the scale of the logarithm if the metric is positive (times), on its
-own scale otherwise. `labgym coverage` measures how often the intervals contain the truth.
+Other metrics have a cluster-robust t interval with J - 1 degrees of freedom: on the scale of the logarithm if the
+metric is positive (times), on its own scale otherwise. `labgym coverage` measures how often the intervals contain the
+truth.
 """
 
 from __future__ import annotations
@@ -88,9 +90,9 @@ class _Clusters:
         """Kish's effective number of layouts."""
         return self.episodes**2 / self.squares
 
-    @property
-    def quantile(self) -> float:
-        return float(stdtrit(max(self.effective - 1.0, 1.0), (1.0 + LEVEL) / 2.0))
+    def quantile(self, added: float = 0.0) -> float:
+        """Return the quantile of Student's t with J - 1 + `added` degrees of freedom, at least one."""
+        return float(stdtrit(max(self.effective - 1.0 + added, 1.0), (1.0 + LEVEL) / 2.0))
 
     @property
     def mean(self) -> float:
@@ -186,7 +188,7 @@ def _estimate(values: Sequence[float | None], layouts: Sequence[str], interval: 
 
 def _half_width(clusters: _Clusters) -> float:
     """Return half the width of the cluster-robust t interval of a mean."""
-    return clusters.quantile * math.sqrt(clusters.squared_residuals(clusters.mean)) / clusters.episodes
+    return clusters.quantile() * math.sqrt(clusters.squared_residuals(clusters.mean)) / clusters.episodes
 
 
 def _bounded_interval(clusters: _Clusters) -> tuple[float, float]:
@@ -199,7 +201,7 @@ def _bounded_interval(clusters: _Clusters) -> tuple[float, float]:
     mean = min(max(clusters.mean, 0.0), 1.0)
     f = N * min(mean, 1.0 - mean)
     k = 1.0 + max(0.0, 2.0 - 2.0 * n / N) * f / (f + 1.0)
-    return score_interval(mean, n, clusters.quantile, k)
+    return score_interval(mean, n, clusters.quantile(added=1.0), k)
 
 
 def score_interval(share: float, size: float, quantile: float, skewness: float = 1.0) -> tuple[float, float]:
