@@ -4,7 +4,7 @@ Notation: layout j has n_j episodes (repeats included) that sum to T_j; N = sum 
 effective number of layouts; q is the 97.5% quantile of Student's t.
 
 Bounded metrics (shares, SPL), scaled to [0, 1], have a score interval (Wilson, 1927) with an effective sample size, the
-form that Franco et al. (2019, doi:10.1093/jssam/smy019) recommend for clustered samples:
+form that Franco et al. (2019, PMC6690503) recommend for clustered samples:
 
     p = (sum T_j + c) / (N + 2 c),                                            c = 1/2
     S = J / (J - 1) sum (T_j - n_j p)^2 + c d (p^2 + (1 - p)^2),              d = 1 + 0.2 (sum n_j^2 / N - 1)
