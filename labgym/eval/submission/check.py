@@ -22,6 +22,7 @@ from labgym.eval.submission.route_checks import route_problems
 from labgym.eval.submission.row_checks import Terms, row_problems
 from labgym.eval.submission.second_drive import drive_problems, sampled
 from labgym.eval.submission.submitted_policy import PolicyChoice
+from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess
 
 MOST = 20
@@ -73,7 +74,7 @@ def check_submission(
 
     Raises:
         DocumentError: the folder holds no evaluation.
-        OptionError: the policy is not available, and `drive` is on.
+        OptionError: `drive` is on, and the policy is not available or the processor cannot run the pinned kernels.
     """
     folder = Path(folder)
     if not (folder / SUMMARY).is_file():
@@ -101,7 +102,7 @@ def check_submission(
         return Verdict(tuple(problems), tuple(facts))
     seed = secrets.randbelow(2**32) if seed is None else seed
     keys = sampled(published, seed)
-    driver = PolicyProcess(choice.source)
+    driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
     try:
         problems += choice.problems(driver, summary, record)
         problems += _listed(drive_problems(driver, keys, published, episodes, terms, progress), "episodes")

@@ -23,6 +23,8 @@ from labgym.runs.provenance import PROVENANCE_FILE
 
 MAX_SESSIONS = 1000
 """Number of lines of the provenance that are read."""
+MAX_FILE = 4 * 2**30
+"""Largest file whose hash is computed, bytes."""
 MAX_SESSION = 64 * 1024
 """Longest line of the provenance, bytes."""
 
@@ -145,6 +147,8 @@ def _manifest_problems(folder: Path, manifest: RunManifest) -> Iterator[str]:
     for name in (EPISODES, ROUTES, SUMMARY):
         if name not in manifest.files:
             yield f"{MANIFEST_FILE} does not list {name}"
+        elif (folder / name).is_file() and (folder / name).stat().st_size > MAX_FILE:
+            yield f"{name} is larger than {MAX_FILE} bytes"
         elif file_digest(folder / name) != manifest.files[name]:
             yield f"{name} was changed after the run: its hash is not the one in {MANIFEST_FILE}"
 

@@ -377,6 +377,7 @@ HOSTILE = {
         (folder / "routes.jsonl").unlink(),
         (folder / "routes.jsonl").symlink_to("/dev/zero"),
     ),
+    "a huge file": lambda folder: os.truncate(folder / "episodes.jsonl", 5 * 2**30),
     "bytes": lambda folder: (folder / "provenance.jsonl").write_bytes(os.urandom(3_000_000)),
     "text": lambda folder: (folder / "manifest.json").write_text('"manifest"'),
     "odd types": lambda folder: (folder / "routes.jsonl").write_text(
