@@ -147,6 +147,8 @@ class RunFolder:
             }
         manifest = manifest or RunManifest(run=self.identity.digest, files=dict(sorted(digests.items())))
         manifest.save(self.path / MANIFEST_FILE)
+        for name in (*files, MANIFEST_FILE, "."):
+            _flush(self.path / name)  # Before the shards go: a power failure must not lose both.
         self._remove_merged()
 
     def _manifest(self) -> RunManifest | None:
@@ -161,6 +163,15 @@ class RunFolder:
     def _remove_merged(self) -> None:
         self._ledger.keep(lambda entry: not any(map(_is_merged, entry.files)))
         shutil.rmtree(self.path / SHARDS, ignore_errors=True)
+
+
+def _flush(path: Path) -> None:
+    """Write a file or a folder's entries to the disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def move_aside(path: Path) -> Path | None:

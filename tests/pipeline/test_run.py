@@ -163,23 +163,16 @@ def test_an_unknown_protocol_is_refused_before_anything_is_made(tmp_path):
     assert not (tmp_path / "r").exists()
 
 
-@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGKILL])
-def test_a_run_that_is_killed_in_its_stages_resumes_to_the_same_files(tmp_path, by):
-    def words(out):
-        options = ["--policies", "straight", "--views", "0", "--workers", "2"]
-        return ["run", "--out", str(out), "--protocols", PROTOCOL, "sub_01", *options]
-
-    def files(out):
-        return killing.tree(out, (*killing.APART, "tables.txt", "tables.md", "report.html"))  # These hold times.
-
-    killing.run(words(tmp_path / "undisturbed"))
-    out = tmp_path / "run"
-    for ledger in ("ledger.jsonl", "navigation/straight/ledger.jsonl"):
-        seen = killing.kill(words(out), out, by, killing.lines(out / ledger, 1))
+def test_a_run_that_is_killed_in_two_stages_resumes_to_the_same_files(config, outcome, tmp_path):
+    out, apart = tmp_path / "run", (*killing.APART, "tables.txt", "tables.md", "report.html")  # These hold times.
+    flags = ["--protocols", PROTOCOL, "--policies", "astar", "random", "--views", "0", "--workers", "2"]
+    words = ["run", "--out", str(out), *flags]
+    for ledger, by in (("ledger.jsonl", signal.SIGTERM), ("navigation/astar/ledger.jsonl", signal.SIGKILL)):
+        seen = killing.kill(words, out, by, killing.lines(out / ledger, 1))
         assert seen.returncode in (-by, 128 + by, 0)
         assert seen.survivors == ()
-    killing.run(words(out))
-    assert files(out) == files(tmp_path / "undisturbed")
+    killing.run(words)
+    assert killing.tree(out, apart) == killing.tree(config.folder, apart)
     assert killing.temporary_files(out) == []
 
 
