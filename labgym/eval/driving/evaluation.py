@@ -180,7 +180,7 @@ def _incomplete(
         problems.append(f"{EPISODES} has rows of other policies: {', '.join(sorted(others)[:5])}")
     unequal = sum(key not in routes for key in rows) + sum(key not in rows for key in routes)
     if unequal:
-        problems.append(f"{unequal} episodes have a row or a route but not both")
+        problems.append(f"rows without a route, or routes without a row: {unequal}")
     return problems
 
 

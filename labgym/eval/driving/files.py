@@ -136,7 +136,7 @@ def _read(name: str, stream: BinaryIO, parse: Callable[[object], T]) -> Lines[T]
         try:
             record = parse(parse_json(line, name))
         except ValueError as error:
-            problems.append(f"{name} line {number} cannot be read ({_reason(error)})")
+            problems.append(f"{name} line {number} cannot be read ({_reason(error).removeprefix(f'{name}: ')})")
             continue
         if record.key in records:
             layout, pair, repeat = record.key

@@ -230,14 +230,14 @@ def test_figures_come_from_the_rows_and_a_summary_that_differs_is_named(folder):
 @pytest.mark.parametrize(
     ("file", "change", "expected"),
     [
-        ("episodes.jsonl", lambda text: text[:-40], r"episodes\.jsonl line 6 cannot be read"),
+        ("episodes.jsonl", lambda text: text[:-40], r"episodes\.jsonl line 6 cannot be read \(not valid JSON"),
         ("episodes.jsonl", lambda text: "".join(text.splitlines(True)[1:]), r"holds 5 of 6 episodes"),
         ("episodes.jsonl", lambda text: text + text.splitlines(True)[0], r"line 7 repeats the episode 'first', pair 0"),
         ("episodes.jsonl", lambda text: text.replace('"steps": 5', '"steps": -5', 1), r"line 1 .*steps"),
         ("episodes.jsonl", lambda text: text.replace('"Arc"', '"Other"', 1), r"rows of other policies: Other"),
         ("episodes.jsonl", lambda text: text.replace('_hash": "', '_hash": "0', 1), r"rows of layouts .*: first"),
         ("routes.jsonl", lambda text: text.replace("[", "(", 1), r"routes\.jsonl line 1 cannot be read"),
-        ("routes.jsonl", lambda text: "".join(text.splitlines(True)[1:]), r"1 episodes have a row or a route"),
+        ("routes.jsonl", lambda text: "".join(text.splitlines(True)[1:]), r"routes without a row: 1"),
         ("times.jsonl", lambda text: text[:-10], r"times\.jsonl line 6 cannot be read"),
     ],
 )
