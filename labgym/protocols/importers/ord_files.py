@@ -166,13 +166,18 @@ def _unknown_value(data: Any, descriptor: Any) -> str:
         for item in value if isinstance(value, list) else [value]:
             if field is None:
                 continue
-            if field.enum_type is not None and isinstance(item, str) and item not in field.enum_type.values_by_name:
+            if field.enum_type is not None and isinstance(item, str) and not _is_value(item, field.enum_type):
                 return f"{field.name} has the unknown value {item[:40]!r}"
             if field.message_type is not None:
                 problem = _unknown_value(item, field.message_type)
                 if problem:
                     return problem
     return ""
+
+
+def _is_value(name: str, enumeration: Any) -> bool:
+    """Return whether an enumeration has a value; protobuf's own search fails for half a surrogate pair."""
+    return any(value.name == name for value in enumeration.values)
 
 
 def _text(path: Path, content: bytes) -> Iterator[Parse]:
