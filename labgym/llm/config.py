@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, SecretStr, ValidationError
+from pydantic_core import PydanticCustomError
 
 from labgym.documents import Record, document_error
 from labgym.llm.errors import LanguageModelError
@@ -76,7 +77,14 @@ class LanguageModelConfig(Record):
 def _without_values(error: ValidationError) -> ValidationError:
     """Return the report without values, since one of them might be the key, put into the wrong variable."""
     lines = [
-        {"type": line["type"], "loc": (PREFIX + str(line["loc"][0]).upper(),), "ctx": line.get("ctx", {}), "input": {}}
+        {"type": _kind(line), "loc": (PREFIX + str(line["loc"][0]).upper(),), "ctx": line.get("ctx", {}), "input": {}}
         for line in error.errors(include_url=False, include_input=False)
     ]
     return ValidationError.from_exception_data(error.title, lines)  # type: ignore[arg-type]
+
+
+def _kind(line: Any) -> str | PydanticCustomError:
+    """Return the type of an error as pydantic accepts it: that of a path is one that it knows only itself."""
+    if line["type"] == "path_type":
+        return PydanticCustomError("path_type", "Input is not a valid path")
+    return str(line["type"])

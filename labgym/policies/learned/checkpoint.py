@@ -78,9 +78,19 @@ def _check_state(name: str, state: Any, current: Any) -> None:
     if not isinstance(state, dict) or set(state) != set(current):
         raise ValueError(f"the state of {name} has other entries")
     for key, value in state.items():
-        number, expected = isinstance(value, int | float), current[key]
-        if expected is not None and value is not None and not isinstance(value, type(expected)):
-            if not (number and isinstance(expected, int | float)):
-                raise ValueError(f"{name}.{key} is a {type(value).__name__}, expected {type(expected).__name__}")
-        if isinstance(value, torch.Tensor) and not bool(torch.isfinite(value).all()):
-            raise ValueError(f"{name}.{key} holds NaN or infinite numbers")
+        _check_value(f"{name}.{key}", value, current[key])
+
+
+def _check_value(name: str, value: Any, current: Any) -> None:
+    """Raise ValueError if a value has another type than the present one, at any depth; new entries have no present."""
+    if isinstance(value, torch.Tensor) and not bool(torch.isfinite(value).all()):
+        raise ValueError(f"{name} holds NaN or infinite numbers")
+    numbers = isinstance(value, int | float) and isinstance(current, int | float)
+    if current is not None and not numbers and not isinstance(value, type(current)):
+        raise ValueError(f"{name} is a {type(value).__name__}, expected {type(current).__name__}")
+    if isinstance(value, dict):
+        for key, item in value.items():
+            _check_value(f"{name}.{key}", item, current.get(key) if isinstance(current, dict) else None)
+    elif isinstance(value, list | tuple):
+        for item in value:
+            _check_value(name, item, current[0] if isinstance(current, list | tuple) and current else None)

@@ -232,17 +232,16 @@ def _exported(text: str, kind: str) -> bytes | None:
     from pxr import Sdf, UsdUtils
 
     layer = Sdf.Layer.CreateAnonymous(".usda")
+    place, package = Path("seed.usdc").absolute(), Path("seed.usdz").absolute()
     try:
         if not layer.ImportFromString(text):
             return None
+        layer.Export(str(place))
+        UsdUtils.CreateNewUsdzPackage(str(place), str(package))
     except Exception:  # noqa: BLE001 - pxr's own errors
         return None
     if kind == "usda":
         return text.encode("utf-8", "surrogatepass")
-    place, package = Path("seed.usdc").absolute(), Path("seed.usdz").absolute()
-    layer.Export(str(place))
-    if kind == "usdz":
-        UsdUtils.CreateNewUsdzPackage(str(place), str(package))
     return (package if kind == "usdz" else place).read_bytes()
 
 

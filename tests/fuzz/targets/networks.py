@@ -38,12 +38,12 @@ def targets() -> Iterator[Target]:
     yield Target("weights ppo", partial(_weights, "ppo"), partial(_policy, "ppo"), TORCH)
     yield Target("checkpoint container", partial(_checkpoint, False), _resume, TORCH, share=0.5)
     yield Target("checkpoint content", partial(_checkpoint, True), _resume, TORCH, share=0.5)
-    yield Target("onnx container", partial(_onnx, False), partial(_file, "a.onnx"), ("onnxruntime",), share=0.5)
-    yield Target("onnx graph", partial(_onnx, True), partial(_file, "a.onnx"), ("onnxruntime",), share=0.5)
-    yield Target("torchscript container", partial(_torchscript, False), partial(_file, "a.pt"), TORCH, share=0.5)
-    yield Target("torchscript members", partial(_torchscript, True), partial(_file, "a.pt"), TORCH, share=0.5)
-    yield Target("sb3 container", partial(_sb3, False), partial(_file, "a.zip"), SB3, share=0.5)
-    yield Target("sb3 members", partial(_sb3, True), partial(_file, "a.zip"), SB3, share=0.5)
+    yield Target("onnx container", partial(_onnx, False), partial(_file, "a.onnx"), ("onnxruntime",), True, 0.5)
+    yield Target("onnx graph", partial(_onnx, True), partial(_file, "a.onnx"), ("onnxruntime",), True, 0.5)
+    yield Target("torchscript container", partial(_torchscript, False), partial(_file, "a.pt"), TORCH, True, 0.5)
+    yield Target("torchscript members", partial(_torchscript, True), partial(_file, "a.pt"), TORCH, True, 0.5)
+    yield Target("sb3 container", partial(_sb3, False), partial(_file, "a.zip"), SB3, True, 0.5)
+    yield Target("sb3 members", partial(_sb3, True), partial(_file, "a.zip"), SB3, True, 0.5)
     yield Target("dataset container", partial(_dataset, False), _load_dataset, ("pyarrow.parquet",), share=0.5)
     yield Target("dataset content", partial(_dataset, True), _load_dataset, ("pyarrow.parquet",), share=0.5)
 
@@ -153,7 +153,7 @@ def _changed_state(rng: Random, state: Any) -> Any:
     key = rng.choice(list(holder) if isinstance(holder, dict) else range(len(holder)))
     value = holder[key]
     choices: list[Any] = [None, "x", -1, 10**12, float("nan"), [], {}, torch.zeros(0), torch.zeros(1, dtype=torch.int8)]
-    if isinstance(value, torch.Tensor):
+    if isinstance(value, torch.Tensor) and value.is_floating_point():
         choices += [value.double(), value[..., None], torch.full_like(value, float("inf")), value.to(torch.complex64)]
     if rng.random() < 0.15 and isinstance(holder, dict):
         del holder[key]
@@ -214,7 +214,7 @@ def _onnx(inside: bool) -> Callable[[Random | None], Case]:
 
 
 def _file(name: str, folder: Path) -> None:
-    """Load a policy's file and drive a step with it; a policy may fail while it drives, which costs its episode."""
+    """Load a policy's file and drive a step with it, as the process does that labgym starts for a policy."""
     from labgym.policies import make_policy
 
     options = {"trust": True} if name.endswith(".zip") else {}
