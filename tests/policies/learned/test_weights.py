@@ -87,7 +87,7 @@ def test_a_checkpoint_restores_network_optimizer_and_record(tmp_path: Path) -> N
 @pytest.mark.parametrize("content", [b"", b"torn", b"PK\x03\x04 half a zip"])
 def test_a_damaged_checkpoint_is_named_with_the_remedy(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "c.pt").write_bytes(content)
-    with pytest.raises(DocumentError, match=r"c\.pt: damaged, .* remove the folder"):
+    with pytest.raises(DocumentError, match=r"c\.pt: damaged, .* with --fresh"):
         load_checkpoint(tmp_path / "c.pt", {"network": network()}, is_any)
 
 
