@@ -25,7 +25,7 @@ def check_address(address: str) -> str:
         raise OptionError(f"scheduler is {address[:80]!r}, expected an address such as tcp://127.0.0.1:8786")
     if parts.scheme == "tcp" and not _is_loopback(parts.hostname):
         raise OptionError(
-            f"scheduler {address} is not on this machine and has no TLS: whoever reaches it can run code on its "
+            f"scheduler {address} is not on this machine and has no TLS: anybody who reaches it can run code on its "
             "workers; use tls:// with certificates (docs/scale.md), or an SSH tunnel to 127.0.0.1"
         )
     return parts.scheme

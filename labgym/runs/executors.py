@@ -41,7 +41,9 @@ class ExecutorOptions:
         if isinstance(self.workers, bool) or not isinstance(self.workers, int) or self.workers < 1:
             raise OptionError(f"workers is {self.workers!r}, expected a whole number of at least 1")
         if (self.scheduler is None) == (self.kind == "dask"):
-            problem = "requires --scheduler, such as tcp://127.0.0.1:8786" if self.kind == "dask" else "has no scheduler"
+            problem = (
+                "requires --scheduler, such as tcp://127.0.0.1:8786" if self.kind == "dask" else "has no scheduler"
+            )
             raise OptionError(f"executor {self.kind} {problem}")
         if self.scheduler is not None:
             check_address(self.scheduler)

@@ -143,7 +143,9 @@ class RunFolder:
             digests[name] = file_digest(self.path / name) or ""
         for entry in self._ledger:
             digests |= {
-                name: digest for name, digest in entry.files.items() if name.partition("/")[0] not in (SHARDS, *unlisted)
+                name: digest
+                for name, digest in entry.files.items()
+                if name.partition("/")[0] not in (SHARDS, *unlisted)
             }
         manifest = manifest or RunManifest(run=self.identity.digest, files=dict(sorted(digests.items())))
         manifest.save(self.path / MANIFEST_FILE)

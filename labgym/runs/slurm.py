@@ -30,9 +30,7 @@ class JobLostError(LabgymError):
 
 
 @contextmanager
-def slurm_workers(
-    jobs: int, parameters: Mapping[str, Any], folder: Path, cluster: str = "slurm"
-) -> Iterator[Workers]:
+def slurm_workers(jobs: int, parameters: Mapping[str, Any], folder: Path, cluster: str = "slurm") -> Iterator[Workers]:
     """Yield an executor whose calls are jobs; at the end, those that are still running are cancelled.
 
     Args:
