@@ -149,7 +149,7 @@ def _reason(error: Exception) -> str:
     if isinstance(error, ValidationError):
         first = error.errors(include_url=False, include_input=False)[0]
         field = ".".join(str(part) for part in first["loc"])
-        return f"{field}: {first['msg']}"[:120]
+        return " ".join(f"{field}: {first['msg']}".split())[:120]
     return " ".join(str(getattr(error, "problem", error)).split())[:120]
 
 
