@@ -119,7 +119,7 @@ def evaluate(
     with _driver(policy, source, limits, mode, isolated) as driver:
         label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
         if driver.exclusive and not here:
-            raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with one worker")
+            raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with workers=1")
         if executor.kind == "dask":
             source = source.portable(driver.files())
         run = _Run(
