@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -51,7 +52,11 @@ def read_bytes(path: Path, max_bytes: int) -> bytes:
     """
     try:
         with path.open("rb") as stream:
-            content = stream.read(max_bytes + 1)
+            # A read of `max_bytes` would reserve that much memory for any file.
+            size = min(max_bytes, os.fstat(stream.fileno()).st_size) + 1
+            content = stream.read(size)
+            if len(content) == size:
+                content += stream.read(max_bytes + 1 - size)
     except OSError as error:
         raise DocumentError(path, "", f"cannot be read ({error.strerror or type(error).__name__})") from None
     if len(content) > max_bytes:

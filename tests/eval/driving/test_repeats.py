@@ -189,4 +189,4 @@ def test_a_suite_file_can_repeat(tmp_path) -> None:
     report = evaluate("straight", path, progress=False)
     layout: Layout = suite.load_layouts()[0]
     assert [row.key for row in report.rows] == list(episode_keys(layout, suite))
-    assert {row.suite for row in report.rows} == {"mine/2"}
+    assert {row.suite for row in report.rows} == {suite.label}
