@@ -32,7 +32,9 @@ def snippet(*words: str) -> str:
 def run(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
     monkeypatch.chdir(folder)
     names: dict[str, object] = {"__name__": "__main__"}
-    exec(compile(smaller(code), "README.md", "exec"), names)
+    script = folder / "snippet.py"
+    script.write_text(smaller(code))
+    exec(compile(smaller(code), str(script), "exec"), names)
     return names
 
 
