@@ -341,18 +341,17 @@ def test_ctrl_c_is_one_line_and_leaves_readable_files(tmp_path):
         command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
     ) as process:
         deadline = time.monotonic() + 120
-        while not files(tmp_path) and time.monotonic() < deadline:
-            time.sleep(0.2)
-        time.sleep(2.0)
+        while not (tmp_path / "e" / "ledger.jsonl").exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
         _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "Traceback" not in err
     assert err.strip().splitlines()[-1] == "labgym: interrupted; finished work is kept"
-    for name in files(tmp_path):
-        for line in (
-            (tmp_path / name).read_text().splitlines() if name.endswith(".jsonl") else [(tmp_path / name).read_text()]
-        ):
+    documents = [path for path in (tmp_path / "e").rglob("*.json*") if path.is_file()]
+    assert documents
+    for path in documents:
+        for line in path.read_text().splitlines() if path.suffix == ".jsonl" else [path.read_text()]:
             json.loads(line)
 
 

@@ -11,11 +11,11 @@ import pytest
 
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError, OptionError, UnknownNameError
-from labgym.eval.driving.record import provenance
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, make_policy
+from labgym.policies.fingerprint.policy import object_fingerprint
 
 torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")
@@ -271,13 +271,13 @@ def test_an_unknown_algorithm_is_named(trained):
         make_policy(str(trained), algorithm="DQN", trust=True)
 
 
-def test_results_record_the_hash_of_the_weights(tmp_path):
+def test_the_fingerprint_of_a_model_counts_the_bytes_of_its_file(tmp_path):
     path, digests = graph(tmp_path / "steer.onnx"), set()
     for factor in (0.1, 0.2, 0.2):
         model = onnx.load(str(path))
         model.graph.initializer[2].CopyFrom(onnx.helper.make_tensor("tenth", onnx.TensorProto.FLOAT, [1], [factor]))
         onnx.save(model, str(path))
-        digests.add(provenance(make_policy(str(path)).files()).code)
+        digests.add(object_fingerprint(make_policy(str(path))).files)
     assert len(digests) == 2
 
 

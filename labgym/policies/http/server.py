@@ -201,14 +201,15 @@ class _Handler(BaseHTTPRequestHandler):
         size = self._size()
         if size is None:
             return
-        if not self.server.budget.take(size):
+        budget = self.server.budget
+        if not budget.take(size):
             self.close_connection = True
             self._refuse(HTTPStatus.SERVICE_UNAVAILABLE, "too many large requests at one time; send it again later")
             return
         try:
             self._post(size)
         finally:
-            self.server.budget.give_back(size)
+            budget.give_back(size)
 
     def _post(self, size: int) -> None:
         fleet = self.server.fleet
