@@ -5,12 +5,13 @@ from __future__ import annotations
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
-from queue import SimpleQueue
-from threading import Lock
+from multiprocessing.util import Finalize
+from queue import Empty, SimpleQueue
+from threading import Lock, Thread
 from typing import Any
 
 from labgym.runs.orphans import kill_worker
@@ -24,55 +25,89 @@ class WorkerLostError(Exception):
     """A worker died during a task, or the pool was closed."""
 
 
+Task = tuple[Future[Any], Callable[..., Any], tuple[Any, ...], dict[str, Any]]
+
+
 class LocalPool(Executor):
     """Worker processes, each with one task at a time and a separate pipe.
 
     A worker that dies is replaced for the next task; the future of its task raises WorkerLostError. In the pool of the
     standard library, a worker that is killed while it writes a result blocks the reader for ever, because the reader
-    also holds the other end of the pipe.
+    also holds the other end of the pipe. A pool that is never shut down does not delay the end of the program.
 
     Args:
         workers: number of processes.
     """
 
     def __init__(self, workers: int) -> None:
-        self._threads = ThreadPoolExecutor(workers, thread_name_prefix="worker")
         self._lock = Lock()
-        self._closed = False
+        self._closed = self._killed = False
         self._alive: set[_Worker] = set()
-        self._idle: SimpleQueue[_Worker | None] = SimpleQueue()
-        for _ in range(workers):
-            self._idle.put(None)
+        self._tasks: SimpleQueue[Task | None] = SimpleQueue()
+        # At exit, `multiprocessing` joins its processes: these must have been killed by then.
+        self._exit = Finalize(None, self._kill, exitpriority=10)
+        self._threads = [Thread(target=self._serve, name=f"worker {k}", daemon=True) for k in range(workers)]
+        for thread in self._threads:
+            thread.start()
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
-        """Run a call in the next worker that is idle."""
-        return self._threads.submit(self._call, function, arguments, keywords)
+        """Run a call in the next worker that is idle.
+
+        Raises:
+            RuntimeError: the pool has been shut down.
+        """
+        with self._lock:
+            if self._closed:
+                raise RuntimeError("the pool has been shut down")
+            future: Future[Any] = Future()
+            self._tasks.put((future, function, arguments, keywords))
+            return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers: after their tasks, or at once with `cancel_futures`."""
+        with self._lock:
+            self._closed = True
         if cancel_futures:
+            self._cancel()
             self._kill()
-        self._threads.shutdown(wait, cancel_futures=cancel_futures)
+        for _ in self._threads:
+            self._tasks.put(None)
         if wait:
+            for thread in self._threads:
+                thread.join()
             self._kill()
+            self._exit.cancel()
 
-    def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
-        worker = self._idle.get()
-        try:
-            if worker is None or not worker.alive:
+    def _cancel(self) -> None:
+        """Cancel the tasks that no worker has begun."""
+        with suppress(Empty):
+            while True:
+                task = self._tasks.get_nowait()
+                if task is not None:
+                    task[0].cancel()
+
+    def _serve(self) -> None:
+        """Run tasks in one worker after the other, until there are no more."""
+        worker: _Worker | None = None
+        while (task := self._tasks.get()) is not None:
+            future, function, arguments, keywords = task
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                if worker is None or not worker.alive:
+                    self._discard(worker)
+                    worker = self._start()
+                future.set_result(worker.call(function, arguments, keywords))
+            except WorkerLostError as error:
                 self._discard(worker)
-                worker = self._start()
-            return worker.call(function, arguments, keywords)
-        except WorkerLostError:
-            self._discard(worker)
-            worker = None
-            raise
-        finally:
-            self._idle.put(worker)
+                worker = None
+                future.set_exception(error)
+            except Exception as error:  # noqa: BLE001 -- the future raises it again
+                future.set_exception(error)
 
     def _start(self) -> _Worker:
         with self._lock:
-            if self._closed:
+            if self._killed:
                 raise WorkerLostError("the pool is closed")
             with _one_thread():
                 worker = _Worker()
@@ -87,7 +122,7 @@ class LocalPool(Executor):
 
     def _kill(self) -> None:
         with self._lock:
-            self._closed = True
+            self._closed = self._killed = True
             for worker in self._alive:
                 worker.kill()
 
