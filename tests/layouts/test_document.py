@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import pickle
@@ -13,6 +14,7 @@ from pydantic import Field, ValidationError
 from labgym.artefacts import artefacts
 from labgym.assets import Catalog
 from labgym.assets.model import Size
+from labgym.documents import json_bytes
 from labgym.envs.tasks import resolve_layout
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.geometry import OrientedBox
@@ -235,7 +237,7 @@ def test_the_direction_of_a_wall_does_not_matter():
     assert Floor(walls=(right, turned, left, front), spaces=floor.spaces).room.doors == (ROOM.doors[1], ROOM.doors[0])
 
 
-def test_other_floors_are_refused_in_one_line():
+def test_other_floors_are_no_room_and_say_why():
     floor = ROOM.floor
     (space,), (front, *others) = floor.spaces, floor.walls
     cases = (
@@ -250,10 +252,27 @@ def test_other_floors_are_refused_in_one_line():
             {"walls": (front.model_copy(update={"openings": (Opening(position=2.0, swing="right"),)}), *others)},
             "front wall opens outwards",
         ),
+        (
+            {"walls": (front.model_copy(update={"openings": (Opening(position=2.0, state="open"),)}), *others)},
+            "the front wall has an open door",
+        ),
     )
     for changes, message in cases:
-        with pytest.raises(ValidationError, match=message):
-            Floor.model_validate({"walls": floor.walls, "spaces": floor.spaces} | changes)
+        other = floor.model_copy(update=changes)
+        assert not other.is_rectangle
+        with pytest.raises(LabgymError, match=message) as caught:
+            _ = other.room
+        assert "\n" not in str(caught.value)
+
+
+def test_fields_added_to_floors_change_neither_hash_nor_bytes_of_a_room():
+    """Hash and SHA-256 of the file as release 0.2 wrote them before floors had columns, windows and finishes."""
+    layout = Layout(id="plain", floor=ROOM.floor, placements=())
+    assert layout.hash == "2d5e0b095acd88f82b89623181c3ead0626d14b70c93ed19c442b457e2fb70f1"
+    assert (
+        hashlib.sha256(json_bytes(layout.to_json())).hexdigest()
+        == "c367259eb870b4a8ba1f31ccb438920893d50423523338ba9b35d826657adcd8"
+    )
 
 
 @pytest.mark.parametrize(

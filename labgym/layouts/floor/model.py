@@ -1,0 +1,188 @@
+"""The floor: walls, the spaces between them, and what is fixed there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Annotated, Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, ValidationError, model_validator
+
+from labgym.errors import LabgymError, UnknownNameError
+from labgym.geometry import BoxArray, OrientedBox, to_local
+from labgym.layouts.floor.checks import check_access, check_counts, check_doorways, check_overlaps
+from labgym.layouts.floor.doorways import Doorway, doorways_of
+from labgym.layouts.floor.enclosure import check_enclosed
+from labgym.layouts.floor.fields import Growing
+from labgym.layouts.floor.joints import extensions
+from labgym.layouts.floor.rectangles import READS, rectangle_parts, room_of
+from labgym.layouts.floor.rooms import Door, Room
+from labgym.layouts.floor.solids import Part, solid_parts
+from labgym.layouts.floor.spaces import Column, KeepOut, Service, Space
+from labgym.layouts.floor.walls import Wall
+
+
+class Floor(Growing):
+    """Walls, the spaces that they enclose, and what is fixed in them.
+
+    All positions are in the floor's frame, in meters; that of a one-room floor has its origin at the front-left corner.
+
+    Attributes:
+        name: a label, such as the name of a room preset. It does not count in a layout's hash.
+        walls, spaces: at least one exit leads into the spaces, and doors and passages join all of them.
+        columns: from floor to ceiling.
+        services: where water, gas, exhaust and power are available.
+        keep_outs: areas without furniture.
+    """
+
+    ADDED: ClassVar[frozenset[str]] = frozenset({"columns", "services", "keep_outs"})
+
+    name: Annotated[str, Field(max_length=80)] = "custom"
+    walls: Annotated[tuple[Wall, ...], Field(max_length=1000)]
+    spaces: Annotated[tuple[Space, ...], Field(min_length=1, max_length=64)]
+    columns: Annotated[tuple[Column, ...], Field(max_length=500)] = ()
+    services: Annotated[tuple[Service, ...], Field(max_length=500)] = ()
+    keep_outs: Annotated[tuple[KeepOut, ...], Field(max_length=200)] = ()
+
+    @model_validator(mode="after")
+    def _check_parts(self) -> Self:
+        if self.is_rectangle:
+            return self
+        ids = [part.id for parts in (self.spaces, self.columns, self.keep_outs) for part in parts]
+        check_counts(self.walls, self.spaces, ids)
+        check_overlaps(self.spaces, self.wall_boxes)
+        check_doorways(self.doorways, self.wall_boxes, [part.box for part in self.parts if part.kind == "column"])
+        check_access(self.spaces, self.doorways)
+        check_enclosed(self.spaces, self.wall_boxes)
+        return self
+
+    @classmethod
+    def rectangle(
+        cls,
+        width: float,
+        depth: float,
+        height: float = 3.0,
+        wall_thickness: float = 0.2,
+        doors: Sequence[Door] = (Door(wall="front", offset=1.5),),
+        name: str = "custom",
+    ) -> Floor:
+        """Return the floor of one rectangular room; arguments in meters, as in `Room`.
+
+        Raises:
+            ValueError: a value out of range, a door that does not fit its wall, or doors that overlap.
+        """
+        room = Room(
+            name=name, width=width, depth=depth, height=height, wall_thickness=wall_thickness, doors=tuple(doors)
+        )
+        walls, space = rectangle_parts(room)
+        return cls(name=name, walls=walls, spaces=(space,))
+
+    @property
+    def is_rectangle(self) -> bool:
+        """Whether the floor is one rectangular room with closed doors and nothing fixed in it, which `room` returns."""
+        return isinstance(self._room, Room)
+
+    @property
+    def room(self) -> Room:
+        """The only space as a rectangular room.
+
+        Raises:
+            LabgymError: the floor is not one rectangular room.
+        """
+        if isinstance(self._room, Room):
+            return self._room
+        raise LabgymError(self._room)
+
+    @cached_property
+    def _room(self) -> Room | str:
+        """The room, or why the floor is not one."""
+        try:
+            room = room_of(self.name, self.walls, self.spaces)
+        except ValidationError as error:
+            return f"{READS}; " + " ".join(str(error.errors()[0]["msg"]).removeprefix("Value error, ").split())
+        except LabgymError as error:
+            return str(error)
+        for what, fixed in (("columns", self.columns), ("keep-outs", self.keep_outs)):
+            if fixed:
+                return f"{READS} without {what}; got {len(fixed)} {what}"
+        return room
+
+    @cached_property
+    def doorways(self) -> tuple[Doorway, ...]:
+        """Doors and passages, in the order of the walls."""
+        return doorways_of(self.walls, self.spaces)
+
+    @cached_property
+    def wall_boxes(self) -> tuple[OrientedBox, ...]:
+        """Whole walls without their openings; their ends run on at joints, so that corners have no gap."""
+        return tuple(
+            wall.piece(-before, wall.length + after, 0.0, wall.height)
+            for wall, (before, after) in zip(self.walls, self._extensions, strict=True)
+        )
+
+    @cached_property
+    def _extensions(self) -> tuple[tuple[float, float], ...]:
+        return extensions(self.walls)
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """What is solid, with its kind: walls, sills, lintels, leaves, panes, columns."""
+        ceiling = max(space.ceiling for space in self.spaces)
+        return tuple(solid_parts(self.walls, self._extensions, self.doorways, self.columns, ceiling))
+
+    @cached_property
+    def solids(self) -> tuple[OrientedBox, ...]:
+        """What stops a robot or a ray, without furniture.
+
+        Walls are cut at their openings; leaves, panes and columns are solid. Exits are filled, so that nothing leaves
+        the floor.
+        """
+        return tuple(part.box for part in self.parts)
+
+    @cached_property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Axis-aligned bounds (x0, y0, x1, y1) of solids and spaces, meters."""
+        boxes = BoxArray.of([*self.solids, *(box for space in self.spaces for box in space.boxes)])
+        corners = boxes.corners().reshape(-1, 2)
+        (x0, y0), (x1, y1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+        return x0, y0, x1, y1
+
+    def inside(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whether points (n, 2) lie in a space, or in the opening of an interior door or passage, shape (n,).
+
+        Solids are not looked at: a point in a column or in the leaf of a door may be inside.
+        """
+        points = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+        within = np.zeros(len(points), dtype=np.bool_)
+        for space in self.spaces:
+            within |= space.contains(points)
+        for doorway in self.doorways:
+            if not doorway.exit:
+                box = doorway.floor
+                local = np.abs(to_local(points, (box.x, box.y, box.yaw)))
+                within |= (local[:, 0] <= box.width / 2.0) & (local[:, 1] <= box.depth / 2.0)
+        return within
+
+    def space_at(self, x: float, y: float) -> Space | None:
+        """Return the space that contains a point, None in walls, in doorways and outside."""
+        point = np.array([[x, y]])
+        return next((space for space in self.spaces if space.contains(point)[0]), None)
+
+    def __getstate__(self) -> dict[Any, Any]:
+        # Only the fields travel to another process, not what is cached.
+        state = super().__getstate__()
+        fields = {name: value for name, value in state["__dict__"].items() if name in type(self).model_fields}
+        return {**state, "__dict__": fields}
+
+    def space(self, space_id: str) -> Space:
+        """Return a space by id.
+
+        Raises:
+            UnknownNameError: no space has that id.
+        """
+        for space in self.spaces:
+            if space.id == space_id:
+                return space
+        raise UnknownNameError("space", space_id, [space.id for space in self.spaces])
