@@ -221,8 +221,17 @@ class Layout(Document):
 
     @cached_property
     def room(self) -> Room:
-        """The floor's only space as a rectangular room."""
-        return self.floor.room if self._version_1 is None else self._version_1.room
+        """The floor's only space as a rectangular room.
+
+        Raises:
+            LabgymError: the floor is not one rectangular room.
+        """
+        if self._version_1 is not None:
+            return self._version_1.room
+        try:
+            return self.floor.room
+        except LabgymError as error:
+            raise LabgymError(f"layout {self.id!r}: {error}") from None
 
     @cached_property
     def by_id(self) -> dict[str, Placement]:
