@@ -183,6 +183,7 @@ def test_inside_follows_turned_frames():
     points = np.random.default_rng(3).uniform((-2, -2), (7, 7), (3000, 2))
     assert space.contains(points).tolist() == [union.covers(Point(point)) for point in points]
     assert unary_union([outline(part) for part in space.boxes]).symmetric_difference(union).area < 1e-9
+    assert space.area == pytest.approx(union.area)
 
 
 def test_doorways_name_the_spaces_on_their_sides():
@@ -202,6 +203,9 @@ def test_doorways_name_the_spaces_on_their_sides():
     assert (store.x, store.y) == pytest.approx((9.2, 2.9))
     assert inner.side("store")[:2] == pytest.approx((6.1, 2.0))
     assert inner.side("lab")[:2] == pytest.approx((6.0, 2.0))
+    assert [inner.opens_into(name) for name in inner.spaces] == [True, False]  # to the left of a wall toward +y
+    assert inner.label == "the door between 'lab' and 'store' at (6.05, 2.00)"
+    assert lab.label == "the exit of 'lab' at (1.40, -0.10)"
 
 
 def test_bounds_are_those_of_everything():

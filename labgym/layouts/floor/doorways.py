@@ -33,6 +33,7 @@ class Doorway:
         spaces: ids of the spaces before and behind it; "outside" (always the second) where there is none.
         gaps: distances of those spaces from the faces of the wall, meters; 0 for the outside.
         thickness: thickness of the wall, meters.
+        opens_forward: whether the leaf of a door opens toward the first of its spaces.
     """
 
     wall: int
@@ -43,6 +44,7 @@ class Doorway:
     spaces: tuple[str, str]
     gaps: tuple[float, float]
     thickness: float
+    opens_forward: bool
 
     @property
     def exit(self) -> bool:
@@ -59,6 +61,14 @@ class Doorway:
         """(x, y, yaw)."""
         return self.x, self.y, self.yaw
 
+    @property
+    def label(self) -> str:
+        """Name of the doorway in messages."""
+        first, second = self.spaces
+        kind = "exit" if self.exit else self.opening.kind
+        joins = f"of {first!r}" if self.exit else f"between {first!r} and {second!r}"
+        return f"the {kind} {joins} at ({self.x:.2f}, {self.y:.2f})"
+
     def side(self, space: str) -> PlanarPose:
         """Return the pose of its middle on the face of the wall in a space, with the front toward that space.
 
@@ -68,6 +78,10 @@ class Doorway:
         turn = math.pi * self.spaces.index(space)
         yaw, offset = self.yaw + turn, self.thickness / 2.0
         return self.x - math.sin(yaw) * offset, self.y + math.cos(yaw) * offset, yaw
+
+    def opens_into(self, space: str) -> bool:
+        """Return whether the leaf opens into a space; a passage has none."""
+        return self.opening.kind == "door" and self.spaces[0 if self.opens_forward else 1] == space
 
     @property
     def floor(self) -> OrientedBox:
@@ -106,7 +120,8 @@ def _doorway(index: int, wall: Wall, opening: Opening, left: Neighbor | None, ri
     x, y, yaw = wall.pose(opening.position, "right" if left is None else "left")
     first, second = (right, left) if left is None else (left, right)
     (before, near), (behind, far) = first or (OUTSIDE, 0.0), second or (OUTSIDE, 0.0)
-    return Doorway(index, opening, x, y, yaw, (before, behind), (near, far), wall.thickness)
+    forward = opening.swing == ("right" if left is None else "left")
+    return Doorway(index, opening, x, y, yaw, (before, behind), (near, far), wall.thickness, forward)
 
 
 def _sides(

@@ -101,6 +101,17 @@ class Space(Growing):
             for r, (x, y) in zip(self.region, middles, strict=True)
         )
 
+    @property
+    def area(self) -> float:
+        """Area of the region, square meters."""
+        xs = sorted({x for r in self.region for x in (r.x0, r.x1)})
+        ys = sorted({y for r in self.region for y in (r.y0, r.y1)})
+        x, y = (np.array(xs[:-1]) + xs[1:]) / 2.0, (np.array(ys[:-1]) + ys[1:]) / 2.0
+        covered = np.zeros((len(x), len(y)), dtype=np.bool_)
+        for r in self.region:
+            covered |= ((x > r.x0) & (x < r.x1))[:, None] & ((y > r.y0) & (y < r.y1))[None]
+        return float(np.diff(xs) @ covered @ np.diff(ys))
+
     def contains(self, points: Array, tolerance: float = 0.0) -> NDArray[np.bool_]:
         """Return whether points (n, 2) of the floor's frame lie in the region, shape (n,); edges belong to it.
 
