@@ -1,4 +1,4 @@
-"""The boundary of a disc's free space: tangents of circles around rectangle corners, and the free arcs on them.
+"""Tangents of the quarter circles around the corners of rectangles.
 
 A disc of radius r avoids a rectangle if its center stays outside the rectangle dilated by r, whose boundary consists of
 four straight edges and four quarter circles. A shortest path consists of straight segments that touch those quarter
@@ -8,20 +8,19 @@ circles, and of arcs along them.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.navigation.clearance import Obstacles
-from labgym.navigation.plan import Extent
+from labgym.navigation.clearance import Index, Obstacles
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 QUARTER = math.pi / 2.0
-TOLERANCE = 1e-7
-"""A path may be nearer than the radius by this much, metres: the rounding error of a path that touches."""
+PAIRS = 100_000
+"""Number of pairs of corners whose tangents are computed at a time; bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +42,10 @@ class Corners:
         begin = obstacles.boxes.yaw[:, None] + turns[None, :]
         return cls(obstacles.boxes.corners().reshape(-1, 2), begin.ravel(), radius)
 
+    def at(self, chosen: Index) -> Corners:
+        """Return the selected corners."""
+        return Corners(self.centre[chosen], self.begin[chosen], self.radius)
+
     def on_quarter(self, index: Index, normal: Array) -> NDArray[np.bool_]:
         """Whether unit normals (m, 2) point into the quarter of the corners index (m,)."""
         middle = self.begin[index] + QUARTER / 2.0
@@ -58,6 +61,11 @@ class Corners:
         """Return the points on the circles at unit normals, (m, 2)."""
         return self.centre[index] + self.radius * normal
 
+    def at_turn(self, index: Index, turn: Array) -> Array:
+        """Return the points at angles (m,) from the beginning of the quarters index (m,), (m, 2)."""
+        angle = self.begin[index] + turn
+        return self.centre[index] + self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+
 
 @dataclass(frozen=True)
 class Contacts:
@@ -70,62 +78,69 @@ class Contacts:
     corner: Index
     normal: Array
 
-    def at(self, chosen: NDArray[np.bool_]) -> Contacts:
+    def at(self, chosen: NDArray[np.bool_] | Index) -> Contacts:
         """Return the selected contacts."""
         return Contacts(self.corner[chosen], self.normal[chosen])
 
 
-class FreeSpace:
-    """The positions of a disc's center: at least r from the walls and from every rectangle."""
-
-    def __init__(self, room: Extent, obstacles: Obstacles, radius: float) -> None:
-        self.obstacles, self.radius = obstacles, radius
-        self.low = np.array([radius, radius])
-        self.high = np.array([room.width - radius, room.depth - radius])
-
-    def holds(self, points: Array) -> NDArray[np.bool_]:
-        """Whether points (m, 2) are free."""
-        return np.asarray(self.in_room(points) & (self.obstacles.nearest(points) >= self.radius - TOLERANCE))
-
-    def joins(self, starts: Array, ends: Array) -> NDArray[np.bool_]:
-        """Whether segments (m, 2)-(m, 2) are free along their whole length."""
-        good: NDArray[np.bool_] = self.in_room(starts) & self.in_room(ends)
-        inside = np.flatnonzero(good)
-        near = self.obstacles.segment_distances(starts[inside], ends[inside]).min(axis=1, initial=np.inf)
-        good[inside] = near >= self.radius - TOLERANCE
-        return good
-
-    def in_room(self, points: Array) -> NDArray[np.bool_]:
-        """Whether the disc at points (m, 2) stays between the walls."""
-        return np.asarray(((points >= self.low - TOLERANCE) & (points <= self.high + TOLERANCE)).all(axis=-1))
-
-
-def bitangents(corners: Corners) -> tuple[Contacts, Contacts]:
-    """Return the segments that touch two quarter circles, each as its two contacts.
+def bitangents(corners: Corners, sectors: Array) -> Iterator[tuple[Contacts, Contacts]]:
+    """Yield the segments that touch two quarter circles, each as its two contacts.
 
     For unit u from circle i to circle j at distance d: the outer tangents touch both at the normals +-left(u), the
     inner ones, if d > 2r, touch i at n and j at -n with n.u = 2r/d.
+
+    Args:
+        corners: k corners.
+        sectors: (k, 2) part of each quarter in which contacts are of use: begin and end along the quarter, radians.
     """
-    i, j = np.triu_indices(len(corners.begin), 1)
+    middle = corners.begin + sectors.mean(axis=1)
+    mx, my = np.cos(middle), np.sin(middle)
+    least = np.cos((sectors[:, 1] - sectors[:, 0]) / 2.0 + 2e-6)
+    cx, cy = corners.centre.T
+    count = len(corners.begin)
+    step = max(1, PAIRS // max(1, count))
+    for first in range(0, count, step):
+        i, j = np.s_[first : first + step, None], np.s_[None, first + 1 :]
+        dx, dy = cx[j] - cx[i], cy[j] - cy[i]
+        length = np.hypot(dx, dy)
+        ahead = np.arange(first + 1, count)[None, :] > np.arange(first, min(first + step, count))[:, None]
+        ahead &= length > 1e-9
+        with np.errstate(invalid="ignore", divide="ignore"):
+            ux, uy = dx / length, dy / length
+            along = 2.0 * corners.radius / length
+            across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
+        crossing = ahead & (length > 2.0 * corners.radius + 1e-9)
+        # Components of each sector's middle to the left of u, and inner tangents' share of its component along u.
+        left_i, left_j = ux * my[i] - uy * mx[i], ux * my[j] - uy * mx[j]
+        on_i, on_j = along * (ux * mx[i] + uy * my[i]), along * (ux * mx[j] + uy * my[j])
+        left_i_across, left_j_across = across * left_i, across * left_j
+        for side in (1.0, -1.0):
+            outer = ahead & (side * left_i >= least[i]) & (side * left_j >= least[j])
+            yield from _contacts(corners, first, outer, side, inner=False)
+            inner = (on_i + side * left_i_across >= least[i]) & (on_j + side * left_j_across <= -least[j])
+            yield from _contacts(corners, first, crossing & inner, side, inner=True)
+
+
+def _contacts(
+    corners: Corners, first: int, chosen: NDArray[np.bool_], side: float, inner: bool
+) -> Iterator[tuple[Contacts, Contacts]]:
+    """Yield the contacts of the tangents of chosen pairs, [row, column] for corners first + row, first + 1 + column."""
+    row, column = np.nonzero(chosen)
+    if len(row) == 0:
+        return
+    i, j = row + first, column + first + 1
     offset = corners.centre[j] - corners.centre[i]
     length = np.hypot(offset[:, 0], offset[:, 1])
-    apart = length > 1e-9
-    i, j, offset, length = i[apart], j[apart], offset[apart], length[apart]
     u = offset / length[:, None]
     left = np.column_stack([-u[:, 1], u[:, 0]])
-    along = np.minimum(2.0 * corners.radius / length, 1.0)[:, None]
-    across = np.sqrt(1.0 - along**2)
-    inner = (length > 2.0 * corners.radius + 1e-9).nonzero()[0]
-    pairs: list[tuple[Contacts, Contacts]] = []
-    for side in (1.0, -1.0):
-        pairs.append((Contacts(i, side * left), Contacts(j, side * left)))
-        normal = (along * u + side * across * left)[inner]
-        pairs.append((Contacts(i[inner], normal), Contacts(j[inner], -normal)))
-    valid = [corners.on_quarter(a.corner, a.normal) & corners.on_quarter(b.corner, b.normal) for a, b in pairs]
-    return (
-        _stack([a.at(good) for (a, _), good in zip(pairs, valid, strict=True)]),
-        _stack([b.at(good) for (_, b), good in zip(pairs, valid, strict=True)]),
-    )
+    if inner:
+        along = np.minimum(2.0 * corners.radius / length, 1.0)[:, None]
+        normal = along * u + side * np.sqrt(1.0 - along**2) * left
+        a, b = Contacts(i, normal), Contacts(j, -normal)
+    else:
+        a, b = Contacts(i, side * left), Contacts(j, side * left)
+    valid = corners.on_quarter(a.corner, a.normal) & corners.on_quarter(b.corner, b.normal)
+    yield a.at(valid), b.at(valid)
 
 
 def tangents(corners: Corners, point: Array) -> Contacts:
@@ -133,75 +148,19 @@ def tangents(corners: Corners, point: Array) -> Contacts:
     index = np.arange(len(corners.begin))
     offset = point - corners.centre
     length = np.hypot(offset[:, 0], offset[:, 1])
-    outside = length >= corners.radius - TOLERANCE
+    outside = length >= corners.radius - 1e-7
     index, offset, length = index[outside], offset[outside], length[outside]
     u = offset / length[:, None]
     left = np.column_stack([-u[:, 1], u[:, 0]])
     along = np.minimum(corners.radius / length, 1.0)[:, None]
     across = np.sqrt(1.0 - along**2)
-    both = _stack([Contacts(index, along * u + side * across * left) for side in (1.0, -1.0)])
+    both = stacked([Contacts(index, along * u + side * across * left) for side in (1.0, -1.0)])
     return both.at(corners.on_quarter(both.corner, both.normal))
 
 
-def free_arcs(corners: Corners, space: FreeSpace) -> tuple[Index, Array]:
-    """Return the maximal free arcs of the quarter circles.
-
-    Each quarter is cut at its intersections with other circles, the lines of dilated edges, and walls; a piece is free
-    if its middle is free.
-
-    Returns:
-        corner (a,), ascending, and the arcs (a, 2): begin and end along the quarter, radians, ascending.
-    """
-    count = len(corners.begin)
-    if count == 0:
-        return np.empty(0, dtype=np.intp), np.empty((0, 2))
-    cuts = (_crossings(corners, space) - corners.begin[:, None]) % (2.0 * math.pi)
-    cuts = np.sort(np.where(cuts < QUARTER, cuts, np.nan), axis=1)
-    cuts = cuts[:, : int(np.isfinite(cuts).sum(axis=1).max(initial=0))]
-    edges = np.column_stack([np.zeros(count), np.where(np.isnan(cuts), QUARTER, cuts), np.full(count, QUARTER)])
-    angle = corners.begin[:, None] + (edges[:, :-1] + edges[:, 1:]) / 2.0
-    middles = corners.centre[:, None, :] + corners.radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    wide = np.diff(edges, axis=1) > 1e-9
-    free = np.zeros(wide.shape, dtype=bool)
-    free[wide] = space.holds(middles[wide])
-    return _merged(edges, wide, free)
-
-
-def _merged(edges: Array, wide: NDArray[np.bool_], free: NDArray[np.bool_]) -> tuple[Index, Array]:
-    corner: list[int] = []
-    arcs: list[list[float]] = []
-    for row in np.flatnonzero(free.any(axis=1)):
-        last = False
-        for piece in np.flatnonzero(wide[row]):
-            if free[row, piece] and last:
-                arcs[-1][1] = float(edges[row, piece + 1])
-            elif free[row, piece]:
-                corner.append(int(row))
-                arcs.append([float(edges[row, piece]), float(edges[row, piece + 1])])
-            last = bool(free[row, piece])
-    return np.array(corner, dtype=np.intp), np.array(arcs).reshape(-1, 2)
-
-
-def _crossings(corners: Corners, space: FreeSpace) -> Array:
-    """Return the angles at which each circle crosses circles, lines of dilated edges and walls, (k, n) with NaN."""
-    radius, boxes = corners.radius, space.obstacles.boxes
-    offset = corners.centre[None, :, :] - corners.centre[:, None, :]
-    length = np.hypot(offset[..., 0], offset[..., 1])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        spread = np.arccos(np.where(length > 1e-9, length / (2.0 * radius), np.nan))
-        towards = np.arctan2(offset[..., 1], offset[..., 0])
-        angles = [towards + spread, towards - spread]
-        local = np.einsum("knd,nad->kna", corners.centre[:, None, :] - boxes.centre, boxes.axes())
-        for axis in range(2):
-            for side in (1.0, -1.0):
-                turn = np.arccos((side * (boxes.half[:, axis] + radius) - local[..., axis]) / radius)
-                base = boxes.yaw + axis * QUARTER
-                angles += [base + turn, base - turn]
-            for wall in (space.low, space.high):
-                turn = np.arccos((wall[axis] - corners.centre[:, axis]) / radius)[:, None]
-                angles += [axis * QUARTER + turn, axis * QUARTER - turn]
-    return np.concatenate(angles, axis=1)
-
-
-def _stack(parts: list[Contacts]) -> Contacts:
-    return Contacts(np.concatenate([part.corner for part in parts]), np.concatenate([part.normal for part in parts]))
+def stacked(parts: Sequence[Contacts]) -> Contacts:
+    """Return contacts in one array."""
+    return Contacts(
+        np.concatenate([np.empty(0, dtype=np.intp), *(part.corner for part in parts)]),
+        np.concatenate([np.empty((0, 2)), *(part.normal for part in parts)]),
+    )

@@ -7,8 +7,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
+from polygon_paths import PolygonPaths
 
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox
@@ -22,21 +21,6 @@ def random_boxes(rng: np.random.Generator, count: int) -> list[OrientedBox]:
         OrientedBox(*rng.uniform(1.0, 7.0, 2), *rng.uniform(0.2, 1.6, 2), float(rng.uniform(-math.pi, math.pi)))
         for _ in range(count)
     ]
-
-
-def length_by_polygons(boxes: list[OrientedBox], start: np.ndarray, goal: np.ndarray, size: float = 8.0) -> float:
-    """A visibility graph over shapely's buffers, whose arcs are chords: at most 0.16% shorter along the arcs."""
-    grown = shapely.union_all([shapely.buffer(shapely.Polygon(b.corners()), R - 1e-9, quad_segs=8) for b in boxes])
-    free = shapely.difference(shapely.box(R, R, size - R, size - R), shapely.buffer(grown, -1e-9))
-    shapely.prepare(free)
-    vertices = np.concatenate([[start, goal], shapely.get_coordinates(grown)])
-    i, j = np.triu_indices(len(vertices), 1)
-    seen = shapely.covers(free, shapely.linestrings(np.stack([vertices[i], vertices[j]], axis=1)))
-    i, j = i[seen], j[seen]
-    weights = np.maximum(np.linalg.norm(vertices[i] - vertices[j], axis=1), 1e-14)
-    keep = np.unique(i * len(vertices) + j, return_index=True)[1]
-    graph = csr_matrix((weights[keep], (i[keep], j[keep])), shape=(len(vertices),) * 2)
-    return float(dijkstra(graph, directed=False, indices=0)[1])
 
 
 def test_open_floor_is_the_straight_line(make_plan):
@@ -78,7 +62,7 @@ def test_a_slalom_crosses_over_on_the_inner_tangent(make_plan):
 def test_lengths_agree_with_a_visibility_graph_over_polygons(make_plan, seed):
     rng = np.random.default_rng(seed)
     boxes = random_boxes(rng, 5)
-    paths = ShortestPaths(make_plan(*boxes))
+    paths, by_polygons = ShortestPaths(make_plan(*boxes)), PolygonPaths(boxes, R, 8.0, 8.0)
     polygons = [shapely.Polygon(b.corners()) for b in boxes]
     compared = 0
     for _ in range(40):
@@ -86,7 +70,7 @@ def test_lengths_agree_with_a_visibility_graph_over_polygons(make_plan, seed):
         ends = shapely.points([start, goal])
         if min(shapely.distance(polygon, ends).min() for polygon in polygons) < R + 0.01:
             continue
-        exact, chords = paths.path(start, goal), length_by_polygons(boxes, start, goal)
+        exact, chords = paths.path(start, goal), by_polygons.length(start, goal)
         if exact is None:
             assert math.isinf(chords)
         else:

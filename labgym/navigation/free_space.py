@@ -1,0 +1,172 @@
+"""The free positions of a disc among rectangles, and the free arcs on the rounded corners that bound them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.navigation.blocked_cells import BlockedCells
+from labgym.navigation.clearance import Index, Obstacles
+from labgym.navigation.plan import Extent
+from labgym.navigation.tangents import QUARTER, Contacts, Corners
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-7
+"""A path may be nearer than the radius by this much, meters: the rounding error of a path that touches."""
+SAME_ANGLE = 1e-6
+"""Contacts this far outside an arc count as on it, radians."""
+SPACING = 4.0
+"""Distance of the arcs on a line that has them one after the other: more than a quarter's pi / 2."""
+
+
+class FreeSpace:
+    """The positions of a disc's center: at least r from the walls and from every rectangle."""
+
+    def __init__(self, room: Extent, obstacles: Obstacles, radius: float) -> None:
+        self.obstacles, self.radius = obstacles, radius
+        self.low = np.array([radius, radius])
+        self.high = np.array([room.width - radius, room.depth - radius])
+
+    def holds(self, points: Array) -> NDArray[np.bool_]:
+        """Whether points (m, 2) are free."""
+        return np.asarray(self.in_room(points) & (self.obstacles.nearest(points) >= self.radius - TOLERANCE))
+
+    def joins(self, starts: Array, ends: Array) -> NDArray[np.bool_]:
+        """Whether segments (m, 2)-(m, 2) are free along their whole length."""
+        good: NDArray[np.bool_] = self.in_room(starts) & self.in_room(ends)
+        rest = np.flatnonzero(good)
+        blocked = self._blocked_cells.block(starts[rest], ends[rest])
+        good[rest[blocked]] = False
+        rest = rest[~blocked]
+        good[rest] = self.obstacles.segments_clear(starts[rest], ends[rest], self.radius - TOLERANCE)
+        return good
+
+    def in_room(self, points: Array) -> NDArray[np.bool_]:
+        """Whether the disc at points (m, 2) stays between the walls."""
+        return np.asarray(((points >= self.low - TOLERANCE) & (points <= self.high + TOLERANCE)).all(axis=-1))
+
+    @cached_property
+    def _blocked_cells(self) -> BlockedCells:
+        return BlockedCells(self.obstacles, self.radius, self.low, self.high)
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """Pieces of quarter circles, in ascending order of corner and angle.
+
+    Attributes:
+        corner: (a,) corner index.
+        span: (a, 2) begin and end along the quarter, radians in [0, pi/2].
+    """
+
+    corner: Index
+    span: Array
+
+    def of(self, corners: Corners, contacts: Contacts) -> tuple[Index, Array]:
+        """Return the arc that each contact lies on, -1 for none, and its angle along the quarter, each (m,)."""
+        turn = corners.turned(contacts.corner, contacts.normal)
+        place = contacts.corner * SPACING + turn
+        arc = np.searchsorted(self._begin, place + SAME_ANGLE, side="right") - 1
+        on_arc = arc >= 0
+        on_arc[on_arc] = place[on_arc] <= self._end[arc[on_arc]] + SAME_ANGLE
+        return np.where(on_arc, arc, -1), turn
+
+    @cached_property
+    def _begin(self) -> Array:
+        return self.corner * SPACING + self.span[:, 0]
+
+    @cached_property
+    def _end(self) -> Array:
+        return self.corner * SPACING + self.span[:, 1]
+
+
+def free_arcs(corners: Corners, space: FreeSpace) -> Arcs:
+    """Return the maximal free arcs of the quarter circles.
+
+    Each quarter is cut where it crosses the boundary of a dilated rectangle or the line of a wall; a piece is free if
+    its middle is free.
+    """
+    pairs = _close_pairs(corners, space)
+    corner, angle = _cuts(corners, space, pairs)
+    count = len(corners.begin)
+    ends = np.arange(count)
+    corner = np.concatenate([ends, corner, ends])
+    angle = np.concatenate([np.zeros(count), angle, np.full(count, QUARTER)])
+    order = np.lexsort((angle, corner))
+    corner, angle = corner[order], angle[order]
+    wide = np.flatnonzero((corner[1:] == corner[:-1]) & (angle[1:] - angle[:-1] > 1e-9))
+    corner, begin, end = corner[wide], angle[wide], angle[wide + 1]
+    free = _free_points(corner, corners.at_turn(corner, (begin + end) / 2.0), pairs, space)
+    # Consecutive free pieces of a quarter are one arc.
+    first = free.copy()
+    first[1:] &= ~(free[:-1] & (corner[1:] == corner[:-1]))
+    last = free.copy()
+    last[:-1] &= ~(free[1:] & (corner[1:] == corner[:-1]))
+    return Arcs(corner[first], np.column_stack([begin[first], end[last]]))
+
+
+def _close_pairs(corners: Corners, space: FreeSpace) -> tuple[Index, Index]:
+    """Return the pairs of a corner, ascending, and a rectangle within two radii: the others do not touch its arc."""
+    reach = 2.0 * corners.radius + 1e-6
+    corner, box = space.obstacles.near(corners.centre - reach, corners.centre + reach)
+    close = space.obstacles.paired_distances(corners.centre[corner], box) <= reach
+    return corner[close], box[close]
+
+
+def _cuts(corners: Corners, space: FreeSpace, pairs: tuple[Index, Index]) -> tuple[Index, Array]:
+    """Return where the quarters cross dilated rectangles and walls: corner (c,) and angle along the quarter (c,)."""
+    radius, boxes, (corner, box) = corners.radius, space.obstacles.boxes, pairs
+    centre = corners.centre[corner]
+    axes, vertices = boxes.axes(), boxes.corners()
+    angles: list[Array] = []
+    walls: list[Array] = []
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for vertex in range(4):
+            offset = vertices[box, vertex] - centre
+            length = np.hypot(offset[:, 0], offset[:, 1])
+            spread = np.arccos(np.where(length > 1e-9, length / (2.0 * radius), np.nan))
+            towards = np.arctan2(offset[:, 1], offset[:, 0])
+            angles += [towards + spread, towards - spread]
+        local = ((centre - boxes.centre[box])[:, None, :] * axes[box]).sum(axis=-1)
+        for axis in range(2):
+            for side in (1.0, -1.0):
+                turn = np.arccos((side * (boxes.half[box, axis] + radius) - local[:, axis]) / radius)
+                base = boxes.yaw[box] + axis * QUARTER
+                angles += [base + turn, base - turn]
+            for wall in (space.low, space.high):
+                turn = np.arccos((wall[axis] - corners.centre[:, axis]) / radius)
+                walls += [axis * QUARTER + turn, axis * QUARTER - turn]
+    of_boxes, of_walls = np.column_stack(angles), np.column_stack(walls)
+    row, _ = here = np.nonzero(_on_quarter(corners, corner, of_boxes))
+    turned = (of_boxes[here] - corners.begin[corner[row]]) % (2.0 * math.pi)
+    # Most angles are of the lines and circles beyond the boundary of the dilated rectangle: those cut nothing.
+    gap = space.obstacles.paired_distances(corners.at_turn(corner[row], turned), box[row])
+    on_boundary = np.abs(gap - radius) <= 1e-6
+    at_wall, _ = there = np.nonzero(_on_quarter(corners, np.arange(len(corners.begin)), of_walls))
+    return (
+        np.concatenate([corner[row[on_boundary]], at_wall]),
+        np.concatenate([turned[on_boundary], (of_walls[there] - corners.begin[at_wall]) % (2.0 * math.pi)]),
+    )
+
+
+def _on_quarter(corners: Corners, corner: Index, angles: Array) -> NDArray[np.bool_]:
+    """Whether angles (m, n) are within the quarters of corners (m,); False for NaN."""
+    return np.asarray((angles - corners.begin[corner][:, None]) % (2.0 * math.pi) < QUARTER)
+
+
+def _free_points(corner: Index, points: Array, pairs: tuple[Index, Index], space: FreeSpace) -> NDArray[np.bool_]:
+    """Whether points (m, 2) on the quarters of corners (m,) are free; `pairs` are the close rectangles of corners."""
+    free = space.in_room(points)
+    rest = np.flatnonzero(free)
+    begin = np.searchsorted(pairs[0], corner[rest], side="left")
+    count = np.searchsorted(pairs[0], corner[rest], side="right") - begin
+    point = np.repeat(rest, count)
+    within = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
+    near = space.obstacles.paired_distances(points[point], pairs[1][np.repeat(begin, count) + within])
+    free[point[near < space.radius - TOLERANCE]] = False
+    return free

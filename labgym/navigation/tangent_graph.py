@@ -1,0 +1,155 @@
+"""The tangent visibility graph of a disc's free space: contacts, the segments and the arcs between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from labgym.navigation.clearance import Index
+from labgym.navigation.free_space import SPACING, Arcs, FreeSpace, free_arcs
+from labgym.navigation.tangents import Contacts, Corners, bitangents, stacked, tangents
+
+Array = NDArray[np.float64]
+
+TOUCHING = 1e-14
+"""Least length of an edge, meters: SciPy drops explicit zeros, so contacts that coincide need a length."""
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Contacts on free arcs.
+
+    Attributes:
+        contacts: m contacts. points: (m, 2). arc: (m,) index of the arc. turn: (m,) angle along the quarter, radians.
+    """
+
+    contacts: Contacts
+    points: Array
+    arc: Index
+    turn: Array
+
+    def __len__(self) -> int:
+        return len(self.arc)
+
+    @property
+    def place(self) -> Array:
+        """Position on a line that has all arcs one after the other, (m,)."""
+        return np.asarray(self.arc * SPACING + self.turn)
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Undirected edges: numbers of the nodes that they join (e,), (e,), and lengths (e,), meters."""
+
+    first: Index
+    second: Index
+    length: Array
+
+
+class TangentGraph:
+    """Nodes are the points at which straight segments touch the rounded corners of the dilated rectangles.
+
+    Only contacts on free arcs are nodes, so corners without a free arc, such as those inside a row of cabinets, are
+    dropped before pairs are formed. The rest grows with the number of pairs of corners, in pieces of bounded memory;
+    segments are tested against the rectangles near them.
+
+    Attributes:
+        space: the free positions of the disc.
+        corners: the quarter circles that have free arcs.
+        arcs: their free arcs.
+        nodes: contacts k and k + len / 2 are the ends of one free segment.
+        edges: the segments, and the arcs between neighboring contacts.
+    """
+
+    def __init__(self, space: FreeSpace) -> None:
+        self.space = space
+        corners = Corners.of(space.obstacles, space.radius)
+        arcs = free_arcs(corners, space)
+        useful, first, count = np.unique(arcs.corner, return_index=True, return_counts=True)
+        self.corners = corners.at(useful)
+        self.arcs = Arcs(np.searchsorted(useful, arcs.corner), arcs.span)
+        sectors = np.column_stack([arcs.span[first, 0], arcs.span[first + count - 1, 1]])
+        pairs = [self._free(a, b) for a, b in bitangents(self.corners, sectors)]
+        self.nodes = self._nodes(stacked([a for a, _ in pairs] + [b for _, b in pairs]))
+        self._order = np.argsort(self.nodes.place, kind="stable")
+        self._line = self.nodes.place[self._order]
+        half = np.arange(len(self.nodes) // 2)
+        self.edges = self._joined([self._segments(half, half + len(half)), self._along_arcs(self._order, self.nodes)])
+
+    def visible_from(self, point: Array) -> Nodes:
+        """Return the contacts of the free tangents from a point (2,)."""
+        contacts = tangents(self.corners, point)
+        contacts = contacts.at(self.arcs.of(self.corners, contacts)[0] >= 0)
+        ends = self._points(contacts)
+        return self._nodes(contacts.at(self.space.joins(np.broadcast_to(point, ends.shape), ends)))
+
+    def trail(self, start: Array, goal: Array) -> tuple[Nodes, float] | None:
+        """Return the contacts of a shortest path with at least one contact and its length; None if none exists."""
+        near_start, near_goal = self.visible_from(start), self.visible_from(goal)
+        s, g, m = len(near_start), len(near_goal), len(self.nodes)
+        extra = self._nodes(stacked([near_start.contacts, near_goal.contacts]))
+        number = m + np.arange(s + g)
+        ends = np.concatenate([np.full(s, m + s + g), np.full(g, m + s + g + 1)])
+        places = np.concatenate([np.broadcast_to(start, (s, 2)), np.broadcast_to(goal, (g, 2))])
+        sight = Edges(ends, number, np.linalg.norm(places - extra.points, axis=1))
+        edges = self._joined([self.edges, sight, *self._attached(extra, m)])
+        size = m + s + g + 2
+        graph = csr_matrix((edges.length, (edges.first, edges.second)), shape=(size, size))
+        lengths, before = dijkstra(graph, directed=False, indices=size - 2, return_predecessors=True)
+        if not np.isfinite(lengths[size - 1]):
+            return None
+        passed = [int(before[size - 1])]
+        while passed[-1] != size - 2:
+            passed.append(int(before[passed[-1]]))
+        chosen = np.array(passed[-2::-1], dtype=np.intp)
+        contacts = stacked([self.nodes.contacts, extra.contacts]).at(chosen)
+        return self._nodes(contacts), float(lengths[size - 1])
+
+    def _free(self, a: Contacts, b: Contacts) -> tuple[Contacts, Contacts]:
+        """Return those of the segments a-b that touch free arcs and are free."""
+        for contacts in (0, 1):
+            on_arc = self.arcs.of(self.corners, (a, b)[contacts])[0] >= 0
+            a, b = a.at(on_arc), b.at(on_arc)
+        free = self.space.joins(self._points(a), self._points(b))
+        return a.at(free), b.at(free)
+
+    def _points(self, contacts: Contacts) -> Array:
+        return self.corners.points(contacts.corner, contacts.normal)
+
+    def _nodes(self, contacts: Contacts) -> Nodes:
+        return Nodes(contacts, self._points(contacts), *self.arcs.of(self.corners, contacts))
+
+    def _segments(self, first: Index, second: Index) -> Edges:
+        points = self.nodes.points
+        return Edges(first, second, np.linalg.norm(points[first] - points[second], axis=1))
+
+    def _along_arcs(self, order: Index, nodes: Nodes, offset: int = 0) -> Edges:
+        """Join neighbors on an arc; `order` sorts the nodes by place, `offset` is the number of the first."""
+        here, there = order[:-1], order[1:]
+        same = nodes.arc[here] == nodes.arc[there]
+        here, there = here[same], there[same]
+        return Edges(here + offset, there + offset, self.space.radius * (nodes.turn[there] - nodes.turn[here]))
+
+    def _attached(self, extra: Nodes, offset: int) -> list[Edges]:
+        """Join further nodes, numbered from `offset`, to each other and to their neighbors on the same arc."""
+        edges = [self._along_arcs(np.argsort(extra.place, kind="stable"), extra, offset)]
+        position = np.searchsorted(self._line, extra.place)
+        for neighbor, exists in ((position - 1, position > 0), (position, position < len(self._line))):
+            row = np.flatnonzero(exists)
+            node = self._order[neighbor[row]]
+            same = self.nodes.arc[node] == extra.arc[row]
+            row, node = row[same], node[same]
+            edges.append(Edges(row + offset, node, self.space.radius * np.abs(extra.turn[row] - self.nodes.turn[node])))
+        return edges
+
+    @staticmethod
+    def _joined(parts: list[Edges]) -> Edges:
+        return Edges(
+            np.concatenate([part.first for part in parts]),
+            np.concatenate([part.second for part in parts]),
+            np.maximum(np.concatenate([part.length for part in parts]), TOUCHING),
+        )
