@@ -170,7 +170,7 @@ def _errors(plan: Plan) -> list[str]:
     arrangement = Arrangement.of(plan.layout())
     fixed = set(plan.brief.fixed)
     narrow = [
-        f"the widest way from the {way.door.wall} door to {way.destinations[0]} is {way.width:.2f} m"
+        f"the widest way from {way.entrance} to {way.destinations[0]} is {way.width:.2f} m"
         for way in narrow_ways(arrangement, margin=MARGIN)
     ]
     issues = [issue for issue in placing_issues(arrangement) if not fixed.issuperset(issue.ids)]

@@ -8,6 +8,7 @@ import pickle
 
 import numpy as np
 import pytest
+from floor_shapes import polygon_walls, two_rooms
 from pydantic import ValidationError
 from shapely import Point, Polygon, box
 from shapely.affinity import rotate, translate
@@ -16,8 +17,6 @@ from shapely.ops import unary_union
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.layouts import Layout, Room
 from labgym.layouts.floor import Column, Door, Floor, KeepOut, Opening, Rectangle, Service, Space, Wall
-
-T = 0.2
 
 
 def replaced(record, **changes):
@@ -32,50 +31,6 @@ def outline(solid) -> Polygon:
 def plan(floor: Floor, low: float = 0.0, high: float = 5.0):
     """What is solid somewhere between two heights."""
     return unary_union([outline(solid) for solid in floor.solids if solid.z1 > low and solid.z0 < high])
-
-
-def two_rooms(**door) -> Floor:
-    """A laboratory of 6 x 5 m and a store of 3 x 5 m behind a wall of 0.1 m with a door; an exit into each."""
-    opening = Opening(**{"position": 2.0, "width": 1.0, "state": "open"} | door)
-    return Floor(
-        walls=(
-            Wall(start=(-0.1, -0.1), end=(9.2, -0.1), openings=(Opening(position=1.5),)),
-            Wall(start=(9.2, -0.1), end=(9.2, 5.1), openings=(Opening(position=3.0, width=1.2, swing="left"),)),
-            Wall(
-                start=(9.2, 5.1),
-                end=(-0.1, 5.1),
-                openings=(Opening(kind="window", position=2.0, width=1.5, sill=1.0, height=1.2),),
-            ),
-            Wall(start=(-0.1, 5.1), end=(-0.1, -0.1)),
-            Wall(start=(6.05, 0.0), end=(6.05, 5.0), thickness=0.1, openings=(opening,)),
-        ),
-        spaces=(
-            Space(id="lab", region=(Rectangle(x1=6.0, y1=5.0),)),
-            Space(id="store", use="store", x=6.1, region=(Rectangle(x1=3.0, y1=5.0),)),
-        ),
-    )
-
-
-def polygon_walls(corners, thickness=T, style="middle", doors=(0,)) -> tuple[Wall, ...]:
-    """Walls around a counter-clockwise polygon of inner corners: middle lines that meet, or that end at the corners."""
-    corners = np.asarray(corners, dtype=float)
-    ring = Polygon(corners)
-    count = len(corners)
-    walls = []
-    middle = np.array(ring.buffer(thickness / 2.0, join_style="mitre", mitre_limit=20.0).exterior.coords)[:-1]
-    order = [int(np.linalg.norm(middle - corner, axis=1).argmin()) for corner in corners]
-    for k in range(count):
-        start, end = corners[k], corners[(k + 1) % count]
-        direction = (end - start) / np.linalg.norm(end - start)
-        if style == "middle":
-            ends = middle[order[k]], middle[order[(k + 1) % count]]
-        else:
-            out = np.array([direction[1], -direction[0]]) * thickness / 2.0
-            ends = start + out, end + out
-        length = float(np.linalg.norm(ends[1] - ends[0]))
-        openings = (Opening(position=length / 2.0, width=0.9),) if k in doors else ()
-        walls.append(Wall(start=tuple(ends[0]), end=tuple(ends[1]), thickness=thickness, openings=openings))
-    return tuple(walls)
 
 
 # Solids

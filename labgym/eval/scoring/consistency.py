@@ -9,14 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-import numpy as np
-
 from labgym.eval.scoring.layout_report import ConsistencyProxy, RuleScore
 from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility import SHOWER_WALK, blocked_front, box_of, hoods, shower_walks
 from labgym.layouts.rules.objective import Assessment
-from labgym.layouts.rules.zones import door_area, standing_in
+from labgym.layouts.rules.zones import standing_in
 from labgym.protocols import Protocol
 
 BACK_GAP = 0.15
@@ -78,8 +76,7 @@ def _realism(arrangement: Arrangement) -> list[RuleScore | None]:
     floor = [row for row, placement in enumerate(arrangement.placements) if placement.support == FLOOR]
     furniture = [row for row in floor if assets[row].kind == "facility" and assets[row].surfaces]
     tall = [row for row in floor if assets[row].size.height >= TALL and assets[row].subtype not in FREE_STANDING]
-    yaws = arrangement.boxes.yaw
-    parallel = [abs(math.remainder(float(yaws[row]), math.pi / 2.0)) <= RIGHT_ANGLE for row in furniture]
+    parallel = [bool(skew <= RIGHT_ANGLE) for skew in arrangement.building.skew(arrangement.take(furniture))]
     backed = [_backed(arrangement, row) for row in hoods(arrangement)]
     on_furniture = [
         arrangement.placements[row].support not in (FLOOR, WALL)
@@ -95,8 +92,9 @@ def _realism(arrangement: Arrangement) -> list[RuleScore | None]:
 
 
 def _layout(arrangement: Arrangement, protocol: Protocol | None) -> list[RuleScore | None]:
-    room = arrangement.layout.room
-    doors = [not standing_in(arrangement, door_area(room, door)) for door in room.doors]
+    doors = [
+        not standing_in(arrangement, entrance.area, space=entrance.space) for entrance in arrangement.building.entrances
+    ]
     walks = [walk <= SHOWER_WALK for walk in shower_walks(arrangement).values()]
     located = [arrangement.layout.find(name) for name in (protocol.locations if protocol is not None else ())]
     rows = [arrangement.index[placement.id] for placement in located if placement is not None]
@@ -141,46 +139,24 @@ def _completeness(assessment: Assessment, protocol: Protocol | None) -> list[Rul
 
 def _walls(arrangement: Arrangement) -> RuleScore:
     """Return the score for the share of the walls' length lined by floor furniture; 1 from `BARE_WALL`."""
-    room = arrangement.layout.room
     rows = [
         row
         for row, placement in enumerate(arrangement.placements)
         if placement.support == FLOOR and arrangement.assets[row].kind == "facility"
     ]
-    corners = arrangement.corners[rows]
-    lined = 0.0
-    for along, across, length, far in ((0, 1, room.width, room.depth), (1, 0, room.depth, room.width)):
-        for near_wall in (corners[..., across], far - corners[..., across]):
-            close = near_wall.min(axis=1) <= BACK_GAP if len(rows) else np.zeros(0, dtype=bool)
-            spans = [(float(c[:, along].min()), float(c[:, along].max())) for c in corners[close]]
-            lined += _covered(spans, length)
-    share = lined / (2.0 * (room.width + room.depth))
+    share = arrangement.building.lined(arrangement.take(rows), BACK_GAP)
     detail = f"{share:.0%} of their length"
     return _rule("completeness", "walls are lined with furniture", min(1.0, share / BARE_WALL), detail)
 
 
-def _covered(spans: list[tuple[float, float]], length: float) -> float:
-    """Return the length of [0, length] that a union of intervals covers."""
-    covered, reached = 0.0, 0.0
-    for start, end in sorted(spans):
-        start, end = max(start, reached), min(end, length)
-        if end > start:
-            covered += end - start
-            reached = end
-    return covered
-
-
 def _backed(arrangement: Arrangement, row: int) -> bool:
     """Return whether an object's back is along a wall."""
-    room, corners = arrangement.layout.room, box_of(arrangement, row).corners()[:2]
-    gaps = (corners[:, 0], corners[:, 1], room.width - corners[:, 0], room.depth - corners[:, 1])
-    return bool(min(float(gap.max()) for gap in gaps) <= BACK_GAP)
+    gaps = arrangement.building.gaps(box_of(arrangement, row).corners()[:2])
+    return bool(gaps.max(axis=1).min() <= BACK_GAP)
 
 
 def _against_wall(arrangement: Arrangement, row: int) -> bool:
-    room, corners = arrangement.layout.room, arrangement.corners[row]
-    gaps = (corners[:, 0], corners[:, 1], room.width - corners[:, 0], room.depth - corners[:, 1])
-    return bool(min(float(gap.min()) for gap in gaps) <= BACK_GAP)
+    return bool(arrangement.building.gaps(arrangement.corners[row]).min() <= BACK_GAP)
 
 
 def _share(dimension: str, rule: str, passed: list[bool]) -> RuleScore | None:

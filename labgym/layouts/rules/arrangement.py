@@ -12,6 +12,7 @@ from labgym.assets import Asset
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.geometry import BoxArray, OrientedBox, rotate
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, placed_box
+from labgym.layouts.rules.building import Building, building_of
 
 BUILDING = frozenset({"opening", "robot"})
 """Categories that are not objects of the layout: doors and windows belong to the room, the robot to the episode."""
@@ -62,6 +63,16 @@ class Arrangement:
     def index(self) -> dict[str, int]:
         """Row of each placement id."""
         return {placement.id: row for row, placement in enumerate(self.placements)}
+
+    @cached_property
+    def building(self) -> Building:
+        """The rooms, walls and doors of the layout."""
+        return building_of(self.layout)
+
+    @cached_property
+    def spaces(self) -> list[int]:
+        """Index of the space that each object is in, n values."""
+        return [int(space) for space in self.building.spaces(self.boxes)]
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:

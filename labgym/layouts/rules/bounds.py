@@ -1,4 +1,4 @@
-"""OB: objects out of the room, off their support's surface, or above or below it."""
+"""OB: objects out of their room, off their support's surface, or above or below it."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class BoundsFault:
     """One way in which one object is out of bounds.
 
     Attributes:
-        cause: `room` (outside the interior), `surface` (over the edge of its support, or, if wall-mounted, away from
-            every wall), `height` (above or below its support).
+        cause: `room` (in a wall or a column, or outside of all rooms), `surface` (over the edge of its support, or, if
+            wall-mounted, away from every wall), `height` (above or below its support).
         amount: by how much, meters.
     """
 
@@ -40,7 +40,7 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     if not len(arrangement):
         return ()
     rows: dict[Cause, NDArray[np.float64]] = {
-        "room": _outside_room(arrangement),
+        "room": arrangement.building.outside(arrangement.boxes),
         "surface": np.zeros(len(arrangement)),
         "height": np.zeros(len(arrangement)),
     }
@@ -62,17 +62,7 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     )
 
 
-def _outside_room(arrangement: Arrangement) -> NDArray[np.float64]:
-    """How far boxes reach out of the room's interior, floor and ceiling included, shape (n,); 0 inside."""
-    room, boxes, corners = arrangement.layout.room, arrangement.boxes, arrangement.corners
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    sides = np.maximum(-low, high - (room.width, room.depth)).max(axis=1)
-    ends = np.maximum(-boxes.z[:, 0], boxes.z[:, 1] - room.height)
-    return np.asarray(np.maximum(np.maximum(sides, ends), 0.0))
-
-
 def _wall_gap(arrangement: Arrangement) -> NDArray[np.float64]:
     """Distance of each footprint's nearest side to a wall, negative beyond; its farther end counts, shape (n,)."""
-    room, corners = arrangement.layout.room, arrangement.corners
-    gaps = np.stack([corners[..., 0], corners[..., 1], room.width - corners[..., 0], room.depth - corners[..., 1]])
+    gaps = arrangement.building.gaps(arrangement.corners)
     return np.asarray(np.sort(gaps, axis=-1)[..., 1].min(axis=0))

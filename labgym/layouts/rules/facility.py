@@ -14,6 +14,7 @@ from labgym.documents import Record
 from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_distance, penetration
 from labgym.layouts.model import FLOOR, WALL, Room
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.building import Building, OneRoom
 from labgym.layouts.rules.egress import narrow_ways
 from labgym.layouts.rules.thresholds import (
     BACK_GAP,
@@ -26,7 +27,7 @@ from labgym.layouts.rules.thresholds import (
     Profile,
     Severity,
 )
-from labgym.layouts.rules.zones import HEADROOM, door_area, doorway, front_zone, in_room, standing_in
+from labgym.layouts.rules.zones import HEADROOM, front_zone, standing_in
 from labgym.navigation import PLANNING_RADIUS, goal_pose, occupancy
 from labgym.navigation.grid_search import distance_field
 
@@ -74,7 +75,7 @@ class FacilityIssue(Record):
 def facility_issues(arrangement: Arrangement, profile: Profile) -> tuple[FacilityIssue, ...]:
     """Return every facility rule that a layout breaks."""
     return (
-        *exit_issues(arrangement.layout.room, profile),
+        *_exits(arrangement.building, profile),
         *placing_issues(arrangement),
         *egress_issues(arrangement),
         *_hoods(arrangement),
@@ -85,26 +86,35 @@ def facility_issues(arrangement: Arrangement, profile: Profile) -> tuple[Facilit
 
 def exit_issues(room: Room, profile: Profile) -> list[FacilityIssue]:
     """Return what is wrong with the number and width of a room's doors."""
+    return _exits(OneRoom(room), profile)
+
+
+def _exits(building: Building, profile: Profile) -> list[FacilityIssue]:
     issues = []
-    for door in room.doors:
-        if door.width < EXIT_WIDTH - 0.005:
-            message = f"the {door.wall} door is {door.width:.2f} m wide; an exit needs {EXIT_WIDTH:.2f} m: widen it"
-            issues.append(
-                _issue("exit_width", (), door.width, EXIT_WIDTH, message, "24 CCR (California Building Code)")
+    for label, width in dict.fromkeys((entrance.label, entrance.width) for entrance in building.entrances):
+        if width < EXIT_WIDTH - 0.005:
+            message = f"{label} is {width:.2f} m wide; an exit needs {EXIT_WIDTH:.2f} m: widen it"
+            issues.append(_issue("exit_width", (), width, EXIT_WIDTH, message, "24 CCR (California Building Code)"))
+    for place in building.workplaces:
+        doors = sum(entrance.space == place.space for entrance in building.entrances)
+        if not doors:
+            message = f"no exit for {place.area:.0f} m²{place.where}: add a door"
+            issues.append(_issue("no_exit", (), 0.0, 1.0, message, "OSHA 29 CFR 1910.36(b)", "error"))
+        elif place.area > SECOND_EXIT_AREA and doors < 2:
+            source = "NFPA 45 / 24 CCR"
+            message = (
+                f"only one exit for {place.area:.0f} m²{place.where}; above {SECOND_EXIT_AREA} m² two are required "
+                f"({source}): add a door"
             )
-    area, doors = room.width * room.depth, len(room.doors)
-    if area > SECOND_EXIT_AREA and doors < 2:
-        count = "only one exit" if doors else "no exit"
-        source = "NFPA 45 / 24 CCR"
-        message = f"{count} for {area:.0f} m²; above {SECOND_EXIT_AREA} m² two are required ({source}): add a door"
-        issues.append(_issue("second_exit", (), float(doors), 2.0, message, source, profile.second_exit))
+            issues.append(_issue("second_exit", (), float(doors), 2.0, message, source, profile.second_exit))
     return issues
 
 
 def placing_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return the errors of placing: blocked door areas and fronts, furniture away from walls, a crowded shower."""
+    """Return the errors of placing: blocked door areas, keep-outs and fronts, furniture off walls, a crowded shower."""
     return [
         *_door_areas(arrangement),
+        *_keep_outs(arrangement),
         *_backs(arrangement),
         *_fronts(arrangement),
         *_shower_spaces(arrangement),
@@ -118,7 +128,7 @@ def egress_issues(arrangement: Arrangement) -> list[FacilityIssue]:
         first, count = way.destinations[0], len(way.destinations) - 1
         where = first + (f" and {count} more" if count else "")
         message = (
-            f"the widest way from the {way.door.wall} door to {where} is {way.width:.2f} m; "
+            f"the widest way from {way.entrance} to {where} is {way.width:.2f} m; "
             f"{EGRESS_WIDTH:.2f} m is required: widen the passage"
         )
         source = "OSHA 29 CFR 1910.36(g); NFPA 101"
@@ -162,18 +172,16 @@ def blocked_front(arrangement: Arrangement, row: int, depth: float) -> tuple[flo
     box = box_of(arrangement, row)
     zone = front_zone(box, depth)
     placement = arrangement.placements[row].id
-    blockers = standing_in(arrangement, zone, ignore=(placement,))
-    if not blockers and in_room(arrangement.layout.room, zone):
+    blockers = standing_in(arrangement, zone, ignore=(placement,), space=arrangement.spaces[row])
+    if not blockers and arrangement.building.covers(zone):
         return None
     gaps = [distance(box, arrangement.layout.box(blocker)) for blocker in blockers]
-    return min([*gaps, _to_wall(arrangement, box)]), blockers
+    return min([*gaps, arrangement.building.ahead(box)]), blockers
 
 
 def back_distance(arrangement: Arrangement, row: int) -> float:
     """Return the distance between an object's back and the nearest wall along it, meters; its farther end counts."""
-    room = arrangement.layout.room
-    back = box_of(arrangement, row).corners()[:2]
-    gaps = np.stack([back[:, 0], back[:, 1], room.width - back[:, 0], room.depth - back[:, 1]])
+    gaps = arrangement.building.gaps(box_of(arrangement, row).corners()[:2])
     return float(np.abs(gaps).max(axis=1).min())
 
 
@@ -188,30 +196,29 @@ def one_sided(arrangement: Arrangement, row: int) -> bool:
     )
 
 
-def _to_wall(arrangement: Arrangement, box: OrientedBox) -> float:
-    """Free depth in front of a box up to the wall, meters."""
-    room, (fx, fy) = arrangement.layout.room, box.front
-    corners = box.corners()[2:]
-    reaches = []
-    for x, y in corners:
-        along_x = ((room.width if fx > 0 else 0.0) - x) / fx if abs(fx) > 1e-9 else math.inf
-        along_y = ((room.depth if fy > 0 else 0.0) - y) / fy if abs(fy) > 1e-9 else math.inf
-        reaches.append(min(along_x, along_y))
-    return float(max(min(reaches), 0.0))
-
-
 def _door_areas(arrangement: Arrangement) -> list[FacilityIssue]:
     issues = []
-    for door in arrangement.layout.room.doors:
-        zone = door_area(arrangement.layout.room, door)
-        blockers = standing_in(arrangement, zone, seats=True)
+    for entrance in arrangement.building.entrances:
+        zone = entrance.area
+        blockers = standing_in(arrangement, zone, seats=True, space=entrance.space)
         if blockers:
             message = (
-                f"{', '.join(blockers)} in the {zone.width:.2f} x {zone.depth:.2f} m area inside the {door.wall} door: "
+                f"{', '.join(blockers)} in the {zone.width:.2f} x {zone.depth:.2f} m area inside {entrance.label}: "
                 "move it out"
             )
             source = "OSHA 29 CFR 1910.36 and .37"
             issues.append(_issue("door_area", blockers, None, zone.depth, message, source, "error"))
+    return issues
+
+
+def _keep_outs(arrangement: Arrangement) -> list[FacilityIssue]:
+    issues = []
+    for area in arrangement.layout.floor.keep_outs:
+        blockers = standing_in(arrangement, area.box, seats=True)
+        if blockers:
+            reason = f" ({area.reason})" if area.reason else ""
+            message = f"{', '.join(blockers)} in the keep-out {area.id!r}{reason}: move it out"
+            issues.append(_issue("keep_out", blockers, None, 0.0, message, "the floor's keep-outs", "error"))
     return issues
 
 
@@ -284,7 +291,9 @@ def _shower_spaces(arrangement: Arrangement) -> list[FacilityIssue]:
         others = [
             other
             for other, placement in enumerate(arrangement.placements)
-            if other != row and placement.support in (FLOOR, WALL)
+            if other != row
+            and placement.support in (FLOOR, WALL)
+            and arrangement.spaces[other] == arrangement.spaces[row]
         ]
         if not others:
             continue
@@ -304,19 +313,19 @@ def _shower_spaces(arrangement: Arrangement) -> list[FacilityIssue]:
 
 def _hoods(arrangement: Arrangement) -> list[FacilityIssue]:
     issues = []
-    room = arrangement.layout.room
     desks = [row for row, asset in enumerate(arrangement.assets) if asset.subtype == "desk"]
     for row in hoods(arrangement):
         box, hood = box_of(arrangement, row), arrangement.placements[row].id
-        for door in room.doors:
-            gap = distance(box, doorway(room, door))
-            if gap < HOOD_DOOR:
+        for entrance in arrangement.building.entrances:
+            gap = distance(box, entrance.opening)
+            if entrance.space == arrangement.spaces[row] and gap < HOOD_DOOR:
                 limit = HOOD_DOOR_LEAST if gap < HOOD_DOOR_LEAST else HOOD_DOOR
-                message = f"{hood} is {gap:.2f} m from the {door.wall} door, under {limit:g} m: move it away"
+                message = f"{hood} is {gap:.2f} m from {entrance.label}, under {limit:g} m: move it away"
                 issues.append(_issue("hood_door", (hood,), gap, limit, message, "NFPA 45; ANSI/AIHA Z9.5"))
         zone = front_zone(box, HOOD_OPPOSITE)
         for desk in desks:
-            if penetration(zone, box_of(arrangement, desk)) > ROOM_TOLERANCE:
+            together = arrangement.spaces[desk] == arrangement.spaces[row]
+            if together and penetration(zone, box_of(arrangement, desk)) > ROOM_TOLERANCE:
                 ids, gap = (hood, arrangement.placements[desk].id), distance(box, box_of(arrangement, desk))
                 message = f"{ids[1]} stands opposite {hood} at {gap:.2f} m, under {HOOD_OPPOSITE:g} m: move it aside"
                 issues.append(_issue("hood_opposite_desk", ids, gap, HOOD_OPPOSITE, message, "NFPA 45"))

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.model import FLOOR, WALL, Door, Room
-from labgym.layouts.rules.arrangement import Arrangement
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.arrangement import Arrangement
 
 DOOR_AREA = 1.2
 """Side of the square kept clear inside a door, metres: the swing of the leaf and a person next to it."""
@@ -57,13 +60,18 @@ def front_zone(box: OrientedBox, depth: float) -> OrientedBox:
 
 
 def standing_in(
-    arrangement: Arrangement, zone: OrientedBox, ignore: Iterable[str] = (), seats: bool = False
+    arrangement: Arrangement,
+    zone: OrientedBox,
+    ignore: Iterable[str] = (),
+    seats: bool = False,
+    space: int | None = None,
 ) -> tuple[str, ...]:
     """Return the floor and wall objects that obstruct a zone.
 
     Args:
         ignore: placements that do not count.
         seats: whether seats count. People push them away from furniture, but not from behind a closed door.
+        space: index of the space that the zone is in; objects of others do not count. None counts all.
     """
     skipped = set(ignore)
     rows = [
@@ -72,6 +80,7 @@ def standing_in(
         if placement.support in (FLOOR, WALL)
         and placement.id not in skipped
         and (seats or arrangement.assets[row].subtype != "seat")
+        and (space is None or arrangement.spaces[row] == space)
     ]
     if not rows:
         return ()

@@ -1,0 +1,243 @@
+"""What the rules read of a building: two readings of one room agree, and polygons check floors of many spaces."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from floor_shapes import polygon_walls, two_rooms
+from laboratories import put
+from shapely import LineString, Point, Polygon, box, unary_union
+from shapely.affinity import rotate, translate
+
+from labgym.geometry import BoxArray, OrientedBox
+from labgym.layouts import Door, Layout, Room
+from labgym.layouts.floor import Column, Floor, KeepOut, Rectangle, Space
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.bounds import bounds_faults
+from labgym.layouts.rules.building import ManyRooms, OneRoom
+from labgym.layouts.rules.egress import narrow_ways
+from labgym.layouts.rules.facility import back_distance, blocked_front, exit_issues, placing_issues
+from labgym.layouts.rules.thresholds import profile
+from labgym.layouts.rules.zones import front_zone
+
+ROOM = Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.5), Door(wall="right", offset=3.0, width=1.2)))
+ONE, MANY = OneRoom(ROOM), ManyRooms(ROOM.floor)
+
+
+def outline(solid: OrientedBox) -> Polygon:
+    return Polygon(solid.corners())
+
+
+def random_boxes(seed: int, count: int, right_angles: bool = False) -> list[OrientedBox]:
+    generator = np.random.default_rng(seed)
+    x, y = generator.uniform(0.1, 7.9, count), generator.uniform(0.1, 5.9, count)
+    width, depth = generator.uniform(0.3, 2.0, count), generator.uniform(0.3, 1.2, count)
+    yaw = generator.integers(0, 4, count) * math.pi / 2 if right_angles else generator.uniform(-3.0, 3.0, count)
+    rows = zip(x, y, width, depth, yaw, generator.uniform(-0.1, 2.0, count), strict=True)
+    return [OrientedBox(*map(float, row[:5]), float(row[5]), float(row[5]) + 1.2) for row in rows]
+
+
+def lab(floor: Floor, *placements) -> Arrangement:
+    return Arrangement.of(Layout(id="lab", floor=floor, placements=placements))
+
+
+# One room, read in two ways
+
+
+def test_boxes_reach_as_far_out_of_a_room_as_into_its_walls():
+    boxes = BoxArray.of(random_boxes(1, 400))
+    np.testing.assert_allclose(MANY.outside(boxes), ONE.outside(boxes), atol=1e-9)
+    assert (ONE.outside(boxes) > 0.01).sum() > 100
+    assert (ONE.outside(boxes) == 0.0).sum() > 30
+
+
+def test_the_distances_from_walls_agree():
+    points = np.random.default_rng(2).uniform((0.0, 0.0), (8.0, 6.0), (200, 4, 2))
+    one, many = ONE.gaps(points), MANY.gaps(points)
+    assert one.shape == many.shape == (4, 200, 4)
+    np.testing.assert_allclose(np.sort(many, axis=0), np.sort(one, axis=0), atol=1e-9)
+
+
+def test_the_free_depth_in_front_and_the_clear_zones_agree():
+    checked = 0
+    for solid in [*random_boxes(3, 300, right_angles=True), *random_boxes(4, 300)]:
+        if ONE.outside(BoxArray.of([solid]))[0] > 0.01:
+            continue  # a box in a wall has no free depth
+        if math.isclose(math.remainder(solid.yaw, math.pi / 2), 0.0, abs_tol=1e-6):
+            assert MANY.ahead(solid) == pytest.approx(ONE.ahead(solid), abs=1e-6)
+        else:  # a turned front meets a wall with its corner or, at a corner of the room, before its corners do
+            strip = Polygon([solid.to_world(x, y) for x, y in strip_of(solid)])
+            walls = unary_union([outline(wall) for wall in ROOM.floor.solids])
+            touched = strip.intersection(walls)
+            turned = rotate(touched, -solid.yaw, origin=(solid.x, solid.y), use_radians=True)
+            assert MANY.ahead(solid) == pytest.approx(max(turned.bounds[1] - solid.y - solid.depth / 2, 0.0), abs=1e-6)
+        zone = front_zone(solid, 0.9)
+        assert MANY.covers(zone) == ONE.covers(zone)
+        checked += 1
+    assert checked > 100
+
+
+def strip_of(solid: OrientedBox):
+    half, front = solid.width / 2 - 0.01, solid.depth / 2
+    return (-half, front), (half, front), (half, front + 20), (-half, front + 20)
+
+
+def test_the_clearance_of_grid_points_agrees():
+    xs, ys = np.arange(321) * 0.025, np.arange(241) * 0.025
+    np.testing.assert_allclose(MANY.clearance(xs, ys, 0.6), ONE.clearance(xs, ys, 0.6), atol=1e-9)
+
+
+def test_the_angles_to_the_walls_and_the_lined_share_agree():
+    boxes = BoxArray.of(random_boxes(5, 100))
+    np.testing.assert_allclose(MANY.skew(boxes), ONE.skew(boxes), atol=1e-9)
+    wall_units = BoxArray.of([OrientedBox(2.0, 0.4, 1.5, 0.7), OrientedBox(6.0, 5.6, 3.0, 0.7, math.pi)])
+    assert ONE.lined(wall_units, 0.15) == pytest.approx(4.5 / 28.0)
+    assert MANY.lined(wall_units, 0.15) == pytest.approx(4.5 / 28.0, abs=0.02)
+
+
+def test_the_entrances_agree():
+    for one, many in zip(ONE.entrances, MANY.entrances, strict=True):
+        assert (one.exit, one.width, one.space) == (many.exit, many.width, many.space)
+        assert many.pose == pytest.approx(one.pose)
+        assert outline(many.area).symmetric_difference(outline(one.area)).area < 1e-9
+    assert MANY.workplaces[0].area == pytest.approx(ONE.workplaces[0].area)
+    assert [issue.rule for issue in exit_issues(ROOM, profile("default"))] == []
+
+
+# Many rooms
+
+
+def test_an_object_in_a_wall_in_a_doorway_behind_a_wall_or_outside_is_out_of_bounds():
+    floor = two_rooms()
+    cases = {
+        "free": (put("x", "LabBench", 3.0, 2.0), 0.0),
+        "other room": (put("x", "LabBench", 7.6, 2.0), 0.0),
+        "1 cm in the wall": (put("x", "LabBench", 6.0 - 0.75 + 0.01, 3.5), 0.0),
+        "2 cm in the wall": (put("x", "LabBench", 6.0 - 0.75 + 0.02, 3.5), 0.02),
+        "doorway": (put("x", "WasteBin", 6.05, 2.0), 0.05 + 0.15),
+        "outside": (put("x", "WasteBin", 4.0, -1.0), 1.0),
+    }
+    for name, (placement, amount) in cases.items():
+        faults = bounds_faults(lab(floor, placement))
+        if amount:
+            assert [fault.cause for fault in faults] == ["room"], name
+            assert faults[0].amount == pytest.approx(amount, abs=1e-6), name
+        else:
+            assert faults == (), name
+
+
+def test_an_object_in_a_column_or_in_an_open_leaf_is_out_of_bounds():
+    rooms = two_rooms()
+    column = Column(id="c", x=3.0, y=2.5, width=0.4, depth=0.4, yaw=0.5)
+    floor = Floor(walls=rooms.walls, spaces=rooms.spaces, columns=(column,))
+    bin_at = {"beside": (3.6, 2.5), "in": (3.2, 2.5), "leaf": (5.5, 1.5)}
+    faulty = {name for name, (x, y) in bin_at.items() if bounds_faults(lab(floor, put("x", "WasteBin", x, y)))}
+    assert faulty == {"in", "leaf"}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_bounds_by_polygons_in_an_oblique_floor(seed):
+    """Random furniture is out of bounds where its outline, shrunk by 1 cm, leaves the room between the walls."""
+    turn, shift = 0.4, (2.0, -1.0)
+    inner = Polygon([(0, 0), (8, 0), (8, 3), (4, 3.5), (3.5, 8), (0, 8)])
+    room = translate(rotate(inner, turn, origin=(0, 0), use_radians=True), *shift)
+    wedge = [Rectangle(x0=3.5 + k / 2, x1=4 + k / 2, y1=3.5 - k / 16) for k in range(9)]
+    steps = [Rectangle(x1=4.0 - (k + 1) * 0.05, y1=3.5 + (k + 1) * 0.45) for k in range(10)] + wedge
+    space = Space(x=shift[0], y=shift[1], yaw=turn, region=tuple(steps))
+    floor = Floor(walls=polygon_walls(list(room.exterior.coords)[:-1]), spaces=(space,))
+    building = ManyRooms(floor)
+    generator = np.random.default_rng(seed)
+    for x, y, yaw in generator.uniform((room.bounds[0], room.bounds[1], -3), (*room.bounds[2:], 3), (200, 3)):
+        solid = OrientedBox(float(x), float(y), 0.8, 0.5, float(yaw), 0.0, 1.0)
+        amount = building.outside(BoxArray.of([solid]))[0]
+        beyond = outline(solid).difference(room)
+        if beyond.is_empty:
+            assert amount < 1e-6
+        elif not room.buffer(0.02).covers(outline(solid)):
+            assert amount > 0.01
+
+
+def test_the_rules_of_a_space_look_at_that_space_only():
+    floor = two_rooms()
+    bench = put("bench", "LabBench", 5.62, 3.8, yaw=math.pi / 2)  # its back to the inner wall, used from the left
+    rack = put("rack", "EquipmentRack", 6.6, 3.8)  # behind the wall
+    arrangement = lab(floor, bench, rack)
+    assert arrangement.spaces == [0, 1]
+    assert back_distance(arrangement, 0) == pytest.approx(6.0 - 5.62 - 0.375)
+    turned = lab(floor, put("bench", "LabBench", 5.3, 3.8, yaw=-math.pi / 2), rack)  # its front faces the wall
+    free, blockers = blocked_front(turned, 0, 1.2) or (None, None)
+    assert (free, blockers) == (pytest.approx(6.0 - 5.3 - 0.375), ())
+
+
+def test_both_sides_of_a_door_stay_free_and_the_leaf_has_its_swing():
+    floor = two_rooms()  # the leaf opens into the laboratory
+    areas = {(entrance.label.split(" at ")[0], entrance.space): entrance for entrance in ManyRooms(floor).entrances}
+    lab_side = areas["the door between 'lab' and 'store'", 0].area
+    store_side = areas["the door between 'lab' and 'store'", 1].area
+    assert outline(lab_side).symmetric_difference(box(4.8, 1.4, 6.0, 2.6)).area < 1e-9
+    assert outline(store_side).symmetric_difference(box(6.1, 1.5, 7.0, 2.5)).area < 1e-9
+    for x, y, blocked in ((5.2, 2.0, "lab"), (6.6, 2.0, "store"), (7.3, 2.0, None), (6.6, 3.0, None)):
+        rules = [issue.rule for issue in placing_issues(lab(floor, put("x", "WasteBin", x, y)))]
+        assert ("door_area" in rules) == (blocked is not None), (x, y)
+
+
+def test_furniture_in_a_keep_out_is_an_error():
+    rooms = two_rooms()
+    area = KeepOut(id="hatch", x=2.0, y=4.0, width=1.0, depth=1.0, yaw=0.3, reason="floor hatch")
+    floor = Floor(walls=rooms.walls, spaces=rooms.spaces, keep_outs=(area,))
+    (issue,) = placing_issues(lab(floor, put("bin", "WasteBin", 2.3, 4.2)))
+    assert (issue.rule, issue.severity, issue.ids) == ("keep_out", "error", ("bin",))
+    assert issue.message == "bin in the keep-out 'hatch' (floor hatch): move it out"
+    assert placing_issues(lab(floor, put("bin", "WasteBin", 3.0, 4.2))) == []
+
+
+@pytest.mark.parametrize("width", [0.7, 0.8, 1.0])
+@pytest.mark.parametrize("state", ["open", "closed"])
+def test_the_way_out_leads_through_interior_doors(width, state):
+    floor = two_rooms(width=width, state=state)
+    bench = put("bench", "LabBench", 9.1 - 0.375, 1.5, yaw=math.pi / 2)  # in the store, used from the left
+    ways = narrow_ways(lab(floor, bench))
+    if width >= 0.9:
+        assert ways == []
+    else:  # the store has its own exit, so only the laboratory's leads through the narrow door
+        (way,) = ways
+        assert way.entrance.startswith("the exit of 'lab'")
+        assert way.width == pytest.approx(width, abs=0.03)
+
+
+def test_a_column_narrows_the_way_as_polygons_say():
+    rooms = two_rooms(width=1.2)
+    columns = tuple(
+        Column(id=f"c{k}", x=4.5, y=y, width=0.5, depth=d, yaw=0.0) for k, (y, d) in enumerate(((0.9, 1.8), (3.8, 2.4)))
+    )
+    floor = Floor(walls=rooms.walls, spaces=rooms.spaces, columns=columns)
+    bench = put("bench", "LabBench", 0.375, 2.2, yaw=-math.pi / 2)
+    clear = LineString([(4.5, 1.8), (4.5, 2.6)]).length
+    ways = {way.entrance: way.width for way in narrow_ways(lab(floor, bench))}
+    (store,) = [value for name, value in ways.items() if "store" in name]
+    assert store == pytest.approx(clear, abs=0.03)
+    assert Point(4.5, 2.2).distance(unary_union([outline(part) for part in floor.solids])) == pytest.approx(clear / 2)
+
+
+def test_exits_are_counted_for_each_laboratory():
+    floor = two_rooms(width=0.8)
+    walls = tuple(wall.model_copy(update={"openings": ()}) if k == 4 else wall for k, wall in enumerate(floor.walls))
+    apart = Floor(walls=walls, spaces=floor.spaces)
+
+    def rules(floor: Floor):
+        from labgym.layouts.rules.facility import facility_issues
+
+        return [(issue.rule, issue.message) for issue in facility_issues(lab(floor), profile("default"))]
+
+    assert [rule for rule, _ in rules(floor)] == ["exit_width"]
+    assert "the door between 'lab' and 'store' at (6.05, 2.00) is 0.80 m wide" in rules(floor)[0][1]
+    ((rule, message),) = rules(apart)
+    assert rule == "second_exit"
+    assert message.startswith("only one exit for 30 m² in 'lab'; above 18.6 m² two are required")
+
+
+def test_a_room_without_a_door_is_an_error_of_its_score():
+    (issue,) = exit_issues(Room(width=4.0, depth=4.0, doors=()), profile("default"))
+    assert (issue.rule, issue.severity, issue.message) == ("no_exit", "error", "no exit for 16 m²: add a door")
