@@ -12,6 +12,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from floor_shapes import two_rooms
+
 import labgym
 from fuzz.mutation import mutated_json
 from fuzz.target import Case, Target
@@ -65,7 +67,8 @@ def _prepare(kind: type[Document]) -> Callable[[Random | None], Case]:
     seeds = [data for data in files().get(kind.SCHEMA, []) if _fits(kind, data)]
     if kind is Layout:
         old = load_published("val", published("val")[0])
-        seeds = [old.upgraded().to_json(), old.to_json()]
+        rooms = Layout(id="rooms", floor=two_rooms(), placements=old.placements[:2])
+        seeds = [old.upgraded().to_json(), old.to_json(), rooms.to_json()]
     seeds = [_trimmed(kind, data) for data in seeds] or [_sample_of(kind)]
 
     def make(rng: Random | None) -> Case:
