@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox, to_local, to_world
-from labgym.geometry.frames import PlanarPose
-from labgym.layouts.floor.spaces import CONTACT, Rectangle, Space
+from labgym.geometry import BoxArray, OrientedBox
+from labgym.layouts.floor.spaces import CONTACT, Space
 
 REACH = 1.0
 """A wall belongs to the edge of a space if it is at most this far outside, meters: a region of rectangles leaves wedges
@@ -20,7 +19,6 @@ THIN = 0.015
 """Two spaces that are nearer than this have no wall between them, meters."""
 
 Array = NDArray[np.float64]
-Span = tuple[float, float]
 
 
 def check_enclosed(spaces: Sequence[Space], walls: Sequence[OrientedBox]) -> None:
@@ -29,81 +27,68 @@ def check_enclosed(spaces: Sequence[Space], walls: Sequence[OrientedBox]) -> Non
     Raises:
         ValueError: names the space and the place of the gap.
     """
-    corners = BoxArray.of(walls).corners()
-    for space in spaces:
-        other = [box for one in spaces if one is not space for box in one.boxes]
-        others = BoxArray.of(other).corners()
-        for edge, length, own in _edges(space):
-            covered = [*own, *_spans(corners, edge, REACH)]
-            bare = [span for span in _gaps(covered, length) if span[1] - span[0] > GAP]
-            joined = [span for span in _spans(others, edge, THIN) if _free(span, own, length) > GAP]
-            for spans, problem, remedy in (
-                (joined, "touches another space", "put a wall with a passage between them"),
-                (bare, f"has no wall within {REACH:g} m", "add a wall or move the edge of the region"),
-            ):
-                if spans:
-                    start, end = spans[0]
-                    x, y = to_world([((start + end) / 2.0, 0.0)], edge)[0].tolist()
-                    raise ValueError(
-                        f"space {space.id!r} {problem} along {end - start:.2f} m of its edge near ({x:.2f}, {y:.2f}): "
-                        f"{remedy}"
-                    )
+    wall_corners = BoxArray.of(walls).corners()
+    regions = [BoxArray.of(space.boxes).corners() for space in spaces]
+    for index, (space, region) in enumerate(zip(spaces, regions, strict=True)):
+        start, end = region.reshape(-1, 2), np.roll(region, -1, axis=1).reshape(-1, 2)
+        own = _spans(region, start, end, 2.0 * CONTACT)
+        covered = np.concatenate([own, _spans(wall_corners, start, end, REACH)], axis=1)
+        others = [other for k, other in enumerate(regions) if k != index]
+        if others:
+            touching = _spans(np.concatenate(others), start, end, THIN)
+            _refuse(space, start, end, touching.reshape(len(start), -1, 2), "touches another space", SEPARATE)
+        gaps = _gaps(covered, np.linalg.norm(end - start, axis=1))
+        _refuse(space, start, end, gaps, f"has no wall within {REACH:g} m", "add a wall or move the edge of the region")
 
 
-def _edges(space: Space) -> Iterator[tuple[PlanarPose, float, list[Span]]]:
-    """Yield the sides of a region: a frame at its start, x along it and y outwards, its length, and inner parts."""
-    for r in space.region:
-        others = [other for other in space.region if other is not r]
-        for corner, length, turn in (
-            ((r.x1, r.y0), r.x1 - r.x0, 2),
-            ((r.x1, r.y1), r.y1 - r.y0, 3),
-            ((r.x0, r.y1), r.x1 - r.x0, 0),
-            ((r.x0, r.y0), r.y1 - r.y0, 1),
-        ):
-            local = (*corner, turn * np.pi / 2.0)
-            inner = list(_spans(_corners(others), local, 2.0 * CONTACT)) if others else []
-            x, y = to_world([corner], space.frame)[0].tolist()
-            yield (x, y, space.yaw + local[2]), length, inner
+SEPARATE = "put a wall with a passage between them"
 
 
-def _corners(rectangles: Iterable[Rectangle]) -> Array:
-    """Return the corners of rectangles, shape (n, 4, 2)."""
-    return np.array([((r.x0, r.y0), (r.x1, r.y0), (r.x1, r.y1), (r.x0, r.y1)) for r in rectangles])
+def _refuse(space: Space, start: Array, end: Array, spans: Array, problem: str, remedy: str) -> None:
+    """Refuse the first edge, of which an interval (e, k, 2) of more than `GAP` has a problem."""
+    lengths = np.linalg.norm(end - start, axis=1)
+    low, high = np.maximum(spans[..., 0], 0.0), np.minimum(spans[..., 1], lengths[:, None])
+    for edge, k in np.argwhere(high - low > GAP)[:1].tolist():
+        middle = (low[edge, k] + high[edge, k]) / 2.0 / lengths[edge]
+        x, y = (start[edge] + middle * (end[edge] - start[edge])).tolist()
+        length = high[edge, k] - low[edge, k]
+        raise ValueError(
+            f"space {space.id!r} {problem} along {length:.2f} m of its edge near ({x:.2f}, {y:.2f}): {remedy}"
+        )
 
 
-def _spans(polygons: Array, edge: PlanarPose, reach: float) -> Iterator[Span]:
-    """Yield the intervals of x for which convex polygons (n, 4, 2) lie between y = 1 mm and y = `reach` of a frame."""
-    if not len(polygons):
-        return
-    local = to_local(polygons.reshape(-1, 2), edge).reshape(polygons.shape)
-    x, y = local[..., 0], local[..., 1]
-    following = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
+def _spans(polygons: Array, start: Array, end: Array, reach: float) -> Array:
+    """Return the intervals of edges before which convex polygons lie, between 1 mm and `reach` outside.
+
+    Args:
+        polygons: (n, 4, 2), counter-clockwise.
+        start, end: (e, 2), edges of counter-clockwise polygons, whose outside is on the right.
+
+    Returns:
+        (e, n, 2): meters from the start of the edge; inf and -inf where there is none.
+    """
+    along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
+    outward = np.column_stack([along[:, 1], -along[:, 0]])
+    offset = polygons[None] - start[:, None, None]
+    x, y = np.einsum("enkd,ed->enk", offset, along), np.einsum("enkd,ed->enk", offset, outward)
+    next_x, next_y = np.roll(x, -1, axis=2), np.roll(y, -1, axis=2)
     candidates, valid = [x], [(y >= CONTACT) & (y <= reach)]
     for level in (CONTACT, reach):
-        crosses = (y - level) * (following[1] - level) < 0.0
-        step = np.where(crosses, following[1] - y, 1.0)
-        candidates.append(x + (level - y) / step * (following[0] - x))
+        crosses = (y - level) * (next_y - level) < 0.0
+        step = np.where(crosses, next_y - y, 1.0)
+        candidates.append(x + (level - y) / step * (next_x - x))
         valid.append(crosses)
-    at, possible = np.concatenate(candidates, axis=1), np.concatenate(valid, axis=1)
-    low, high = np.where(possible, at, np.inf).min(axis=1), np.where(possible, at, -np.inf).max(axis=1)
-    for start, end in zip(low.tolist(), high.tolist(), strict=True):
-        if end > start:
-            yield start, end
+    at, possible = np.concatenate(candidates, axis=2), np.concatenate(valid, axis=2)
+    low, high = np.where(possible, at, np.inf).min(axis=2), np.where(possible, at, -np.inf).max(axis=2)
+    return np.stack([low, high], axis=2)
 
 
-def _gaps(spans: Iterable[Span], length: float) -> Iterator[Span]:
-    """Yield the parts of [0, length] that a union of intervals leaves out."""
-    reached = 0.0
-    for start, end in sorted(spans):
-        if start > reached:
-            yield reached, min(start, length)
-        reached = max(reached, end)
-        if reached >= length:
-            return
-    yield reached, length
-
-
-def _free(span: Span, spans: Sequence[Span], length: float) -> float:
-    """Return how much of an interval and of [0, length] no other interval covers."""
-    start, end = max(span[0], 0.0), min(span[1], length)
-    return sum(max(min(high, end) - max(low, start), 0.0) for low, high in _gaps(spans, length))
+def _gaps(spans: Array, lengths: Array) -> Array:
+    """Return the intervals of edges of lengths (e,) that intervals (e, n, 2) leave out, shape (e, n + 1, 2)."""
+    low = np.clip(spans[..., 0], 0.0, lengths[:, None])
+    order = np.argsort(low, axis=1)
+    low = np.take_along_axis(low, order, axis=1)
+    high = np.take_along_axis(np.maximum(spans[..., 1], 0.0), order, axis=1)
+    edge = np.zeros((len(lengths), 1))
+    covered = np.concatenate([edge, np.maximum.accumulate(high, axis=1)], axis=1)
+    return np.stack([covered, np.concatenate([low, lengths[:, None]], axis=1)], axis=2)
