@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from labgym.navigation import OccupancyGrid, distance_field
+from labgym.navigation import LengthsTo, OccupancyGrid, ShortestPaths, distance_field
 
 
-class DistanceToGo:
-    """Length of the shortest grid path to a goal from anywhere in the room, interpolated between cells.
+class DistanceToGo(Protocol):
+    """The remaining driving distance to a goal, finite everywhere."""
+
+    @property
+    def reachable(self) -> bool:
+        """Whether a path to the goal exists from anywhere; without one, distances are straight."""
+        ...
+
+    def at(self, x: float, y: float) -> float:
+        """Return the remaining driving distance from a point, meters."""
+        ...
+
+
+class GridDistanceToGo:
+    """Length of the shortest grid path to a goal from anywhere on the floor, interpolated between cells (version 1).
 
     The grid is 8-connected, so the length exceeds that of the shortest any-angle path by up to 8%. For a cell without a
     path (too close to an obstacle, or cut off) it is the length from the nearest cell that has one plus the distance to
@@ -34,7 +48,7 @@ class DistanceToGo:
         self._field = field
 
     def at(self, x: float, y: float) -> float:
-        """Return the remaining driving distance from a point of the room, meters."""
+        """Return the remaining driving distance from a point of the floor, meters."""
         if not self.reachable:
             return math.dist((x, y), self._goal)
         rows, columns = self._field.shape
@@ -44,3 +58,29 @@ class DistanceToGo:
         u, v = u - column, v - row
         (a, b), (c, d) = self._field[row : row + 2, column : column + 2].tolist()
         return float((1.0 - v) * ((1.0 - u) * a + u * b) + v * ((1.0 - u) * c + u * d))
+
+
+class ExactDistanceToGo:
+    """Length of the shortest any-angle path to a goal from anywhere on the floor (version 2).
+
+    From a point that is too close to an obstacle it is the distance to the nearest point that is not, plus the length
+    from there; `LengthsTo.at` defines it for regions that are cut off. If the goal itself is too close to an obstacle,
+    it is the straight distance.
+
+    Args:
+        paths: shortest paths for a disc of the planning radius.
+        goal: x and y in meters; further components are ignored.
+    """
+
+    def __init__(self, paths: ShortestPaths, goal: tuple[float, ...]) -> None:
+        self._goal = (goal[0], goal[1])
+        self._lengths = LengthsTo(paths, self._goal)
+
+    @property
+    def reachable(self) -> bool:
+        """Whether the disc fits at the goal."""
+        return self._lengths.reachable
+
+    def at(self, x: float, y: float) -> float:
+        """Return the remaining driving distance from a point of the floor, meters."""
+        return self._lengths.at(x, y) if self.reachable else math.dist((x, y), self._goal)

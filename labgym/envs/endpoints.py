@@ -14,7 +14,7 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.world import World
 from labgym.errors import OptionError
 from labgym.geometry import wrap_angle
-from labgym.layouts.model import Room
+from labgym.layouts.model import Floor
 from labgym.navigation import PLANNING_RADIUS, GoalPair, Pose
 from labgym.navigation.goals import ANYWHERE, SAME_PLACE, same_place
 
@@ -23,16 +23,16 @@ NO_PAIR = -1
 FORMS = {3: "(x, y, yaw)", 2: "(x, y)"}
 
 
-def passed_ends(options: Mapping[str, Any], room: Room) -> tuple[Pose | None, Pose | None]:
+def passed_ends(options: Mapping[str, Any], floor: Floor) -> tuple[Pose | None, Pose | None]:
     """Return the options "start" and "goal" as poses; None for one that is not passed. A goal's default yaw is 0.
 
     Raises:
-        OptionError: one of them is not a sequence of finite numbers of the right length, or is outside the room.
+        OptionError: one of them is not a sequence of finite numbers of the right length, or is in no room.
     """
     start, goal = options.get("start"), options.get("goal")
     return (
-        None if start is None else _pose("start", start, (3,), room),
-        None if goal is None else _pose("goal", goal, (3, 2), room),
+        None if start is None else _pose("start", start, (3,), floor),
+        None if goal is None else _pose("goal", goal, (3, 2), floor),
     )
 
 
@@ -76,19 +76,30 @@ def check_drivable(world: World, pair: GoalPair) -> None:
     )
 
 
-def _pose(name: str, value: Any, lengths: tuple[int, ...], room: Room) -> Pose:
+def _pose(name: str, value: Any, lengths: tuple[int, ...], floor: Floor) -> Pose:
     numbers = _numbers(value)
     if numbers is None or len(numbers) not in lengths:
         forms = " or ".join(FORMS[length] for length in reversed(lengths))
         shown = " ".join(repr(value)[:200].split())[:60]
         raise OptionError(f"{name} is {shown}, expected {forms} of finite numbers: meters and radians, room frame")
     x, y, yaw = (*numbers, 0.0)[:3]
-    if not (0.0 < x < room.width and 0.0 < y < room.depth):
-        raise OptionError(
-            f"{name} {_shown((x, y))} is outside the room: x must be between 0 and {room.width:g} m, "
-            f"y between 0 and {room.depth:g} m"
-        )
+    _check_inside(name, x, y, floor)
     return x, y, yaw if -math.pi < yaw <= math.pi else wrap_angle(yaw)
+
+
+def _check_inside(name: str, x: float, y: float, floor: Floor) -> None:
+    if not floor.is_rectangle:
+        if not floor.inside(np.array([[x, y]]))[0]:
+            ids = ", ".join(space.id for space in floor.spaces[:8])
+            more = ", ..." if len(floor.spaces) > 8 else ""
+            raise OptionError(
+                f"{name} {_shown((x, y))} is in none of the floor's spaces ({ids}{more}): choose a point in one"
+            )
+    elif not (0.0 < x < floor.room.width and 0.0 < y < floor.room.depth):
+        raise OptionError(
+            f"{name} {_shown((x, y))} is outside the room: x must be between 0 and {floor.room.width:g} m, "
+            f"y between 0 and {floor.room.depth:g} m"
+        )
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:

@@ -11,6 +11,7 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.simulation import Simulation
 from labgym.envs.tasks import Task
 from labgym.envs.world import World, world_of
+from labgym.navigation import Method
 
 SUCCESS_DISTANCE = 0.5
 """The goal is reached within this distance, meters."""
@@ -27,13 +28,13 @@ class Episode:
         contacts: number of steps with a collision. steps: number of control steps. path_length: length driven, meters.
     """
 
-    def __init__(self, task: Task, robot: RobotSpec = ROBOT) -> None:
+    def __init__(self, task: Task, robot: RobotSpec = ROBOT, distance_to_go: Method = "grid") -> None:
         self.task = task
         self.robot = robot
         self.world: World = world_of(task.layout)
         self.simulation = Simulation(self.world.model, robot)
         self.simulation.place(task.pair.start)
-        self._to_go = self.world.to_go(task.pair.goal)
+        self._to_go = self.world.to_go(task.pair.goal, distance_to_go)
         self._remaining = self._to_go.at(*task.pair.start[:2])
         self.distance = self._distance()
         self.progress = 0.0

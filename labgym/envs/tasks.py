@@ -101,7 +101,7 @@ class TaskSource:
         if layout is None:
             layout = self._drawn_layout(rng, protocol, fresh)
         protocol = protocol or layout.protocol
-        start, goal = passed_ends(options, layout.room)
+        start, goal = passed_ends(options, layout.floor)
         index = options.get("pair")
         both = start is not None and goal is not None
         pair = pair_between(start, goal, None if both and index is None else _drawn_pair(rng, layout, protocol, index))

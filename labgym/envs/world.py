@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.assets import Asset
-from labgym.envs.distance_to_go import DistanceToGo
+from labgym.envs.distance_to_go import DistanceToGo, ExactDistanceToGo, GridDistanceToGo
 from labgym.envs.robot import ROBOT, attach_robot
 from labgym.envs.simulation import Pose, Simulation
 from labgym.layouts import Layout
-from labgym.layouts.model import Placement, Room
-from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS, GoalPair, OccupancyGrid, ShortestPaths, occupancy
-from labgym.navigation.clearance import Obstacles
+from labgym.layouts.model import Floor, Placement
+from labgym.navigation import PLANNING_RADIUS, GoalPair, Method, OccupancyGrid, ShortestPaths, occupancy
+from labgym.navigation.barriers import Barriers
 from labgym.scenes import ExactRayScene, RayScene, to_mjcf
 
-_Ends = tuple[float, ...]
+_Ends = TypeVar("_Ends", bound=tuple[object, ...])
 _Value = TypeVar("_Value")
 
 KEPT = 16
@@ -43,8 +43,8 @@ class World:
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
         self.model = physics_model(layout)
-        self._obstacles = Obstacles(layout.obstacles(OBSTACLE_HEIGHT))
-        self._fields: dict[tuple[float, ...], DistanceToGo] = {}
+        self._barriers = Barriers.of(layout)
+        self._fields: dict[tuple[object, ...], DistanceToGo] = {}
         self._lengths: dict[tuple[float, ...], float] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -54,16 +54,13 @@ class World:
     def clearance(self, x: float, y: float) -> float:
         """Return the distance from the chassis to the nearest footprint or wall, meters; 0 if they overlap.
 
-        Footprints are the bounding boxes of all objects whose bottom is below `OBSTACLE_HEIGHT`.
+        Footprints are the bounding boxes of all objects whose bottom is below 1.40 m (`OBSTACLE_HEIGHT`).
         """
         return float(self.clearances(np.array([[x, y]]))[0])
 
     def clearances(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `clearance` at points (n, 2), shape (n,)."""
-        room = self._layout.room
-        walls = np.minimum(points, (room.width, room.depth) - points).min(axis=1)
-        nearest = np.minimum(self._obstacles.nearest(points), walls)
-        return np.asarray(np.maximum(nearest - ROBOT.chassis_radius, 0.0))
+        return np.asarray(np.maximum(self._barriers.clearance(points) - ROBOT.chassis_radius, 0.0))
 
     def depths(self, poses: NDArray[np.float64], clearances: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how deep the robot is inside the solids of the simulation at poses (n, 3), shape (n,), meters.
@@ -79,9 +76,13 @@ class World:
             depths[index] = -min(simulation.data.contact.dist, default=0.0)
         return depths
 
-    def to_go(self, goal: tuple[float, float, float]) -> DistanceToGo:
-        """Return the field of driving distances to a goal."""
-        return _recalled(self._fields, goal[:2], FIELDS, lambda: DistanceToGo(self._grid, goal))
+    def to_go(self, goal: tuple[float, float, float], method: Method = "grid") -> DistanceToGo:
+        """Return the driving distances to a goal, by the grid (version 1) or exact (version 2); see `Method`."""
+
+        def field() -> DistanceToGo:
+            return GridDistanceToGo(self._grid, goal) if method == "grid" else ExactDistanceToGo(self._paths, goal)
+
+        return _recalled(self._fields, (method, *goal[:2]), FIELDS, field)
 
     def shortest_length(self, pair: GoalPair) -> float:
         """Return the length of the shortest any-angle path of a goal pair, meters; inf if no path exists."""
@@ -100,7 +101,7 @@ class World:
 
     def plannable_at(self, pose: Pose) -> bool:
         """Whether a disc of the planning radius fits at a pose."""
-        return bool(self._paths.space.holds(np.array([pose[:2]]))[0])
+        return self._paths.free(*pose[:2])
 
     @cached_property
     def solid(self) -> RayScene:
@@ -149,7 +150,7 @@ def _recalled(cache: dict[_Ends, _Value], key: _Ends, limit: int, compute: Calla
     return value
 
 
-_Key = tuple[Room, tuple[Placement, ...], tuple[Asset, ...]]
+_Key = tuple[Floor, tuple[Placement, ...], tuple[Asset, ...]]
 
 _worlds: WeakValueDictionary[_Key, World] = WeakValueDictionary()
 _recent: deque[World] = deque(maxlen=KEPT)
@@ -157,11 +158,11 @@ _recent: deque[World] = deque(maxlen=KEPT)
 
 
 def world_of(layout: Layout) -> World:
-    """Return the world of a layout; layouts with the same room, placements and catalog entries share one.
+    """Return the world of a layout; layouts with the same floor, placements and catalog entries share one.
 
     A world lives as long as something uses it or it is among the last `KEPT` that were made.
     """
-    key = (layout.room, layout.placements, tuple(layout.asset(placement.id) for placement in layout.placements))
+    key = (layout.floor, layout.placements, tuple(layout.asset(placement.id) for placement in layout.placements))
     world = _worlds.get(key)
     if world is None:
         world = _worlds[key] = World(layout)

@@ -20,11 +20,13 @@ class Obstacles:
     """The footprints from which a disc must keep its distance.
 
     Attributes:
-        boxes: the n rectangles.
+        sources: the n boxes.
+        boxes: their rectangles.
     """
 
     def __init__(self, boxes: Iterable[OrientedBox]) -> None:
-        self.boxes = BoxArray.of(list(boxes))
+        self.sources = tuple(boxes)
+        self.boxes = BoxArray.of(self.sources)
         self._axes = self.boxes.axes()
         corners = self.boxes.corners()
         self._low, self._high = corners.min(axis=1), corners.max(axis=1)

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.navigation.barriers import Barriers
 from labgym.navigation.blocked_cells import BlockedCells
-from labgym.navigation.clearance import Index, Obstacles
-from labgym.navigation.plan import Extent
+from labgym.navigation.clearance import Index
 from labgym.navigation.tangents import QUARTER, Contacts, Corners
 
 Array = NDArray[np.float64]
@@ -25,20 +25,28 @@ SPACING = 4.0
 
 
 class FreeSpace:
-    """The positions of a disc's center: at least r from the walls and from every rectangle."""
+    """The positions of a disc's center: on the floor, and at least r from every barrier.
 
-    def __init__(self, room: Extent, obstacles: Obstacles, radius: float) -> None:
-        self.obstacles, self.radius = obstacles, radius
-        self.low = np.array([radius, radius])
-        self.high = np.array([room.width - radius, room.depth - radius])
+    Attributes:
+        barriers: what the disc keeps its distance from.
+        obstacles: the rectangles among the barriers.
+        low, high: (2,) corners of a rectangle that contains the positions; in a one-room floor its sides are r from the
+            walls.
+    """
+
+    def __init__(self, barriers: Barriers, radius: float) -> None:
+        self.obstacles, self.radius = barriers.obstacles, radius
+        self.low, self.high = barriers.low + radius, barriers.high - radius
+        self.barriers = barriers
 
     def holds(self, points: Array) -> NDArray[np.bool_]:
         """Whether points (m, 2) are free."""
-        return np.asarray(self.in_room(points) & (self.obstacles.nearest(points) >= self.radius - TOLERANCE))
+        free = self.in_bounds(points) & (self.obstacles.nearest(points) >= self.radius - TOLERANCE)
+        return np.asarray(free & self.barriers.discs_inside(points, self.radius))
 
     def joins(self, starts: Array, ends: Array) -> NDArray[np.bool_]:
-        """Whether segments (m, 2)-(m, 2) are free along their whole length."""
-        good: NDArray[np.bool_] = self.in_room(starts) & self.in_room(ends)
+        """Whether segments (m, 2)-(m, 2) from free points are free along their whole length."""
+        good: NDArray[np.bool_] = self.in_bounds(starts) & self.in_bounds(ends)
         rest = np.flatnonzero(good)
         blocked = self._blocked_cells.block(starts[rest], ends[rest])
         good[rest[blocked]] = False
@@ -46,8 +54,8 @@ class FreeSpace:
         good[rest] = self.obstacles.segments_clear(starts[rest], ends[rest], self.radius - TOLERANCE)
         return good
 
-    def in_room(self, points: Array) -> NDArray[np.bool_]:
-        """Whether the disc at points (m, 2) stays between the walls."""
+    def in_bounds(self, points: Array) -> NDArray[np.bool_]:
+        """Whether the disc at points (m, 2) stays within the bounds, which are the walls of a one-room floor."""
         return np.asarray(((points >= self.low - TOLERANCE) & (points <= self.high + TOLERANCE)).all(axis=-1))
 
     @cached_property
@@ -161,7 +169,7 @@ def _on_quarter(corners: Corners, corner: Index, angles: Array) -> NDArray[np.bo
 
 def _free_points(corner: Index, points: Array, pairs: tuple[Index, Index], space: FreeSpace) -> NDArray[np.bool_]:
     """Whether points (m, 2) on the quarters of corners (m,) are free; `pairs` are the close rectangles of corners."""
-    free = space.in_room(points)
+    free = space.in_bounds(points)
     rest = np.flatnonzero(free)
     begin = np.searchsorted(pairs[0], corner[rest], side="left")
     count = np.searchsorted(pairs[0], corner[rest], side="right") - begin

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cv2
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox
+from labgym.navigation.barriers import Barriers
 from labgym.navigation.plan import OBSTACLE_HEIGHT, FloorPlan
 
 RESOLUTION = 0.05
@@ -30,7 +31,7 @@ class OccupancyGrid:
     Attributes:
         occupied: (ny, nx) bool; row is y, column is x.
         resolution: side of a cell, meters.
-        origin: room coordinates of the outer corner of cell [0, 0], meters.
+        origin: coordinates of the outer corner of cell [0, 0], meters.
     """
 
     occupied: NDArray[np.bool_]
@@ -48,7 +49,7 @@ class OccupancyGrid:
         return math.floor((y - self.origin[1]) / self.resolution), column
 
     def centre_of(self, row: int, column: int) -> tuple[float, float]:
-        """Return the room coordinates (x, y) of the center of a cell."""
+        """Return the coordinates (x, y) of the center of a cell."""
         return self.origin[0] + (column + 0.5) * self.resolution, self.origin[1] + (row + 0.5) * self.resolution
 
     def centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -109,8 +110,9 @@ class OccupancyGrid:
 def occupancy(plan: FloorPlan, resolution: float = RESOLUTION, below: float = OBSTACLE_HEIGHT) -> OccupancyGrid:
     """Rasterize a floor plan.
 
-    A cell is occupied if its interior intersects the footprint of an obstacle or extends outside the room. A footprint
-    that only touches the cell does not count.
+    A cell is occupied if its interior intersects the footprint of an obstacle, a wall or a column, or extends outside
+    the floor. A footprint that only touches the cell does not count. The grid of a single rectangular room begins at
+    its corner; that of any other floor covers the floor's bounds, and its cells begin at multiples of the resolution.
 
     Args:
         plan: the layout.
@@ -120,14 +122,38 @@ def occupancy(plan: FloorPlan, resolution: float = RESOLUTION, below: float = OB
     Raises:
         OptionError: the resolution is not positive, or gives more than four million cells.
     """
-    if not (resolution > 0.0) or plan.room.width * plan.room.depth / resolution**2 > MAX_CELLS:
+    barriers = Barriers.of(plan, below)
+    width, depth = (barriers.high - barriers.low).tolist()
+    if not (resolution > 0.0) or width * depth / resolution**2 > MAX_CELLS:
         raise OptionError(f"resolution {resolution} m must be positive and give at most {MAX_CELLS} cells")
-    nx, ny = _cells(plan.room.width, resolution), _cells(plan.room.depth, resolution)
-    occupied = np.zeros((ny, nx), dtype=bool)
-    occupied[:, math.floor(plan.room.width / resolution + TOUCH) :] = True
-    occupied[math.floor(plan.room.depth / resolution + TOUCH) :, :] = True
-    _mark(occupied, plan.obstacles(below), resolution)
-    return OccupancyGrid(occupied, resolution)
+    boxes = barriers.obstacles.sources
+    if plan.floor.is_rectangle:
+        occupied = np.zeros((_cells(depth, resolution), _cells(width, resolution)), dtype=bool)
+        occupied[:, math.floor(width / resolution + TOUCH) :] = True
+        occupied[math.floor(depth / resolution + TOUCH) :, :] = True
+        _mark(occupied, boxes, resolution)
+        return OccupancyGrid(occupied, resolution)
+    first = [math.floor(edge / resolution + TOUCH) for edge in barriers.low.tolist()]
+    columns, rows = (math.ceil(e / resolution - TOUCH) - f for e, f in zip(barriers.high.tolist(), first, strict=True))
+    origin = first[0] * resolution, first[1] * resolution
+    occupied = np.zeros((rows, columns), dtype=bool)
+    _mark(occupied, [replace(box, x=box.x - origin[0], y=box.y - origin[1]) for box in boxes], resolution)
+    grid = OccupancyGrid(occupied, resolution, origin)
+    return OccupancyGrid(occupied | ~_on_floor(grid, barriers), resolution, origin)
+
+
+def _on_floor(grid: OccupancyGrid, barriers: Barriers) -> NDArray[np.bool_]:
+    """Return the free cells of the regions that are on the floor, (ny, nx).
+
+    Walls enclose the floor, so a region of free cells is on it if any of its cells has its center there.
+    """
+    cells = np.argwhere(~grid.occupied)
+    x, y = grid.centres()
+    inside = barriers.inside(np.column_stack([x[cells[:, 1]], y[cells[:, 0]]]))
+    reached = np.zeros(int(grid.components.max(initial=0)) + 1, dtype=bool)
+    reached[grid.components[tuple(cells[inside].T)]] = True
+    reached[0] = False
+    return np.asarray(reached[grid.components])
 
 
 def _cells(length: float, resolution: float) -> int:

@@ -1,9 +1,12 @@
-"""The part of a layout that navigation reads: the room's size, the obstacles and the placements."""
+"""The part of a layout that navigation reads: the floor, the obstacles and the placements."""
 
 from __future__ import annotations
 
 import typing
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
 from labgym.protocols import Protocol
@@ -32,6 +35,34 @@ class Extent(typing.Protocol):
         ...
 
 
+class FloorShape(typing.Protocol):
+    """Where a robot can be on a floor without furniture; `labgym.layouts.floor.Floor` is one."""
+
+    @property
+    def is_rectangle(self) -> bool:
+        """Whether the floor is one rectangular room; only then `room` may be read."""
+        ...
+
+    @property
+    def room(self) -> Extent:
+        """The interior of the only room."""
+        ...
+
+    @property
+    def solids(self) -> Sequence[OrientedBox]:
+        """Walls, columns, panes and closed leaves: they enclose the floor."""
+        ...
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Axis-aligned bounds (x0, y0, x1, y1) of everything, meters."""
+        ...
+
+    def inside(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whether points (n, 2) lie in a space or in an opening between spaces, (n,)."""
+        ...
+
+
 class Placed(typing.Protocol):
     """A placed object: its id and its asset."""
 
@@ -50,8 +81,8 @@ class FloorPlan(typing.Protocol):
     """The part of a layout that navigation reads; `labgym.layouts.Layout` is one."""
 
     @property
-    def room(self) -> Extent:
-        """The room's interior."""
+    def floor(self) -> FloorShape:
+        """Walls and spaces."""
         ...
 
     @property
@@ -77,5 +108,5 @@ class FloorPlan(typing.Protocol):
         ...
 
     def box(self, placement_id: str) -> OrientedBox:
-        """Return a placement's bounding box in the room frame."""
+        """Return a placement's bounding box in the floor's frame."""
         ...

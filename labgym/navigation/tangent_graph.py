@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.csgraph import connected_components, dijkstra
 
+from labgym.navigation.boundary import Boundary
 from labgym.navigation.clearance import Index
 from labgym.navigation.free_space import SPACING, Arcs, FreeSpace, free_arcs
 from labgym.navigation.tangents import Contacts, Corners, bitangents, stacked, tangents
@@ -38,7 +40,12 @@ class Nodes:
     @property
     def place(self) -> Array:
         """Position on a line that has all arcs one after the other, (m,)."""
-        return np.asarray(self.arc * SPACING + self.turn)
+        return places(self.arc, self.turn)
+
+
+def places(arc: Index, turn: Array) -> Array:
+    """Return the positions of angles `turn` on arcs `arc`, (m,), on a line that has all arcs one after the other."""
+    return np.asarray(arc * SPACING + turn)
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,10 @@ class Edges:
     first: Index
     second: Index
     length: Array
+
+    def matrix(self, count: int) -> csr_matrix:
+        """Return the edges between `count` nodes as a sparse matrix, each once."""
+        return csr_matrix((self.length, (self.first, self.second)), shape=(count, count))
 
 
 class TangentGraph:
@@ -87,6 +98,38 @@ class TangentGraph:
         ends = self._points(contacts)
         return self._nodes(contacts.at(self.space.joins(np.broadcast_to(point, ends.shape), ends)))
 
+    def groups(self, point: Array) -> NDArray[np.int32]:
+        """Return the groups of arcs, joined by segments, that are visible from a free point (2,), ascending.
+
+        A path with at least one contact leads from one point to another if and only if a group is visible from both.
+        """
+        return np.unique(self._group[self.visible_from(point).arc])
+
+    @cached_property
+    def _group(self) -> NDArray[np.int32]:
+        """Number of the group of each arc, (a,)."""
+        half, count = len(self.nodes) // 2, len(self.arcs.corner)
+        pairs = self.nodes.arc[:half], self.nodes.arc[half:]
+        graph = csr_matrix((np.ones(half, dtype=np.int32), pairs), shape=(count, count))
+        return np.asarray(connected_components(graph, directed=False)[1])
+
+    @cached_property
+    def boundary(self) -> Boundary:
+        """The boundary of the free positions."""
+        return Boundary(self.space, self.corners, self.arcs)
+
+    def lengths_from(self, point: Array) -> tuple[Nodes, Array]:
+        """Return nodes, those visible from a free point (2,) included, and the lengths of shortest paths to them, (m,).
+
+        Lengths are in meters, inf without a path.
+        """
+        near, m = self.visible_from(point), len(self.nodes)
+        number = m + np.arange(len(near))
+        sight = Edges(np.full(len(near), m + len(near)), number, np.linalg.norm(near.points - point, axis=1))
+        edges = self._joined([self.edges, sight, *self._attached(near, m)])
+        lengths = dijkstra(edges.matrix(m + len(near) + 1), directed=False, indices=m + len(near))
+        return self._nodes(stacked([self.nodes.contacts, near.contacts])), np.asarray(lengths[:-1])
+
     def trail(self, start: Array, goal: Array) -> tuple[Nodes, float] | None:
         """Return the contacts of a shortest path with at least one contact and its length; None if none exists."""
         near_start, near_goal = self.visible_from(start), self.visible_from(goal)
@@ -94,12 +137,11 @@ class TangentGraph:
         extra = self._nodes(stacked([near_start.contacts, near_goal.contacts]))
         number = m + np.arange(s + g)
         ends = np.concatenate([np.full(s, m + s + g), np.full(g, m + s + g + 1)])
-        places = np.concatenate([np.broadcast_to(start, (s, 2)), np.broadcast_to(goal, (g, 2))])
-        sight = Edges(ends, number, np.linalg.norm(places - extra.points, axis=1))
+        origins = np.concatenate([np.broadcast_to(start, (s, 2)), np.broadcast_to(goal, (g, 2))])
+        sight = Edges(ends, number, np.linalg.norm(origins - extra.points, axis=1))
         edges = self._joined([self.edges, sight, *self._attached(extra, m)])
         size = m + s + g + 2
-        graph = csr_matrix((edges.length, (edges.first, edges.second)), shape=(size, size))
-        lengths, before = dijkstra(graph, directed=False, indices=size - 2, return_predecessors=True)
+        lengths, before = dijkstra(edges.matrix(size), directed=False, indices=size - 2, return_predecessors=True)
         if not np.isfinite(lengths[size - 1]):
             return None
         passed = [int(before[size - 1])]

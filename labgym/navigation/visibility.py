@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import OptionError
-from labgym.navigation.clearance import Obstacles
+from labgym.navigation.barriers import Barriers
 from labgym.navigation.free_space import FreeSpace
 from labgym.navigation.plan import OBSTACLE_HEIGHT, PLANNING_RADIUS, FloorPlan
 from labgym.navigation.tangent_graph import Nodes, TangentGraph
@@ -52,13 +52,13 @@ class ShortestPaths:
         if not (0.0 < radius < math.inf):
             raise OptionError(f"radius {radius} of the disc must be a length above 0 m")
         self.radius = radius
-        self.space = FreeSpace(plan.room, Obstacles(plan.obstacles(below)), radius)
+        self.space = FreeSpace(Barriers.of(plan, below), radius)
         self.graph = TangentGraph(self.space)
 
     def path(self, start: Sequence[float], goal: Sequence[float]) -> ShortestPath | None:
         """Return a shortest path between two points, or None if the disc cannot get from one to the other.
 
-        Points are room coordinates in meters; components after x and y, such as a yaw, are ignored.
+        Points are in the floor's frame, in meters; components after x and y, such as a yaw, are ignored.
         """
         ends = np.array([start[:2], goal[:2]], dtype=np.float64)
         if not self.space.holds(ends).all():
@@ -67,6 +67,19 @@ class ShortestPaths:
             return ShortestPath(float(math.dist(*ends)), ends)
         trail = self.graph.trail(*ends)
         return None if trail is None else ShortestPath(trail[1], self._drawn(trail[0], ends))
+
+    def free(self, x: float, y: float) -> bool:
+        """Whether the disc fits at a point, meters."""
+        return bool(self.space.holds(np.array([[x, y]]))[0])
+
+    def connected(self, start: Sequence[float], goal: Sequence[float]) -> bool:
+        """Whether the disc can get from one point to another, without searching for the path; as `path`."""
+        ends = np.array([start[:2], goal[:2]], dtype=np.float64)
+        if not self.space.holds(ends).all():
+            return False
+        if self.space.joins(ends[:1], ends[1:])[0]:
+            return True
+        return bool(np.isin(self.graph.groups(ends[0]), self.graph.groups(ends[1])).any())
 
     def _drawn(self, trail: Nodes, ends: Array) -> Array:
         """Return a trail of contacts as points between the ends, arcs subdivided."""

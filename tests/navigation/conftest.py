@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
 import pytest
 
 from labgym.geometry import OrientedBox
@@ -13,6 +14,22 @@ from labgym.protocols import Protocol, ReagentUse, Step
 class Extent:
     width: float = 8.0
     depth: float = 8.0
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A floor of one rectangular room."""
+
+    room: Extent = Extent()
+    is_rectangle: bool = True
+    solids: tuple[OrientedBox, ...] = ()
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        return 0.0, 0.0, self.room.width, self.room.depth
+
+    def inside(self, points: np.ndarray) -> np.ndarray:
+        return ((points >= 0.0) & (points <= (self.room.width, self.room.depth))).all(axis=1)
 
 
 @dataclass(frozen=True)
@@ -28,7 +45,7 @@ class Plan:
     boxes: tuple[OrientedBox, ...] = ()
     named: dict[str, OrientedBox] = field(default_factory=dict)
     on: dict[str, str] = field(default_factory=dict)
-    room: Extent = Extent()
+    floor: Rectangle = Rectangle()
     protocols: tuple[Protocol, ...] = ()
     protocol: Protocol | None = None
 
@@ -50,7 +67,7 @@ class Plan:
 @pytest.fixture(scope="session")
 def make_plan() -> Callable[..., Plan]:
     def make(*boxes: OrientedBox, width: float = 8.0, depth: float = 8.0, **fields: object) -> Plan:
-        return Plan(tuple(boxes), room=Extent(width, depth), **fields)
+        return Plan(tuple(boxes), floor=Rectangle(Extent(width, depth)), **fields)
 
     return make
 

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labgym.geometry import OrientedBox
+from labgym.navigation.barriers import Barriers
 from labgym.navigation.blocked_cells import BlockedCells
 from labgym.navigation.clearance import Obstacles
 from labgym.navigation.free_space import FreeSpace, free_arcs
@@ -59,9 +60,9 @@ def test_blocked_cells_never_reject_a_clear_segment(seed, radius):
 def test_free_arcs_are_the_parts_of_the_quarters_outside_the_buffered_polygons(make_plan, seed):
     rng = np.random.default_rng(seed)
     boxes = random_boxes(rng, 14)
-    obstacles = Obstacles(boxes)
-    corners = Corners.of(obstacles, R)
-    arcs = free_arcs(corners, FreeSpace(make_plan().room, obstacles, R))
+    barriers = Barriers.of(make_plan(*boxes))
+    corners = Corners.of(barriers.obstacles, R)
+    arcs = free_arcs(corners, FreeSpace(barriers, R))
     turns = np.linspace(0.0, math.pi / 2.0, 181)
     corner = np.repeat(np.arange(len(corners.begin)), len(turns))
     turn = np.tile(turns, len(corners.begin))

@@ -54,10 +54,10 @@ def assignment_between(
     """Return a goal pair of a layout with its start, its goal or both replaced; the pair is not needed for both.
 
     Raises:
-        OptionError: start or goal is not a pose in the room, or the layout has no goal pair.
+        OptionError: start or goal is not a pose in a room, or the layout has no goal pair.
         UnknownNameError: no goal pair has that index.
     """
-    ends = passed_ends({"start": start, "goal": goal}, layout.room)
+    ends = passed_ends({"start": start, "goal": goal}, layout.floor)
     drive = pair_between(*ends, goal_pair(layout, pair) if None in ends else None)
     options = {name: end for name, end in zip(("start", "goal"), ends, strict=True) if end is not None}
     return Assignment(drive, options=options if drive.index == NO_PAIR else {"pair": pair, **options})

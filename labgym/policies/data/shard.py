@@ -79,7 +79,7 @@ def _entry(layout: Layout) -> DatasetLayout:
     if seed is None or not 0 <= seed < TRAIN_SEEDS or layout.hash in held_out:
         raise LabgymError(f"layout {layout.id!r} with seed {seed} is held out for evaluation and cannot be trained on")
     return DatasetLayout(
-        id=layout.id, protocol=str(layout.protocol_id), room=layout.room.name, seed=seed, hash=layout.hash
+        id=layout.id, protocol=str(layout.protocol_id), room=layout.floor.name, seed=seed, hash=layout.hash
     )
 
 

@@ -148,7 +148,7 @@ class Situations:
             goal=rotate(float(goal[0] - place[0]), float(goal[1] - place[1]), -yaw),
             path=to_local(resampled(way.points, PATH_POINTS), (place[0], place[1], yaw)),
             length=way.length,
-            clearance=self._clearance(way.points),
+            clearance=self._space.barriers.line_clearance(way.points),
             kind=kind,
             frame=frame,
         )
@@ -171,20 +171,14 @@ class Situations:
 
     def _free(self, rng: np.random.Generator, tight: bool) -> Array:
         """Return a random free point, or the one with the least clearance of eight."""
-        room = self._layout.room
+        low, high = self._space.barriers.low, self._space.barriers.high
         for _ in range(ATTEMPTS):
-            points = rng.random((64, 2)) * (room.width, room.depth)
+            points = low + rng.random((64, 2)) * (high - low)
             free = points[self._space.holds(points)]
             if len(free):
                 near = self._space.obstacles.nearest(free[:8])
                 return np.asarray(free[int(np.argmin(near)) if tight else 0])
         raise LabgymError(f"layout {self._layout.id!r} has no space for a disc of {PLANNING_RADIUS} m")
-
-    def _clearance(self, points: Array) -> float:
-        room = self._layout.room
-        nearest = self._space.obstacles.segment_distances(points[:-1], points[1:]).min(initial=math.inf)
-        walls = min(points.min(), (np.array([room.width, room.depth]) - points).min())
-        return float(min(nearest, walls))
 
 
 def resampled(points: Array, count: int) -> Array:

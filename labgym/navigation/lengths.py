@@ -1,0 +1,87 @@
+"""Lengths of exact shortest paths from anywhere to one goal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.navigation.tangent_graph import places
+from labgym.navigation.tangents import tangents
+from labgym.navigation.visibility import ShortestPaths
+
+Array = NDArray[np.float64]
+
+BATCH = 8
+"""Contacts whose visibility is tested at a time, in the order of the lengths through them."""
+
+
+class LengthsTo:
+    """Lengths of shortest paths to a goal: one search from the goal, then a few tests of visibility per point.
+
+    Args:
+        paths: the shortest paths of a floor plan.
+        goal: x and y, meters; further components are ignored.
+    """
+
+    def __init__(self, paths: ShortestPaths, goal: Sequence[float]) -> None:
+        self._paths, self._graph, self._goal = paths, paths.graph, np.array(goal[:2], dtype=np.float64)
+        self.reachable = paths.free(*self._goal.tolist())
+        if self.reachable:
+            nodes, lengths = self._graph.lengths_from(self._goal)
+            order = np.argsort(nodes.place, kind="stable")
+            self._line, self._arc, self._turn = nodes.place[order], nodes.arc[order], nodes.turn[order]
+            self._points, self._lengths = nodes.points[order], lengths[order]
+
+    def at(self, x: float, y: float) -> float:
+        """Return the length from a point to the goal, meters; inf if the goal is not free.
+
+        From a point that is not free it is the distance to the nearest free point and the length from there. From a
+        region that is not connected to the goal's it is the least sum of the distance to a contact of that region
+        and the length from there, or the distance to the goal.
+        """
+        if not self.reachable:
+            return math.inf
+        point = np.array([x, y])
+        if not self._paths.space.holds(point[None])[0]:
+            free = self._graph.boundary.nearest(point)
+            point = point if free is None else free
+        length = self._from(point)
+        if math.isinf(length):
+            through = np.linalg.norm(self._points - point, axis=1) + self._lengths
+            length = float(min(through.min(initial=math.inf), math.dist(point, self._goal)))
+        return math.dist((x, y), point) + length
+
+    def _from(self, point: Array) -> float:
+        """Return the length from a free point (2,); inf without a path."""
+        space, corners = self._paths.space, self._graph.corners
+        if space.joins(point[None], self._goal[None])[0]:
+            return math.dist(point, self._goal)
+        contacts = tangents(corners, point)
+        arc, turn = self._graph.arcs.of(corners, contacts)
+        contacts, turn, arc = contacts.at(arc >= 0), turn[arc >= 0], arc[arc >= 0]
+        ends = corners.points(contacts.corner, contacts.normal)
+        lengths = np.linalg.norm(ends - point, axis=1) + self._along_arcs(arc, turn)
+        order = np.argsort(lengths)
+        order = order[np.isfinite(lengths[order])]
+        for first in range(0, len(order), BATCH):
+            batch = order[first : first + BATCH]
+            visible = space.joins(np.broadcast_to(point, (len(batch), 2)), ends[batch])
+            if visible.any():
+                return float(lengths[batch[visible.argmax()]])
+        return math.inf
+
+    def _along_arcs(self, arc: NDArray[np.intp], turn: Array) -> Array:
+        """Return the lengths from places on arcs (m,): along the arc to the next node on either side, and on."""
+        least = np.full(len(arc), np.inf)
+        position = np.searchsorted(self._line, places(arc, turn))
+        for neighbor, exists in ((position - 1, position > 0), (position, position < len(self._line))):
+            row = np.flatnonzero(exists)
+            node = neighbor[row]
+            same = self._arc[node] == arc[row]
+            row, node = row[same], node[same]
+            along = self._lengths[node] + self._paths.radius * np.abs(turn[row] - self._turn[node])
+            least[row] = np.minimum(least[row], along)
+        return least
