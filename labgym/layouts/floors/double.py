@@ -1,0 +1,100 @@
+"""Doubles: two laboratories side by side, joined by a door or a passage, with a glazed partition or without."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+
+from labgym.layouts.floors.building import FloorDraw, Shell, door_widths, finished
+from labgym.layouts.floors.fittings import draw_glazing
+from labgym.layouts.floors.openings import Openings, UnsuitableError, add_exits, between, chosen
+from labgym.layouts.floors.plots import Plot, diagonal, posed, rectangle
+from labgym.layouts.floors.ranges import KINDS, BuildingRanges, Limits, chance, integer, uniform
+from labgym.layouts.floors.sides import OUTSIDE, sides_of
+
+SHARED = 2.5
+"""Least length of the wall that the two laboratories share, meters: a passage and its corners."""
+PASSAGE = (1.2, 2.4)
+"""Range of the width of a passage, meters (assumption: one leaf and a half to two bench depths)."""
+
+
+@dataclass(frozen=True)
+class DoubleRanges(BuildingRanges):
+    """Ranges of doubles."""
+
+    width: Annotated[Limits, "width of each laboratory, across the shared wall, m", "assumption"] = (5.0, 11.0)
+    depth: Annotated[Limits, "depth of each laboratory, along the shared wall, m", "assumption"] = (5.0, 12.0)
+    floor_area: Annotated[Limits, "floor area of both, m²", "assumption: two laboratory units"] = (60.0, 240.0)
+    exits: Annotated[tuple[int, int], "number of exits", "NFPA 101, 7.5.1.3: two, half the diagonal apart"] = (2, 3)
+    glazing: Annotated[Limits, "probability of a glazed partition", "assumption"] = (0.5, 0.5)
+    flush: Annotated[Limits, "probability that the two are aligned", "assumption"] = (0.5, 0.5)
+    aisle: Annotated[
+        Limits, "clear width between furniture, m", "BG RCI 6.2.1: 0.90 m for circulation; 24 CCR: 1.52 m"
+    ] = (0.95, 1.52)
+    islands: Annotated[tuple[str, ...], KINDS, "assumption"] = ("island", "double_island", "peninsula")
+
+
+def double(generator: np.random.Generator, ranges: DoubleRanges) -> FloorDraw:
+    """Return a double, turned and mirrored at random.
+
+    Raises:
+        UnsuitableError: the area or the shared wall is out of range, or a door fits nowhere.
+    """
+    shell = Shell.drawn(ranges, generator)
+    widths = [uniform(generator, ranges.width) for _ in range(2)]
+    depths = [uniform(generator, ranges.depth) for _ in range(2)]
+    flush = chance(generator, ranges.flush[0])
+    shift = 0.0 if flush else uniform(generator, (SHARED - depths[1], depths[0] - SHARED))
+    second = str(generator.choice(["laboratory", "instrument"]))
+    plots = posed(
+        (
+            Plot("laboratory", "laboratory", rectangle(0.0, 0.0, widths[0], depths[0])),
+            Plot(
+                "annex",
+                "laboratory" if second == "laboratory" else "instrument",
+                rectangle(
+                    widths[0] + shell.partition,
+                    shift,
+                    widths[0] + shell.partition + widths[1],
+                    shift + depths[1],
+                ),
+            ),
+        ),
+        generator,
+    )
+    area = sum(plot.area for plot in plots)
+    if not ranges.floor_area[0] <= area <= ranges.floor_area[1]:
+        raise UnsuitableError(f"the floor has {area:.1f} m²")
+    openings = Openings(sides_of(plots, shell.exterior))
+    shared = between(openings.sides, plots[0].id, plots[1].id)
+    ways = _join(openings, shared, ranges, shell, generator)
+    count = integer(generator, ranges.exits)
+    doors = door_widths(ranges, count, generator)
+    own = [between(openings.sides, plot.id, OUTSIDE) for plot in plots]
+    walls = [own[0], *([own[0] + own[1]] * (count - 1))]
+    add_exits(openings, walls, doors, shell.door_height, diagonal(plots) / 2.0, generator)
+    panes = draw_glazing(openings, shared, shell.door_height, ranges.glazing[0], generator)
+    drawn = {"widths": widths, "depths": depths, "shift": shift, "use": second, "doors": doors, "ways": ways}
+    return finished(openings, plots, shell, ranges, generator, {**drawn, "glazed": panes > 0})
+
+
+def _join(
+    openings: Openings, shared: list[int], ranges: DoubleRanges, shell: Shell, generator: np.random.Generator
+) -> list[str]:
+    """Add a door, a passage or a door and a passage to the shared wall; return their kinds."""
+    kinds = ["door", "passage"] if chance(generator, 0.2) else [str(generator.choice(["door", "passage"]))]
+    for number, kind in enumerate(kinds):
+        wide = kind == "passage"
+        width = uniform(generator, PASSAGE if wide else ranges.door, 0.05)
+        places = openings.places(shared, width)
+        if not places and number:
+            return kinds[:1]
+        place = chosen(places, generator, "a way between the laboratories")
+        if wide:
+            openings.add_way(place, width, shell.door_height, "passage")
+        else:
+            into: Literal["left", "right"] = "left" if chance(generator, 0.5) else "right"
+            openings.add_way(place, width, shell.door_height, "door", into, "open")
+    return kinds

@@ -1,0 +1,91 @@
+"""Draws floors: the families by name, and one call for a family and a seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from labgym.errors import InfeasibleError, OptionError, UnknownNameError
+from labgym.layouts.floors.bay import BayRanges, bay
+from labgym.layouts.floors.building import FloorDraw, named
+from labgym.layouts.floors.double import DoubleRanges, double
+from labgym.layouts.floors.ell import EllRanges, ell
+from labgym.layouts.floors.openings import UnsuitableError
+from labgym.layouts.floors.ranges import BuildingRanges, with_limits
+from labgym.layouts.floors.refit import RefitRanges, refit
+from labgym.layouts.floors.suite import SuiteRanges, suite
+
+ATTEMPTS = 200
+"""Draws until a family's rules accept one."""
+MAX_SEED = 2**53 - 1
+
+
+@dataclass(frozen=True)
+class Family:
+    """A family of floors.
+
+    Attributes:
+        summary: what its floors are, one line.
+        ranges: its ranges by default.
+        draw: draws one floor, or raises `UnsuitableError`.
+    """
+
+    name: str
+    summary: str
+    ranges: BuildingRanges
+    draw: Callable[[np.random.Generator, Any], FloorDraw]
+
+
+FAMILIES: dict[str, Family] = {
+    family.name: family
+    for family in (
+        Family("bay", "one rectangular laboratory", BayRanges(), bay),
+        Family("ell", "one L-shaped laboratory", EllRanges(), ell),
+        Family("double", "two laboratories side by side", DoubleRanges(), double),
+        Family("suite", "two to eight rooms along a corridor", SuiteRanges(), suite),
+        Family("refit", "an old building with columns, chamfered corners and an oblique wing", RefitRanges(), refit),
+    )
+}
+"""The families by name."""
+
+
+def draw_floor(family: str, seed: int, **ranges: Any) -> FloorDraw:
+    """Return a floor of a family. Equal arguments give equal floors in any process.
+
+    Args:
+        family: bay, ell, double, suite or refit.
+        seed: 0 to 2^53 - 1.
+        ranges: ranges that replace those of the family: pairs (least, greatest), or numbers; see `FAMILIES`.
+
+    Raises:
+        UnknownNameError: no family, or no parameter of it, has that name.
+        OptionError: a seed or a range that is not valid.
+        InfeasibleError: the rules of the family refuse every draw from these ranges.
+    """
+    if family not in FAMILIES:
+        raise UnknownNameError("family of floors", family, FAMILIES)
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
+        raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
+    entry = FAMILIES[family]
+    limits = with_limits(entry.ranges, family, ranges)
+    generator = np.random.default_rng([seed, int.from_bytes(family.encode(), "big")])
+    reason = ""
+    for _ in range(ATTEMPTS):
+        try:
+            draw = entry.draw(generator, limits)
+        except UnsuitableError as error:
+            reason = str(error)
+            continue
+        identity: dict[str, Any] = {"family": family, "seed": seed}
+        if ranges:
+            identity["ranges"] = {name: _plain(getattr(limits, name)) for name in sorted(ranges)}
+        return named(draw, f"{family}-{seed}", identity)
+    what = f"{ATTEMPTS} draws of the family {family!r} broke its rules"
+    raise InfeasibleError(what, [f"the last one: {reason}"], None, remedy="widen the ranges")
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value

@@ -1,0 +1,197 @@
+"""Suites: two to eight rooms of different use along one or both sides of a corridor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+
+from labgym.layouts.floors.building import SECOND_EXIT_AREA, FloorDraw, Shell, door_widths, finished
+from labgym.layouts.floors.fittings import draw_glazing
+from labgym.layouts.floors.openings import Openings, Place, UnsuitableError, add_exits, between, chosen
+from labgym.layouts.floors.plots import Plot, Use, diagonal, posed, rectangle
+from labgym.layouts.floors.ranges import BuildingRanges, Limits, chance, integer, uniform
+from labgym.layouts.floors.sides import OUTSIDE, sides_of
+
+MODULES = (1.0, 1.0, 1.5, 2.0, 2.0, 2.5, 3.0)
+"""Widths of rooms in modules, drawn from these (assumption)."""
+MAIN_AREA = 36.0
+"""Least area of the largest laboratory, square meters (assumption: two modules 5.5 m deep)."""
+SMALL = 24.0
+"""Rooms up to this area are no laboratories, square meters (assumption)."""
+STRETCH = 3.0
+"""A row of rooms that is shorter than the other by up to this is stretched to its length, meters."""
+ENDS = 0.15
+"""Least distance of an exit from the corners of a corridor, meters."""
+
+
+@dataclass(frozen=True)
+class SuiteRanges(BuildingRanges):
+    """Ranges of suites."""
+
+    rooms: Annotated[tuple[int, int], "number of rooms", "assumption: 2 to 8"] = (2, 8)
+    module: Annotated[Limits, "width of a module, m", "JGJ 91: a bay of two modules is 6.6 m wide"] = (3.0, 3.6)
+    depth: Annotated[Limits, "depth of the rooms of a row, m", "JGJ 91: 5.7 m without hoods, 6.6 m with them"] = (
+        5.7,
+        8.0,
+    )
+    single: Annotated[Limits, "width of a corridor with rooms on one side, m", "JGJ 91-2019: at least 1.50 m"] = (
+        1.5,
+        2.2,
+    )
+    loaded: Annotated[Limits, "width of a corridor with rooms on both sides, m", "JGJ 91-2019: at least 1.80 m"] = (
+        1.8,
+        2.6,
+    )
+    floor_area: Annotated[Limits, "floor area with the corridor, m²", "assumption: 80 to 400 m²"] = (80.0, 400.0)
+    exits: Annotated[tuple[int, int], "number of exits", "NFPA 101, 7.5.1.3: two, half the diagonal apart"] = (2, 3)
+    both: Annotated[Limits, "probability of rooms on both sides of the corridor", "assumption"] = (0.7, 0.7)
+    joined: Annotated[Limits, "probability of a door between neighbors", "assumption"] = (0.25, 0.25)
+    glazing: Annotated[Limits, "probability of a glazed part in a wall to the corridor", "assumption"] = (0.2, 0.2)
+    aisle: Annotated[
+        Limits, "clear width between furniture, m", "BG RCI 6.2.1: 0.90 m for circulation; 24 CCR: 1.52 m"
+    ] = (0.95, 1.50)
+
+
+def suite(generator: np.random.Generator, ranges: SuiteRanges) -> FloorDraw:
+    """Return a suite, turned and mirrored at random.
+
+    Raises:
+        UnsuitableError: the area is out of range, or a door fits nowhere.
+    """
+    shell = Shell.drawn(ranges, generator)
+    count = integer(generator, ranges.rooms)
+    rows, lengths = _rows(ranges, shell, count, generator)
+    corridor = uniform(generator, ranges.loaded if rows[1] else ranges.single)
+    depths = [uniform(generator, ranges.depth) for _ in rows]
+    outlines = [rectangle(0.0, 0.0, max(lengths), corridor)]
+    for row, depth, above in zip(rows, depths, (True, False), strict=True):
+        low = corridor + shell.partition if above else -shell.partition - depth
+        outlines += [rectangle(x0, low, x1, low + depth) for x0, x1 in row]
+    plots = posed(_assigned(outlines, generator), generator)
+    area = sum(plot.area for plot in plots)
+    if not ranges.floor_area[0] <= area <= ranges.floor_area[1]:
+        raise UnsuitableError(f"the floor has {area:.1f} m²")
+    openings = Openings(sides_of(plots, shell.exterior))
+    doors = _add_doors(openings, plots, ranges, shell, generator)
+    exits = _add_exits(openings, plots, ranges, shell, generator)
+    partitions = [k for plot in plots[1:] for k in between(openings.sides, plots[0].id, plot.id)]
+    panes = draw_glazing(openings, partitions, shell.door_height, ranges.glazing[0], generator)
+    drawn = {"rooms": count, "corridor": corridor, "depths": depths[: 1 + bool(rows[1])], "length": max(lengths)}
+    uses = {plot.id: plot.use for plot in plots}
+    return finished(
+        openings, plots, shell, ranges, generator, {**drawn, "uses": uses, "doors": doors + exits, "glazed": panes}
+    )
+
+
+def _rows(
+    ranges: SuiteRanges, shell: Shell, count: int, generator: np.random.Generator
+) -> tuple[list[list[tuple[float, float]]], list[float]]:
+    """Return the spans of the rooms along the corridor, a list for each of its sides, and the lengths of the rows."""
+    module = uniform(generator, ranges.module)
+    widths = [round(module * float(generator.choice(MODULES)), 2) for _ in range(count)]
+    widths[0] = max(widths[0], round(2.0 * module, 2))
+    rows: list[list[float]] = [[], []]
+    both = chance(generator, ranges.both[0])
+    for width in widths:
+        shorter = 1 if both and sum(rows[1]) < sum(rows[0]) else 0
+        rows[shorter].append(width)
+    lengths = [sum(row) + shell.partition * max(len(row) - 1, 0) for row in rows]
+    length = max(lengths)
+    spans = []
+    for row, own in zip(rows, lengths, strict=True):
+        order = [row[k] for k in generator.permutation(len(row))]
+        if row and length - own <= STRETCH:
+            order[-1] += length - own
+        slack = length - sum(order) - shell.partition * max(len(row) - 1, 0)
+        at = slack if chance(generator, 0.5) else 0.0
+        placed = []
+        for width in order:
+            placed.append((at, at + width))
+            at += width + shell.partition
+        spans.append(placed)
+    return spans, lengths
+
+
+def _assigned(outlines: Sequence[tuple[tuple[float, float], ...]], generator: np.random.Generator) -> list[Plot]:
+    """Return plots for outlines, the corridor first: the largest room is a laboratory, the others are drawn."""
+    plots = [Plot("corridor", "corridor", outlines[0])]
+    rooms = [Plot("room", "laboratory", outline) for outline in outlines[1:]]
+    largest = max(range(len(rooms)), key=lambda k: rooms[k].area)
+    if rooms[largest].area < MAIN_AREA:
+        raise UnsuitableError(f"the largest room has {rooms[largest].area:.1f} m²")
+    small: tuple[Use, ...] = ("store", "write-up", "instrument")
+    large: tuple[Use, ...] = ("laboratory", "laboratory", "instrument", "write-up")
+    counts: dict[str, int] = {}
+    for k, room in enumerate(rooms):
+        offered = ("laboratory",) if k == largest else (small if room.area <= SMALL else large)
+        use: Use = offered[int(generator.integers(len(offered)))]
+        counts[use] = counts.get(use, 0) + 1
+        plots.append(Plot(f"{use}-{counts[use]}", use, room.outline))
+    return plots
+
+
+def _add_doors(
+    openings: Openings, plots: Sequence[Plot], ranges: SuiteRanges, shell: Shell, generator: np.random.Generator
+) -> list[float]:
+    """Add doors to all rooms: from the corridor, second ones to large rooms, and some between neighbors."""
+    corridor, rooms = plots[0], plots[1:]
+    widths = []
+    for room in rooms:
+        sides = between(openings.sides, corridor.id, room.id)
+        width, first = _add_door(openings, sides, room, ranges, shell, generator)
+        widths.append(width)
+        if room.area > SECOND_EXIT_AREA:
+            others = [k for other in rooms if other is not room for k in between(openings.sides, room.id, other.id)]
+            apart = diagonal([room]) / 2.0
+            widths.append(_add_door(openings, sides + others, room, ranges, shell, generator, first, apart)[0])
+    for index, room in enumerate(rooms):
+        for other in rooms[index + 1 :]:
+            sides = between(openings.sides, room.id, other.id)
+            if sides and chance(generator, ranges.joined[0]) and not any(openings.on(k) for k in sides):
+                widths.append(_add_door(openings, sides, room, ranges, shell, generator)[0])
+    return widths
+
+
+def _add_door(
+    openings: Openings,
+    sides: Sequence[int],
+    room: Plot,
+    ranges: SuiteRanges,
+    shell: Shell,
+    generator: np.random.Generator,
+    first: Place | None = None,
+    apart: float = 0.0,
+) -> tuple[float, Place]:
+    """Add an open door that swings into a room, and return its width and place.
+
+    Args:
+        first: another door of the room, and its least distance from it.
+    """
+    (width,) = door_widths(ranges, 1, generator)
+    places = openings.places(sides, width)
+    if first is not None:
+        places = [place for place in places if math.dist(place.point, first.point) > apart]
+    place = chosen(places, generator, f"a door of room {room.id!r}")
+    into: Literal["left", "right"] = "left" if openings.sides[place.side].space == room.id else "right"
+    openings.add_way(place, width, shell.door_height, "door", into, "open")
+    return width, place
+
+
+def _add_exits(
+    openings: Openings, plots: Sequence[Plot], ranges: SuiteRanges, shell: Shell, generator: np.random.Generator
+) -> list[float]:
+    """Add exits: at an end of the corridor, at its other end if that is far enough, and anywhere else."""
+    ends = between(openings.sides, plots[0].id, OUTSIDE)
+    anywhere = [k for plot in plots for k in between(openings.sides, plot.id, OUTSIDE)]
+    apart = diagonal(plots) / 2.0
+    second = ends if max(math.dist(*edge) for edge in plots[0].edges) > apart + 1.0 else anywhere
+    count = integer(generator, ranges.exits)
+    widest = min(openings.sides[k].length for k in ends) - 2.0 * ENDS
+    widths = [min(width, round(widest - 0.005, 2)) for width in door_widths(ranges, count, generator)]
+    allowed = [ends, second, *([anywhere] * (count - 2))]
+    add_exits(openings, allowed, widths, shell.door_height, apart, generator, ENDS)
+    return widths
