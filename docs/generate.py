@@ -1,7 +1,8 @@
 """Write generated documentation: JSON Schemas, the environment's page and the tables in the README.
 
 `python docs/generate.py` writes schemas and pages. With `--check` it writes nothing and exits 1 if a file is out of
-date. With `--run runs/default` it also writes that run's tables and pictures into the README.
+date. With `--run runs/default` it also writes that run's tables and pictures into the README; with `--floors` the
+plans of the families of floors.
 """
 
 from __future__ import annotations
@@ -10,7 +11,12 @@ import argparse
 import inspect
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
 
 from labgym.assets import AssetFile
 from labgym.assets.forge import Annotation
@@ -25,6 +31,8 @@ from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.comparison import Comparison
 from labgym.layouts import Layout
+from labgym.layouts.floors import FAMILIES, FloorDraw, draw_floor
+from labgym.layouts.floors.ranges import BuildingRanges, described
 from labgym.layouts.rooms import RoomFile
 from labgym.layouts.splits import Manifest
 from labgym.layouts.version1 import Layout1
@@ -41,6 +49,16 @@ DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
 SHOWN = "test-alk_01"
 """The published layout shown in the README's pictures."""
+
+USES = {
+    "laboratory": "#fff4d8",
+    "instrument": "#dcecff",
+    "store": "#e4e4e4",
+    "write-up": "#e2f6e2",
+    "corridor": "#f2ecfa",
+}
+PARTS = {"wall": "#484848", "pane": "#40a0e0", "sill": "#90b8d0", "leaf": "#c06030", "column": "#202020"}
+"""Colors of spaces by use, and of solid parts, in the plans of floors."""
 
 BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
 DOCUMENTS: tuple[type[Document], ...] = (
@@ -86,7 +104,66 @@ def environment_page(environment: type) -> str:
 def pages() -> dict[Path, str]:
     """Return the contents of all generated files in docs/ by path."""
     schemas = {DOCS / "schemas" / f"{d.SCHEMA.partition('.')[2].replace('/', '-')}.json": schema(d) for d in DOCUMENTS}
-    return {**schemas, DOCS / "environment.md": environment_page(LabPointNavEnv)}
+    floors = DOCS / "floors.md"
+    return {
+        **schemas,
+        DOCS / "environment.md": environment_page(LabPointNavEnv),
+        floors: with_tables(floors.read_text(encoding="utf-8"), parameter_tables()),
+    }
+
+
+def parameter_tables() -> str:
+    """Return the tables of the parameters of all families of floors, those that all share first."""
+    shared = {name: limits for name, limits, _, _ in described(BuildingRanges())}
+    blocks = [("All families", list(described(BuildingRanges())))]
+    for family in FAMILIES.values():
+        own = [row for row in described(family.ranges) if shared.get(row[0]) != row[1]]
+        blocks.append((f"`{family.name}`: {family.summary}", own))
+    lines = []
+    for title, rows in blocks:
+        lines += [f"### {title}", "", "| parameter | values | meaning | source |", "|---|---|---|---|"]
+        lines += [f"| `{name}` | {_values(limits)} | {meaning} | {source} |" for name, limits, meaning, source in rows]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _values(limits: object) -> str:
+    if not isinstance(limits, tuple):
+        return str(limits)
+    if isinstance(limits[0], str):
+        return ", ".join(limits)
+    return f"{limits[0]:g}" if limits[0] == limits[1] else f"{limits[0]:g} to {limits[1]:g}"
+
+
+def draw_families(path: Path, seeds: Sequence[int] = (2, 3, 7)) -> None:
+    """Write a picture with the plans of some floors of each family, a family per row."""
+    figure = Figure(figsize=(10.0, 3.0 * len(FAMILIES)), dpi=80)
+    for row, family in enumerate(FAMILIES):
+        for column, seed in enumerate(seeds):
+            axes = figure.add_subplot(len(FAMILIES), len(seeds), row * len(seeds) + column + 1)
+            draw_plan(axes, draw_floor(family, seed))
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Software": None})
+
+
+def draw_plan(axes: Axes, draw: FloorDraw) -> None:
+    """Draw spaces, solids, exits and the first hood wall of each laboratory."""
+    floor, preferred = draw.floor, {hood.space: hood.wall for hood in reversed(draw.style.hood_walls)}
+    for space in floor.spaces:
+        for box in space.boxes:
+            axes.add_patch(Polygon(box.corners(), color=USES[space.use], linewidth=0))
+    for part in floor.parts:
+        if part.kind in PARTS:
+            axes.add_patch(Polygon(part.box.corners(), color=PARTS[part.kind], linewidth=0))
+    for index in preferred.values():
+        axes.plot(*zip(floor.walls[index].start, floor.walls[index].end, strict=True), color="#9050b0", linewidth=2)
+    for way in floor.doorways:
+        if way.exit:
+            axes.plot([way.x], [way.y], "^", color="#c02020", markersize=6)
+    x0, y0, x1, y1 = floor.bounds
+    axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal")
+    axes.set_title(f"{floor.name}, {draw.parameters['area']:.0f} m²", fontsize=9)
+    axes.axis("off")
 
 
 def with_tables(readme: str, tables: str) -> str:
@@ -107,7 +184,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--run", type=Path)
+    parser.add_argument("--floors", action="store_true")
     arguments = parser.parse_args()
+    if arguments.floors:
+        draw_families(DOCS / "pictures" / "floors.png")
     files = pages()
     if arguments.run:
         tables = (arguments.run / "tables.md").read_text(encoding="utf-8")

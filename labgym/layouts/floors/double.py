@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -16,6 +17,8 @@ from labgym.layouts.floors.sides import OUTSIDE, sides_of
 
 SHARED = 2.5
 """Least length of the wall that the two laboratories share, meters: a passage and its corners."""
+OFFSET = 0.6
+"""Least offset between walls of the two that are not aligned, meters."""
 PASSAGE = (1.2, 2.4)
 """Range of the width of a passage, meters (assumption: one leaf and a half to two bench depths)."""
 
@@ -68,8 +71,10 @@ def double(generator: np.random.Generator, ranges: DoubleRanges) -> FloorDraw:
     if not ranges.floor_area[0] <= area <= ranges.floor_area[1]:
         raise UnsuitableError(f"the floor has {area:.1f} m²")
     openings = Openings(sides_of(plots, shell.exterior))
+    if (shortest := min(side.length for side in openings.sides)) < OFFSET:
+        raise UnsuitableError(f"the walls of the two are offset by {shortest:.2f} m")
     shared = between(openings.sides, plots[0].id, plots[1].id)
-    ways = _join(openings, shared, ranges, shell, generator)
+    ways = _join(openings, plots, ranges, shell, generator)
     count = integer(generator, ranges.exits)
     doors = door_widths(ranges, count, generator)
     own = [between(openings.sides, plot.id, OUTSIDE) for plot in plots]
@@ -81,20 +86,20 @@ def double(generator: np.random.Generator, ranges: DoubleRanges) -> FloorDraw:
 
 
 def _join(
-    openings: Openings, shared: list[int], ranges: DoubleRanges, shell: Shell, generator: np.random.Generator
+    openings: Openings, plots: Sequence[Plot], ranges: DoubleRanges, shell: Shell, generator: np.random.Generator
 ) -> list[str]:
     """Add a door, a passage or a door and a passage to the shared wall; return their kinds."""
-    kinds = ["door", "passage"] if chance(generator, 0.2) else [str(generator.choice(["door", "passage"]))]
-    for number, kind in enumerate(kinds):
-        wide = kind == "passage"
-        width = uniform(generator, PASSAGE if wide else ranges.door, 0.05)
-        places = openings.places(shared, width)
-        if not places and number:
-            return kinds[:1]
-        place = chosen(places, generator, "a way between the laboratories")
-        if wide:
-            openings.add_way(place, width, shell.door_height, "passage")
-        else:
-            into: Literal["left", "right"] = "left" if chance(generator, 0.5) else "right"
-            openings.add_way(place, width, shell.door_height, "door", into, "open")
-    return kinds
+    shared = between(openings.sides, plots[0].id, plots[1].id)
+    wanted: list[Literal["door", "passage"]] = ["door", "passage"]
+    if not chance(generator, 0.2):
+        wanted = [wanted[int(generator.integers(2))]]
+    added: list[str] = []
+    for kind in wanted:
+        width = uniform(generator, PASSAGE if kind == "passage" else ranges.door, 0.05)
+        into = plots[int(generator.integers(2))].id
+        places = openings.places(shared, width, into)
+        if places or not added:
+            place = chosen(places, generator, "a way between the laboratories")
+            openings.add_way(place, width, shell.door_height, kind, into)
+            added.append(kind)
+    return added

@@ -9,7 +9,7 @@ import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.floor import Finishes, KeepOut, Service
-from labgym.layouts.floors.openings import LINTEL, Openings, add_windows
+from labgym.layouts.floors.openings import LINTEL, Openings, add_windows, chosen
 from labgym.layouts.floors.plots import Plot
 from labgym.layouts.floors.ranges import BuildingRanges, chance, uniform
 from labgym.layouts.floors.sides import OUTSIDE
@@ -17,6 +17,8 @@ from labgym.layouts.floors.style import HoodWall
 
 WINDOW_WIDTH, WINDOW_SILL, WINDOW_TOP = (0.9, 2.4), (0.9, 1.2), (2.1, 2.5)
 """Ranges of windows: width, and height of the lower and upper edge (assumptions; a bench top is at 0.90 m)."""
+NARROWEST_PANE, WIDEST_PANE = 0.9, 3.0
+"""Least and greatest width of a glazed part (assumption)."""
 PANEL = (0.76, 0.91)
 """Width and depth of the floor that stays free before an electrical panel (NFPA 70, 110.26)."""
 TRAINED = {
@@ -72,10 +74,14 @@ def draw_glazing(
         if not chance(generator, probability):
             continue
         low, high = openings.sides[index].clear
-        width = uniform(generator, (0.9, max(0.9, min(3.0, 0.6 * (high - low)))))
+        widest = uniform(generator, (NARROWEST_PANE, max(NARROWEST_PANE, min(WIDEST_PANE, 0.6 * (high - low)))))
         sill = float(generator.choice([0.0, 0.9]))
-        along = low + float(generator.uniform(0.3, 0.7)) * (high - low)
-        added += openings.add_pane(index, "glazing", along, width, sill, top - sill)
+        for width in (widest, widest / 2.0, NARROWEST_PANE):
+            places = openings.gaps([index], width)
+            if width >= NARROWEST_PANE and places:
+                place = chosen(places, generator, "a glazed part")
+                added += openings.add_pane(index, "glazing", place.along, round(width, 2), sill, top - sill)
+                break
     return added
 
 
@@ -111,7 +117,7 @@ def panel_area(openings: Openings, plots: Sequence[Plot], generator: np.random.G
         OrientedBox(
             *openings.sides[place.side].point(place.along, depth / 2.0), width, depth, openings.sides[place.side].yaw
         )
-        for place in openings.places(range(len(openings.sides)), width)
+        for place in openings.gaps(range(len(openings.sides)), width)
         if openings.sides[place.side].space in laboratories
     ]
     if openings.zones and boxes:

@@ -23,7 +23,7 @@ SWING = 1.2
 """Side of the square inside a door that nothing else may take: its leaf and a person next to it."""
 APPROACH = 0.6
 """Depth of the same area on the side to which the leaf does not open."""
-PITCH = 0.05
+PITCH = 0.1
 """Spacing of the places tried along a side."""
 LINTEL = 0.15
 """Least height of wall above an opening."""
@@ -59,26 +59,38 @@ class Openings:
         """Return the openings of a side; their positions are counted from its start."""
         return tuple(self._openings[index])
 
-    def places(self, indices: Iterable[int], width: float, swing: float = SWING, corner: float = CORNER) -> list[Place]:
+    def places(
+        self, indices: Iterable[int], width: float, into: str | None = None, corner: float = CORNER
+    ) -> list[Place]:
         """Return the places, every `PITCH`, where a door or passage of a width fits on some sides.
 
         Args:
-            swing: depth of the area inside it that other doors leave free; 0 for windows, which need none.
+            into: space into which a door opens; None for the space of the side.
             corner: least distance from a corner.
         """
+        places = self.gaps(indices, width, corner)
+        if not self.zones or not places:
+            return places
+        opens_left = [into in (None, self.sides[place.side].space) for place in places]
+        before = [
+            self._zone(p, width, SWING if left else APPROACH, True) for p, left in zip(places, opens_left, strict=True)
+        ]
+        behind = [
+            self._zone(p, width, APPROACH if left else SWING, False) for p, left in zip(places, opens_left, strict=True)
+        ]
+        taken = BoxArray.of(self.zones)
+        depths = [pairwise_penetration(BoxArray.of(zones), taken).max(axis=1) for zones in (before, behind)]
+        return [place for place, depth in zip(places, np.maximum(*depths).tolist(), strict=True) if depth <= 0.0]
+
+    def gaps(self, indices: Iterable[int], width: float, corner: float = CORNER) -> list[Place]:
+        """Return the places, every `PITCH`, where an opening of a width meets no other one and no corner."""
         places = []
         for index in indices:
             side = self.sides[index]
             low, high = side.clear[0] + corner + width / 2.0, side.clear[1] - corner - width / 2.0
-            alongs = np.round(np.arange(low, high + 1e-9, PITCH), 3)
-            places += [Place(index, float(at), side.point(float(at))) for at in alongs if self._fits(index, at, width)]
-        if not self.zones or not swing or not places:
-            return places
-        before = [self._zone(place, width, swing, True) for place in places]
-        behind = [self._zone(place, width, APPROACH, False) for place in places]
-        taken = BoxArray.of(self.zones)
-        hits = [(pairwise_penetration(BoxArray.of(zones), taken) > 0.0).any(axis=1) for zones in (before, behind)]
-        return [place for place, hit in zip(places, hits[0] | hits[1], strict=True) if not hit]
+            alongs = np.round(np.arange(low, high + 1e-9, PITCH), 3).tolist()
+            places += [Place(index, along, side.point(along)) for along in alongs if self._fits(index, along, width)]
+        return places
 
     def add_way(
         self,
@@ -86,20 +98,28 @@ class Openings:
         width: float,
         height: float,
         kind: Literal["door", "passage"] = "door",
-        into: Literal["left", "right"] = "left",
-        state: Literal["open", "closed"] = "closed",
+        into: str | None = None,
     ) -> None:
-        """Add a door or a passage; the hinge of a door is at its end nearer to a corner."""
+        """Add a door or a passage; the hinge of a door is at its end nearer to a corner.
+
+        Args:
+            into: space into which a door opens; None for the space of the side. Interior doors are open.
+        """
         side = self.sides[place.side]
-        hinge: Literal["start", "end"] = "start" if place.along < side.length / 2.0 else "end"
-        opening = Opening(kind=kind, position=place.along, width=width, height=height, hinge=hinge)
-        if kind == "door":
-            opening = opening.model_copy(update={"swing": into, "state": state})
+        left = into in (None, side.space)
+        opening = Opening(
+            kind=kind,
+            position=place.along,
+            width=width,
+            height=height,
+            hinge="start" if place.along < side.length / 2.0 else "end",
+            swing="left" if left else "right",
+            state="closed" if side.neighbor == OUTSIDE or kind == "passage" else "open",
+        )
         self._openings[place.side].append(opening)
-        depth = {into: SWING, "left" if into == "right" else "right": APPROACH}
-        self.zones.append(self._zone(place, width, depth["left"], True))
+        self.zones.append(self._zone(place, width, SWING if left else APPROACH, True))
         if side.neighbor != OUTSIDE:
-            self.zones.append(self._zone(place, width, depth["right"], False))
+            self.zones.append(self._zone(place, width, APPROACH if left else SWING, False))
 
     def add_pane(
         self, index: int, kind: Literal["window", "glazing"], along: float, width: float, sill: float, height: float
@@ -136,7 +156,7 @@ def chosen(places: Sequence[Place], generator: np.random.Generator, what: str) -
     """Return a place: the side drawn uniformly from those with places, then the place on it.
 
     Raises:
-        UnsuitableError: there is none.
+        UnsuitableError: the list is empty.
     """
     if not places:
         raise UnsuitableError(f"no place for {what}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -131,12 +131,10 @@ def _join(
     """Add a door or a passage between hall and wing and return its kind; the door opens into the hall."""
     wide = chance(generator, 0.5)
     width = uniform(generator, WAY if wide else ranges.door, 0.05)
-    place = chosen(openings.places(shared, width), generator, "a way into the wing")
-    if wide:
-        openings.add_way(place, width, shell.door_height, "passage")
-    else:
-        openings.add_way(place, width, shell.door_height, "door", "left", "open")
-    return "passage" if wide else "door"
+    place = chosen(openings.places(shared, width, "hall"), generator, "a way into the wing")
+    kind: Literal["door", "passage"] = "passage" if wide else "door"
+    openings.add_way(place, width, shell.door_height, kind, "hall")
+    return kind
 
 
 def _columns(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from labgym.layouts.floor import Opening, Wall
 from labgym.layouts.floors.plots import Plot, Point
@@ -34,12 +35,12 @@ class Side:
     neighbor: str
     clear: tuple[float, float]
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length."""
         return math.dist(self.start, self.end)
 
-    @property
+    @cached_property
     def direction(self) -> Point:
         """Unit vector from start to end."""
         return (self.end[0] - self.start[0]) / self.length, (self.end[1] - self.start[1]) / self.length

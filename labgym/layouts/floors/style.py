@@ -38,7 +38,7 @@ class HoodWall:
 
 @dataclass(frozen=True)
 class FamilyStyle:
-    """What a floor asks of its furnishing.
+    """Clear widths, kinds of benches and hood walls of a floor.
 
     Attributes:
         aisle: clear width between pieces of furniture where people work, meters.
@@ -72,7 +72,7 @@ def draw_style(ranges: BuildingRanges, hood_walls: tuple[HoodWall, ...], generat
     unknown = [name for name in ranges.islands if name not in get_args(Island)]
     if unknown:
         raise OptionError(f"unknown kind of island {unknown[0]!r}; available: {', '.join(get_args(Island))}")
-    order: list[Island] = [ranges.islands[k] for k in generator.permutation(len(ranges.islands))]  # type: ignore[misc]
+    order: list[Island] = [ranges.islands[k] for k in generator.permutation(len(ranges.islands))]
     return FamilyStyle(
         aisle=uniform(generator, ranges.aisle),
         maintenance_aisle=uniform(generator, ranges.maintenance_aisle),

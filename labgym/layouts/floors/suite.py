@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 
@@ -22,6 +22,8 @@ MAIN_AREA = 36.0
 """Least area of the largest laboratory, square meters (assumption: two modules 5.5 m deep)."""
 SMALL = 24.0
 """Rooms up to this area are no laboratories, square meters (assumption)."""
+LONGEST_ROW = 5
+"""Largest number of rooms along one side of a corridor with rooms on one side only."""
 STRETCH = 3.0
 """A row of rooms that is shorter than the other by up to this is stretched to its length, meters."""
 ENDS = 0.15
@@ -95,7 +97,7 @@ def _rows(
     widths = [round(module * float(generator.choice(MODULES)), 2) for _ in range(count)]
     widths[0] = max(widths[0], round(2.0 * module, 2))
     rows: list[list[float]] = [[], []]
-    both = chance(generator, ranges.both[0])
+    both = count > LONGEST_ROW or chance(generator, ranges.both[0])
     for width in widths:
         shorter = 1 if both and sum(rows[1]) < sum(rows[0]) else 0
         rows[shorter].append(width)
@@ -172,12 +174,11 @@ def _add_door(
         first: another door of the room, and its least distance from it.
     """
     (width,) = door_widths(ranges, 1, generator)
-    places = openings.places(sides, width)
+    places = openings.places(sides, width, room.id)
     if first is not None:
         places = [place for place in places if math.dist(place.point, first.point) > apart]
     place = chosen(places, generator, f"a door of room {room.id!r}")
-    into: Literal["left", "right"] = "left" if openings.sides[place.side].space == room.id else "right"
-    openings.add_way(place, width, shell.door_height, "door", into, "open")
+    openings.add_way(place, width, shell.door_height, "door", room.id)
     return width, place
 
 
