@@ -15,7 +15,7 @@ from labgym.cards.results import CardResults, ablation_table
 from labgym.documents import write_text
 from labgym.envs.sensors import Camera
 from labgym.eval.drawing.pictures import save_picture
-from labgym.eval.drawing.plan_drawing import draw_objects, draw_room
+from labgym.eval.drawing.plan_drawing import draw_objects, draw_plan, longest_side
 from labgym.eval.reports.route_figures import panel_grid
 from labgym.geometry import to_world
 from labgym.layouts import Layout, load_published, published
@@ -75,12 +75,9 @@ def trajectories_figure(policy: NavDPPolicy, layouts: Sequence[Layout]) -> Figur
     figure, panels = panel_grid(len(layouts), 5, PANEL_INCHES, title_inches=0.3)
     for axes, layout in zip(panels, layouts, strict=True):
         pose, goal, drawn = _drawn_at_start(policy, layout)
-        room = layout.room
-        axes.set_xlim(-room.wall_thickness, room.width + room.wall_thickness)
-        axes.set_ylim(-room.wall_thickness, room.depth + room.wall_thickness)
         axes.set_aspect("equal")
-        draw_room(axes, room)
-        draw_objects(axes, layout, 72.0 * PANEL_INCHES / max(room.width, room.depth))
+        draw_plan(axes, layout.floor)
+        draw_objects(axes, layout, 72.0 * PANEL_INCHES / longest_side(layout.floor))
         order = np.argsort(drawn.values)
         for k in order:
             path = to_world(np.vstack([np.zeros((1, 2)), drawn.trajectories[k]]), pose)

@@ -15,7 +15,9 @@ from labgym.envs.simulation import Pose, Simulation
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.scenes import Quality, RayScene, make_renderer, to_mjcf
+from labgym.scenes.building import building_patches
 from labgym.scenes.culling import in_view
+from labgym.scenes.cutaway import walls_across
 from labgym.scenes.mesh import ROOM
 from labgym.scenes.opengl import LARGEST
 
@@ -82,13 +84,14 @@ class ChaseView:
         camera = _camera(pose, STATIONS[self._station])
         self._scene.place(pose)
         model, data = self._scene.model, self._scene.data
-        if self._quality == "fine":
-            self._renderer.update_scene(data, camera)
-            return np.array(self._renderer.render(), dtype=np.uint8)
         groups = model.geom_group.copy()
-        model.geom_group[~in_view(model, data, camera, self._size[0] / self._size[1])] = NOT_DRAWN
+        model.geom_group[_walls_between(layout, model, pose, camera)] = NOT_DRAWN
+        if self._quality == "fast":
+            model.geom_group[~in_view(model, data, camera, self._size[0] / self._size[1])] = NOT_DRAWN
         self._renderer.update_scene(data, camera)
         model.geom_group[:] = groups
+        if self._quality == "fine":
+            return np.array(self._renderer.render(), dtype=np.uint8)
         return np.asarray(cv2.resize(self._renderer.render(), self._size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
     def _new_renderer(self, model: mujoco.MjModel) -> mujoco.Renderer:
@@ -126,6 +129,18 @@ def _camera(pose: Pose, station: tuple[float, float]) -> mujoco.MjvCamera:
     camera.lookat = _looked_at(pose)
     camera.distance, camera.azimuth, camera.elevation = DISTANCE, math.degrees(pose[2] + aside), -math.degrees(pitch)
     return camera
+
+
+def _walls_between(layout: Layout, model: mujoco.MjModel, pose: Pose, camera: mujoco.MjvCamera) -> list[int]:
+    """Return the geoms of the upper parts of the walls between the camera and the robot."""
+    floor = layout.floor
+    if floor.is_rectangle:
+        return []
+    azimuth = math.radians(camera.azimuth)
+    level = camera.distance * math.cos(math.radians(camera.elevation))
+    eye = camera.lookat[0] - level * math.cos(azimuth), camera.lookat[1] - level * math.sin(azimuth), 0.0
+    hidden = walls_across(floor, eye, (pose[0], pose[1], 0.0))
+    return [model.geom(patch.name).id for patch in building_patches(floor) if patch.wall in hidden]
 
 
 def _looked_at(pose: Pose) -> tuple[float, float, float]:

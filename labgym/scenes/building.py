@@ -1,109 +1,62 @@
-"""The walls of a room: visible faces and solid boxes."""
+"""The building of a layout: visible walls and floor, and solid boxes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
 from functools import lru_cache
 
-import numpy as np
-from numpy.typing import NDArray
-
-from labgym.assets.shapes import tessellate
 from labgym.geometry import OrientedBox
-from labgym.layouts import Layout, Placement, Room
-from labgym.layouts.model import WALL
-from labgym.scenes.wall_parts import CAP, wall_parts
+from labgym.layouts.floor import Floor
+from labgym.scenes.finishes import floor_material
+from labgym.scenes.floor_covering import FLOOR, covering_patches
+from labgym.scenes.patches import Patch
+from labgym.scenes.rectangle import room_covering, room_patches, room_solids
+from labgym.scenes.wall_faces import column_patches, wall_patches
+from labgym.scenes.wall_openings import opening_patches
 
-Array = NDArray[np.float64]
-Faces = NDArray[np.int64]
-
-WALLS = ("front", "back", "left", "right")
-
-
-@dataclass(frozen=True)
-class Patch:
-    """Faces of one material of a wall in the room frame: vertices (n, 3) and faces (m, 3), which face the room."""
-
-    wall: str
-    name: str
-    material: str
-    vertices: Array
-    faces: Faces
+CACHED = 32
+"""Number of floors whose faces are cached."""
 
 
-@lru_cache(maxsize=32)
-def room_patches(room: Room) -> tuple[Patch, ...]:
-    """Return the faces of the walls that are visible from inside, and the walls' tops, without the floor.
+def building_patches(floor: Floor) -> tuple[Patch, ...]:
+    """Return the visible faces of walls, doors, windows and columns, without the floor.
 
-    Without outward faces the walls are transparent from outside.
+    Faces that are turned away from all spaces are left out, so that walls are transparent from outside.
     """
-    return tuple(patch for wall in WALLS for patch in _wall_patches(room, wall))
+    if floor.is_rectangle:
+        return room_patches(floor.room, floor.spaces[0].finishes)
+    return _patches(floor)
 
 
-def room_solids(room: Room) -> dict[str, OrientedBox]:
-    """Return the walls as solid boxes by name; doors are closed, so that each wall is one box."""
-    w, d, t, h = room.width, room.depth, room.wall_thickness, room.height
-    return {
-        "front": OrientedBox(w / 2.0, -t / 2.0, w + 2.0 * t, t, 0.0, 0.0, h),
-        "back": OrientedBox(w / 2.0, d + t / 2.0, w + 2.0 * t, t, 0.0, 0.0, h),
-        "left": OrientedBox(-t / 2.0, d / 2.0, t, d, 0.0, 0.0, h),
-        "right": OrientedBox(w + t / 2.0, d / 2.0, t, d, 0.0, 0.0, h),
-    }
+def floor_patches(floor: Floor) -> tuple[Patch, ...]:
+    """Return the covering of the floor, a patch for each material."""
+    if floor.is_rectangle:
+        material = floor_material(floor.spaces[0].finishes)
+        return (Patch(FLOOR, FLOOR, material, *room_covering(floor.room)),)
+    return _coverings(floor)
 
 
-def walls_between(room: Room, x: float, y: float) -> tuple[str, ...]:
-    """Return the walls between a point and the room: none if the point is inside."""
-    beyond = {"front": y < 0.0, "back": y > room.depth, "left": x < 0.0, "right": x > room.width}
-    return tuple(wall for wall in WALLS if beyond[wall])
+def building_solids(floor: Floor) -> dict[str, OrientedBox]:
+    """Return the solid boxes of the building by name: those of `Floor.solids`.
 
-
-def hanging_on(layout: Layout, placement: Placement) -> str | None:
-    """Return the wall that a wall-mounted placement is attached to, None for other placements."""
-    if placement.support != WALL:
-        return None
-    x, y, _ = placement.position
-    gaps = {"front": y, "back": layout.room.depth - y, "left": x, "right": layout.room.width - x}
-    return min(WALLS, key=lambda wall: gaps[wall])
-
-
-def wall_frame(room: Room, wall: str) -> tuple[Array, Array]:
-    """Return a wall's rotation, shape (3, 3), and origin, shape (3,).
-
-    In the wall's frame u runs along it to the right as seen from inside, v outwards from its inner face, z up.
+    A rectangular room has one for each of its walls, front, back, left and right; its doors are closed.
     """
-    w, d = room.width, room.depth
-    along, outward, origin = {
-        "back": ((1.0, 0.0), (0.0, 1.0), (0.0, d)),
-        "front": ((-1.0, 0.0), (0.0, -1.0), (w, 0.0)),
-        "left": ((0.0, 1.0), (-1.0, 0.0), (0.0, 0.0)),
-        "right": ((0.0, -1.0), (1.0, 0.0), (w, d)),
-    }[wall]
-    rotation = np.array([[along[0], outward[0], 0.0], [along[1], outward[1], 0.0], [0.0, 0.0, 1.0]])
-    return rotation, np.array([origin[0], origin[1], 0.0])
+    if floor.is_rectangle:
+        return room_solids(floor.room)
+    solids: dict[str, OrientedBox] = {}
+    count: Counter[str] = Counter()
+    for part in floor.parts:
+        stem = f"column_{part.source}" if part.kind == "column" else f"wall_{part.source}/{part.kind}"
+        solids[f"{stem}_{count[stem]}"] = part.box
+        count[stem] += 1
+    return solids
 
 
-def _wall_patches(room: Room, wall: str) -> Iterator[Patch]:
-    rotation, origin = wall_frame(room, wall)
-    pieces: dict[str, list[tuple[Array, Faces]]] = {}
-    for part in wall_parts(room, wall):
-        vertices, faces = tessellate(part)
-        corners = vertices[faces]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        # Without outward faces a wall between the camera and the room does not hide it.
-        top = vertices[faces][:, :, 2].min(axis=1) > room.height - 1e-9
-        visible = (normal[:, 1] < 0.5) & (top == (part.material == CAP))
-        pieces.setdefault(part.material, []).append((vertices @ rotation.T + origin, faces[visible]))
-    for material, meshes in pieces.items():
-        vertices, faces = join(meshes)
-        yield Patch(wall, f"{wall}/{material}", material, vertices, faces)
+@lru_cache(maxsize=CACHED)
+def _patches(floor: Floor) -> tuple[Patch, ...]:
+    return (*wall_patches(floor), *opening_patches(floor), *column_patches(floor))
 
 
-def join(meshes: list[tuple[Array, Faces]]) -> tuple[Array, Faces]:
-    """Concatenate meshes, each (vertices, faces)."""
-    offsets = np.cumsum([0, *[len(vertices) for vertices, _ in meshes[:-1]]])
-    return (
-        np.concatenate([vertices for vertices, _ in meshes]),
-        np.concatenate([faces + offset for (_, faces), offset in zip(meshes, offsets, strict=True)]),
-    )
+@lru_cache(maxsize=CACHED)
+def _coverings(floor: Floor) -> tuple[Patch, ...]:
+    return covering_patches(floor)

@@ -18,10 +18,11 @@ from labgym.assets.shapes import MATERIALS
 from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.layouts import Layout, Placement
-from labgym.scenes.building import Array, Faces, room_patches
+from labgym.scenes.building import building_patches, floor_patches
 from labgym.scenes.folders import whole_folder
-from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh, floor_mesh
+from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh
 from labgym.scenes.mjcf import to_mjcf
+from labgym.scenes.patches import Array, Faces
 
 SCENE_FILE = "scene.xml"
 MESH_FOLDER = "meshes"
@@ -69,10 +70,9 @@ def write_glb(layout: Layout, path: str | Path) -> Path:
     scene = trimesh.Scene()
     # In glTF y points up and z towards the viewer.
     up = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    surroundings = [("floor", "floor_vinyl", *floor_mesh(layout.room))]
-    surroundings += [(patch.name, patch.material, patch.vertices, patch.faces) for patch in room_patches(layout.room)]
-    for name, material, vertices, faces in surroundings:
-        scene.add_geometry(_painted(vertices, faces, material), node_name=name, geom_name=name, transform=up)
+    for patch in (*floor_patches(layout.floor), *building_patches(layout.floor)):
+        mesh = _painted(patch.vertices, patch.faces, patch.material)
+        scene.add_geometry(mesh, node_name=patch.name, geom_name=patch.name, transform=up)
     names: dict[Asset, str] = {}
     for placement in layout.placements:
         asset = layout.asset(placement.id)
@@ -133,10 +133,13 @@ def _move_meshes_to_files(spec: mujoco.MjSpec) -> dict[str, bytes]:
     for mesh in spec.meshes:
         vertices = np.array(mesh.uservert).reshape(-1, 3)
         faces = np.array(mesh.userface, dtype=np.int64).reshape(-1, 3) + 1
+        texture = np.array(mesh.usertexcoord).reshape(-1, 2)
         lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in vertices]
-        lines += [f"f {a} {b} {c}" for a, b, c in faces]
+        lines += [f"vt {u:.7g} {v:.7g}" for u, v in texture]
+        corner = "{0}/{0}" if len(texture) else "{0}"
+        lines += [" ".join(["f", *(corner.format(index) for index in face)]) for face in faces.tolist()]
         mesh.file = f"{mesh.name.replace('/', '_')}.obj"
-        mesh.uservert, mesh.userface = [], []
+        mesh.uservert, mesh.userface, mesh.usertexcoord = [], [], []
         files[mesh.file] = ("\n".join(lines) + "\n").encode()
     spec.meshdir, spec.assets = MESH_FOLDER, files
     return files

@@ -15,8 +15,12 @@ from numpy.typing import NDArray
 from labgym.assets import Asset
 from labgym.assets.archive import convex_bodies
 from labgym.assets.shapes import MATERIALS, Part, build, tessellate
-from labgym.layouts import Layout, Placement, Room
-from labgym.scenes.building import hanging_on, join, room_patches, room_solids
+from labgym.layouts import Layout, Placement
+from labgym.layouts.floor import Floor
+from labgym.scenes.building import building_patches, building_solids, floor_patches
+from labgym.scenes.cutaway import hanging_on
+from labgym.scenes.patches import join, visible
+from labgym.scenes.rectangle import room_covering
 
 MATERIAL_NAMES = tuple(MATERIALS)
 """Material of each material index."""
@@ -92,15 +96,14 @@ def asset_mesh(asset: Asset) -> AssetMesh:
 
 
 def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
-    """Return the visible faces of a layout: floor, inner sides of the walls, and all parts of all placements.
+    """Return the visible faces of a layout: floor, walls as seen from inside, and all parts of all placements.
 
     Args:
-        hidden: walls to leave out, together with the placements mounted on them.
+        hidden: walls, or upper parts of walls, to leave out, together with the placements mounted on them.
     """
-    patches = [patch for patch in room_patches(layout.room) if patch.wall not in hidden]
-    meshes = [floor_mesh(layout.room), *[(patch.vertices, patch.faces) for patch in patches]]
-    names = ["floor_vinyl", *[patch.material for patch in patches]]
-    materials = [np.full(len(faces), _MATERIAL_INDEX[name]) for name, (_, faces) in zip(names, meshes, strict=True)]
+    patches = [*floor_patches(layout.floor), *visible(building_patches(layout.floor), hidden)]
+    meshes = [(patch.vertices, patch.faces) for patch in patches]
+    materials = [np.full(len(patch.faces), _MATERIAL_INDEX[patch.material]) for patch in patches]
     owners = [np.full(len(faces), ROOM) for _, faces in meshes]
     for index, placement in enumerate(layout.placements):
         if hidden and hanging_on(layout, placement) in hidden:
@@ -115,9 +118,9 @@ def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
 
 def solid_mesh(layout: Layout) -> SceneMesh:
     """Return the solid faces of a layout: floor, walls, and the solids of all placements."""
-    meshes = [floor_mesh(layout.room)]
+    meshes = [_ground(layout.floor)]
     owners = [np.full(2, ROOM)]
-    boxes = [(ROOM, box) for box in room_solids(layout.room).values()]
+    boxes = [(ROOM, box) for box in building_solids(layout.floor).values()]
     for k, placement in enumerate(layout.placements):
         bodies = convex_bodies(layout.asset(placement.id))
         boxes += [(k, box) for box in (() if bodies else layout.solids(placement.id))]
@@ -139,8 +142,10 @@ def _placed(vertices: NDArray[np.float64], placement: Placement) -> NDArray[np.f
     return np.asarray(vertices @ turn + np.array(placement.position))
 
 
-def floor_mesh(room: Room) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the floor's vertices and faces."""
-    w, d = room.width, room.depth
-    corners = np.array([[0.0, 0.0, 0.0], [w, 0.0, 0.0], [w, d, 0.0], [0.0, d, 0.0]])
+def _ground(floor: Floor) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return vertices and faces of the solid floor: a rectangle under everything."""
+    if floor.is_rectangle:
+        return room_covering(floor.room)
+    x0, y0, x1, y1 = floor.bounds
+    corners = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
     return corners, np.array([[0, 1, 2], [0, 2, 3]])

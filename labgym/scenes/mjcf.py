@@ -15,15 +15,20 @@ from labgym.assets.shapes.parts import Vector
 from labgym.assets.shapes.tessellate import local_mesh
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox
-from labgym.layouts import Layout, Room
-from labgym.scenes.building import Array, Faces, Patch, room_patches, room_solids
+from labgym.layouts import Layout
+from labgym.layouts.floor import Floor
+from labgym.scenes.building import building_patches, building_solids, floor_patches
+from labgym.scenes.finishes import JOINTS, floor_material
 from labgym.scenes.mesh import asset_mesh
+from labgym.scenes.patches import Array, Faces, Patch
 from labgym.scenes.views import View, views
 
 VISUAL_GROUP = 2
 COLLISION_GROUP = 3
 TILE = 0.6
-"""Side of a floor tile, meters."""
+"""Spacing of the grid that a viewer draws on the floor, meters."""
+LAMP_DISTANCE = 10.0
+"""Distance of the lights from the middle of the floor, meters; over large floors of several rooms it is larger."""
 LAMPS = (
     ("sun", (0.16, 0.22, -0.96), (0.26, 0.255, 0.24), 0.10),
     ("fill_front", (-0.70, 0.65, -0.25), (0.35, 0.35, 0.36), 0.05),
@@ -46,7 +51,8 @@ def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
     Each placement is a static body named by its id, at the layout's pose. Its visible parts are geoms of group 2 that
     collide with nothing. Its solids (boxes of `Asset.solids`, or convex bodies of an imported mesh) are geoms of
     group 3 named `<id>/solid/<k>`, hidden in default views. The solids of walls and floor belong to the world body and
-    are named `<wall>/solid` and `floor/solid`.
+    are named `<wall>/solid` and `floor/solid`, where a wall is front, back, left or right in a rectangular room,
+    and otherwise `wall_<k>/<kind>_<n>` or `column_<k>_<n>`.
 
     Args:
         visible: whether to include visible parts; without them the model is small and compiles fast.
@@ -58,8 +64,8 @@ def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
     if "world" in layout.by_id:
         raise OptionError(f"placement id 'world' of layout {layout.id!r} is reserved by MuJoCo; rename the placement")
     scene = SpecBuilder(layout.id, visible)
-    set_looks(scene.spec, layout.room)
-    scene.add_room(layout.room)
+    set_looks(scene.spec, layout.floor)
+    scene.add_floor(layout.floor)
     for placement in layout.placements:
         scene.add_asset(placement.id, layout.asset(placement.id), placement.position, placement.yaw)
     for name, view in views(layout).items():
@@ -80,17 +86,24 @@ class SpecBuilder:
         self._visible = visible
         self._names: set[str] = set()
 
-    def add_room(self, room: Room) -> None:
-        """Add floor and walls to the world body."""
-        half, middle = [room.width / 2.0, room.depth / 2.0, TILE], [room.width / 2.0, room.depth / 2.0, 0.0]
+    def add_floor(self, floor: Floor) -> None:
+        """Add floor, walls, doors, windows and columns to the world body."""
+        (x, y), (width, depth) = _extent(floor)
+        half, middle = [width / 2.0, depth / 2.0, TILE], [x, y, 0.0]
         plane = mujoco.mjtGeom.mjGEOM_PLANE
         self.spec.worldbody.add_geom(self.solid, name="floor/solid", type=plane, size=half, pos=middle)
         if self._visible:
-            self._add_tiles()
-            self.spec.worldbody.add_geom(self.visual, name="floor", type=plane, size=half, pos=middle, material="tiles")
-            for patch in room_patches(room):
-                self._add_patch(patch)
-        for wall, box in room_solids(room).items():
+            if floor.is_rectangle:
+                material = self._covering(floor_material(floor.spaces[0].finishes), mesh=False)
+                self.spec.worldbody.add_geom(
+                    self.visual, name="floor", type=plane, size=half, pos=middle, material=material
+                )
+            else:
+                for patch in floor_patches(floor):
+                    self._add_patch(patch, self._covering(patch.material, mesh=True), JOINTS.get(patch.material))
+            for patch in building_patches(floor):
+                self._add_patch(patch, self._material(patch.material))
+        for wall, box in building_solids(floor).items():
             self.add_solid(self.spec.worldbody, f"{wall}/solid", box)
 
     def add_asset(self, name: str, asset: Asset, position: Vector, yaw: float) -> None:
@@ -134,11 +147,25 @@ class SpecBuilder:
             self._mesh(mesh, vertices, faces)
         body.add_geom(self.solid, name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh)
 
-    def _add_tiles(self) -> None:
-        look = MATERIALS["floor_vinyl"]
+    def _covering(self, name: str, mesh: bool) -> str:
+        """Return the material of a floor covering, with a texture of one tile if it has joints.
+
+        Args:
+            mesh: whether it is for a mesh, which has texture coordinates, rather than for a plane.
+        """
+        if name not in JOINTS:
+            return self._material(name)
+        tiles = "tiles" if name == "floor_vinyl" else f"{name}_tiles"
+        if tiles not in self._names:
+            self._names.add(tiles)
+            self._add_tiles(name, tiles, 1.0 if mesh else 1.0 / JOINTS[name])
+        return tiles
+
+    def _add_tiles(self, name: str, tiles: str, repeat: float) -> None:
+        look = MATERIALS[name]
         tint = np.array(look.rgba[:3])
         self.spec.add_texture(
-            name="tiles",
+            name=tiles,
             type=mujoco.mjtTexture.mjTEXTURE_2D,
             builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
             mark=mujoco.mjtMark.mjMARK_EDGE,
@@ -149,23 +176,24 @@ class SpecBuilder:
             height=256,
         )
         material = self.spec.add_material(
-            name="tiles",
+            name=tiles,
             specular=look.specular,
             shininess=look.shininess,
             reflectance=look.reflectance,
-            texuniform=True,
-            texrepeat=[1.0 / TILE, 1.0 / TILE],
+            texuniform=repeat != 1.0,
+            texrepeat=[repeat, repeat],
         )
-        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = tiles
 
-    def _add_patch(self, patch: Patch) -> None:
-        self._mesh(patch.name, patch.vertices, patch.faces)
+    def _add_patch(self, patch: Patch, material: str, tile: float | None = None) -> None:
+        """Add visible faces; `tile` is the side of the tiles of their texture, meters."""
+        self._mesh(patch.name, patch.vertices, patch.faces, tile)
         self.spec.worldbody.add_geom(
             self.visual,
             name=patch.name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=patch.name,
-            material=self._material(patch.material),
+            material=material,
         )
 
     def _swept(self, part: Part) -> str:
@@ -178,11 +206,13 @@ class SpecBuilder:
             self._mesh(name, *(part.triangles or local_mesh(part.primitive, part.size, part.profile)))
         return name
 
-    def _mesh(self, name: str, vertices: Array, faces: Faces) -> None:
+    def _mesh(self, name: str, vertices: Array, faces: Faces, tile: float | None = None) -> None:
         self._names.add(name)
         # No body gets its mass from its meshes: a shell needs no closed volume.
         shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-        self.spec.add_mesh(name=name, uservert=vertices.ravel(), userface=faces.ravel(), inertia=shell)
+        mesh = self.spec.add_mesh(name=name, uservert=vertices.ravel(), userface=faces.ravel(), inertia=shell)
+        if tile is not None:
+            mesh.usertexcoord = (vertices[:, :2] / tile).ravel()
 
     def _material(self, name: str) -> str:
         if name not in self._names:
@@ -199,8 +229,9 @@ class SpecBuilder:
         return name
 
 
-def set_looks(spec: mujoco.MjSpec, room: Room) -> None:
+def set_looks(spec: mujoco.MjSpec, floor: Floor) -> None:
     """Set lights, sky and rendering quality."""
+    (middle_x, middle_y), (width, depth) = _extent(floor)
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight = 2560, 1440
     visual.quality.shadowsize, visual.quality.offsamples = 4096, 8
@@ -209,8 +240,9 @@ def set_looks(spec: mujoco.MjSpec, room: Room) -> None:
     visual.headlight.specular = [0.05, 0.05, 0.05]
     visual.map.znear, visual.map.zfar, visual.map.shadowclip = 0.005, 30.0, 2.0
     visual.rgba.haze = [0.88, 0.91, 0.94, 1.0]
-    spec.stat.center = [room.width / 2.0, room.depth / 2.0, 0.8]
-    spec.stat.extent = math.hypot(room.width, room.depth) / 2.0
+    spec.stat.center = [middle_x, middle_y, 0.8]
+    spec.stat.extent = math.hypot(width, depth) / 2.0
+    distance = LAMP_DISTANCE if floor.is_rectangle else max(LAMP_DISTANCE, spec.stat.extent)
     spec.add_texture(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
@@ -225,12 +257,21 @@ def set_looks(spec: mujoco.MjSpec, room: Room) -> None:
         spec.worldbody.add_light(
             name=name,
             type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-            pos=[room.width / 2.0 - 10.0 * x, room.depth / 2.0 - 10.0 * y, -10.0 * z],
+            pos=[middle_x - distance * x, middle_y - distance * y, -distance * z],
             dir=_unit(x, y, z),
             diffuse=diffuse,
             specular=[specular] * 3,
             castshadow=name == "sun",
         )
+
+
+def _extent(floor: Floor) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the middle (x, y), and width and depth, of a floor: of a rectangular room without its walls."""
+    if floor.is_rectangle:
+        room = floor.room
+        return (room.width / 2.0, room.depth / 2.0), (room.width, room.depth)
+    x0, y0, x1, y1 = floor.bounds
+    return ((x0 + x1) / 2.0, (y0 + y1) / 2.0), (x1 - x0, y1 - y0)
 
 
 def add_camera(spec: mujoco.MjSpec, name: str, view: View) -> None:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.layouts import Layout
-from labgym.scenes.building import hanging_on, room_patches, walls_between
+from labgym.scenes.building import building_patches
+from labgym.scenes.cutaway import hanging_on, hidden_walls
 from labgym.scenes.mjcf import COLLISION_GROUP, to_mjcf
 
 LARGEST = (2560, 1440)
@@ -21,6 +22,9 @@ Quality = Literal["fast", "fine"]
 """fine: shadows, reflections and the model's visual settings; fast: a tenth of the time in software OpenGL."""
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
+FEWEST_GEOMS, DECORATIONS = 20_000, 1_000
+"""Least room for geoms in a renderer's scene, and room for what MuJoCo adds to those of the model. MuJoCo leaves out,
+with a warning only, what exceeds the room."""
 FAST_SLICES, FAST_STACKS = 16, 10
 """Sides around and along a round geom in fast pictures."""
 
@@ -60,7 +64,7 @@ def make_renderer(model: mujoco.MjModel, width: int, height: int, quality: Quali
         detail.offsamples, detail.numslices, detail.numstacks = 0, FAST_SLICES, FAST_STACKS
     try:
         _prefer_egl()
-        renderer = mujoco.Renderer(model, height, width, max_geom=20_000)
+        renderer = mujoco.Renderer(model, height, width, max_geom=max(FEWEST_GEOMS, model.ngeom + DECORATIONS))
     except (ImportError, AttributeError, OSError, RuntimeError, mujoco.FatalError) as error:
         raise MissingRendererError(error) from error
     for effect in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
@@ -83,8 +87,8 @@ def render_opengl(layout: Layout, width: int = 1280, height: int = 720, camera: 
     cameras = [model.camera(k).name for k in range(model.ncam)]
     if camera not in cameras:
         raise UnknownNameError("camera", camera, cameras)
-    hidden = walls_between(layout.room, *model.camera(camera).pos[:2])
-    for patch in room_patches(layout.room):
+    hidden = hidden_walls(layout.floor, tuple(model.camera(camera).pos.tolist()))
+    for patch in building_patches(layout.floor):
         if patch.wall in hidden:
             model.geom(patch.name).group = COLLISION_GROUP
     for placement in layout.placements:

@@ -16,6 +16,8 @@ from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh
 Floats = NDArray[np.float32]
 METALS = ("stainless", "chrome", "aluminium", "galvanised", "brass")
 FAR = np.float32(1e4)
+GLOSS = {"floor_vinyl": 0.5, "floor_epoxy": 1.0, "floor_terrazzo": 0.8, "floor_tile": 0.5}
+"""Strength of mirror images on floor coverings, relative to the strongest."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ def looks() -> Look:
     materials = [MATERIALS[name] for name in MATERIAL_NAMES]
     color = np.array([material.rgba[:3] for material in materials], dtype=np.float32) ** np.float32(2.2)
     polish = np.array([material.specular * material.shininess for material in materials], dtype=np.float32)
-    floor = np.array([0.5 * (name == "floor_vinyl") for name in MATERIAL_NAMES], dtype=np.float32)
+    floor = np.array([GLOSS.get(name, 0.0) for name in MATERIAL_NAMES], dtype=np.float32)
     return Look(
         color=color,
         opacity=np.array([material.rgba[3] for material in materials], dtype=np.float32),

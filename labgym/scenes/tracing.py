@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from labgym.errors import OptionError
 from labgym.layouts import Layout
-from labgym.scenes.building import walls_between
+from labgym.scenes.cutaway import hidden_walls
 from labgym.scenes.filtering import smooth_light
+from labgym.scenes.finishes import JOINTS
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh, scene_mesh
-from labgym.scenes.mjcf import TILE
 from labgym.scenes.surfaces import Floats, Scene, norms
 from labgym.scenes.views import View, view
 
@@ -63,8 +63,9 @@ def trace(
     if samples < 1:
         raise OptionError(f"samples must be at least 1, got {samples}")
     place = view(layout, camera)
-    hidden = walls_between(layout.room, place.position[0], place.position[1])
-    return trace_mesh(scene_mesh(layout, hidden), place, width, height, samples, layout.room.height)
+    hidden = hidden_walls(layout.floor, place.position)
+    ceiling = max(space.ceiling for space in layout.floor.spaces)
+    return trace_mesh(scene_mesh(layout, hidden), place, width, height, samples, ceiling)
 
 
 def trace_mesh(
@@ -153,8 +154,10 @@ def _sample(
 
 def _joints(points: Floats, material: NDArray[np.int64]) -> Floats:
     """Return the factors (n,) that darken the joints between floor tiles."""
-    across = np.abs(np.mod(points[:, :2] / TILE + 0.5, 1.0) - 0.5).min(axis=1) * TILE
-    joint = (material == MATERIAL_NAMES.index("floor_vinyl")) & (across < 0.003)
+    joint = np.zeros(len(points), dtype=np.bool_)
+    for name, tile in JOINTS.items():
+        across = np.abs(np.mod(points[:, :2] / tile + 0.5, 1.0) - 0.5).min(axis=1) * tile
+        joint |= (material == MATERIAL_NAMES.index(name)) & (across < 0.003)
     return np.where(joint, 0.72, 1.0).astype(np.float32)
 
 

@@ -3,57 +3,41 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.errors import UnknownNameError
 from labgym.layouts import Layout
 from labgym.layouts.model import FLOOR
+from labgym.navigation.clearance import Obstacles
+from labgym.scenes.camera import EYE_HEIGHT, FILL, WIDE, View, subtended
+from labgym.scenes.floor_views import floor_views, inside
 
-Array = NDArray[np.float64]
-Point = tuple[float, float, float]
-EYE_HEIGHT = 1.6
-"""Height of a standing person's eyes, meters."""
-WIDE = 16.0 / 9.0
-"""Aspect ratio of the pictures that the overview is fitted to: width over height."""
+__all__ = ["View", "view", "views"]
 
-
-@dataclass(frozen=True)
-class View:
-    """A camera in the room frame.
-
-    Attributes:
-        position: of the camera. target: the point that it looks at, meters.
-        fovy: vertical field of view, degrees.
-    """
-
-    position: Point
-    target: Point
-    fovy: float
-
-    def axes(self) -> Array:
-        """Return the camera's right, up and backward unit vectors, shape (3, 3); right is level."""
-        backward = np.array(self.position) - np.array(self.target)
-        backward /= np.linalg.norm(backward)
-        up = np.array([0.0, 1.0, 0.0]) if abs(backward[2]) > 0.9999 else np.array([0.0, 0.0, 1.0])
-        right = np.cross(up, backward)
-        right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(backward, right), backward])
+TALL = 1.9
+"""Furniture higher than this hides a space from a camera under the ceiling, meters."""
 
 
 def views(layout: Layout) -> dict[str, View]:
     """Return the cameras of a layout by name.
 
-    `overview` looks into the room over a front corner, `topdown` from far above, and `door`, `door_2`, ... from the
-    doorways. Each placement on the floor that has surfaces has a camera with its id in front of it.
+    `overview` looks into the floor from outside and above, `topdown` from far above, and `door`, `door_2`, ... from the
+    exits. On a floor that is not one rectangular room, `space/<id>` looks into each space from under its ceiling. Each
+    placement on the floor that has surfaces has a camera with its id in front of it.
     """
+    if not layout.floor.is_rectangle:
+        cameras = floor_views(layout.floor, Obstacles(box for box in layout.obstacles(TALL) if box.z1 > TALL))
+        for placement in layout.placements:
+            if placement.support == FLOOR and layout.asset(placement.id).surfaces:
+                frontal = _frontal(layout, placement.id)
+                cameras.setdefault(placement.id, inside(layout.floor, frontal))
+        return cameras
     room = layout.room
     w, d = room.width, room.depth
     cameras = {
         "overview": _overview(w, d, room.height),
-        "topdown": View((w / 2.0, d / 2.0, 40.0), (w / 2.0, d / 2.0, 0.0), _subtended(max(d, w * 0.6) + 0.6, 40.0)),
+        "topdown": View((w / 2.0, d / 2.0, 40.0), (w / 2.0, d / 2.0, 0.0), subtended(max(d, w * 0.6) + 0.6, 40.0)),
     }
     for k, door in enumerate(room.doors):
         x, y, inward = {
@@ -93,14 +77,10 @@ def _overview(width: float, depth: float, height: float) -> View:
     floor = [(x, y, 0.0) for x in (0.0, width) for y in (0.0, depth)]
     far = [(0.0, 0.0, height), (0.0, depth, height), (width, depth, height)]
     local = (np.array(floor + far) - target) @ axes.T
-    tall = math.tan(math.radians(fovy / 2.0)) * 0.96
+    tall = math.tan(math.radians(fovy / 2.0)) * FILL
     distance = float(np.max(np.maximum(np.abs(local[:, 0]) / (tall * WIDE), np.abs(local[:, 1]) / tall) + local[:, 2]))
     x, y, z = (target + distance * back).tolist()
     return View((x, y, z), (float(target[0]), float(target[1]), float(target[2])), fovy)
-
-
-def _subtended(length: float, distance: float) -> float:
-    return math.degrees(2.0 * math.atan2(length / 2.0, distance))
 
 
 def _frontal(layout: Layout, placement_id: str) -> View:

@@ -7,7 +7,8 @@ from itertools import pairwise
 
 from labgym.assets.shapes import Part
 from labgym.assets.shapes.parts import block
-from labgym.layouts import Door, Room
+from labgym.layouts.floor import Door, Finishes, Room
+from labgym.scenes.finishes import paint
 
 Span = tuple[float, float]
 
@@ -23,7 +24,7 @@ RECESS = 0.06
 """Distance of door leaves and panes behind the inner face of the wall, meters."""
 
 
-def wall_parts(room: Room, wall: str) -> Iterator[Part]:
+def wall_parts(room: Room, wall: str, finishes: Finishes) -> Iterator[Part]:
     """Yield the blocks of a wall: u runs along the wall to the right as seen from inside, v outwards, z upwards."""
     length = room.width if wall in ("front", "back") else room.depth
     # Only the part of the wall in front of panes and door leaves is visible.
@@ -33,7 +34,7 @@ def wall_parts(room: Room, wall: str) -> Iterator[Part]:
     reach = room.wall_thickness if wall in ("front", "back") else 0.0
     doors = [(_door_span(room, wall, door), door.height) for door in room.doors if door.wall == wall]
     panes = [] if wall == "front" else _window_spans(length, room.height)
-    paint = "wall_accent" if wall == "back" else "wall_paint"
+    color = paint(finishes, accent=wall == "back")
     cuts = sorted({0.0, length, *[u for span, _ in doors for u in span], *[u for span in panes for u in span]})
     for left, right in pairwise(cuts):
         u, middle = (left, right), (left + right) / 2.0
@@ -43,10 +44,10 @@ def wall_parts(room: Room, wall: str) -> Iterator[Part]:
         glazed = any(span[0] < middle < span[1] for span in panes) and opening < SILL
         low = max(opening, SKIRTING)
         if glazed:
-            yield block(paint, u, thick, (low, SILL))
-            yield block(paint, u, thick, (room.height - LINTEL, room.height))
+            yield block(color, u, thick, (low, SILL))
+            yield block(color, u, thick, (room.height - LINTEL, room.height))
         elif room.height - low > 1e-6:
-            yield block(paint, u, thick, (low, room.height))
+            yield block(color, u, thick, (low, room.height))
     yield block(CAP, (-reach, length + reach), (0.0, room.wall_thickness), (room.height - 0.001, room.height))
     for span, top in doors:
         yield from _door(span, top, recess, thick[1])

@@ -13,8 +13,8 @@ from labgym.assets.shapes import MATERIALS, build
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, Placement, Room
 from labgym.scenes import to_mjcf, views
-from labgym.scenes.building import room_patches
 from labgym.scenes.mjcf import COLLISION_GROUP, VISUAL_GROUP
+from labgym.scenes.rectangle import room_patches
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from labgym.assets.archive import Geometry, Piece
 from labgym.assets.forge.naming import name_words
 from labgym.assets.meshes import MeshPart, PhysicalMesh
 from labgym.assets.shapes import MATERIALS
+from labgym.assets.shapes.materials import FINISHES
 
 SUBSTANCES: dict[str, tuple[str, ...]] = {
     "glass": ("glass", "borosilicate", "pyrex", "duran", "quartz", "glas", "verre", "vidrio", "玻璃", "石英"),
@@ -92,5 +93,9 @@ def _joined(name: str, parts: list[MeshPart]) -> Piece:
 def _nearest(color: tuple[float, ...]) -> str:
     """Return the material of the nearest color among those that are as clear or as opaque, without lights."""
     clear = color[3] < CLEAR
-    alike = [name for name, known in MATERIALS.items() if (known.rgba[3] < CLEAR) == clear and known.emission == 0.0]
+    alike = [
+        name
+        for name, known in MATERIALS.items()
+        if (known.rgba[3] < CLEAR) == clear and known.emission == 0.0 and name not in FINISHES
+    ]
     return min(alike, key=lambda name: (math.dist(MATERIALS[name].rgba[:3], color[:3]), name))

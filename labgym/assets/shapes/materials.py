@@ -138,6 +138,24 @@ MATERIALS: dict[str, SurfaceMaterial] = {
 }
 """All materials by name."""
 
+FINISHES: dict[str, SurfaceMaterial] = {
+    "floor_epoxy": SurfaceMaterial((0.58, 0.63, 0.66, 1.0), specular=0.5, shininess=0.7),
+    "floor_tile": SurfaceMaterial((0.78, 0.75, 0.70, 1.0), specular=0.3, shininess=0.5),
+    "floor_terrazzo": SurfaceMaterial((0.70, 0.69, 0.66, 1.0), specular=0.4, shininess=0.6),
+    "floor_concrete": _matt(0.60, 0.60, 0.59),
+    "wall_cream": _matt(0.90, 0.87, 0.79),
+    "wall_gray": _matt(0.76, 0.78, 0.79),
+    "wall_sage": _matt(0.77, 0.82, 0.75),
+    "wall_sky": _matt(0.78, 0.84, 0.89),
+    "accent_navy": _matt(0.25, 0.33, 0.47),
+    "accent_ochre": _matt(0.80, 0.63, 0.33),
+    "accent_brick": _matt(0.66, 0.40, 0.33),
+    "accent_graphite": _matt(0.34, 0.36, 0.39),
+}
+"""Materials of finishes that only some spaces have; no part of an asset is matched with them."""
+
+MATERIALS.update(FINISHES)
+
 COATINGS = {
     "yellow": "safety_yellow",
     "red": "safety_red",

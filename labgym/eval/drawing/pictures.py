@@ -13,7 +13,15 @@ from scipy.spatial.distance import cdist
 from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.eval.drawing import palette
-from labgym.eval.drawing.plan_drawing import Trace, draw_goals, draw_objects, draw_room, draw_traces, draw_violations
+from labgym.eval.drawing.plan_drawing import (
+    Trace,
+    draw_goals,
+    draw_objects,
+    draw_plan,
+    draw_traces,
+    draw_violations,
+    plan_size,
+)
 from labgym.eval.drawing.plan_panel import PANEL_INCHES, Panel
 from labgym.layouts.model import Layout
 from labgym.layouts.rules import Violation
@@ -25,6 +33,8 @@ if TYPE_CHECKING:
 
 PLAN_INCHES = 6.4
 MARGIN_INCHES = 0.25
+LEAST_SCALE, MOST_INCHES = 0.6, 16.0
+"""Inches per meter below which the picture of a floor of several spaces is larger, and its largest side."""
 DPI = 150
 
 
@@ -46,18 +56,17 @@ def topdown(
     """
     from matplotlib.figure import Figure
 
-    room = layout.room
-    span = (room.width + 2 * room.wall_thickness, room.depth + 2 * room.wall_thickness)
+    span = plan_size(layout.floor)
     scale = PLAN_INCHES / max(span[0], min(span[1], 1.25 * span[0]))
+    if not layout.floor.is_rectangle:
+        scale = min(max(scale, LEAST_SCALE), MOST_INCHES / max(span))
     plan = (span[0] * scale, span[1] * scale)
     figure = Figure(facecolor="#ffffff")
     axes, column = (figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False, label=label) for label in ("plan", "panel"))
-    axes.set_xlim(-room.wall_thickness, room.width + room.wall_thickness)
-    axes.set_ylim(-room.wall_thickness, room.depth + room.wall_thickness)
     axes.set_axis_off()
     poses = goal_poses(layout, protocol) if protocol else {}
     colors = palette.policy_colors(list(dict.fromkeys(trace.policy for trace in traces)))
-    draw_room(axes, room)
+    draw_plan(axes, layout.floor)
     draw_objects(axes, layout, 72.0 * scale, poses.values())
     draw_traces(axes, traces, colors)
     draw_goals(axes, poses)

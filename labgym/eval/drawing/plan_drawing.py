@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.eval.drawing import palette
+from labgym.eval.drawing.floor_drawing import draw_floor, draw_names, swings
 from labgym.eval.drawing.plan_labels import FONT, label_furniture
 from labgym.geometry import OrientedBox
-from labgym.layouts.model import FLOOR, WALL, Door, Layout, Room
+from labgym.layouts.floor import Door, Floor, Room
+from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.rules import Violation
 
 if TYPE_CHECKING:
@@ -43,8 +45,44 @@ class Trace:
     success: bool = True
 
 
-def draw_room(axes: Axes, room: Room) -> None:
-    """Draw floor, meter grid, walls and doors."""
+def draw_plan(axes: Axes, floor: Floor) -> None:
+    """Draw floor, meter grid, walls and openings, and set the limits of the axes to them."""
+    x0, y0, x1, y1 = plan_bounds(floor)
+    axes.set_xlim(x0, x1)
+    axes.set_ylim(y0, y1)
+    if floor.is_rectangle:
+        _draw_room(axes, floor.room)
+    else:
+        draw_floor(axes, floor)
+
+
+def plan_bounds(floor: Floor) -> tuple[float, float, float, float]:
+    """Return the bounds (x0, y0, x1, y1) of a floor with its walls, meters."""
+    if not floor.is_rectangle:
+        return floor.bounds
+    room = floor.room
+    wall = room.wall_thickness
+    return -wall, -wall, room.width + wall, room.depth + wall
+
+
+def plan_size(floor: Floor) -> tuple[float, float]:
+    """Return width and depth of a floor with its walls, meters."""
+    if floor.is_rectangle:
+        room = floor.room
+        return room.width + 2 * room.wall_thickness, room.depth + 2 * room.wall_thickness
+    x0, y0, x1, y1 = floor.bounds
+    return x1 - x0, y1 - y0
+
+
+def longest_side(floor: Floor) -> float:
+    """Return the longer side of a floor, meters; of a rectangular room without its walls."""
+    if floor.is_rectangle:
+        return max(floor.room.width, floor.room.depth)
+    x0, y0, x1, y1 = floor.bounds
+    return max(x1 - x0, y1 - y0)
+
+
+def _draw_room(axes: Axes, room: Room) -> None:
     from matplotlib.patches import Rectangle
 
     wall = room.wall_thickness
@@ -105,7 +143,11 @@ def draw_objects(axes: Axes, layout: Layout, scale: float, poses: Iterable[tuple
             _draw_furniture(axes, asset, box)
         elif placement.support == WALL or layout.asset(placement.support).storage_class is None:
             _draw_item(axes, asset, box, hanging=placement.support == WALL)
-    occupied = [_swing(layout.room, door) for door in layout.room.doors]
+    floor = layout.floor
+    occupied = [_swing(floor.room, door) for door in floor.room.doors] if floor.is_rectangle else swings(floor)
+    if not floor.is_rectangle:
+        furniture = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
+        draw_names(axes, floor, scale, furniture)
     for x, y, yaw in poses:
         ends = np.array([(x, y), (x + ARROW * math.cos(yaw), y + ARROW * math.sin(yaw))])
         low, high = ends.min(axis=0) - 0.13, ends.max(axis=0) + 0.13

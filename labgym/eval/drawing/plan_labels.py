@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from labgym.eval.drawing import palette
 from labgym.geometry import OrientedBox
+from labgym.layouts.floor import Floor
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class Label:
 
     def rectangle(self, scale: float) -> Rectangle:
         """Return the space that the text takes; `scale` is points per meter."""
-        width, height = _extent(self.text, self.size)
+        width, height = text_extent(self.text, self.size)
         across, up = (height, width) if self.upright else (width, height)
         across, up = across / scale / 2.0, up / scale / 2.0
         return self.x - across, self.y - up, self.x + across, self.y + up
@@ -152,7 +153,7 @@ def _label_inside(
 
 def _label_outside(layout: Layout, placement: Placement, scale: float, taken: Sequence[Rectangle]) -> Label | None:
     """Return the largest horizontal label on the free floor next to a placement."""
-    box, room = layout.box(placement.id), layout.room
+    box = layout.box(placement.id)
     x0, y0, x1, y1 = box.bounds()
     front = np.array(box.corners()[2:4]).mean(axis=0) - (box.x, box.y)
     for text, size, upright in _styles(readable_name(placement.asset), tall=False):
@@ -177,13 +178,24 @@ def _label_outside(layout: Layout, placement: Placement, scale: float, taken: Se
         )
         candidates = np.column_stack([centres - reach, centres + reach])
         free = ~_overlaps(candidates, taken)
-        free &= (candidates[:, :2] >= 0.0).all(axis=1) & (candidates[:, 2:] <= (room.width, room.depth)).all(axis=1)
+        free &= _in_one_space(layout.floor, candidates)
         if free.any():
             # In front first, then as near to the middle of a side as possible.
             cost = [-float(np.dot(direction, front)) + 0.4 * abs(along) + gap for direction, along, gap in places]
             best = int(np.where(free, cost, np.inf).argmin())
             return Label(text, float(centres[best, 0]), float(centres[best, 1]), size, upright)
     return None
+
+
+def _in_one_space(floor: Floor, candidates: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which candidates (n, 4) lie in one space, by their corners, shape (n,)."""
+    if floor.is_rectangle:
+        room = floor.room
+        inside = (candidates[:, :2] >= 0.0).all(axis=1) & (candidates[:, 2:] <= (room.width, room.depth)).all(axis=1)
+        return np.asarray(inside)
+    corners = candidates[:, [0, 1, 2, 1, 2, 3, 0, 3]].reshape(-1, 2)
+    within = [space.contains(corners).reshape(-1, 4).all(axis=1) for space in floor.spaces]
+    return np.asarray(np.logical_or.reduce(within))
 
 
 def _styles(text: str, tall: bool) -> Iterator[tuple[str, float, bool]]:
@@ -230,7 +242,7 @@ def _wrappings(text: str) -> Iterator[str]:
         yield "\n".join(" ".join(row) for row in rows)
 
 
-def _extent(text: str, size: float) -> tuple[float, float]:
+def text_extent(text: str, size: float) -> tuple[float, float]:
     """Return a text's width and height in points."""
     lines = text.split("\n")
     return max(_width(line) for line in lines) * size, len(lines) * LINE * size

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_drawing import Trace
 from labgym.eval.drawing.plan_labels import FONT, readable_name
+from labgym.layouts.floor import Floor
 from labgym.layouts.model import Layout
 from labgym.layouts.rules import Violation
 from labgym.protocols import Protocol
@@ -21,6 +22,15 @@ TEXT = 7.5
 LINE = 0.165
 """Font size of the text in points, and the height of its lines in inches."""
 MOST_VIOLATIONS = 6
+
+
+def floor_size(floor: Floor) -> str:
+    """Return the size of a floor as text: of its room, or the number, extent and area of its spaces."""
+    if floor.is_rectangle:
+        return f"{floor.room.width:g} x {floor.room.depth:g} m"
+    x0, y0, x1, y1 = floor.bounds
+    count = len(floor.spaces)
+    return f"{count} space{'s' if count > 1 else ''}, {x1 - x0:.1f} x {y1 - y0:.1f} m"
 
 
 class Panel:
@@ -36,8 +46,7 @@ class Panel:
         """Write the protocol's name, and the layout's id and size."""
         for line in textwrap.wrap(protocol.name if protocol else layout.id, 30)[:3]:
             self._text(line, 10.0, weight="bold", line=0.19)
-        room = layout.room
-        for line in (f"{layout.id}   {room.width:g} x {room.depth:g} m", f"{len(layout.placements)} objects, grid 1 m"):
+        for line in (f"{layout.id}   {floor_size(layout.floor)}", f"{len(layout.placements)} objects, grid 1 m"):
             self._text(line, color=palette.MUTED)
 
     def stops(self, locations: Sequence[str]) -> None:

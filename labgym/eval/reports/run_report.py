@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from labgym.eval.drawing.plan_labels import readable_name
+from labgym.eval.drawing.plan_panel import floor_size
 from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.report import Card, Picture, Report, Tile
@@ -81,11 +82,10 @@ def _headline(summary: NavigationSummary, metric: str) -> float | None:
 
 def _card(results: ResultsFolder, layout: Layout, picture: Picture | None) -> Card:
     score = results.scores.get(layout.id)
-    room = layout.room
     return Card(
         id=layout.id,
         title=layout.protocol.name if layout.protocol else layout.id,
-        subtitle=f"{layout.id}, {room.width:g} x {room.depth:g} m, {layout.hash[:12]}",
+        subtitle=f"{layout.id}, {floor_size(layout.floor)}, {layout.hash[:12]}",
         picture=picture,
         metrics=_metrics(score) if score else (),
         violations=tuple(violation.message for violation in score.violations) if score else None,

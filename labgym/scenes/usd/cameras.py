@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from labgym.scenes.camera import WIDE, View
 from labgym.scenes.usd.names import identifiers, write_note
-from labgym.scenes.views import WIDE, View
 
 SENSOR = 0.036
 """Width of a camera's sensor, meters."""

@@ -1,4 +1,4 @@
-"""The room of a layout as a USD layer: visible walls and floor, their materials and colliders."""
+"""The building of a layout as a USD layer: visible walls and floor, their materials and colliders."""
 
 from __future__ import annotations
 
@@ -10,26 +10,28 @@ from scipy.sparse.csgraph import connected_components
 
 from labgym.assets.usd import write_collider, write_labels, write_look, write_mesh
 from labgym.geometry import OrientedBox
-from labgym.layouts import Room
-from labgym.scenes.building import Array, Faces, room_patches, room_solids
-from labgym.scenes.mesh import floor_mesh
+from labgym.layouts.floor import Floor
+from labgym.scenes.building import building_patches, building_solids, floor_patches
+from labgym.scenes.finishes import FLOORS
+from labgym.scenes.patches import Array, Faces
 from labgym.scenes.usd.names import identifiers
 
 FLOOR_THICKNESS = 0.1
 """Depth of the floor's collider below z = 0, meters."""
 LABELS = {
-    "floor_vinyl": "floor",
+    **dict.fromkeys(FLOORS.values(), "floor"),
     "door_frame": "door",
     "door_leaf": "door",
     "stainless": "door",
     "plastic_white": "window",
     "daylight": "window",
+    "window_glass": "window",
 }
-"""Semantic class of the room's surfaces by material; all others are walls."""
+"""Semantic class of the building's surfaces by material; all others are walls."""
 
 
-def room_layer(room: Room) -> Any:
-    """Return a room as an anonymous `pxr.Sdf.Layer` whose default prim has Geometry, Looks and Colliders."""
+def room_layer(floor: Floor) -> Any:
+    """Return walls and floor as an anonymous `pxr.Sdf.Layer` whose default prim has Geometry, Looks and Colliders."""
     from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
     layer = Sdf.Layer.CreateAnonymous("room")
@@ -40,7 +42,7 @@ def room_layer(room: Room) -> Any:
     root = UsdGeom.Xform.Define(stage, "/Room").GetPrim()
     stage.SetDefaultPrim(root)
     Usd.ModelAPI(root).SetKind("component")
-    surfaces = _surfaces(room)
+    surfaces = _surfaces(floor)
     UsdGeom.Scope.Define(stage, "/Room/Looks")
     materials = sorted({material for _, material, _, _ in surfaces})
     looks = {material: write_look(stage, f"/Room/Looks/{material}", material) for material in materials}
@@ -50,16 +52,17 @@ def room_layer(room: Room) -> Any:
         UsdShade.MaterialBindingAPI.Apply(mesh).Bind(looks[material])
         write_labels(mesh, {"class": LABELS.get(material, "wall")})
     UsdGeom.Scope.Define(stage, "/Room/Colliders").CreatePurposeAttr(UsdGeom.Tokens.guide)
-    for wall, box in room_solids(room).items():
-        write_collider(stage, f"/Room/Colliders/{wall}", box)
-    write_collider(stage, "/Room/Colliders/floor", _floor_box(room))
+    solids = building_solids(floor)
+    for name, box in zip(identifiers(list(solids)), solids.values(), strict=True):
+        write_collider(stage, f"/Room/Colliders/{name}", box)
+    write_collider(stage, "/Room/Colliders/floor", _floor_box(floor))
     return layer
 
 
-def _surfaces(room: Room) -> list[tuple[str, str, Array, Faces]]:
+def _surfaces(floor: Floor) -> list[tuple[str, str, Array, Faces]]:
     """Return name, material, vertices and faces of the floor and of each block of the walls."""
-    surfaces = [("floor", "floor_vinyl", *floor_mesh(room))]
-    for patch in room_patches(room):
+    surfaces: list[tuple[str, str, Array, Faces]] = []
+    for patch in (*floor_patches(floor), *building_patches(floor)):
         # Blocks that abut would be a mesh with points in the same place.
         surfaces += [(patch.name, patch.material, patch.vertices, faces) for faces in _connected(patch.faces)]
     return surfaces
@@ -74,6 +77,10 @@ def _connected(faces: Faces) -> list[Faces]:
     return [faces[group == number] for number in dict.fromkeys(group.tolist())]
 
 
-def _floor_box(room: Room) -> OrientedBox:
+def _floor_box(floor: Floor) -> OrientedBox:
+    if not floor.is_rectangle:
+        x0, y0, x1, y1 = floor.bounds
+        return OrientedBox((x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0, y1 - y0, 0.0, -FLOOR_THICKNESS, 0.0)
+    room = floor.room
     width, depth = room.width + 2.0 * room.wall_thickness, room.depth + 2.0 * room.wall_thickness
     return OrientedBox(room.width / 2.0, room.depth / 2.0, width, depth, 0.0, -FLOOR_THICKNESS, 0.0)

@@ -43,7 +43,7 @@ def write_usd(layout: Layout, folder: str | Path) -> Path:
     with whole_folder(folder, (STAGE_FILE, ROOM_FILE, ASSET_FOLDER), "USD stage of labgym") as fresh:
         for asset, file in files.items():
             write_layer(asset_layer(asset), fresh / file)
-        write_layer(room_layer(layout.room), fresh / ROOM_FILE)
+        write_layer(room_layer(layout.floor), fresh / ROOM_FILE)
         _write_stage(layout, files, fresh / STAGE_FILE)
     return folder / STAGE_FILE
 
@@ -65,7 +65,7 @@ def _write_stage(layout: Layout, files: Mapping[Asset, str], path: Path) -> None
     physics = UsdPhysics.Scene.Define(stage, f"{ROOT}/Physics")
     physics.CreateGravityDirectionAttr(Gf.Vec3f(0.0, 0.0, -1.0))
     physics.CreateGravityMagnitudeAttr(GRAVITY)
-    write_lights(stage, f"{ROOT}/Lights", layout.room)
+    write_lights(stage, f"{ROOT}/Lights", layout.floor)
     write_cameras(stage, f"{ROOT}/Cameras", views(layout))
     UsdGeom.Xform.Define(stage, f"{ROOT}/Room").GetPrim().GetReferences().AddReference(f"./{ROOM_FILE}")
     _write_placements(stage, layout, files)
