@@ -74,9 +74,13 @@ class Barriers:
         Walls enclose the floor, so a disc that none of them cuts is on the floor with all of its points or with none;
         spaces may leave wedges along oblique walls, so several points of the disc are looked up.
         """
-        if self.floor.is_rectangle or len(points) == 0:
+        if self.floor.is_rectangle:
             return np.ones(len(points), dtype=bool)
-        angle = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
-        offsets = 0.9 * radius * np.column_stack([np.cos(angle), np.sin(angle)])
-        samples = points[:, None, :] + np.concatenate([np.zeros((1, 2)), offsets])
-        return np.asarray(self.floor.inside(samples.reshape(-1, 2)).reshape(len(points), -1).any(axis=1))
+        inside = np.asarray(self.floor.inside(points))
+        rest = np.flatnonzero(~inside)
+        if len(rest):
+            angle = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
+            offsets = 0.9 * radius * np.column_stack([np.cos(angle), np.sin(angle)])
+            samples = (points[rest, None, :] + offsets).reshape(-1, 2)
+            inside[rest] = self.floor.inside(samples).reshape(len(rest), -1).any(axis=1)
+        return inside

@@ -42,7 +42,8 @@ class FreeSpace:
     def holds(self, points: Array) -> NDArray[np.bool_]:
         """Whether points (m, 2) are free."""
         free = self.in_bounds(points) & (self.obstacles.nearest(points) >= self.radius - TOLERANCE)
-        return np.asarray(free & self.barriers.discs_inside(points, self.radius))
+        free[free] = self.barriers.discs_inside(points[free], self.radius)
+        return np.asarray(free)
 
     def joins(self, starts: Array, ends: Array) -> NDArray[np.bool_]:
         """Whether segments (m, 2)-(m, 2) from free points are free along their whole length."""

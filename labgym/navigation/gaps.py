@@ -20,8 +20,8 @@ STEP = 0.05
 """Spacing of the points of a route at which the width across it is measured, meters."""
 WALL = 0.1
 """Thickness of the boxes that stand for the walls of a one-room floor, meters."""
-CHUNK = 2_000_000
-"""Number of pairs of a gap and a piece of a route that are compared at a time; bounds the memory."""
+PIECES = 6
+"""Number of consecutive pieces of a route that are compared with the gaps near them at a time."""
 
 
 @dataclass(frozen=True)
@@ -96,18 +96,16 @@ class Gaps:
     def _crossings(self, route: Array) -> Index:
         """Return how often a route crosses each segment, (g,)."""
         gaps, count = self._segments, np.zeros(len(self._segments.width), dtype=np.intp)
-        low, high = route.min(axis=0), route.max(axis=0)
-        near = (np.minimum(gaps.start, gaps.end) <= high) & (np.maximum(gaps.start, gaps.end) >= low)
-        rows = np.flatnonzero(near.all(axis=1))
-        step = max(1, CHUNK // max(1, len(route)))
-        for first in range(0, len(rows), step):
-            row = rows[first : first + step]
-            a, b = gaps.start[row, None, :], gaps.end[row, None, :]
+        low, high = np.minimum(gaps.start, gaps.end), np.maximum(gaps.start, gaps.end)
+        for first in range(0, len(route) - 1, PIECES):
+            part = route[first : first + PIECES + 1]
+            near = np.flatnonzero(((low <= part.max(axis=0)) & (high >= part.min(axis=0))).all(axis=1))
+            a, b = gaps.start[near, None, :], gaps.end[near, None, :]
             # Points of the route on the line of a gap count as to its left: the parity is that of a nearby route.
-            left = _cross(b - a, route[None] - a) >= 0.0
-            begin, direction = route[None, :-1], (route[1:] - route[:-1])[None]
+            left = _cross(b - a, part[None] - a) >= 0.0
+            begin, direction = part[None, :-1], np.diff(part, axis=0)[None]
             between = (_cross(direction, a - begin) >= 0.0) != (_cross(direction, b - begin) >= 0.0)
-            count[row] = ((left[:, 1:] != left[:, :-1]) & between).sum(axis=1)
+            count[near] += ((left[:, 1:] != left[:, :-1]) & between).sum(axis=1)
         return count
 
     def _across(self, route: Array) -> Array:
