@@ -13,18 +13,17 @@ from labgym.geometry import OrientedBox
 
 
 class PolygonPaths:
-    """Shortest paths for a disc's center in [0, width] x [0, depth] around boxes.
+    """Shortest paths for a disc's center between bounds (x0, y0, x1, y1) around boxes.
 
     The arcs of the buffered boxes are chords of 90 / 8 degrees, inside the circles: lengths are at most 0.16% shorter
     along the arcs than exact ones.
     """
 
-    def __init__(self, boxes: Sequence[OrientedBox], radius: float, width: float, depth: float) -> None:
+    def __init__(self, boxes: Sequence[OrientedBox], radius: float, bounds: tuple[float, ...]) -> None:
         polygons = [shapely.buffer(shapely.Polygon(b.corners()), radius - 1e-9, quad_segs=8) for b in boxes]
         grown = shapely.union_all(polygons)
-        self.free = shapely.difference(
-            shapely.box(radius, radius, width - radius, depth - radius), shapely.buffer(grown, -1e-9)
-        )
+        within = shapely.buffer(shapely.box(*bounds), -radius, join_style="mitre")
+        self.free = shapely.difference(within, shapely.buffer(grown, -1e-9))
         shapely.prepare(self.free)
         corners = shapely.get_coordinates(grown)
         self._corners = corners[shapely.covers(self.free, shapely.points(corners))]

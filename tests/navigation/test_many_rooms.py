@@ -102,7 +102,7 @@ def test_lengths_between_rooms_agree_with_a_visibility_graph_over_polygons(rooms
     some = rooms[:2]
     floor = Tiled(some)
     paths = ShortestPaths(make_plan(*floor.boxes, width=floor.width, depth=floor.depth))
-    by_polygons = PolygonPaths(floor.boxes, PLANNING_RADIUS, floor.width, floor.depth)
+    by_polygons = PolygonPaths(floor.boxes, PLANNING_RADIUS, (0.0, 0.0, floor.width, floor.depth))
     for here in goal_pairs(some[0])[:3]:
         for there in goal_pairs(some[1])[:3]:
             ends = floor.place(some[0], here.start), floor.place(some[1], there.goal)

@@ -62,7 +62,7 @@ def test_a_slalom_crosses_over_on_the_inner_tangent(make_plan):
 def test_lengths_agree_with_a_visibility_graph_over_polygons(make_plan, seed):
     rng = np.random.default_rng(seed)
     boxes = random_boxes(rng, 5)
-    paths, by_polygons = ShortestPaths(make_plan(*boxes)), PolygonPaths(boxes, R, 8.0, 8.0)
+    paths, by_polygons = ShortestPaths(make_plan(*boxes)), PolygonPaths(boxes, R, (0.0, 0.0, 8.0, 8.0))
     polygons = [shapely.Polygon(b.corners()) for b in boxes]
     compared = 0
     for _ in range(40):
