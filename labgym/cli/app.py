@@ -35,6 +35,7 @@ from labgym.cli.arguments import (
     parse_options,
 )
 from labgym.cli.assets import assets_app
+from labgym.cli.engineering import compile_, move, outline, view
 from labgym.cli.layouts import generate
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, findings, written
 from labgym.cli.protocols import protocols_app
@@ -99,50 +100,10 @@ app.command(generate)
 app.command(score)
 
 
-@app.command(name="compile")
-def compile_(layout: LayoutName, out: Path, format: Literal["mjcf", "glb", "usd"] = "mjcf") -> int:  # noqa: A002
-    """Compile a layout into a self-contained 3D scene.
-
-    Args:
-        layout: A layout's .json file, or the id of a published layout.
-        out: Folder for scene.xml and its meshes, or for the USD stage and its assets; for glb the file.
-        format: MuJoCo's MJCF, OpenUSD with physics (extra usd), or GLB for viewers of 3D models.
-    """
-    from labgym import scenes
-    from labgym.envs.tasks import resolve_layout
-
-    write = {"mjcf": scenes.write_mjcf, "glb": scenes.write_glb, "usd": scenes.write_usd}[format]
-    return written(write(resolve_layout(layout), out))
-
-
-@app.command
-def view(
-    layout: LayoutName,
-    out: Path = Path("layout.png"),
-    camera: str = "topdown",
-    width: int = 1280,
-    height: int = 720,
-    protocol: OptionalText = None,
-) -> int:
-    """Draw a layout from above, or render it with a camera of the scene.
-
-    Args:
-        layout: A layout's .json file, or the id of a published layout.
-        out: The picture: .png; for topdown also .svg or .pdf.
-        camera: topdown for a plan with goal poses and violations, or a camera of the scene, such as overview.
-        width: Width of a rendered view in pixels.
-        height: Height of a rendered view in pixels.
-        protocol: Id or .json file of the protocol whose goal poses are drawn; by default the layout's.
-    """
-    from labgym.envs.tasks import resolve_layout
-    from labgym.eval.drawing import pictures
-    from labgym.layouts.rules import evaluate_layout
-
-    scene = resolve_layout(layout, protocol)
-    if camera == "topdown":
-        violations = evaluate_layout(scene, scene.protocol, navigation=True).violations.items
-        return written(pictures.save_picture(pictures.topdown(scene, scene.protocol, violations=violations), out))
-    return written(pictures.save_view(scene, out, camera, width, height))
+app.command(compile_, name="compile")
+app.command(view)
+app.command(move)
+app.command(outline)
 
 
 @app.command(name="eval")

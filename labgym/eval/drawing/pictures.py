@@ -25,6 +25,7 @@ from labgym.eval.drawing.plan_drawing import (
 from labgym.eval.drawing.plan_panel import PANEL_INCHES, Panel
 from labgym.layouts.model import Layout
 from labgym.layouts.rules import Violation
+from labgym.layouts.rules.facility import FacilityIssue
 from labgym.navigation import goal_poses
 from labgym.protocols import Protocol
 
@@ -42,14 +43,14 @@ def topdown(
     layout: Layout,
     protocol: Protocol | None = None,
     traces: Sequence[Trace] = (),
-    violations: Sequence[Violation] = (),
+    violations: Sequence[Violation | FacilityIssue] = (),
 ) -> Figure:
     """Draw a layout from above, with a panel that explains it.
 
     Args:
         protocol: the protocol whose locations are drawn as numbered goal poses; None draws none.
         traces: paths to draw; policies get colors in the order in which they first occur.
-        violations: violations to mark in red and list in the panel.
+        violations: violations and broken facility rules, to mark in red and list in the panel with their numbers.
 
     Returns:
         A matplotlib figure; `save_picture` writes it.

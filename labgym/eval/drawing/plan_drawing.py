@@ -18,6 +18,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Door, Floor, Room
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.rules import Violation
+from labgym.layouts.rules.facility import FacilityIssue
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -164,7 +165,7 @@ def _swing(room: Room, door: Door) -> tuple[float, float, float, float]:
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
-def draw_violations(axes: Axes, layout: Layout, violations: Sequence[Violation]) -> None:
+def draw_violations(axes: Axes, layout: Layout, violations: Sequence[Violation | FacilityIssue]) -> None:
     """Outline the placements of each violation in red, with the violation's number."""
     from matplotlib.patches import Polygon
 
@@ -189,7 +190,7 @@ def draw_violations(axes: Axes, layout: Layout, violations: Sequence[Violation])
         axes.text(x, y, text, **font, bbox=style, ha="center", va="center", zorder=ON_TOP + 30)
 
 
-def _middle(layout: Layout, violation: Violation) -> tuple[float, float]:
+def _middle(layout: Layout, violation: Violation | FacilityIssue) -> tuple[float, float]:
     """Return the middle of the overlap of a violation's placements, or of the gap between them."""
     bounds = np.array([layout.box(placement_id).bounds() for placement_id in violation.ids])
     x, y = (bounds[:, :2].max(axis=0) + bounds[:, 2:].min(axis=0)) / 2.0

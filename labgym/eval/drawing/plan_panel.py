@@ -12,6 +12,7 @@ from labgym.eval.drawing.plan_labels import FONT, readable_name
 from labgym.layouts.floor import Floor
 from labgym.layouts.model import Layout
 from labgym.layouts.rules import Violation
+from labgym.layouts.rules.facility import FacilityIssue
 from labgym.protocols import Protocol
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class Panel:
             drives = [trace for trace in traces if trace.policy == policy]
             self._line(color, f"{policy}: {sum(trace.success for trace in drives)} of {len(drives)} reach the goal")
 
-    def violations(self, violations: Sequence[Violation]) -> None:
+    def violations(self, violations: Sequence[Violation | FacilityIssue]) -> None:
         """List the violations with their numbers."""
         self._heading(f"Violations: {len(violations)}")
         for number, violation in enumerate(violations[:MOST_VIOLATIONS], start=1):

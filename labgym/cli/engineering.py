@@ -1,0 +1,184 @@
+"""The commands for engineers: compile, view, move and outline."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from tyro.conf import Positional, UseAppendAction, arg
+
+from labgym.cli.arguments import LayoutName, OptionalText, numbers
+from labgym.cli.outcome import DONE, written
+from labgym.errors import OptionError
+
+if TYPE_CHECKING:
+    from labgym.layouts import Layout
+    from labgym.layouts.rules import Assessment
+    from labgym.table import Table
+
+FormatName = Literal["mjcf", "usd", "glb", "dxf", "pdf", "svg", "bom", "ros"]
+MAX_LISTED = 20
+"""Largest number of new violations that are listed."""
+
+
+def compile_(
+    layout: LayoutName,
+    out: Path,
+    format: UseAppendAction[Annotated[tuple[FormatName, ...], arg(metavar="FORMAT")]] = (),  # noqa: A002
+) -> int:
+    """Compile a layout into a 3D scene, a drawing, a bill of materials or a robot map.
+
+    The formats are mjcf (MuJoCo, the default), usd (OpenUSD with physics, extra usd), glb (glTF for viewers), dxf
+    (drawing for CAD programs, extra cad), pdf and svg (dimensioned plan at scale), bom (bill of materials, CSV), and
+    ros (map.png and map.yaml for map_server).
+
+    Args:
+        layout: A layout's .json file, or the id of a published layout.
+        out: Folder for mjcf, usd and ros, the file for other formats. For several formats a folder, which receives a
+            subfolder or a file of each.
+        format: Output format; repeat --format for several.
+    """
+    from labgym.envs.tasks import resolve_layout
+    from labgym.exchange.formats import compile_layout
+
+    for path in compile_layout(resolve_layout(layout), out, format or ("mjcf",)):
+        written(path)
+    return DONE
+
+
+def view(
+    layout: LayoutName,
+    out: Path = Path("layout.png"),
+    camera: str = "topdown",
+    width: int = 1280,
+    height: int = 720,
+    protocol: OptionalText = None,
+) -> int:
+    """Draw a layout from above, or render it with a camera of the scene.
+
+    The plan outlines the objects of each violation, and of each facility rule that is broken, in red with its number.
+
+    Args:
+        layout: A layout's .json file, or the id of a published layout.
+        out: The picture: .png; for topdown also .svg or .pdf.
+        camera: topdown for a plan with goal poses and violations, or a camera of the scene, such as overview.
+        width: Width of a rendered view in pixels.
+        height: Height of a rendered view in pixels.
+        protocol: Id or .json file of the protocol whose goal poses are drawn; by default the layout's.
+    """
+    from labgym.envs.tasks import resolve_layout
+    from labgym.eval.drawing import pictures
+    from labgym.layouts.rules import evaluate_layout
+
+    scene = resolve_layout(layout, protocol)
+    if camera != "topdown":
+        return written(pictures.save_view(scene, out, camera, width, height))
+    assessment = evaluate_layout(scene, scene.protocol, navigation=True)
+    faults = (*assessment.violations.items, *assessment.errors)
+    return written(pictures.save_picture(pictures.topdown(scene, scene.protocol, violations=faults), out))
+
+
+def move(
+    layout: LayoutName,
+    id: Positional[Annotated[str, arg(metavar="ID")]],  # noqa: A002
+    out: Path,
+    to: OptionalText = None,
+    by: OptionalText = None,
+    overwrite: bool = False,
+) -> int:
+    """Move an object of a layout with everything on it, and print the violations before and after.
+
+    An object on a surface must end on a surface, a wall-mounted one at a wall. Violations are printed, not prevented.
+
+    Args:
+        layout: A layout's .json file, or the id of a published layout.
+        id: Id of the object, as in the layout file and on plans.
+        out: The .json file of the new layout.
+        to: New center x,y or x,y,yaw in meters and radians, for example 2.5,1,3.14.
+        by: Shift dx,dy or dx,dy,dyaw in meters and radians, for example -0.3,0.
+        overwrite: Replace OUT if it exists.
+    """
+    from labgym.envs.tasks import resolve_layout
+    from labgym.layouts.reposition import reposition
+    from labgym.layouts.rules import evaluate_layout
+
+    if out.suffix != ".json":
+        raise OptionError(f"layout file {out.name!r} must end in .json")
+    if out.exists() and not overwrite:
+        raise OptionError(f"{out} exists: name another file with --out, or replace it with --overwrite")
+    before = resolve_layout(layout)
+    after = reposition(before, id, *_place(before, id, to, by))
+    assessments = [evaluate_layout(each, each.protocol, navigation=True) for each in (before, after)]
+    print(_comparison(id, after, *assessments).text(), end="\n\n")
+    return written(after.save(out))
+
+
+def outline(
+    file: Positional[Annotated[Path, arg(metavar="FILE")]],
+    out: Path,
+    unit: OptionalText = None,
+    thickness: Annotated[float | None, arg(metavar="METERS", help_behavior_hint="")] = None,
+    overwrite: bool = False,
+) -> int:
+    """Read the floor of a DXF drawing or of a ROS map, and write it as a layout without objects.
+
+    docs/engineers.md says which layers and blocks of a drawing are read, and what of a map.
+
+    Args:
+        file: A .dxf drawing, or the map.yaml of a ROS map next to its image.
+        out: The .json file of the layout.
+        unit: Unit of a drawing that names none: in, ft, mm, cm, dm or m.
+        thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
+            a map what it shows.
+        overwrite: Replace OUT if it exists.
+    """
+    from labgym.exchange.formats import read_floor
+    from labgym.exchange.outlines import empty_layout
+
+    if out.suffix != ".json":
+        raise OptionError(f"layout file {out.name!r} must end in .json")
+    if out.exists() and not overwrite:
+        raise OptionError(f"{out} exists: name another file with --out, or replace it with --overwrite")
+    layout = empty_layout(read_floor(file, unit, thickness))
+    for space in layout.floor.spaces:
+        area = sum((r.x1 - r.x0) * (r.y1 - r.y0) for r in space.region)
+        print(f"{space.id}: {space.use}, {area:.1f} m²", file=sys.stderr)
+    return written(layout.save(out))
+
+
+def _place(layout: Layout, placement_id: str, to: str | None, by: str | None) -> tuple[float, float, float]:
+    """Return the place (x, y, yaw) that --to or --by names."""
+    if (to is None) == (by is None):
+        raise OptionError("name the new place with either --to X,Y[,YAW] or --by DX,DY[,DYAW]")
+    placement = layout.placement(placement_id)
+    x, y, yaw = *placement.position[:2], placement.yaw
+    values = numbers("to", to) or numbers("by", by) or ()
+    if len(values) not in (2, 3):
+        raise OptionError(f"--{'by' if to is None else 'to'} takes 2 or 3 numbers, got {len(values)}")
+    if to is not None:
+        return values[0], values[1], values[2] if len(values) == 3 else yaw
+    return x + values[0], y + values[1], yaw + (values[2] if len(values) == 3 else 0.0)
+
+
+def _comparison(placement_id: str, after: Layout, first: Assessment, second: Assessment) -> Table:
+    """Return the numbers of violations of each kind before and after a move, with the new ones as notes."""
+    from labgym.table import Table
+
+    counts = [
+        Counter([item.kind for item in each.violations.items] + ["facility errors"] * len(each.errors))
+        for each in (first, second)
+    ]
+    kinds = ("bounds", "collision", "flammable", "incompatible", "storage", "navigation", "facility errors")
+    rows = [(kind, *(str(count[kind]) for count in counts)) for kind in kinds if any(count[kind] for count in counts)]
+    rows.append(("all", *(str(sum(count.values())) for count in counts)))
+    known = {fault.message for fault in (*first.violations.items, *first.errors)}
+    new = [fault.message for fault in (*second.violations.items, *second.errors) if fault.message not in known]
+    notes = [f"New: {message}" for message in new[:MAX_LISTED]]
+    if len(new) > MAX_LISTED:
+        notes.append(f"and {len(new) - MAX_LISTED} more: see labgym score")
+    placement = after.placement(placement_id)
+    x, y, z = placement.position
+    title = f"{placement_id} at ({x:.3f}, {y:.3f}, {z:.3f}), yaw {placement.yaw:.4f}, on {placement.support}"
+    return Table(title, ("violations", "before", "after"), tuple(rows), tuple(notes))

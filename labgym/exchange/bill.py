@@ -1,0 +1,105 @@
+"""Bill of materials: the assets of a layout, grouped, as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from labgym.assets import Asset
+from labgym.documents import write_text
+from labgym.layouts import Layout
+from labgym.layouts.model import FLOOR, WALL, Placement
+
+GROUPS = ("furniture and equipment", "wall equipment", "instruments and accessories", "reagents")
+COLUMNS = (
+    "group",
+    "asset",
+    "description",
+    "count",
+    "width_m",
+    "depth_m",
+    "height_m",
+    "mass_kg",
+    "cas",
+    "storage_class",
+    "where",
+)
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""First characters of a cell that spreadsheets would execute as a formula."""
+
+
+@dataclass(frozen=True)
+class BillLine:
+    """A line of a bill of materials: placements of one asset and one size.
+
+    Attributes:
+        where: id and support of each placement, such as "Beaker_1 on WetBench_1".
+    """
+
+    group: str
+    asset: Asset
+    count: int
+    where: tuple[str, ...]
+
+
+def bill_of_materials(layout: Layout) -> tuple[BillLine, ...]:
+    """Return the bill of materials of a layout, by group and asset; the counts add up to its placements."""
+    pieces: dict[tuple[str, str, tuple[float, ...]], list[Placement]] = {}
+    for placement in layout.placements:
+        asset = layout.asset(placement.id)
+        size = (asset.size.width, asset.size.depth, asset.size.height)
+        pieces.setdefault((_group(asset, placement), asset.name, size), []).append(placement)
+    lines = []
+    for group, name, size in sorted(pieces, key=lambda key: (GROUPS.index(key[0]), *key[1:])):
+        placements = pieces[group, name, size]
+        where = tuple(_where(placement) for placement in placements)
+        lines.append(BillLine(group, layout.asset(placements[0].id), len(placements), where))
+    return tuple(lines)
+
+
+def write_bill(layout: Layout, path: str | Path) -> Path:
+    """Write the bill of materials of a layout as CSV (UTF-8, lengths in meters) and return the path."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([_safe(cell) for cell in _cells(line)] for line in bill_of_materials(layout))
+    return write_text(path, stream.getvalue())
+
+
+def _cells(line: BillLine) -> Iterable[str]:
+    asset, size = line.asset, line.asset.size
+    chemistry = asset.chemistry
+    storage = asset.storage_class or (chemistry.storage_class if chemistry else None)
+    lengths = (f"{length:.3f}" for length in (size.width, size.depth, size.height))
+    cas = chemistry.cas if chemistry else None
+    return (
+        line.group,
+        asset.name,
+        asset.caption,
+        str(line.count),
+        *lengths,
+        f"{asset.mass:g}",
+        cas or "",
+        storage or "",
+        "; ".join(line.where),
+    )
+
+
+def _group(asset: Asset, placement: Placement) -> str:
+    if asset.kind == "reagent":
+        return GROUPS[3]
+    return {FLOOR: GROUPS[0], WALL: GROUPS[1]}.get(placement.support, GROUPS[2])
+
+
+def _where(placement: Placement) -> str:
+    if placement.support in (FLOOR, WALL):
+        x, y, _ = placement.position
+        return f"{placement.id} at ({x:.2f}, {y:.2f})"
+    return f"{placement.id} on {placement.support}"
+
+
+def _safe(cell: str) -> str:
+    return f"'{cell}" if cell.startswith(FORMULA) else cell

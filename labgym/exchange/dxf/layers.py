@@ -1,0 +1,54 @@
+"""Layers of DXF drawings, named after the U.S. National CAD Standard, and the words by which other names are read."""
+
+from __future__ import annotations
+
+import re
+
+WALLS = "A-WALL"
+WALL_FILL = "A-WALL-PATT"
+DOORS = "A-DOOR"
+WINDOWS = "A-GLAZ"
+COLUMNS = "A-COLS"
+SPACES = "A-AREA"
+SPACE_TAGS = "A-AREA-IDEN"
+FURNITURE = "A-FURN"
+EQUIPMENT = "A-EQPM"
+SERVICES = "A-FLOR-SERV"
+KEEP_OUTS = "A-FLOR-KEEP"
+LABELS = "A-ANNO-TEXT"
+DIMENSIONS = "A-ANNO-DIMS"
+
+COLORS = {
+    WALLS: 7,
+    WALL_FILL: 9,
+    DOORS: 30,
+    WINDOWS: 4,
+    COLUMNS: 7,
+    SPACES: 8,
+    SPACE_TAGS: 8,
+    FURNITURE: 5,
+    EQUIPMENT: 3,
+    SERVICES: 6,
+    KEEP_OUTS: 1,
+    LABELS: 2,
+    DIMENSIONS: 1,
+}
+"""AutoCAD color index of each layer."""
+
+_WORDS = {
+    SPACE_TAGS: r"AREA-IDEN|SPACE-?TAG|ROOM-?TAG",
+    WALL_FILL: r"WALL-PATT|HATCH",
+    DOORS: r"DOOR|T(?:ÜR|UER)|PORTE|PUERTA|门",
+    WINDOWS: r"GLAZ|WINDOW|FENSTER|FEN[EÊ]TRE|VENTANA|窗",
+    COLUMNS: r"COLS|COLUMN|ST(?:Ü|UE)TZE|POTEAU|PILLAR|柱",
+    SPACES: r"AREA|ROOM|SPACE|RAUM|PI[EÈ]CE|OUTLINE|房间",
+    WALLS: r"WALL|WAND|MUR(?:S|O|$|[^A-Z])|墙",
+    SERVICES: r"FLOR-SERV",
+    KEEP_OUTS: r"FLOR-KEEP|KEEP-?OUT",
+}
+_PATTERNS = {layer: re.compile(words, re.IGNORECASE) for layer, words in _WORDS.items()}
+
+
+def role(name: str) -> str | None:
+    """Return the layer of this module that the name of a layer or block stands for, None if it stands for none."""
+    return next((layer for layer, words in _PATTERNS.items() if words.search(name)), None)

@@ -1,0 +1,145 @@
+"""Opens untrusted DXF files within limits of size, entities and nesting."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from labgym.errors import DocumentError, OptionError
+from labgym.exchange.dxf.library import load_ezdxf
+
+if TYPE_CHECKING:
+    from ezdxf.document import Drawing
+    from ezdxf.entities import DXFEntity, Insert
+
+MAX_BYTES = 16 * 1024 * 1024
+MAX_LINES = 1_000_000
+"""Largest number of lines of a file; ezdxf takes up to 400 bytes of memory for each pair of lines."""
+MAX_ENTITIES = 50_000
+"""Largest number of entities of a drawing, with those of inserted blocks counted each time."""
+MAX_DEPTH = 6
+"""Deepest nesting of blocks."""
+UNITS = {"in": 0.0254, "ft": 0.3048, "mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0}
+"""Meters per unit of a drawing."""
+CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 14: "dm"}
+"""Values of $INSUNITS that are read."""
+XREF_FLAGS = 4 | 8 | 32
+"""Flags of blocks that refer to other files."""
+
+FAULTS = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    LookupError,
+    OSError,
+    RecursionError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    struct.error,
+)
+"""Errors that ezdxf raises on damaged files besides its own."""
+
+
+def open_drawing(path: str | Path) -> Drawing:
+    """Return the drawing in a DXF text file.
+
+    Raises:
+        DocumentError: the file is missing, too large, binary, damaged or refers to other files.
+        MissingDependencyError: ezdxf is not installed.
+    """
+    ezdxf = load_ezdxf()
+    from ezdxf.lldxf.const import DXFError
+
+    raw = _content(Path(path))
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError:
+        text = raw.decode("cp1252", "replace")
+    try:
+        drawing: Drawing = ezdxf.read(io.StringIO(text.replace("\r\n", "\n").replace("\r", "\n")))
+        blocks = list(drawing.blocks)
+    except DXFError as error:
+        raise DocumentError(path, "", f"not a readable DXF drawing ({str(error)[:120]})") from None
+    except FAULTS as error:
+        raise DocumentError(path, "", f"a damaged DXF drawing ({type(error).__name__})") from None
+    for block in blocks:
+        if getattr(block.block, "dxf", None) is not None and int(block.block.dxf.get("flags", 0)) & XREF_FLAGS:
+            raise DocumentError(path, "", f"block {block.name[:60]!r} refers to another file: bind or remove the XREF")
+    return drawing
+
+
+def meters_per_unit(drawing: Drawing, path: str | Path, unit: str | None) -> float:
+    """Return the length of a unit of a drawing in meters.
+
+    Args:
+        unit: in, ft, mm, cm, dm or m; None for the drawing's $INSUNITS.
+
+    Raises:
+        OptionError: the unit is unknown.
+        DocumentError: the drawing has no unit, or one that is not read.
+    """
+    if unit is not None:
+        if unit not in UNITS:
+            raise OptionError(f"unit {unit[:20]!r} must be one of {', '.join(UNITS)}")
+        return UNITS[unit]
+    code = drawing.header.get("$INSUNITS", 0)
+    if code not in CODES:
+        what = "no unit" if code == 0 else f"the unit {code}"
+        raise DocumentError(path, "$INSUNITS", f"the drawing has {what}: pass --unit {'|'.join(UNITS)}")
+    return UNITS[CODES[code]]
+
+
+def entities(drawing: Drawing, path: str | Path) -> Iterator[tuple[tuple[str, ...], DXFEntity]]:
+    """Yield the entities of a drawing's model space, with the content of inserted blocks.
+
+    Each comes with the names that describe it: its layer, then layers and names of the blocks around it.
+
+    Raises:
+        DocumentError: there are too many entities, or blocks are nested too deeply.
+    """
+    count = 0
+    stack: list[tuple[tuple[str, ...], DXFEntity]] = [((), entity) for entity in reversed(list(drawing.modelspace()))]
+    while stack:
+        names, entity = stack.pop()
+        count += 1
+        if count > MAX_ENTITIES:
+            raise DocumentError(path, "", f"more than {MAX_ENTITIES} entities: keep only walls, doors and outlines")
+        layer = str(entity.dxf.get("layer", "0"))
+        here = (layer, *names) if layer != "0" or not names else names
+        yield here, entity
+        if entity.dxftype() == "INSERT":
+            if len(here) > 2 * MAX_DEPTH:
+                raise DocumentError(path, "", f"blocks are nested deeper than {MAX_DEPTH} levels")
+            stack += [((*here, _name(entity)), part) for part in reversed(_parts(entity, path))]  # type: ignore[arg-type]
+
+
+def _parts(insert: Insert, path: str | Path) -> list[DXFEntity]:
+    """Return the content of an inserted block in the coordinates of the drawing, without nested blocks' content."""
+    if max(insert.dxf.get("row_count", 1), insert.dxf.get("column_count", 1)) > 1:
+        raise DocumentError(path, "", f"block {_name(insert)!r} is inserted as an array: explode it")
+    return list(insert.virtual_entities())
+
+
+def _name(insert: DXFEntity) -> str:
+    return str(insert.dxf.get("name", ""))[:80]
+
+
+def _content(path: Path) -> bytes:
+    if not path.is_file():
+        raise DocumentError(path, "", "no such file" if not path.exists() else "not a regular file")
+    try:
+        with path.open("rb") as stream:
+            raw = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise DocumentError(path, "", f"cannot be read ({error.strerror})") from None
+    if len(raw) > MAX_BYTES:
+        raise DocumentError(path, "", f"the file is larger than {MAX_BYTES} bytes: keep only walls, doors and outlines")
+    if raw.startswith(b"AutoCAD Binary DXF"):
+        raise DocumentError(path, "", "a binary DXF file: save it as DXF text")
+    if raw.count(b"\n") + raw.count(b"\r") > MAX_LINES:
+        raise DocumentError(path, "", f"more than {MAX_LINES} lines: keep only walls, doors and outlines")
+    return raw

@@ -1,0 +1,211 @@
+"""Reads floors from DXF drawings: walls, doors, windows, columns and outlines of rooms by layer or block."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from labgym.errors import DocumentError, LabgymError, OptionError
+from labgym.exchange.assembly import Drawing, Mark, Tag, assemble
+from labgym.exchange.dxf import blocks, layers
+from labgym.exchange.dxf.opening import FAULTS, entities, meters_per_unit, open_drawing
+from labgym.exchange.strips import Point, Stroke, strips
+from labgym.layouts.floor import Floor
+
+if TYPE_CHECKING:
+    from ezdxf.entities import DXFEntity, Insert
+
+FLAT = 1e-6
+"""Largest bulge of a straight segment of a polyline."""
+LONGEST = 1000.0
+"""Largest coordinate of a drawing, meters."""
+WALL_THICKNESS = 0.2
+
+
+def read_dxf(path: str | Path, unit: str | None = None, thickness: float = WALL_THICKNESS) -> Floor:
+    """Read the floor of a DXF drawing.
+
+    Layers count by their names, in `labgym.exchange.dxf.layers`: those of the U.S. National CAD Standard, and others
+    that contain a word such as WALL, DOOR, WINDOW or ROOM, also in German, French, Spanish and Chinese. Walls are
+    closed rectangles, polylines with a width, or pairs of parallel lines. Doors are blocks or drawings with an arc
+    around the hinge. Windows and passages are blocks or closed rectangles in the wall. Outlines of rooms are closed
+    polylines inside the walls; without outlines the rooms are what the walls enclose, without walls each outline gets
+    walls around it. Drawings that labgym wrote keep their coordinates; of others the lower left corner is the origin.
+
+    Args:
+        unit: in, ft, mm, cm, dm or m; by default the drawing's $INSUNITS.
+        thickness: of walls that are not drawn, meters.
+
+    Raises:
+        DocumentError: the file is no DXF text, too large, refers to other files, or describes no floor.
+        OptionError: the unit is unknown, or the thickness is out of range.
+        MissingDependencyError: ezdxf is not installed.
+    """
+    if not 0.05 <= thickness <= 1.0:
+        raise OptionError(f"wall thickness {thickness:g} m must be 0.05 to 1 m")
+    path = Path(path)
+    drawing = open_drawing(path)
+    scale = meters_per_unit(drawing, path, unit)
+    collector = _Collector(scale)
+    try:
+        for names, entity in entities(drawing, path):
+            collector.add(names, entity)
+        walls, _ = strips(collector.walls)
+    except OptionError as error:
+        raise DocumentError(path, "", str(error)) from None
+    except LabgymError:
+        raise
+    except FAULTS as error:
+        raise DocumentError(path, "", f"a damaged DXF drawing ({type(error).__name__})") from None
+    parts = collector.drawing
+    parts.strips = walls
+    return assemble(parts, path, path.stem or "drawing", thickness)
+
+
+class _Collector:
+    """Sorts the entities of a drawing into the parts of a floor; `scale` is meters per unit."""
+
+    def __init__(self, scale: float) -> None:
+        self.scale = scale
+        self.walls: list[Stroke] = []
+        self.drawing = Drawing()
+
+    def add(self, names: tuple[str, ...], entity: DXFEntity) -> None:
+        """Add an entity, described by its layer and the layers and names of the blocks around it."""
+        if entity.dxftype() == "INSERT":
+            self._add_block(names, entity)  # type: ignore[arg-type]
+            return
+        if any(name in blocks.ATTRIBUTES for name in names[1:]):
+            return  # read with its block
+        role = next((role for role in map(layers.role, names) if role is not None), None)
+        if role == layers.DOORS and entity.dxftype() == "ARC":
+            self.drawing.marks.append(self._door(entity))
+        elif role in (layers.WALLS, layers.SPACES, layers.WINDOWS, layers.COLUMNS):
+            stroke = self._stroke(entity)
+            if stroke is not None:
+                self._add_stroke(role, stroke)
+
+    def _add_stroke(self, role: str | None, stroke: Stroke) -> None:
+        if role == layers.WALLS:
+            self.walls.append(stroke)
+        elif role == layers.SPACES and stroke.closed:
+            self.drawing.outlines.append(stroke.points)
+        elif stroke.closed and len(stroke.points) == 4:
+            box = strips([stroke])[0]
+            if role == layers.WINDOWS and box:
+                self.drawing.marks.append([Mark(box[0].start, box[0].end, "window", fields=WINDOW_FIELDS)])
+            elif role == layers.COLUMNS:
+                self._add_column(stroke.points)
+
+    def _add_column(self, points: tuple[Point, ...]) -> None:
+        a, b, c, _ = points
+        fields = {"x": (a[0] + c[0]) / 2.0, "y": (a[1] + c[1]) / 2.0, "yaw": math.atan2(b[1] - a[1], b[0] - a[0])}
+        number = f"column_{len(self.drawing.columns) + 1}"
+        self.drawing.columns.append({"id": number, **fields, "width": math.dist(a, b), "depth": math.dist(b, c)})
+
+    def _add_block(self, names: tuple[str, ...], insert: Insert) -> None:
+        """Add a block of labgym with its attributes; other blocks count by their content."""
+        name = str(insert.dxf.get("name", ""))
+        if name not in blocks.ATTRIBUTES:
+            return
+        values = {attribute.dxf.tag: str(attribute.dxf.text) for attribute in insert.attribs}
+        x, y, yaw = *self._point(insert.dxf.insert), math.radians(insert.dxf.get("rotation", 0.0))
+        width, depth = (abs(insert.dxf.get(axis, 1.0)) * self.scale for axis in ("xscale", "yscale"))
+        if name in (blocks.DOOR_LEFT, blocks.DOOR_RIGHT):
+            side = 1.0 if name == blocks.DOOR_LEFT else -1.0
+            end = (x + width * math.cos(yaw), y + width * math.sin(yaw))
+            toward = (x - side * width * math.sin(yaw), y + side * width * math.cos(yaw))
+            self.drawing.marks.append([Mark((x, y), end, "door", (x, y), toward, _opening_fields(values))])
+        elif name in (blocks.WINDOW, blocks.GLAZING, blocks.PASSAGE):
+            dx, dy = width / 2.0 * math.cos(yaw), width / 2.0 * math.sin(yaw)
+            kind = {blocks.WINDOW: "window", blocks.GLAZING: "glazing", blocks.PASSAGE: "passage"}[name]
+            hinge, toward_ = None, None
+            if "HINGE" in values and "SWING" in values:
+                hinge = (x - dx, y - dy) if values["HINGE"] == "start" else (x + dx, y + dy)
+                side = 1.0 if values["SWING"] == "left" else -1.0
+                toward_ = (x - side * dy, y + side * dx)
+            mark = Mark((x - dx, y - dy), (x + dx, y + dy), kind, hinge, toward_, _opening_fields(values))  # type: ignore[arg-type]
+            self.drawing.marks.append([mark])
+        elif name == blocks.SPACE_TAG:
+            self.drawing.placed = True
+            fields = {"id": values.get("ID", ""), "use": values.get("USE", "")}
+            fields |= {"ceiling": _number(values.get("CEILING", ""))} if "CEILING" in values else {}
+            self.drawing.tags.append(Tag(x, y, {key: value for key, value in fields.items() if value != ""}, yaw))
+        else:
+            self._add_fixed(name, values, {"x": x, "y": y}, {"yaw": yaw, "width": width, "depth": depth})
+
+    def _add_fixed(
+        self, name: str, values: Mapping[str, str], place: dict[str, Any], extent: dict[str, Any]
+    ) -> None:
+        if name == blocks.COLUMN:
+            number = f"column_{len(self.drawing.columns) + 1}"
+            self.drawing.columns.append({"id": values.get("ID", number), **place, **extent})
+        elif name == blocks.KEEP_OUT:
+            number = f"keep_out_{len(self.drawing.keep_outs) + 1}"
+            fields = {"id": values.get("ID", number), "reason": values.get("REASON", "")}
+            self.drawing.keep_outs.append({**fields, **place, **extent})
+        elif name == blocks.SERVICE:
+            fields = {"kind": values.get("KIND", ""), "z": _number(values.get("Z", "0"))}
+            self.drawing.services.append({**fields, **place})
+
+    def _door(self, arc: Any) -> list[Mark]:
+        """Return the two doors that an arc may mean: each of its ends may be that of the closed leaf."""
+        center, radius = self._point(arc.ocs().to_wcs(arc.dxf.center)), float(arc.dxf.radius) * self.scale
+        ends = [self._point(point) for point in (arc.start_point, arc.end_point)]
+        if not 0.0 < radius < LONGEST:
+            raise OptionError(f"an arc of a door has a radius of {radius:g} m")
+        return [
+            Mark(center, ends[0], "door", center, ends[1]),
+            Mark(center, ends[1], "door", center, ends[0]),
+        ]
+
+    def _stroke(self, entity: Any) -> Stroke | None:
+        """Return a line or polyline in meters, None for other entities."""
+        kind = entity.dxftype()
+        if kind == "LINE":
+            return Stroke((self._point(entity.dxf.start), self._point(entity.dxf.end)))
+        if kind == "LWPOLYLINE":
+            rows = list(entity.get_points("xyseb"))
+            bulges, widths = [row[4] for row in rows], [max(row[2], row[3]) for row in rows]
+            points = tuple(self._point(point) for point in entity.vertices_in_wcs())
+            width = max([float(entity.dxf.get("const_width", 0.0)), *widths]) * self.scale
+        elif kind == "POLYLINE" and (entity.is_2d_polyline or entity.is_3d_polyline):
+            bulges = [vertex.dxf.get("bulge", 0.0) for vertex in entity.vertices]
+            points = tuple(self._point(point) for point in entity.points_in_wcs())
+            width = float(entity.dxf.get("default_start_width", 0.0)) * self.scale
+        else:
+            return None
+        if any(abs(bulge) > FLAT for bulge in bulges):
+            x, y = points[0]
+            raise OptionError(f"the polyline at ({x:.2f}, {y:.2f}) m has an arc: draw it with straight segments")
+        height = abs(float(entity.dxf.get("thickness", 0.0))) * self.scale
+        return Stroke(points, bool(entity.is_closed), width, height)
+
+    def _point(self, point: Iterable[float]) -> Point:
+        x, y, *_ = (float(value) * self.scale for value in point)
+        if not (abs(x) <= LONGEST * 1000.0 and abs(y) <= LONGEST * 1000.0):
+            raise OptionError(f"a point at ({x:g}, {y:g}) m is too far away; check the unit of the drawing")
+        return x, y
+
+
+WINDOW_FIELDS: dict[str, Any] = {"height": 1.2, "sill": 0.9}
+"""Height and sill of windows in flat drawings, meters."""
+
+
+def _opening_fields(values: Mapping[str, str]) -> dict[str, Any]:
+    """Return the fields of an opening that attributes name."""
+    fields: dict[str, Any] = {
+        name.lower(): _number(values[name]) for name in ("HEIGHT", "SILL", "ANGLE") if values.get(name)
+    }
+    if values.get("STATE"):
+        fields["state"] = values["STATE"]
+    return fields
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text[:40])
+    except ValueError:
+        raise OptionError(f"attribute value {text[:40]!r} is not a number") from None

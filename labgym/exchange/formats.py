@@ -1,0 +1,128 @@
+"""Formats that layouts are compiled to, and files that floors are read from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from labgym.errors import OptionError
+from labgym.layouts import Layout
+from labgym.layouts.floor import Floor
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format that layouts are compiled to.
+
+    Attributes:
+        suffix: of the file; empty for a folder.
+        write: writes a layout to a path and returns the main file.
+    """
+
+    suffix: str
+    write: Callable[[Layout, Path], Path]
+
+
+def formats() -> Mapping[str, Format]:
+    """Return the formats by name."""
+    return {
+        "mjcf": Format("", _mjcf),
+        "usd": Format("", _usd),
+        "glb": Format(".glb", _glb),
+        "dxf": Format(".dxf", _dxf),
+        "pdf": Format(".pdf", _plan),
+        "svg": Format(".svg", _plan),
+        "bom": Format(".csv", _bill),
+        "ros": Format("", _ros),
+    }
+
+
+def compile_layout(layout: Layout, out: Path, names: Sequence[str]) -> list[Path]:
+    """Write a layout in one or more formats and return the main file of each.
+
+    Args:
+        out: for one format its file or folder; for several a folder, which gets a subfolder or a file for each.
+
+    Raises:
+        OptionError: a format occurs twice, or the path does not suit it.
+        LabgymError: a folder exists and holds other files.
+    """
+    known = formats()
+    if len(set(names)) != len(names):
+        raise OptionError(f"formats {', '.join(names)}: each may be named once")
+    if len(names) == 1:
+        return [known[names[0]].write(layout, out)]
+    return [
+        known[name].write(layout, out / (f"{layout.id}{known[name].suffix}" if known[name].suffix else name))
+        for name in names
+    ]
+
+
+def read_floor(path: str | Path, unit: str | None = None, thickness: float | None = None) -> Floor:
+    """Read a floor from a DXF drawing or from the map.yaml of a map of ROS.
+
+    Args:
+        unit: of a drawing: in, ft, mm, cm, dm or m; by default its $INSUNITS.
+        thickness: of walls that the file does not show, meters.
+
+    Raises:
+        OptionError: the path has another suffix, or an option is out of range.
+        DocumentError: the file is missing, too large or damaged, or describes no floor.
+        MissingDependencyError: the extra `cad` is not installed.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix == ".dxf":
+        from labgym.exchange.dxf.reading import WALL_THICKNESS, read_dxf
+
+        return read_dxf(path, unit, WALL_THICKNESS if thickness is None else thickness)
+    if suffix in (".yaml", ".yml"):
+        from labgym.exchange.ros_outline import read_ros_map
+
+        if unit is not None:
+            raise OptionError("--unit is for drawings; a map of ROS is in meters")
+        return read_ros_map(path, thickness)
+    raise OptionError(f"floor {path.name!r} must end in .dxf, or .yaml for a map of ROS")
+
+
+def _mjcf(layout: Layout, out: Path) -> Path:
+    from labgym import scenes
+
+    return scenes.write_mjcf(layout, out)
+
+
+def _usd(layout: Layout, out: Path) -> Path:
+    from labgym import scenes
+
+    return scenes.write_usd(layout, out)
+
+
+def _glb(layout: Layout, out: Path) -> Path:
+    from labgym import scenes
+
+    return scenes.write_glb(layout, out)
+
+
+def _dxf(layout: Layout, out: Path) -> Path:
+    from labgym.exchange.dxf.writing import write_dxf
+
+    return write_dxf(layout, out)
+
+
+def _plan(layout: Layout, out: Path) -> Path:
+    from labgym.exchange.plan import write_plan
+
+    return write_plan(layout, out)
+
+
+def _bill(layout: Layout, out: Path) -> Path:
+    from labgym.exchange.bill import write_bill
+
+    return write_bill(layout, out)
+
+
+def _ros(layout: Layout, out: Path) -> Path:
+    from labgym.exchange.ros_map import write_ros_map
+
+    return write_ros_map(layout, out)

@@ -1,0 +1,155 @@
+"""Regions of spaces from polygons: a frame along the longest side, and rectangles in it."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from labgym.errors import OptionError
+from labgym.layouts.floor import Rectangle
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+
+MOST = 64
+"""Largest number of rectangles of a region."""
+STEP = 0.05
+"""Least width of the stairs along an oblique side, meters."""
+SAME = 1e-3
+"""Coordinates that differ by less are the same, meters."""
+NARROWEST = 0.05
+"""Width of the narrowest rectangle, meters."""
+
+Frame = tuple[float, float, float]
+Slab = tuple[float, float, float, float]
+"""x0, y0, x1, y1."""
+
+
+def region_of(polygon: Polygon, yaw: float | None = None) -> tuple[Frame, tuple[Rectangle, ...]]:
+    """Return the frame and the rectangles of a space whose outline is a polygon.
+
+    The frame lies along the longest side, with the region's lower left corner as origin. Sides parallel to the frame
+    are kept exactly; along an oblique side the region is the largest staircase inside that 64 rectangles allow, with
+    stairs of 5 cm or wider.
+
+    Args:
+        yaw: direction of the frame, radians; by default that of the longest sides.
+
+    Raises:
+        OptionError: the outline is too small, or has too many corners for 64 rectangles.
+    """
+    from shapely.affinity import rotate
+
+    yaw = _direction(polygon) if yaw is None else yaw
+    turned = rotate(polygon, -yaw, (0.0, 0.0), use_radians=True)
+    slabs = _joined(_slabs(turned))
+    if not slabs:
+        x, y = polygon.representative_point().coords[0]
+        raise OptionError(f"the outline around ({x:.2f}, {y:.2f}) m is narrower than {NARROWEST:g} m")
+    if len(slabs) > MOST:
+        x, y = polygon.representative_point().coords[0]
+        raise OptionError(
+            f"the outline around ({x:.2f}, {y:.2f}) m needs {len(slabs)} rectangles, at most {MOST} are allowed: "
+            "straighten it"
+        )
+    low_x, low_y = min(slab[0] for slab in slabs), min(slab[1] for slab in slabs)
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    frame = (low_x * cosine - low_y * sine, low_x * sine + low_y * cosine, yaw)
+    rectangles = tuple(
+        Rectangle(
+            x0=_tidy(x0 - low_x), y0=_tidy(y0 - low_y), x1=_tidy(x1 - low_x), y1=_tidy(y1 - low_y)
+        )
+        for x0, y0, x1, y1 in slabs
+    )
+    return (_tidy(frame[0]), _tidy(frame[1]), frame[2]), rectangles
+
+
+def _direction(polygon: Polygon) -> float:
+    """Return the direction of the sides of a polygon, by length, in (-pi/4, pi/4]; 0 unless it exceeds 0.1 mrad."""
+    lengths: dict[int, float] = {}
+    angles: dict[int, float] = {}
+    for (x0, y0), (x1, y1) in pairwise(polygon.exterior.coords):
+        angle = math.atan2(y1 - y0, x1 - x0)
+        angle -= math.pi / 2.0 * round(angle / (math.pi / 2.0))
+        key = round(angle / 2e-3)
+        length = math.hypot(x1 - x0, y1 - y0)
+        if length > lengths.get(key, 0.0):
+            angles[key] = angle
+        lengths[key] = lengths.get(key, 0.0) + length
+    best = angles[max(lengths, key=lambda key: (round(lengths[key], 6), -abs(key)))]
+    return 0.0 if abs(best) < 1e-4 else best
+
+
+def _slabs(polygon: Polygon) -> list[Slab]:
+    """Return vertical slabs inside a polygon, cut at its corners and, under oblique sides, at steps in between."""
+    edges = [
+        (a, b)
+        for ring in (polygon.exterior, *polygon.interiors)
+        for a, b in pairwise(ring.coords)
+        if abs(a[0] - b[0]) > SAME
+    ]
+    cuts = _distinct([x for edge in edges for x, _ in edge])
+    oblique = sum(b - a for a, b in pairwise(cuts) if _slope(edges, a, b) > 1e-3)
+    step = max(STEP, oblique / max(MOST - 2 * len(cuts), 8))
+    slabs: list[Slab] = []
+    for low, high in pairwise(cuts):
+        parts = 1 if _slope(edges, low, high) <= 1e-3 else max(1, math.floor((high - low) / step))
+        for start, end in pairwise(np.linspace(low, high, parts + 1).tolist()):
+            slabs += _intervals(edges, start, end)
+    return slabs
+
+
+def _slope(edges: list[tuple[tuple[float, ...], tuple[float, ...]]], low: float, high: float) -> float:
+    """Return by how much the edges over an interval rise or fall at most, meters."""
+    middle = (low + high) / 2.0
+    crossing = [(a, b) for a, b in edges if min(a[0], b[0]) < middle < max(a[0], b[0])]
+    return max((abs(_at(edge, low) - _at(edge, high)) for edge in crossing), default=0.0)
+
+
+def _intervals(edges: list[tuple[tuple[float, ...], tuple[float, ...]]], low: float, high: float) -> list[Slab]:
+    middle = (low + high) / 2.0
+    crossing = [(a, b) for a, b in edges if min(a[0], b[0]) < middle < max(a[0], b[0])]
+    crossing.sort(key=lambda edge: _at(edge, middle))
+    slabs = []
+    for below, above in zip(crossing[::2], crossing[1::2], strict=False):
+        y0 = max(_at(below, low), _at(below, high))
+        y1 = min(_at(above, low), _at(above, high))
+        if y1 - y0 >= NARROWEST and high - low >= NARROWEST:
+            slabs.append((low, y0, high, y1))
+    return slabs
+
+
+def _joined(slabs: list[Slab]) -> list[Slab]:
+    """Return slabs with neighbors of equal height joined."""
+    joined: list[Slab] = []
+    for slab in slabs:
+        for index, other in enumerate(joined):
+            same = max(abs(other[1] - slab[1]), abs(other[3] - slab[3])) < SAME
+            if abs(other[2] - slab[0]) < SAME and same:
+                joined[index] = (other[0], other[1], slab[2], other[3])
+                break
+        else:
+            joined.append(slab)
+    return joined
+
+
+def _at(edge: tuple[tuple[float, ...], tuple[float, ...]], x: float) -> float:
+    """Return the y of the line through an edge at an x."""
+    (x0, y0, *_), (x1, y1, *_) = edge
+    return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+
+
+def _distinct(values: list[float]) -> list[float]:
+    distinct: list[float] = []
+    for value in sorted(values):
+        if not distinct or value - distinct[-1] > SAME:
+            distinct.append(value)
+    return distinct
+
+
+def _tidy(value: float) -> float:
+    """Return a length rounded to a micrometer, without a negative zero."""
+    return round(value, 6) + 0.0

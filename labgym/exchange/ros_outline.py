@@ -1,0 +1,215 @@
+"""Reads floors from maps of ROS: the outer walls with their doors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import DocumentError, OptionError
+from labgym.exchange.assembly import Drawing, Mark, assemble
+from labgym.exchange.ros_files import RosMap, open_ros_map
+from labgym.exchange.strips import Point, Strip
+from labgym.layouts.floor import Floor
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+
+THICKNESS = 0.2
+"""Thickness of outer walls whose outer face the map does not show, meters."""
+DOOR = (0.6, 4.0)
+"""Least and largest width of a gap in a wall that is read as a door, meters."""
+STRAIGHT = 1.5
+"""Deviation from a straight line that a wall may have, cells."""
+SNAP = math.radians(10.0)
+"""Sides within this angle of the main direction are parallel to it."""
+LEAST_AREA = 4.0
+"""Area of the smallest floor, square meters."""
+Array = NDArray[np.float64]
+
+
+def read_ros_map(path: str | Path, thickness: float | None = None) -> Floor:
+    """Read the floor of a map of ROS as one space: its outer walls, with gaps of 0.6 to 4 m as doors.
+
+    The outer boundary of the known cells is the outer face of the walls. Sides within 10 degrees of the main direction
+    are made parallel to it; positions are accurate to about a cell. What stands inside is not read, since a map does
+    not tell walls from furniture.
+
+    Args:
+        path: the map.yaml, next to its image.
+        thickness: of the walls, meters; by default what the map shows, 0.05 to 0.5 m.
+
+    Raises:
+        DocumentError: a file is missing, too large or damaged, or the map shows no closed floor.
+        MissingDependencyError: PyYAML is not installed.
+    """
+    path = Path(path)
+    if thickness is not None and not 0.05 <= thickness <= 1.0:
+        raise OptionError(f"wall thickness {thickness:g} m must be 0.05 to 1 m")
+    grid = open_ros_map(path)
+    boundary = _boundary(grid, path)
+    thickness = thickness or _wall_thickness(grid, boundary)
+    inner = boundary.buffer(-thickness, join_style="mitre").simplify(grid.resolution / 10.0)
+    if inner.geom_type != "Polygon" or inner.area < LEAST_AREA:
+        raise DocumentError(path, "", f"the walls enclose no floor of {LEAST_AREA:g} m² or more")
+    drawing = Drawing(outlines=[tuple((x, y) for x, y in inner.exterior.coords[:-1])])
+    for start, end in _sides(inner):
+        drawing.strips.append(_outside(start, end, thickness))
+        drawing.marks += [[mark] for mark in _doors(grid, start, end, thickness)]
+    if not drawing.marks:
+        raise DocumentError(path, "", f"no gap of {DOOR[0]:g} to {DOOR[1]:g} m in the outer walls: a floor needs a door")
+    return assemble(drawing, path, path.parent.name if path.stem == "map" else path.stem)
+
+
+def _boundary(grid: RosMap, path: Path) -> Polygon:
+    """Return the outer boundary of the known cells as a polygon in meters, with straight sides.
+
+    Raises:
+        DocumentError: the largest known area is smaller than 4 square meters.
+    """
+    from shapely import Polygon
+
+    known = (grid.free | grid.occupied).astype(np.uint8)
+    # Cells that only touch at a corner, such as beams of a lidar through a window, do not belong to the floor.
+    known = cv2.morphologyEx(known, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(known, connectivity=4)
+    areas = stats[1:, cv2.CC_STAT_AREA] * grid.resolution**2
+    if count < 2 or areas.max() < LEAST_AREA:
+        raise DocumentError(path, "", f"the map shows no known area of {LEAST_AREA:g} m² or more")
+    mask = (labels == 1 + int(areas.argmax())).astype(np.uint8)
+    contours, _ = cv2.findContours(_doubled(mask), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    contour = max(contours, key=cv2.contourArea)
+    corners = cv2.approxPolyDP(contour, 2.0 * STRAIGHT, closed=True)[:, 0, :].astype(np.float64)
+    if len(corners) < 3:
+        raise DocumentError(path, "", "the known area has no corners")
+    # The contour of the doubled mask runs through the centers of border cells, a quarter of a cell from their edges.
+    points = _straightened((corners + 0.5) / 2.0)
+    polygon = Polygon(points).buffer(0.25, join_style="mitre")
+    if polygon.geom_type != "Polygon" or not polygon.is_valid or not polygon.exterior.is_simple:
+        raise DocumentError(path, "", "the outer boundary of the known area crosses itself")
+    return Polygon(_to_floor(np.array(polygon.exterior.coords), grid))
+
+
+def _doubled(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a mask with each cell as 2 x 2 cells, so that diagonal contact survives the tracing."""
+    return np.kron(mask, np.ones((2, 2), np.uint8))
+
+
+def _straightened(corners: Array) -> Array:
+    """Return a polygon (n, 2) whose sides near the main direction are parallel to it or at right angles."""
+    ends = np.roll(corners, -1, axis=0)
+    vectors = ends - corners
+    lengths = np.hypot(*vectors.T)
+    angles = np.arctan2(vectors[:, 1], vectors[:, 0])
+    main = math.atan2(
+        float((lengths * np.sin(4.0 * angles)).sum()), float((lengths * np.cos(4.0 * angles)).sum())
+    ) / 4.0
+    if abs(main) < math.radians(0.5):
+        main = 0.0
+    off = (angles - main + math.pi / 4.0) % (math.pi / 2.0) - math.pi / 4.0
+    snapped = np.where(np.abs(off) <= SNAP, angles - off, angles)
+    middles = (corners + ends) / 2.0
+    points: list[Array] = []
+    count = len(corners)
+    for index in range(count):
+        before = (index - 1) % count
+        turn = math.sin(snapped[index] - snapped[before])
+        if abs(turn) < 0.1:
+            if abs(math.cos(snapped[index] - snapped[before]) - 1.0) > 0.1 or _apart(middles, snapped, before, index):
+                points.append(corners[index])
+            continue
+        points.append(_crossing(middles[before], snapped[before], middles[index], snapped[index]))
+    return np.array(points if len(points) >= 3 else corners)
+
+
+def _apart(middles: Array, angles: Array, first: int, second: int) -> bool:
+    """Return whether two parallel sides lie on lines more than a cell apart."""
+    dx, dy = middles[second] - middles[first]
+    return abs(dy * math.cos(angles[first]) - dx * math.sin(angles[first])) > 1.0
+
+
+def _crossing(p: Array, first: float, q: Array, second: float) -> Array:
+    """Return where two lines through points at directions meet."""
+    ux, uy, vx, vy = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
+    along = ((q[0] - p[0]) * vy - (q[1] - p[1]) * vx) / (ux * vy - uy * vx)
+    return np.array([p[0] + along * ux, p[1] + along * uy])
+
+
+def _wall_thickness(grid: RosMap, boundary: Polygon) -> float:
+    """Return the depth of occupied cells behind the outer boundary that is least but not rare, meters."""
+    depths: list[int] = []
+    steps = round(0.6 / grid.resolution)
+    for start, end in _sides(boundary):
+        length = math.dist(start, end)
+        inward = (-(end[1] - start[1]) / length, (end[0] - start[0]) / length)
+        for along in np.arange(0.5, length - 0.5, 2.0 * grid.resolution):
+            share = along / length
+            x, y = start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+            at = (np.arange(steps) + 0.5) * grid.resolution
+            line = _sample(grid.occupied, grid, np.column_stack([x + at * inward[0], y + at * inward[1]]))
+            if line[0] and not line.all():
+                depths.append(int(np.argmin(line)))
+    if not depths:
+        return THICKNESS
+    least = float(np.percentile(depths, 10.0)) * grid.resolution
+    return min(max(round(least / grid.resolution) * grid.resolution, 0.05), 0.5)
+
+
+def _doors(grid: RosMap, start: Point, end: Point, thickness: float) -> Iterator[Mark]:
+    """Yield the gaps in the wall outside a side of the floor; all doors open inwards."""
+    length = math.dist(start, end)
+    ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
+    step = grid.resolution / 4.0
+    along = np.arange(step / 2.0, length, step)
+    free = np.zeros(len(along), dtype=np.bool_)
+    for share in (0.3, 0.5, 0.7):
+        x, y = start[0] + share * thickness * uy, start[1] - share * thickness * ux
+        free |= _sample(grid.free, grid, np.column_stack([x + along * ux, y + along * uy]))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(np.int8)))
+    for low, high in zip(edges[::2] * step, edges[1::2] * step, strict=True):
+        if DOOR[0] <= high - low <= DOOR[1]:
+            ends = [(start[0] + at * ux, start[1] + at * uy) for at in (low, high)]
+            yield Mark(ends[0], ends[1], "door", ends[0], (ends[0][0] - uy, ends[0][1] + ux))
+
+
+def _sides(polygon: Polygon) -> Iterator[tuple[Point, Point]]:
+    """Yield the sides of a polygon; the inside is to their left."""
+    from shapely.geometry.polygon import orient
+
+    for (x0, y0, *_), (x1, y1, *_) in pairwise(orient(polygon).exterior.coords):
+        if math.hypot(x1 - x0, y1 - y0) > 1e-6:
+            yield (x0, y0), (x1, y1)
+
+
+def _outside(start: Point, end: Point, thickness: float) -> Strip:
+    """Return the wall along a side, on its right."""
+    length = math.dist(start, end)
+    dx, dy = (end[1] - start[1]) / length * thickness / 2.0, -(end[0] - start[0]) / length * thickness / 2.0
+    return Strip((start[0] + dx, start[1] + dy), (end[0] + dx, end[1] + dy), thickness)
+
+
+def _sample(cells: NDArray[np.bool_], grid: RosMap, points: Array) -> NDArray[np.bool_]:
+    """Return the values of the cells that contain points (n, 2) of the map's frame; False outside, shape (n,)."""
+    x, y, yaw = grid.origin
+    dx, dy = points[:, 0] - x, points[:, 1] - y
+    columns = np.floor((dx * math.cos(yaw) + dy * math.sin(yaw)) / grid.resolution).astype(int)
+    rows = np.floor((dy * math.cos(yaw) - dx * math.sin(yaw)) / grid.resolution).astype(int)
+    inside = (rows >= 0) & (rows < cells.shape[0]) & (columns >= 0) & (columns < cells.shape[1])
+    values = np.zeros(len(points), dtype=np.bool_)
+    values[inside] = cells[rows[inside], columns[inside]]
+    return values
+
+
+def _to_floor(cells: Array, grid: RosMap) -> Array:
+    """Return positions (n, 2) in cells in the map's frame, meters."""
+    x, y, yaw = grid.origin
+    dx, dy = (cells * grid.resolution).T
+    return np.column_stack(
+        [x + dx * math.cos(yaw) - dy * math.sin(yaw), y + dx * math.sin(yaw) + dy * math.cos(yaw)]
+    )
