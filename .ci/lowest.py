@@ -19,6 +19,9 @@ COMMANDS = (
     ("view", "a.json", "--camera", "overview", "--out", "b.png", "--width", "160", "--height", "120"),
     ("compile", "a.json", "--out", "scene"),
     ("compile", "a.json", "--format", "usd", "--out", "usd"),
+    ("compile", "a.json", "--format", "dxf", "--format", "pdf", "--format", "bom", "--format", "ros", "--out", "files"),
+    ("outline", "files/ros/map.yaml", "--out", "c.json"),
+    ("generate", "sub_01", "--room", "files/ros/map.yaml", "--out", "d.json"),
     ("eval", "--policy", "straight", "--layouts", "a.json", "--out", "straight"),
     ("eval", "--policy", "ppo", "--layouts", "a.json", "--out", "ppo"),
     ("record", "a.json", "--policy", "straight", "--out", "drive.gif", "--width", "96", "--height", "96"),
@@ -33,6 +36,7 @@ SNIPPETS = (
     "import gymnasium as gym, labgym; env = gym.make('LabPointNav-v0', observation='rgbd'); env.reset(seed=0)",
     "from labgym.policies import make_policy; make_policy('navdp'); make_policy('iplanner'); make_policy('ppo-depth')",
     "import onnxruntime, coacd, pxr.Usd, distributed, submitit, stable_baselines3, diffusers, openai, google.protobuf",
+    "import ezdxf, yaml",
     "from labgym.policies.data import load_dataset; assert len(load_dataset('data')) == 2",
     "from labgym.llm import LanguageModel, LanguageModelConfig as C; LanguageModel(C(base_url='http://127.0.0.1:1/v1', "
     "model='m'))._connected().close()",

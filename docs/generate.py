@@ -30,6 +30,7 @@ from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.comparison import Comparison
+from labgym.exchange.inventory import Inventory
 from labgym.layouts import Layout
 from labgym.layouts.floors import FAMILIES, FloorDraw, draw_floor
 from labgym.layouts.floors.ranges import BuildingRanges, described
@@ -72,6 +73,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     Layout1,
     Layout,
     RoomFile,
+    Inventory,
     Manifest,
     Suite,
     LayoutReport,

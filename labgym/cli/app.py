@@ -100,7 +100,7 @@ app.command(generate)
 app.command(score)
 
 
-app.command(compile_, name="compile")
+app.command(name="compile")(compile_)
 app.command(view)
 app.command(move)
 app.command(outline)

@@ -15,7 +15,8 @@ from labgym.errors import OptionError
 
 if TYPE_CHECKING:
     from labgym.layouts import Layout
-    from labgym.layouts.rules import Assessment
+    from labgym.layouts.rules import Assessment, Violation
+    from labgym.layouts.rules.facility import FacilityIssue
     from labgym.table import Table
 
 FormatName = Literal["mjcf", "usd", "glb", "dxf", "pdf", "svg", "bom", "ros"]
@@ -76,7 +77,7 @@ def view(
     if camera != "topdown":
         return written(pictures.save_view(scene, out, camera, width, height))
     assessment = evaluate_layout(scene, scene.protocol, navigation=True)
-    faults = (*assessment.violations.items, *assessment.errors)
+    faults = _faults(assessment)
     return written(pictures.save_picture(pictures.topdown(scene, scene.protocol, violations=faults), out))
 
 
@@ -162,6 +163,11 @@ def _place(layout: Layout, placement_id: str, to: str | None, by: str | None) ->
     return x + values[0], y + values[1], yaw + (values[2] if len(values) == 3 else 0.0)
 
 
+def _faults(assessment: Assessment) -> list[Violation | FacilityIssue]:
+    """Return the violations and the broken facility rules of a layout."""
+    return [*assessment.violations.items, *assessment.errors]
+
+
 def _comparison(placement_id: str, after: Layout, first: Assessment, second: Assessment) -> Table:
     """Return the numbers of violations of each kind before and after a move, with the new ones as notes."""
     from labgym.table import Table
@@ -173,8 +179,8 @@ def _comparison(placement_id: str, after: Layout, first: Assessment, second: Ass
     kinds = ("bounds", "collision", "flammable", "incompatible", "storage", "navigation", "facility errors")
     rows = [(kind, *(str(count[kind]) for count in counts)) for kind in kinds if any(count[kind] for count in counts)]
     rows.append(("all", *(str(sum(count.values())) for count in counts)))
-    known = {fault.message for fault in (*first.violations.items, *first.errors)}
-    new = [fault.message for fault in (*second.violations.items, *second.errors) if fault.message not in known]
+    known = {fault.message for fault in _faults(first)}
+    new = [fault.message for fault in _faults(second) if fault.message not in known]
     notes = [f"New: {message}" for message in new[:MAX_LISTED]]
     if len(new) > MAX_LISTED:
         notes.append(f"and {len(new) - MAX_LISTED} more: see labgym score")

@@ -1,1 +1,1 @@
-"""Files for engineers: drawings, plans, bills of materials and robot maps of layouts; floors and inventories to read."""
+"""Files for engineers: drawings, plans, bills of materials and robot maps; floors and inventories to read."""

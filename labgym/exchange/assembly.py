@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import ValidationError
@@ -129,7 +130,9 @@ def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness:
     polygons = _nested(drawing.outlines)
     strips = drawing.strips or [strip for polygon in polygons for strip in _around(polygon, thickness)]
     if not strips:
-        raise DocumentError(source, "walls", "no wall and no outline of a room: name the layers as the documentation says")
+        raise DocumentError(
+            source, "walls", "no wall and no outline of a room: see docs/engineers.md for the names of layers"
+        )
     try:
         lines = _lines(strips)
         for alternatives in drawing.marks:
@@ -286,9 +289,8 @@ def _around(polygon: Polygon, thickness: float) -> list[Strip]:
     """Return strips outside the sides of an outline."""
     from shapely.geometry.polygon import orient
 
-    points = list(orient(polygon.simplify(1e-3)).exterior.coords)
     strips = []
-    for (x0, y0), (x1, y1) in zip(points[:-1], points[1:], strict=True):
+    for (x0, y0), (x1, y1) in pairwise(orient(polygon.simplify(1e-3)).exterior.coords):
         length = math.hypot(x1 - x0, y1 - y0)
         dx, dy = (y1 - y0) / length * thickness / 2.0, -(x1 - x0) / length * thickness / 2.0
         strips.append(Strip((x0 + dx, y0 + dy), (x1 + dx, y1 + dy), thickness))
@@ -375,9 +377,7 @@ def _projected(wall: Wall, side: Wall) -> Wall:
             changes["hinge"] = "end" if opening.hinge == "start" else "start"
             changes["swing"] = "right" if opening.swing == "left" else "left"
         openings.append(Opening(**{**{name: getattr(opening, name) for name in Opening.model_fields}, **changes}))
-    return Wall(
-        start=side.start, end=side.end, thickness=wall.thickness, height=wall.height, openings=tuple(openings)
-    )
+    return Wall(start=side.start, end=side.end, thickness=wall.thickness, height=wall.height, openings=tuple(openings))
 
 
 def _tidy(point: Point) -> Point:

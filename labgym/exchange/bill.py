@@ -47,7 +47,7 @@ class BillLine:
 
 def bill_of_materials(layout: Layout) -> tuple[BillLine, ...]:
     """Return the bill of materials of a layout, by group and asset; the counts add up to its placements."""
-    pieces: dict[tuple[str, str, tuple[float, ...]], list[Placement]] = {}
+    pieces: dict[tuple[str, str, tuple[float, float, float]], list[Placement]] = {}
     for placement in layout.placements:
         asset = layout.asset(placement.id)
         size = (asset.size.width, asset.size.depth, asset.size.height)
@@ -78,7 +78,7 @@ def _cells(line: BillLine) -> Iterable[str]:
     return (
         line.group,
         asset.name,
-        asset.caption,
+        asset.description,
         str(line.count),
         *lengths,
         f"{asset.mass:g}",

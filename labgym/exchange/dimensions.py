@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -77,21 +78,26 @@ def dimensions(layout: Layout) -> tuple[Dimension, ...]:
 
 
 def sides(floor: Floor) -> Iterator[Dimension]:
-    """Yield the sides of each space that face the outside, measured between the walls' inner faces."""
-    from shapely import LineString, Point as ShapelyPoint, union_all
+    """Yield the sides of each space that face the outside, measured between the walls' inner faces.
+
+    Of two sides opposite each other one is drawn.
+    """
+    from shapely import LineString, union_all
+    from shapely import Point as ShapelyPoint
 
     outlines = [outline(space) for space in floor.spaces]
     everything = union_all(outlines)
+    drawn: set[tuple[int, int, int]] = set()
     for region in outlines:
         ring = region.simplify(1e-6).exterior.normalize()
-        points = list(ring.coords)
         # shapely's normalized exterior runs clockwise, so that the outside is to the left.
-        for start, end in zip(points[:-1], points[1:], strict=True):
+        for start, end in pairwise(ring.coords):
             if math.dist(start, end) < SHORTEST:
                 continue
             side = Dimension("side", (start[0], start[1]), (end[0], end[1]), OUTSIDE)
             beyond = LineString([ShapelyPoint(side.middle), ShapelyPoint(*_offset(side, 4.0))])
-            if not everything.intersects(beyond):
+            if not everything.intersects(beyond) and _extent(side) not in drawn:
+                drawn.add(_extent(side))
                 yield side
 
 
@@ -145,7 +151,9 @@ def _gap(side: tuple[Point, Point], areas: dict[str, Geometry]) -> tuple[str, Di
     ux, uy = (x1 - x0) / length, (y1 - y0) / length
     out = (uy, -ux)
     reach = AISLE[1]
-    strip = Polygon([(x0, y0), (x1, y1), (x1 + reach * out[0], y1 + reach * out[1]), (x0 + reach * out[0], y0 + reach * out[1])])
+    strip = Polygon(
+        [(x0, y0), (x1, y1), (x1 + reach * out[0], y1 + reach * out[1]), (x0 + reach * out[0], y0 + reach * out[1])]
+    )
     nearest: tuple[float, float, str] | None = None
     for name, area in areas.items():
         part = strip.intersection(area)
@@ -173,6 +181,14 @@ def _spread(candidates: Sequence[Dimension]) -> Iterator[Dimension]:
         if all(math.dist(candidate.middle, other) >= APART for other in taken):
             taken.append(candidate.middle)
             yield candidate
+
+
+def _extent(side: Dimension) -> tuple[int, int, int]:
+    """Return the direction of a side, without its sense, and its two ends along it, in millimeters."""
+    yaw = side.yaw % math.pi
+    yaw = 0.0 if math.pi - yaw < 1e-4 else yaw
+    along = [1e3 * (x * math.cos(yaw) + y * math.sin(yaw)) for x, y in (side.start, side.end)]
+    return round(1e3 * yaw), round(min(along)), round(max(along))
 
 
 def _offset(dimension: Dimension, distance: float) -> Point:

@@ -13,7 +13,7 @@ from labgym.errors import OptionError
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.pictures import picture_bytes
 from labgym.exchange.dimensions import OUTSIDE, Dimension, dimensions
-from labgym.exchange.plan_labels import id_label
+from labgym.exchange.plan_labels import IdLabel, id_label
 from labgym.exchange.plan_sheet import (
     AISLE,
     BAR,
@@ -143,7 +143,7 @@ def _draw_opening(axes: Axes, placed: PlacedOpening) -> None:
         axes.plot(*leaf.T, color=palette.DOOR, linewidth=1.6, solid_capstyle="butt", zorder=6)
         return
     across = (-0.5, 0.5) if opening.kind == "passage" else (-0.5, 0.0, 0.5)
-    style = {"linestyle": (0, (2, 2))} if opening.kind == "passage" else {}
+    style: dict[str, Any] = {"linestyle": (0, (2, 2))} if opening.kind == "passage" else {}
     for share in across:
         ends = np.array([placed.point(along, share * placed.thickness) for along in (-half, half)])
         axes.plot(*ends.T, color=palette.INK, linewidth=0.5, zorder=6, **style)
@@ -152,6 +152,7 @@ def _draw_opening(axes: Axes, placed: PlacedOpening) -> None:
 def _draw_objects(axes: Axes, layout: Layout, sheet: Sheet) -> list[str]:
     """Draw the objects that are visible from above, lower ones first; return the ids of those with a number."""
     from matplotlib.patches import Polygon as Patch
+    from matplotlib.patheffects import withStroke
 
     numbered: list[str] = []
     for placement in sorted(layout.placements, key=lambda p: (p.support != FLOOR, layout.box(p.id).z1, p.id)):
@@ -172,8 +173,12 @@ def _draw_objects(axes: Axes, layout: Layout, sheet: Sheet) -> list[str]:
             label = id_label(placement.id, box, sheet.points_per_meter)
             if label is None:
                 numbered.append(placement.id)
-            text, size, rotation = (str(len(numbered)), 5.0, 0.0) if label is None else (label.text, label.size, label.rotation)
-            _write(axes, box.x, box.y, text, size, rotation, zorder=30, weight="bold" if label is None else "normal")
+                label = IdLabel(str(len(numbered)), 5.0, 0.0)
+            weight = "bold" if numbered[-1:] == [placement.id] else "normal"
+            halo = [withStroke(linewidth=1.4, foreground=look.fill)]
+            _write(
+                axes, box.x, box.y, label.text, label.size, label.rotation, zorder=30, weight=weight, path_effects=halo
+            )
     return numbered
 
 

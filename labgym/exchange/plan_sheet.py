@@ -135,7 +135,10 @@ class Column:
             self.axes.add_patch(Rectangle((self.x, self.y - 3.3), 5.0, 2.4, linewidth=0.6, **style))
             _text(self.axes, self.x + 7.5, self.y - 3.3, label, 6.5)
             self.y -= 3.8
-        for label, color in (("dimension between walls, or of an opening", DIMENSION), ("narrowest width of an aisle", AISLE)):
+        for label, color in (
+            ("dimension between walls, or of an opening", DIMENSION),
+            ("narrowest width of an aisle", AISLE),
+        ):
             self.axes.plot([self.x, self.x + 5.0], [self.y - 2.1] * 2, color=color, linewidth=0.8)
             _text(self.axes, self.x + 7.5, self.y - 3.3, label, 6.5)
             self.y -= 3.8

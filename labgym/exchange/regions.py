@@ -59,9 +59,7 @@ def region_of(polygon: Polygon, yaw: float | None = None) -> tuple[Frame, tuple[
     cosine, sine = math.cos(yaw), math.sin(yaw)
     frame = (low_x * cosine - low_y * sine, low_x * sine + low_y * cosine, yaw)
     rectangles = tuple(
-        Rectangle(
-            x0=_tidy(x0 - low_x), y0=_tidy(y0 - low_y), x1=_tidy(x1 - low_x), y1=_tidy(y1 - low_y)
-        )
+        Rectangle(x0=_tidy(x0 - low_x), y0=_tidy(y0 - low_y), x1=_tidy(x1 - low_x), y1=_tidy(y1 - low_y))
         for x0, y0, x1, y1 in slabs
     )
     return (_tidy(frame[0]), _tidy(frame[1]), frame[2]), rectangles

@@ -98,7 +98,9 @@ def _solids(layout: Layout, below: float) -> list[Geometry]:
     """Return what is drawn as occupied: walls, windows, columns, and objects that begin below a height."""
     floor = layout.floor
     boxes = [*joined_pieces(floor)]
-    boxes += [wall.piece(*each.span, 0.0, 1.0) for wall in floor.walls for each in wall.openings if each.kind not in WAYS]
+    boxes += [
+        wall.piece(*each.span, 0.0, 1.0) for wall in floor.walls for each in wall.openings if each.kind not in WAYS
+    ]
     boxes += [OrientedBox(each.x, each.y, each.width, each.depth, each.yaw) for each in floor.columns]
     boxes += layout.obstacles(below)
     return [polygon(box) for box in boxes]

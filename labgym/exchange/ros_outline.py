@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,6 +30,10 @@ STRAIGHT = 1.5
 """Deviation from a straight line that a wall may have, cells."""
 SNAP = math.radians(10.0)
 """Sides within this angle of the main direction are parallel to it."""
+SHORT = 10.0
+"""Length below which a side in another direction is left out, cells."""
+WALLED = 0.5
+"""Least share of the outer boundary that is occupied."""
 LEAST_AREA = 4.0
 """Area of the smallest floor, square meters."""
 Array = NDArray[np.float64]
@@ -54,6 +59,9 @@ def read_ros_map(path: str | Path, thickness: float | None = None) -> Floor:
         raise OptionError(f"wall thickness {thickness:g} m must be 0.05 to 1 m")
     grid = open_ros_map(path)
     boundary = _boundary(grid, path)
+    if _walled(grid, boundary) < WALLED:
+        share = f"{WALLED:.0%} of the outer boundary"
+        raise DocumentError(path, "", f"less than {share} is wall: draw the walls as occupied")
     thickness = thickness or _wall_thickness(grid, boundary)
     inner = boundary.buffer(-thickness, join_style="mitre").simplify(grid.resolution / 10.0)
     if inner.geom_type != "Polygon" or inner.area < LEAST_AREA:
@@ -63,7 +71,7 @@ def read_ros_map(path: str | Path, thickness: float | None = None) -> Floor:
         drawing.strips.append(_outside(start, end, thickness))
         drawing.marks += [[mark] for mark in _doors(grid, start, end, thickness)]
     if not drawing.marks:
-        raise DocumentError(path, "", f"no gap of {DOOR[0]:g} to {DOOR[1]:g} m in the outer walls: a floor needs a door")
+        raise DocumentError(path, "", f"the outer walls have no gap of {DOOR[0]:g} to {DOOR[1]:g} m: draw a door")
     return assemble(drawing, path, path.parent.name if path.stem == "map" else path.stem)
 
 
@@ -75,21 +83,24 @@ def _boundary(grid: RosMap, path: Path) -> Polygon:
     """
     from shapely import Polygon
 
-    known = (grid.free | grid.occupied).astype(np.uint8)
+    known = np.asarray(grid.free | grid.occupied, dtype=np.uint8)
     # Cells that only touch at a corner, such as beams of a lidar through a window, do not belong to the floor.
-    known = cv2.morphologyEx(known, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(known, connectivity=4)
+    opened = cv2.morphologyEx(known, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
     areas = stats[1:, cv2.CC_STAT_AREA] * grid.resolution**2
     if count < 2 or areas.max() < LEAST_AREA:
         raise DocumentError(path, "", f"the map shows no known area of {LEAST_AREA:g} m² or more")
     mask = (labels == 1 + int(areas.argmax())).astype(np.uint8)
     contours, _ = cv2.findContours(_doubled(mask), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     contour = max(contours, key=cv2.contourArea)
-    corners = cv2.approxPolyDP(contour, 2.0 * STRAIGHT, closed=True)[:, 0, :].astype(np.float64)
+    corners = cv2.approxPolyDP(contour, 2.0 * STRAIGHT, closed=True)[:, 0, :]
     if len(corners) < 3:
         raise DocumentError(path, "", "the known area has no corners")
     # The contour of the doubled mask runs through the centers of border cells, a quarter of a cell from their edges.
-    points = _straightened((corners + 0.5) / 2.0)
+    traced = [(np.asarray(each, dtype=np.float64) + 0.5) / 2.0 for each in (contour[:, 0, :], corners)]
+    points = _corners(_straightened(*traced))
+    if len(points) < 3:
+        raise DocumentError(path, "", "the known area has no straight sides")
     polygon = Polygon(points).buffer(0.25, join_style="mitre")
     if polygon.geom_type != "Polygon" or not polygon.is_valid or not polygon.exterior.is_simple:
         raise DocumentError(path, "", "the outer boundary of the known area crosses itself")
@@ -101,37 +112,88 @@ def _doubled(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.kron(mask, np.ones((2, 2), np.uint8))
 
 
-def _straightened(corners: Array) -> Array:
-    """Return a polygon (n, 2) whose sides near the main direction are parallel to it or at right angles."""
+@dataclass(frozen=True)
+class _Side:
+    """A straight part of the boundary: a point on it, its direction in radians, and its ends; in cells."""
+
+    middle: Array
+    angle: float
+    start: Array
+    end: Array
+
+    @property
+    def length(self) -> float:
+        return float(np.hypot(*(self.end - self.start)))
+
+    def off(self, point: Array) -> float:
+        """Return the distance of a point from the line."""
+        dx, dy = point - self.middle
+        return abs(float(dy * math.cos(self.angle) - dx * math.sin(self.angle)))
+
+    def foot(self, point: Array) -> Array:
+        """Return the foot of the perpendicular from a point to the line."""
+        direction = np.array([math.cos(self.angle), math.sin(self.angle)])
+        return np.asarray(self.middle + direction * float((point - self.middle) @ direction))
+
+
+def _straightened(contour: Array, corners: Array) -> list[_Side]:
+    """Return the sides of a traced boundary; sides near the main direction are parallel to it or at right angles.
+
+    Short sides in other directions are the steps at corners of oblique walls; they are left out.
+
+    Args:
+        contour: points of the boundary, shape (n, 2), cells. corners: those at which it is divided, in their order.
+    """
+    places = [int(np.abs(contour - corner).sum(axis=1).argmin()) for corner in corners]
     ends = np.roll(corners, -1, axis=0)
     vectors = ends - corners
-    lengths = np.hypot(*vectors.T)
-    angles = np.arctan2(vectors[:, 1], vectors[:, 0])
-    main = math.atan2(
-        float((lengths * np.sin(4.0 * angles)).sum()), float((lengths * np.cos(4.0 * angles)).sum())
-    ) / 4.0
-    if abs(main) < math.radians(0.5):
-        main = 0.0
-    off = (angles - main + math.pi / 4.0) % (math.pi / 2.0) - math.pi / 4.0
-    snapped = np.where(np.abs(off) <= SNAP, angles - off, angles)
-    middles = (corners + ends) / 2.0
-    points: list[Array] = []
-    count = len(corners)
-    for index in range(count):
-        before = (index - 1) % count
-        turn = math.sin(snapped[index] - snapped[before])
-        if abs(turn) < 0.1:
-            if abs(math.cos(snapped[index] - snapped[before]) - 1.0) > 0.1 or _apart(middles, snapped, before, index):
-                points.append(corners[index])
+    lengths, angles = np.hypot(*vectors.T), np.arctan2(vectors[:, 1], vectors[:, 0])
+    turns = 4.0 * angles
+    main = math.atan2(float((lengths * np.sin(turns)).sum()), float((lengths * np.cos(turns)).sum())) / 4.0
+    main = 0.0 if abs(main) < math.radians(0.5) else main
+    sides: list[_Side] = []
+    for index, angle in enumerate(angles.tolist()):
+        off = (angle - main + math.pi / 4.0) % (math.pi / 2.0) - math.pi / 4.0
+        if abs(off) > SNAP and lengths[index] < SHORT:
             continue
-        points.append(_crossing(middles[before], snapped[before], middles[index], snapped[index]))
-    return np.array(points if len(points) >= 3 else corners)
+        points = _between(contour, places[index], places[(index + 1) % len(places)])
+        snapped = angle - off if abs(off) <= SNAP else angle
+        side = _Side(points.mean(axis=0), snapped, corners[index], ends[index])
+        if sides and _continues(sides[-1], side):
+            sides[-1] = _joined(sides[-1], side)
+        else:
+            sides.append(side)
+    if len(sides) > 1 and _continues(sides[-1], sides[0]):
+        sides[0] = _joined(sides.pop(), sides[0])
+    return sides
 
 
-def _apart(middles: Array, angles: Array, first: int, second: int) -> bool:
-    """Return whether two parallel sides lie on lines more than a cell apart."""
-    dx, dy = middles[second] - middles[first]
-    return abs(dy * math.cos(angles[first]) - dx * math.sin(angles[first])) > 1.0
+def _corners(sides: list[_Side]) -> Array:
+    """Return the corners (n, 2) at which sides meet; parallel sides are joined at a right angle."""
+    points: list[Array] = []
+    for before, side in zip([sides[-1], *sides[:-1]], sides, strict=True):
+        if abs(math.sin(side.angle - before.angle)) < 0.1:
+            middle = (before.end + side.start) / 2.0
+            points += [before.foot(middle), side.foot(middle)]
+        else:
+            points.append(_crossing(before.middle, before.angle, side.middle, side.angle))
+    return np.array(points).reshape(-1, 2)
+
+
+def _between(contour: Array, start: int, end: int) -> Array:
+    """Return the points of a closed contour from one index to another."""
+    return contour[start : end + 1] if start < end else np.concatenate([contour[start:], contour[: end + 1]])
+
+
+def _continues(first: _Side, second: _Side) -> bool:
+    """Return whether two sides run the same way on lines less than a cell apart."""
+    return math.cos(second.angle - first.angle) > 0.99 and first.off(second.middle) < 1.0
+
+
+def _joined(first: _Side, second: _Side) -> _Side:
+    share = second.length / (first.length + second.length)
+    middle = first.middle + share * (second.middle - first.middle)
+    return _Side(middle, first.angle, first.start, second.end)
 
 
 def _crossing(p: Array, first: float, q: Array, second: float) -> Array:
@@ -139,6 +201,18 @@ def _crossing(p: Array, first: float, q: Array, second: float) -> Array:
     ux, uy, vx, vy = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
     along = ((q[0] - p[0]) * vy - (q[1] - p[1]) * vx) / (ux * vy - uy * vx)
     return np.array([p[0] + along * ux, p[1] + along * uy])
+
+
+def _walled(grid: RosMap, boundary: Polygon) -> float:
+    """Return the share of the outer boundary behind which a cell is occupied."""
+    hits: list[NDArray[np.bool_]] = []
+    ring = boundary.exterior
+    along = np.arange(0.0, ring.length, grid.resolution)
+    for cells in (0.5, 1.5):
+        inside = boundary.buffer(-cells * grid.resolution, join_style="mitre").exterior
+        points = np.array([inside.interpolate(inside.project(ring.interpolate(each))).coords[0] for each in along])
+        hits.append(_sample(grid.occupied, grid, points))
+    return float((hits[0] | hits[1]).mean())
 
 
 def _wall_thickness(grid: RosMap, boundary: Polygon) -> float:
@@ -210,6 +284,4 @@ def _to_floor(cells: Array, grid: RosMap) -> Array:
     """Return positions (n, 2) in cells in the map's frame, meters."""
     x, y, yaw = grid.origin
     dx, dy = (cells * grid.resolution).T
-    return np.column_stack(
-        [x + dx * math.cos(yaw) - dy * math.sin(yaw), y + dx * math.sin(yaw) + dy * math.cos(yaw)]
-    )
+    return np.column_stack([x + dx * math.cos(yaw) - dy * math.sin(yaw), y + dx * math.sin(yaw) + dy * math.cos(yaw)])

@@ -86,7 +86,7 @@ def strips(strokes: Sequence[Stroke]) -> tuple[list[Strip], list[Stroke]]:
             faces += stroke.segments()
             sources.append(stroke)
     if len(faces) > MOST_FACES:
-        raise OptionError(f"{len(faces)} lines of walls; at most {MOST_FACES} are read: draw walls as closed rectangles")
+        raise OptionError(f"{len(faces)} lines of walls; at most {MOST_FACES} are read: draw closed rectangles")
     paired = _between(faces)
     return found + paired, ([] if paired else sources)
 

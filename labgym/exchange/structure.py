@@ -112,7 +112,11 @@ def walls_in_plan(floor: Floor) -> Geometry:
     from shapely import union_all
 
     # Closing by a tenth of a millimeter joins parts whose common edge differs by rounding.
-    return union_all([polygon(box) for box in joined_pieces(floor)]).buffer(1e-4, join_style="mitre").buffer(-1e-4, join_style="mitre")
+    return (
+        union_all([polygon(box) for box in joined_pieces(floor)])
+        .buffer(1e-4, join_style="mitre")
+        .buffer(-1e-4, join_style="mitre")
+    )
 
 
 def outline(space: Space) -> Geometry:
@@ -120,7 +124,5 @@ def outline(space: Space) -> Geometry:
     from shapely import Polygon, union_all
     from shapely.affinity import rotate, translate
 
-    region = union_all(
-        [Polygon([(r.x0, r.y0), (r.x1, r.y0), (r.x1, r.y1), (r.x0, r.y1)]) for r in space.region]
-    )
+    region = union_all([Polygon([(r.x0, r.y0), (r.x1, r.y0), (r.x1, r.y1), (r.x0, r.y1)]) for r in space.region])
     return translate(rotate(region, space.yaw, (0.0, 0.0), use_radians=True), space.x, space.y)

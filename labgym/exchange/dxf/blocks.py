@@ -10,7 +10,8 @@ from labgym.exchange.dxf import layers
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
-    from ezdxf.layouts import BlockLayout, Modelspace
+    from ezdxf.layouts.blocklayout import BlockLayout
+    from ezdxf.layouts.layout import Modelspace
 
 DOOR_LEFT, DOOR_RIGHT, WINDOW, GLAZING, PASSAGE = "DOOR_LEFT", "DOOR_RIGHT", "WINDOW", "GLAZING", "PASSAGE"
 COLUMN, KEEP_OUT, SERVICE, SPACE_TAG = "COLUMN", "KEEP_OUT", "SERVICE", "SPACE_TAG"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 WALLS = "A-WALL"
 WALL_FILL = "A-WALL-PATT"
@@ -37,18 +38,33 @@ COLORS = {
 
 _WORDS = {
     SPACE_TAGS: r"AREA-IDEN|SPACE-?TAG|ROOM-?TAG",
-    WALL_FILL: r"WALL-PATT|HATCH",
+    WALL_FILL: r"-PATT|HATCH|SCHRAFF",
+    DIMENSIONS: r"ANNO|DIMS?\b|BEMASS|COTES?\b",
+    FURNITURE: r"FURN|EQPM|EQUIP|M(?:Ö|OE)BEL|MOBILIER|家具",
     DOORS: r"DOOR|T(?:ÜR|UER)|PORTE|PUERTA|门",
     WINDOWS: r"GLAZ|WINDOW|FENSTER|FEN[EÊ]TRE|VENTANA|窗",
     COLUMNS: r"COLS|COLUMN|ST(?:Ü|UE)TZE|POTEAU|PILLAR|柱",
     SPACES: r"AREA|ROOM|SPACE|RAUM|PI[EÈ]CE|OUTLINE|房间",
-    WALLS: r"WALL|WAND|MUR(?:S|O|$|[^A-Z])|墙",
+    WALLS: r"WALL|W(?:A|Ä|AE)ND|MUR(?:S|O|$|[^A-Z])|墙",
     SERVICES: r"FLOR-SERV",
     KEEP_OUTS: r"FLOR-KEEP|KEEP-?OUT",
 }
 _PATTERNS = {layer: re.compile(words, re.IGNORECASE) for layer, words in _WORDS.items()}
 
 
-def role(name: str) -> str | None:
-    """Return the layer of this module that the name of a layer or block stands for, None if it stands for none."""
-    return next((layer for layer, words in _PATTERNS.items() if words.search(name)), None)
+def role(names: Iterable[str], blocks: Iterable[str] = ()) -> str | None:
+    """Return the layer of this module that an entity belongs to, None if it belongs to none.
+
+    Args:
+        names: its layer, then the layers of the blocks around it; the first that is recognized counts.
+        blocks: names of the blocks around it, which count for doors, windows and columns if no layer is recognized.
+    """
+    for name in names:
+        for layer, words in _PATTERNS.items():
+            if words.search(name):
+                return layer
+    for name in blocks:
+        for layer in (DOORS, WINDOWS, COLUMNS):
+            if _PATTERNS[layer].search(name):
+                return layer
+    return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import struct
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,8 @@ from labgym.exchange.dxf.library import load_ezdxf
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
-    from ezdxf.entities import DXFEntity, Insert
+    from ezdxf.entities.dxfentity import DXFEntity
+    from ezdxf.entities.insert import Insert
 
 MAX_BYTES = 16 * 1024 * 1024
 MAX_LINES = 1_000_000
@@ -67,7 +69,7 @@ def open_drawing(path: str | Path) -> Drawing:
     except FAULTS as error:
         raise DocumentError(path, "", f"a damaged DXF drawing ({type(error).__name__})") from None
     for block in blocks:
-        if getattr(block.block, "dxf", None) is not None and int(block.block.dxf.get("flags", 0)) & XREF_FLAGS:
+        if block.block is not None and int(block.block.dxf.get("flags", 0)) & XREF_FLAGS:
             raise DocumentError(path, "", f"block {block.name[:60]!r} refers to another file: bind or remove the XREF")
     return drawing
 
@@ -93,38 +95,47 @@ def meters_per_unit(drawing: Drawing, path: str | Path, unit: str | None) -> flo
     return UNITS[CODES[code]]
 
 
-def entities(drawing: Drawing, path: str | Path) -> Iterator[tuple[tuple[str, ...], DXFEntity]]:
-    """Yield the entities of a drawing's model space, with the content of inserted blocks.
+@dataclass(frozen=True)
+class Context:
+    """Where an entity is drawn: its layer, then those of the blocks around it, and the names of these blocks."""
 
-    Each comes with the names that describe it: its layer, then layers and names of the blocks around it.
+    layers: tuple[str, ...] = ()
+    blocks: tuple[str, ...] = ()
+
+
+def entities(drawing: Drawing, path: str | Path) -> Iterator[tuple[Context, DXFEntity]]:
+    """Yield the entities of a drawing's model space, with the content of inserted blocks after each.
 
     Raises:
         DocumentError: there are too many entities, or blocks are nested too deeply.
     """
     count = 0
-    stack: list[tuple[tuple[str, ...], DXFEntity]] = [((), entity) for entity in reversed(list(drawing.modelspace()))]
+    stack: list[tuple[Context, DXFEntity]] = [(Context(), entity) for entity in reversed(list(drawing.modelspace()))]
     while stack:
-        names, entity = stack.pop()
+        around, entity = stack.pop()
         count += 1
         if count > MAX_ENTITIES:
             raise DocumentError(path, "", f"more than {MAX_ENTITIES} entities: keep only walls, doors and outlines")
         layer = str(entity.dxf.get("layer", "0"))
-        here = (layer, *names) if layer != "0" or not names else names
-        yield here, entity
+        # Entities of a block on layer 0 are drawn on the layer on which the block is inserted.
+        here = around.layers if layer == "0" and around.blocks else (layer, *around.layers)
+        yield Context(here, around.blocks), entity
         if entity.dxftype() == "INSERT":
-            if len(here) > 2 * MAX_DEPTH:
+            if len(around.blocks) >= MAX_DEPTH:
                 raise DocumentError(path, "", f"blocks are nested deeper than {MAX_DEPTH} levels")
-            stack += [((*here, _name(entity)), part) for part in reversed(_parts(entity, path))]  # type: ignore[arg-type]
+            inside = Context(here, (block_name(entity), *around.blocks))
+            stack += [(inside, part) for part in reversed(_parts(entity, path))]  # type: ignore[arg-type]
 
 
 def _parts(insert: Insert, path: str | Path) -> list[DXFEntity]:
     """Return the content of an inserted block in the coordinates of the drawing, without nested blocks' content."""
     if max(insert.dxf.get("row_count", 1), insert.dxf.get("column_count", 1)) > 1:
-        raise DocumentError(path, "", f"block {_name(insert)!r} is inserted as an array: explode it")
+        raise DocumentError(path, "", f"block {block_name(insert)!r} is inserted as an array: explode it")
     return list(insert.virtual_entities())
 
 
-def _name(insert: DXFEntity) -> str:
+def block_name(insert: DXFEntity) -> str:
+    """Return the name of the block that an INSERT draws."""
     return str(insert.dxf.get("name", ""))[:80]
 
 

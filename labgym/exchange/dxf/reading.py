@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.exchange.assembly import Drawing, Mark, Tag, assemble
 from labgym.exchange.dxf import blocks, layers
-from labgym.exchange.dxf.opening import FAULTS, entities, meters_per_unit, open_drawing
+from labgym.exchange.dxf.opening import FAULTS, Context, block_name, entities, meters_per_unit, open_drawing
 from labgym.exchange.strips import Point, Stroke, strips
 from labgym.layouts.floor import Floor
 
 if TYPE_CHECKING:
-    from ezdxf.entities import DXFEntity, Insert
+    from ezdxf.entities.dxfentity import DXFEntity
+    from ezdxf.entities.insert import Insert
 
 FLAT = 1e-6
 """Largest bulge of a straight segment of a polyline."""
@@ -50,8 +51,8 @@ def read_dxf(path: str | Path, unit: str | None = None, thickness: float = WALL_
     scale = meters_per_unit(drawing, path, unit)
     collector = _Collector(scale)
     try:
-        for names, entity in entities(drawing, path):
-            collector.add(names, entity)
+        for context, entity in entities(drawing, path):
+            collector.add(context, entity)
         walls, _ = strips(collector.walls)
     except OptionError as error:
         raise DocumentError(path, "", str(error)) from None
@@ -72,14 +73,14 @@ class _Collector:
         self.walls: list[Stroke] = []
         self.drawing = Drawing()
 
-    def add(self, names: tuple[str, ...], entity: DXFEntity) -> None:
-        """Add an entity, described by its layer and the layers and names of the blocks around it."""
-        if entity.dxftype() == "INSERT":
-            self._add_block(names, entity)  # type: ignore[arg-type]
-            return
-        if any(name in blocks.ATTRIBUTES for name in names[1:]):
+    def add(self, context: Context, entity: DXFEntity) -> None:
+        """Add an entity that is drawn in a context of layers and blocks."""
+        if any(name in blocks.ATTRIBUTES for name in context.blocks):
             return  # read with its block
-        role = next((role for role in map(layers.role, names) if role is not None), None)
+        if entity.dxftype() == "INSERT":
+            self._add_block(entity)  # type: ignore[arg-type]
+            return
+        role = layers.role(context.layers, context.blocks)
         if role == layers.DOORS and entity.dxftype() == "ARC":
             self.drawing.marks.append(self._door(entity))
         elif role in (layers.WALLS, layers.SPACES, layers.WINDOWS, layers.COLUMNS):
@@ -105,9 +106,9 @@ class _Collector:
         number = f"column_{len(self.drawing.columns) + 1}"
         self.drawing.columns.append({"id": number, **fields, "width": math.dist(a, b), "depth": math.dist(b, c)})
 
-    def _add_block(self, names: tuple[str, ...], insert: Insert) -> None:
+    def _add_block(self, insert: Insert) -> None:
         """Add a block of labgym with its attributes; other blocks count by their content."""
-        name = str(insert.dxf.get("name", ""))
+        name = block_name(insert)
         if name not in blocks.ATTRIBUTES:
             return
         values = {attribute.dxf.tag: str(attribute.dxf.text) for attribute in insert.attribs}
@@ -130,21 +131,19 @@ class _Collector:
             self.drawing.marks.append([mark])
         elif name == blocks.SPACE_TAG:
             self.drawing.placed = True
-            fields = {"id": values.get("ID", ""), "use": values.get("USE", "")}
+            fields: dict[str, Any] = {"id": values.get("ID", ""), "use": values.get("USE", "")}
             fields |= {"ceiling": _number(values.get("CEILING", ""))} if "CEILING" in values else {}
             self.drawing.tags.append(Tag(x, y, {key: value for key, value in fields.items() if value != ""}, yaw))
         else:
             self._add_fixed(name, values, {"x": x, "y": y}, {"yaw": yaw, "width": width, "depth": depth})
 
-    def _add_fixed(
-        self, name: str, values: Mapping[str, str], place: dict[str, Any], extent: dict[str, Any]
-    ) -> None:
+    def _add_fixed(self, name: str, values: Mapping[str, str], place: dict[str, Any], extent: dict[str, Any]) -> None:
         if name == blocks.COLUMN:
             number = f"column_{len(self.drawing.columns) + 1}"
             self.drawing.columns.append({"id": values.get("ID", number), **place, **extent})
         elif name == blocks.KEEP_OUT:
             number = f"keep_out_{len(self.drawing.keep_outs) + 1}"
-            fields = {"id": values.get("ID", number), "reason": values.get("REASON", "")}
+            fields: dict[str, Any] = {"id": values.get("ID", number), "reason": values.get("REASON", "")}
             self.drawing.keep_outs.append({**fields, **place, **extent})
         elif name == blocks.SERVICE:
             fields = {"kind": values.get("KIND", ""), "z": _number(values.get("Z", "0"))}

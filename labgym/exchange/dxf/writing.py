@@ -12,20 +12,26 @@ from labgym.errors import OptionError
 from labgym.exchange.dimensions import dimensions
 from labgym.exchange.dxf import blocks, layers
 from labgym.exchange.dxf.library import load_ezdxf
-from labgym.exchange.structure import PlacedOpening, openings, outline, wall_pieces, walls_in_plan
+from labgym.exchange.plan_labels import IdLabel, id_label
+from labgym.exchange.structure import PlacedOpening, openings, outline, polygon, wall_pieces, walls_in_plan
+from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
 from labgym.layouts.model import FLOOR, WALL
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
-    from ezdxf.layouts import Modelspace
+    from ezdxf.layouts.layout import Modelspace
 
 VERSION = "R2010"
 METERS = 6
 DIMENSION_STYLE = "LABGYM"
 LABEL = 0.1
-"""Height of labels, meters: 2 mm at 1:50."""
+"""Height of the labels of spaces, meters: 2 mm at 1:50."""
+POINTS_PER_METER = 72.0 / 25.4 * 1000.0 / 50.0
+"""Printed length of a meter at 1:50, points."""
+CAPITAL, SMALL = 0.72, 3.0
+"""Height of a capital letter relative to the font size, and the font size of labels that do not fit, points."""
 
 
 def write_dxf(layout: Layout, path: str | Path) -> Path:
@@ -41,12 +47,11 @@ def write_dxf(layout: Layout, path: str | Path) -> Path:
     path = Path(path)
     if path.suffix.lower() != ".dxf":
         raise OptionError(f"drawing {path.name!r} must end in .dxf, for example {path.name}.dxf")
-    drawing = dxf_drawing(layout)
     options, stream = load_ezdxf().options, io.StringIO()
     fixed = options.write_fixed_meta_data_for_testing
     try:
         options.write_fixed_meta_data_for_testing = True  # no dates and random ids: equal layouts give equal bytes
-        drawing.write(stream)
+        dxf_drawing(layout).write(stream)
     finally:
         options.write_fixed_meta_data_for_testing = fixed
     return write_text(path, stream.getvalue())
@@ -61,13 +66,16 @@ def dxf_drawing(layout: Layout) -> Drawing:
     drawing = _new_drawing()
     model = drawing.modelspace()
     _draw_structure(model, layout.floor)
-    _draw_spaces(model, layout.floor)
+    _draw_spaces(model, layout)
     _draw_objects(drawing, model, layout)
     for dimension in dimensions(layout):
+        start, end, offset = dimension.start, dimension.end, dimension.offset
+        if math.cos(dimension.yaw) < -1e-6:  # the text would be upside down
+            start, end, offset = end, start, -offset
         model.add_aligned_dim(
-            p1=dimension.start,
-            p2=dimension.end,
-            distance=dimension.offset,
+            p1=start,
+            p2=end,
+            distance=offset,
             dimstyle=DIMENSION_STYLE,
             dxfattribs={"layer": layers.DIMENSIONS},
         ).render()
@@ -79,9 +87,9 @@ def _new_drawing() -> Drawing:
     for name, color in layers.COLORS.items():
         drawing.layers.add(name, color=color)
     style = drawing.dimstyles.new(DIMENSION_STYLE)
-    style.dxf.dimtxt, style.dxf.dimasz, style.dxf.dimexe, style.dxf.dimexo, style.dxf.dimgap = 0.1, 0.06, 0.05, 0.05, 0.03
-    style.dxf.dimdec, style.dxf.dimlfac, style.dxf.dimscale, style.dxf.dimtad = 2, 1.0, 1.0, 1
-    style.dxf.dimblk = "ARCHTICK"
+    lengths = {"dimtxt": 0.1, "dimasz": 0.06, "dimexe": 0.05, "dimexo": 0.05, "dimgap": 0.03}
+    text = {"dimdec": 2, "dimlfac": 1.0, "dimscale": 1.0, "dimtad": 1, "dimzin": 0}  # dimzin 0: "8.00", not "8"
+    style.update_dxf_attribs({**lengths, **text, "dimblk": "ARCHTICK"})
     blocks.add_blocks(drawing)
     return drawing
 
@@ -99,7 +107,9 @@ def _draw_structure(model: Modelspace, floor: Floor) -> None:
     area = walls_in_plan(floor)
     for part in getattr(area, "geoms", [area]):
         for ring, outer in ((part.exterior, True), *((inner, False) for inner in part.interiors)):
-            hatch.paths.add_polyline_path([(x, y) for x, y in ring.coords[:-1]], is_closed=True, flags=1 if outer else 0)
+            hatch.paths.add_polyline_path(
+                [(x, y) for x, y in ring.coords[:-1]], is_closed=True, flags=1 if outer else 0
+            )
     for opening in openings(floor):
         _draw_opening(model, opening)
     for column in floor.columns:
@@ -110,8 +120,8 @@ def _draw_structure(model: Modelspace, floor: Floor) -> None:
         values = {"ID": area_.id, "REASON": area_.reason}
         blocks.insert(model, blocks.KEEP_OUT, layers.KEEP_OUTS, (area_.x, area_.y), values, scale, rotation)
     for service in floor.services:
-        values = {"KIND": service.kind, "Z": service.z}
-        blocks.insert(model, blocks.SERVICE, layers.SERVICES, (service.x, service.y), values)
+        point: dict[str, object] = {"KIND": service.kind, "Z": service.z}
+        blocks.insert(model, blocks.SERVICE, layers.SERVICES, (service.x, service.y), point)
 
 
 def _draw_opening(model: Modelspace, placed: PlacedOpening) -> None:
@@ -135,14 +145,20 @@ def _draw_opening(model: Modelspace, placed: PlacedOpening) -> None:
     blocks.insert(model, name, layer, (placed.x, placed.y), values, scale, rotation)
 
 
-def _draw_spaces(model: Modelspace, floor: Floor) -> None:
-    """Draw the outline of each space, and a tag with its id, use, size and ceiling height."""
-    for space in floor.spaces:
+def _draw_spaces(model: Modelspace, layout: Layout) -> None:
+    """Draw the outline of each space, and a tag with its id, use, size and ceiling height, clear of furniture."""
+    from shapely import union_all
+    from shapely.ops import polylabel
+
+    furniture = union_all([polygon(layout.box(p.id)) for p in layout.placements if p.support == FLOOR])
+    for space in layout.floor.spaces:
         region = outline(space).simplify(1e-6)
         rings = [region.exterior, *region.interiors]
         for ring in rings:
             model.add_lwpolyline(list(ring.coords[:-1]), close=True, dxfattribs={"layer": layers.SPACES})
-        middle = region.representative_point()
+        free = region.difference(furniture)
+        largest = max(getattr(free, "geoms", [free]), key=lambda part: part.area)
+        middle = region.representative_point() if largest.is_empty else polylabel(largest, 0.05)
         place = (middle.x, middle.y)
         values = {"ID": space.id, "USE": space.use, "CEILING": space.ceiling}
         blocks.insert(model, blocks.SPACE_TAG, layers.SPACE_TAGS, place, values, rotation=math.degrees(space.yaw))
@@ -166,14 +182,13 @@ def _draw_objects(drawing: Drawing, model: Modelspace, layout: Layout) -> None:
         values = {"ID": placement.id, "ASSET": asset.name}
         blocks.insert(model, name, layer, position, values, rotation=rotation)
         if placement.support == FLOOR:
-            model.add_mtext(
-                placement.id,
-                dxfattribs={
-                    "layer": layers.LABELS,
-                    "char_height": LABEL,
-                    "insert": position,
-                    "attachment_point": 5,
-                    "width": max(asset.size.width, 0.3),
-                    "rotation": rotation if math.cos(placement.yaw) > -1e-6 else rotation + 180.0,
-                },
-            )
+            _label(model, placement.id, layout.box(placement.id))
+
+
+def _label(model: Modelspace, text: str, box: OrientedBox) -> None:
+    """Write an id into a footprint, wrapped and turned as it fits; a small one if it does not fit."""
+    label = id_label(text, box, POINTS_PER_METER) or IdLabel(text, SMALL, 0.0)
+    place: dict[str, object] = {"layer": layers.LABELS, "insert": (box.x, box.y), "attachment_point": 5}
+    height = CAPITAL * label.size / POINTS_PER_METER
+    size: dict[str, object] = {"char_height": height, "rotation": math.degrees(label.rotation)}
+    model.add_mtext(label.text.replace("\n", "\\P"), dxfattribs={**place, **size})

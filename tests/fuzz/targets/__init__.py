@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fuzz.targets import documents, meshes, networks, reactions, runs, wire
+from fuzz.targets import documents, exchange, meshes, networks, reactions, runs, wire
 
 TARGETS = tuple(
-    target for module in (documents, reactions, meshes, runs, wire, networks) for target in module.targets()
+    target for module in (documents, exchange, reactions, meshes, runs, wire, networks) for target in module.targets()
 )

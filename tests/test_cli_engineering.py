@@ -1,0 +1,133 @@
+"""The commands for engineers: compile, outline, move, view, and generate with an inventory or an outline."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import ezdxf
+import pytest
+from laboratories import island_laboratory, put
+
+from labgym.cli import main
+from labgym.layouts import Layout, load_published, published
+
+NAME = published("test")[0]
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch, capsys):
+    """Run the command line in an empty folder; returns exit code, standard output and standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        code = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+def test_several_formats_go_into_one_folder(call, tmp_path):
+    formats = [word for name in ("dxf", "svg", "pdf", "bom", "ros") for word in ("--format", name)]
+    code, out, _ = call("compile", NAME, "--out", "files", *formats)
+    names = [f"files/{NAME}.{suffix}" for suffix in ("dxf", "svg", "pdf", "csv")]
+    assert (code, out.split()) == (0, [*names, "files/ros/map.yaml"])
+    assert (tmp_path / "files" / "ros" / "map.png").is_file()
+    assert (tmp_path / f"files/{NAME}.pdf").read_bytes().startswith(b"%PDF")
+    assert not ezdxf.readfile(tmp_path / f"files/{NAME}.dxf").audit().errors
+
+
+def test_a_format_that_does_not_suit_is_one_line(call):
+    for words in (("--out", "a.txt", "--format", "dxf"), ("--out", "a.png", "--format", "pdf")):
+        code, _, err = call("compile", NAME, *words)
+        assert (code, err.count("\n")) == (2, 1)
+    assert call("compile", NAME, "--out", "a", "--format", "dxf", "--format", "dxf")[0] == 2
+
+
+def test_a_move_prints_the_violations_before_and_after(call, tmp_path):
+    island_laboratory().save(tmp_path / "lab.json")
+    code, out, _ = call("move", "lab.json", "IslandBench1800_1", "--by", "-2.6,0,0.5", "--out", "new.json")
+    assert code == 0
+    rows = {line.split()[0]: line.split()[-2:] for line in out.splitlines() if line}
+    assert rows["collision"] == ["0", "1"]
+    assert "interpenetrate" in out
+    moved, before = Layout.load(tmp_path / "new.json"), island_laboratory()
+    place = moved.placement("IslandBench1800_1")
+    assert place.position == pytest.approx((1.4, 2.5, 0.0))
+    assert place.yaw == pytest.approx(0.5)
+    assert [p for p in moved.placements if p.id != place.id] == [p for p in before.placements if p.id != place.id]
+
+
+def test_a_move_never_overwrites_unless_asked(call, tmp_path):
+    island_laboratory().save(tmp_path / "lab.json")
+    before = (tmp_path / "lab.json").read_bytes()
+    words = ("move", "lab.json", "SinkBench_1", "--to", "5,5.6", "--out", "lab.json")
+    code, out, err = call(*words)
+    assert (code, out) == (2, "")
+    assert "--overwrite" in err
+    assert (tmp_path / "lab.json").read_bytes() == before
+    assert call(*words, "--overwrite")[0] == 0
+    assert Layout.load(tmp_path / "lab.json").placement("SinkBench_1").position[0] == 5.0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((), "--to"),
+        (("--to", "1,2", "--by", "1,2"), "either"),
+        (("--to", "1"), "2 or 3"),
+        (("--to", "a,b"), "--to"),
+        (("--by", "nan,0"), "out of range"),
+        (("--by", "0,0", "--out", "lab.txt"), ".json"),
+    ],
+)
+def test_a_move_without_a_place_is_one_line(call, words, message):
+    code, out, err = call("move", NAME, "FumeHood_1", "--out", "new.json", *words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+
+
+def test_an_outline_is_a_layout_that_can_be_furnished(call, tmp_path):
+    assert call("compile", NAME, "--out", "plan.dxf", "--format", "dxf")[0] == 0
+    code, out, _ = call("outline", "plan.dxf", "--out", "floor.json")
+    assert (code, out) == (0, "floor.json\n")
+    assert Layout.load(tmp_path / "floor.json").placements == ()
+    assert Layout.load(tmp_path / "floor.json").room == load_published("test", NAME).room.model_copy(
+        update={"name": "plan"}
+    )
+    assert "--overwrite" in call("outline", "plan.dxf", "--out", "floor.json")[2]
+    assert call("generate", "pro_01", "--room", "plan.dxf", "--out", "lab.json")[0] == 0
+    assert Layout.load(tmp_path / "lab.json").room.name == "plan"
+
+
+def test_an_inventory_that_lacks_something_stops_generation(call, tmp_path):
+    assert call("compile", NAME, "--out", "have.csv", "--format", "bom")[0] == 0
+    with (tmp_path / "have.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    protocol = load_published("test", NAME).protocol
+    location = protocol.locations[0]
+    (tmp_path / "less.csv").write_text(
+        "asset,count\n" + "".join(f"{row['asset']},{row['count']}\n" for row in rows if row["asset"] != location)
+    )
+    code, out, err = call("generate", protocol.id, "--have", "less.csv", "--out", "lab.json")
+    assert (code, out) == (1, "")
+    assert err == f"labgym: failed: {location}: protocol {protocol.id} requires 1, the inventory has 0: add 1\n"
+    assert not (tmp_path / "lab.json").exists()
+    code, _, err = call("generate", protocol.id, "--have", "have.csv", "--out", "lab.json")
+    assert code == 0
+    assert all(line.startswith("note: ") for line in err.splitlines())
+
+
+def test_the_plan_marks_a_cabinet_in_the_doorway(call, tmp_path):
+    layout = island_laboratory()
+    cabinet = put("GeneralCabinet_1", "GeneralCabinet", 1.2, 0.6)
+    layout.replace(placements=(*layout.placements, cabinet)).save(tmp_path / "bad.json")
+    layout.save(tmp_path / "good.json")
+    for name in ("bad", "good"):
+        assert call("view", f"{name}.json", "--out", f"{name}.svg")[0] == 0
+    alarm = "#e0002d"
+    assert (tmp_path / "bad.svg").read_text().count(alarm) > (tmp_path / "good.svg").read_text().count(alarm)
+    code, out, _ = call("score", "bad.json", "--json")
+    assert code == 0
+    assert json.loads(out)["v"] == json.loads(call("score", "good.json", "--json")[1])["v"]
