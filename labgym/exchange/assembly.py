@@ -62,7 +62,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Tag:
-    """What a drawing says about the space around a point."""
+    """The description of the space around a point of a drawing."""
 
     x: float
     y: float
