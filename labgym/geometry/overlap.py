@@ -1,11 +1,13 @@
-"""Penetration depth, inset and shared volume of pairs of upright boxes."""
+"""Penetration depth, inset and shared volume of pairs of upright boxes, and the push that separates them."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry.boxes import BoxArray, OrientedBox
+from labgym.geometry.boxes import BoxArray, OrientedBox, pairwise_penetration
 
 Array = NDArray[np.float64]
 
@@ -42,6 +44,27 @@ def overlap_volume(a: OrientedBox, b: OrientedBox) -> float:
         for sign in (1.0, -1.0):
             polygon = _clip(polygon, axis, sign, limit)
     return _area(polygon) * height
+
+
+def separating_push(mover: OrientedBox, other: OrientedBox, margin: float = 0.0) -> tuple[float, float] | None:
+    """Return the shortest planar translation of `mover` out of `other`, meters; None if they are apart.
+
+    Args:
+        margin: added to its length, meters.
+    """
+    a, b = BoxArray.of([mover]), BoxArray.of([other])
+    if pairwise_penetration(a, b)[0, 0] <= 0.0:
+        return None
+    offset = np.array([mover.x - other.x, mover.y - other.y])
+    best: tuple[float, float, float] | None = None
+    for normal in np.concatenate([a.axes()[0], b.axes()[0]]):
+        reach = sum(float(np.abs(box.axes()[0] @ normal) @ box.half[0]) for box in (a, b))
+        along = float(offset @ normal)
+        depth = reach - abs(along) + margin
+        sign = math.copysign(1.0, along)
+        if best is None or depth < best[0] - 1e-9:
+            best = (depth, sign * depth * float(normal[0]), sign * depth * float(normal[1]))
+    return (best[1], best[2]) if best is not None else None
 
 
 def _clip(polygon: list[tuple[float, float]], axis: int, sign: float, limit: float) -> list[tuple[float, float]]:

@@ -11,11 +11,11 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.moves import Command, Move, Settle, Swap, apply, may_move
 from labgym.layouts.relocation import free_places
+from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
-from labgym.layouts.rules.zones import door_pose
 from labgym.layouts.tidying import hanging_place
 from labgym.protocols import Protocol
 
@@ -85,7 +85,7 @@ def _room_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
 
 def way_commands(layout: Layout, most: int) -> list[Command]:
     """Return relocations of floor objects that could widen a way out, those near doors first; at most `most`."""
-    doors = [door_pose(layout.room, door) for door in layout.room.doors]
+    doors = [entrance.pose for entrance in building_of(layout).entrances]
     near = []
     for placement in layout.placements:
         if placement.support == FLOOR and layout.asset(placement.id).subtype not in MOVABLE:

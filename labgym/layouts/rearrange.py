@@ -9,7 +9,7 @@ from labgym.layouts.brief import Brief, Unit, Wall
 from labgym.layouts.floor_plan import solve
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.moves import Place, apply, may_move
-from labgym.layouts.relocation import WALL_YAW
+from labgym.layouts.rules.building.one_room import WALL_YAW
 from labgym.layouts.rules.facility import HOOD_DOOR_LEAST
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED, SHOWER_RADIUS
 from labgym.layouts.rules.zones import INTRUSION
@@ -27,8 +27,10 @@ def rearrangements(layout: Layout, protocol: Protocol | None, involved: Collecti
 
     First only the involved furniture moves, then all furniture that stands against walls, then all. Islands keep a way
     around them. Fixed objects are obstacles; stools, bins and boards make way. Fronts, door areas and the shower's
-    clear space are free; chemical distances are not considered.
+    clear space are free; chemical distances are not considered. Layouts of other floors are not rearranged.
     """
+    if not layout.floor.is_rectangle:
+        return
     furniture = [
         placement.id
         for placement in layout.placements

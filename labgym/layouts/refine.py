@@ -10,6 +10,7 @@ from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Command, Move, Place, Rotate, apply, may_move
 from labgym.layouts.optimise import optimise
 from labgym.layouts.relocation import free_places
+from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.navigation import PLANNING_RADIUS, STAND_OFF, Transition, goal_pose
@@ -85,14 +86,12 @@ def _suggestions(layout: Layout, failure: Transition) -> Iterator[Move | Rotate 
 
 def _rotation_fixes(layout: Layout, target: str) -> Iterator[Rotate]:
     """Other headings whose goal pose lies in the room."""
-    box = layout.box(target)
+    box, building = layout.box(target), building_of(layout)
     for quarter in range(1, 4):
         yaw = wrap_angle(box.yaw + quarter * math.pi / 2.0)
         turned = OrientedBox(box.x, box.y, box.width, box.depth, yaw, box.z0, box.z1)
         x, y, _ = goal_pose(turned)
-        inside_x = PLANNING_RADIUS < x < layout.room.width - PLANNING_RADIUS
-        inside_y = PLANNING_RADIUS < y < layout.room.depth - PLANNING_RADIUS
-        if inside_x and inside_y:
+        if building.roomy(x, y, PLANNING_RADIUS):
             yield Rotate(target, yaw)
 
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration, wrap_angle
-from labgym.layouts.floor import Side
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.moves import Place, descendants
+from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
-from labgym.layouts.rules.zones import INTRUSION, door_area, front_zone
+from labgym.layouts.rules.zones import INTRUSION, front_zone
 
 WALL_STEP = 0.05
 """Spacing of the places tried along a wall, meters."""
@@ -29,22 +29,23 @@ MOST = 12
 """Maximum number of places returned."""
 
 Pose = tuple[float, float, float]
-WALL_YAW: dict[Side, float] = {"front": 0.0, "back": math.pi, "left": -math.pi / 2.0, "right": math.pi / 2.0}
 
 
 def free_places(layout: Layout, placement_id: str, most: int = MOST) -> tuple[Place, ...]:
     """Return places where a floor object is free and usable, the nearest first.
 
     Furniture that is used from one side stands with its back to a wall, furniture that is used from both sides stands
-    in the open with an aisle around it. It overlaps nothing, the clear zone in front of it is free, and it stands in no
-    door area and in no other object's front zone. Movable objects do not count as obstacles in front of it.
+    in the open with an aisle around it. It stays in its space and overlaps nothing, the clear zone in front of it is
+    free, and it stands in no door area and in no other object's front zone. Movable objects do not count as obstacles
+    in front of it.
     """
     if layout.placement(placement_id).support != FLOOR:
         return ()
+    building, box = building_of(layout), layout.box(placement_id)
     if layout.asset(placement_id).size.depth < ONE_SIDED:
-        return _usable(layout, placement_id, _wall_poses(layout, placement_id), WALL_GAP, most)
+        return _usable(layout, placement_id, building.wall_poses(box, WALL_GAP, WALL_STEP), WALL_GAP, most)
     for aisle in AISLES:
-        places = _usable(layout, placement_id, _open_poses(layout, placement_id, aisle), aisle, most)
+        places = _usable(layout, placement_id, building.open_poses(box, aisle, FLOOR_STEP), aisle, most)
         if places:
             return places
     return ()
@@ -67,41 +68,15 @@ def _usable(layout: Layout, placement_id: str, poses: Sequence[Pose], gap: float
         for other in heavy
         if other.support == FLOOR and layout.asset(other.id).clearance > 0.0
     ]
-    zones += [door_area(layout.room, door) for door in layout.room.doors]
+    building = building_of(layout)
+    zones += [entrance.area for entrance in building.entrances]
     free = ~_hits(grown, solids, 0.0) & ~_hits(boxes, zones, INTRUSION)
     if asset.clearance > 0.0:
         fronts = [front_zone(box, asset.clearance) for box in boxes]
-        inside = np.array([_inside(layout, front) for front in fronts])
+        inside = np.array([building.covers(front) for front in fronts])
         free &= ~_hits(fronts, [layout.box(other.id) for other in heavy], INTRUSION) & inside
     candidates = [pose for pose, is_free in zip(poses, free, strict=True) if is_free]
     return tuple(_spread(layout, placement_id, candidates, most))
-
-
-def _wall_poses(layout: Layout, placement_id: str) -> list[Pose]:
-    room, size = layout.room, layout.asset(placement_id).size
-    inset, start = WALL_GAP + size.depth / 2.0, WALL_GAP + size.width / 2.0
-    poses = []
-    for wall, yaw in WALL_YAW.items():
-        for along in np.arange(start, room.length(wall) - start + 1e-9, WALL_STEP):
-            x, y = {
-                "front": (along, inset),
-                "back": (along, room.depth - inset),
-                "left": (inset, along),
-                "right": (room.width - inset, along),
-            }[wall]
-            poses.append((round(float(x), 6), round(float(y), 6), yaw))
-    return poses
-
-
-def _open_poses(layout: Layout, placement_id: str, aisle: float) -> list[Pose]:
-    room, size = layout.room, layout.asset(placement_id).size
-    poses = []
-    for yaw, width, depth in ((0.0, size.width, size.depth), (math.pi / 2.0, size.depth, size.width)):
-        x0, y0 = aisle + width / 2.0, aisle + depth / 2.0
-        xs = np.arange(x0, room.width - x0 + 1e-9, FLOOR_STEP)
-        ys = np.arange(y0, room.depth - y0 + 1e-9, FLOOR_STEP)
-        poses += [(round(float(x), 6), round(float(y), 6), yaw) for x in xs for y in ys]
-    return poses
 
 
 def _hits(boxes: Sequence[OrientedBox], others: Sequence[OrientedBox], depth: float) -> NDArray[np.bool_]:
@@ -110,11 +85,6 @@ def _hits(boxes: Sequence[OrientedBox], others: Sequence[OrientedBox], depth: fl
         return np.zeros(len(boxes), dtype=np.bool_)
     overlaps = pairwise_penetration(BoxArray.of(boxes), BoxArray.of(others))
     return np.asarray((overlaps > depth).any(axis=1))
-
-
-def _inside(layout: Layout, box: OrientedBox) -> bool:
-    x0, y0, x1, y1 = box.bounds()
-    return max(-x0, -y0, x1 - layout.room.width, y1 - layout.room.depth) <= INTRUSION
 
 
 def _spread(layout: Layout, placement_id: str, poses: Sequence[Pose], most: int) -> list[Place]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry.overlap import separating_push
 from labgym.layouts.fitting import free_spot
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.moves import Move, Settle, apply, lifted, may_move, rests_on
 from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
+from labgym.layouts.rules.building import building_of
+from labgym.layouts.rules.building.one_room import shift_inside
 from labgym.layouts.rules.collisions import Collision, collisions
 from labgym.layouts.rules.thresholds import Profile
 
@@ -88,27 +88,17 @@ def _brought_inside(layout: Layout, placement_id: str) -> Layout:
         layout = lifted(layout, placement_id, height)
     box = layout.box(placement_id)
     if placement.support in (FLOOR, WALL):
-        x0, y0, x1, y1 = box.bounds()
-        dx, dy = _inward(x0, x1, 0.0, layout.room.width), _inward(y0, y1, 0.0, layout.room.depth)
+        dx, dy = building_of(layout).inward(box)
     else:
         surface = layout.surface(placement.support, placement.slot or 0)
         local = np.array([surface.to_local(float(x), float(y)) for x, y in box.corners()])
         half_w, half_d = surface.width / 2.0, surface.depth / 2.0
-        push_x = _inward(local[:, 0].min(), local[:, 0].max(), -half_w, half_w)
-        push_y = _inward(local[:, 1].min(), local[:, 1].max(), -half_d, half_d)
+        push_x = shift_inside(local[:, 0].min(), local[:, 0].max(), -half_w, half_w)
+        push_y = shift_inside(local[:, 1].min(), local[:, 1].max(), -half_d, half_d)
         origin = surface.to_world(0.0, 0.0)
         shifted = surface.to_world(push_x, push_y)
         dx, dy = shifted[0] - origin[0], shifted[1] - origin[1]
     return apply(layout, Move(placement_id, dx, dy)) if dx or dy else layout
-
-
-def _inward(low: float, high: float, least: float, most: float) -> float:
-    """Displacement that brings [low, high] into [least, most]; to the middle if it is too long."""
-    if high - low > most - least:
-        return (least + most - low - high) / 2.0
-    if low < least:
-        return least - low
-    return most - high if high > most else 0.0
 
 
 def _pushed_apart(layout: Layout, collision: Collision) -> Layout:
@@ -122,7 +112,7 @@ def _pushed_apart(layout: Layout, collision: Collision) -> Layout:
         mover, other = other, mover
     if not may_move(layout, mover):
         return layout
-    push = separating_push(layout.box(mover), layout.box(other))
+    push = separating_push(layout.box(mover), layout.box(other), SAFETY)
     return apply(layout, Move(mover, *push)) if push is not None else layout
 
 
@@ -132,20 +122,3 @@ def _mover(layout: Layout, placement_id: str, pair: tuple[str, ...]) -> str:
     if first.support == second.support or first.id == second.support or second.id == first.support:
         return placement_id
     return layout.root(placement_id).id
-
-
-def separating_push(mover: OrientedBox, other: OrientedBox) -> tuple[float, float] | None:
-    """Return the shortest planar translation of `mover` out of `other`, meters; None if they are apart."""
-    a, b = BoxArray.of([mover]), BoxArray.of([other])
-    if pairwise_penetration(a, b)[0, 0] <= 0.0:
-        return None
-    offset = np.array([mover.x - other.x, mover.y - other.y])
-    best: tuple[float, float, float] | None = None
-    for normal in np.concatenate([a.axes()[0], b.axes()[0]]):
-        reach = sum(float(np.abs(box.axes()[0] @ normal) @ box.half[0]) for box in (a, b))
-        along = float(offset @ normal)
-        depth = reach - abs(along) + SAFETY
-        sign = math.copysign(1.0, along)
-        if best is None or depth < best[0] - 1e-9:
-            best = (depth, sign * depth * float(normal[0]), sign * depth * float(normal[1]))
-    return (best[1], best[2]) if best is not None else None

@@ -14,6 +14,8 @@ from shapely.affinity import rotate, translate
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.layouts import Door, Layout, Room
 from labgym.layouts.floor import Column, Floor, KeepOut, Rectangle, Space
+from labgym.layouts.relocation import free_places
+from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
 from labgym.layouts.rules.building import ManyRooms, OneRoom
@@ -219,6 +221,41 @@ def test_a_column_narrows_the_way_as_polygons_say():
     (store,) = [value for name, value in ways.items() if "store" in name]
     assert store == pytest.approx(clear, abs=0.03)
     assert Point(4.5, 2.2).distance(unary_union([outline(part) for part in floor.solids])) == pytest.approx(clear / 2)
+
+
+def test_repair_brings_furniture_back_into_its_room():
+    floor = two_rooms()
+    placements = (
+        put("bench", "LabBench", 5.6, 3.6),  # 35 cm in the inner wall
+        put("rack", "EquipmentRack", 8.8, 4.7),  # over the corner of the store
+        put("bin", "WasteBin", 6.05, 2.0),  # in the doorway
+        put("out", "WasteBin", 4.0, -1.0),
+    )
+    before = Layout(id="lab", floor=floor, placements=placements)
+    assert len(bounds_faults(Arrangement.of(before))) == 4
+    after = fast_repair(before)
+    assert bounds_faults(Arrangement.of(after)) == ()
+    moved = {item.id: math.dist(item.position, before.placement(item.id).position) for item in after.placements}
+    assert moved["bench"] == pytest.approx(0.35, abs=0.01)
+    assert moved["bin"] == pytest.approx(0.05 + 0.15, abs=0.15)
+    assert floor.space_at(*after.placement("bench").position[:2]).id == "lab"
+
+
+def test_free_places_are_in_the_same_room_at_its_walls():
+    floor = two_rooms()
+    layout = Layout(id="lab", floor=floor, placements=(put("rack", "EquipmentRack", 7.6, 2.5),))
+    places = free_places(layout, "rack", 100)
+    assert len(places) > 10
+    store = box(6.1, 0.0, 9.1, 5.0)
+    kept_free = unary_union([outline(entrance.area) for entrance in ManyRooms(floor).entrances if entrance.space == 1])
+    size = layout.asset("rack").size
+    for place in places:
+        footprint = OrientedBox(place.x, place.y, size.width, size.depth, place.yaw)
+        assert store.covers(outline(footprint))
+        assert outline(footprint).intersection(kept_free).area < 0.05 * 1.2
+        back = LineString(footprint.corners()[:2])
+        assert store.exterior.distance(back) == pytest.approx(0.01, abs=1e-6)
+        assert back.hausdorff_distance(store.exterior.intersection(back.buffer(0.011))) < 0.02
 
 
 def test_exits_are_counted_for_each_laboratory():

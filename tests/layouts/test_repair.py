@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from labgym.geometry import penetration
+from labgym.geometry.overlap import separating_push
 from labgym.layouts import generate
 from labgym.layouts.model import Placement
 from labgym.layouts.moves import Move, Rotate, Settle, Swap, apply, descendants
 from labgym.layouts.optimise import optimise
 from labgym.layouts.refine import refine
-from labgym.layouts.repair import fast_repair, separating_push
+from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.protocols import protocols
 
@@ -64,7 +65,7 @@ def test_a_push_separates_two_boxes_by_the_least(layout):
             OrientedBox(*generator.uniform(-0.5, 0.5, 2), *generator.uniform(0.5, 1.5, 2), generator.uniform(-3, 3))
             for _ in range(2)
         )
-        push = separating_push(first, second)
+        push = separating_push(first, second, 0.005)
         overlap = penetration(first, second)
         if overlap <= 0.0:
             assert push is None

@@ -1,215 +1,44 @@
-"""What the rules read of a building: how far things reach out of its rooms, how near its walls are, and its doors.
-
-One rectangular room is read from its four sides; any other floor from its walls, columns and spaces.
-"""
+"""Any floor, read from its walls, columns and spaces."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
+from labgym.geometry import (
+    BoxArray,
+    OrientedBox,
+    pairwise_distance,
+    pairwise_penetration,
+    rotate,
+    to_local,
+    to_world,
+    wrap_angle,
+)
+from labgym.geometry.frames import PlanarPose
+from labgym.geometry.overlap import separating_push
 from labgym.layouts.floor import OUTSIDE, Doorway, Floor
-from labgym.layouts.model import Door, Layout, Room
+from labgym.layouts.rules.building.interface import Array, Entrance, Workplace
+from labgym.layouts.rules.building.one_room import shift_inside
 from labgym.layouts.rules.clearance import lower_to_boxes
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH, ROOM_TOLERANCE
-from labgym.layouts.rules.zones import DOOR_AREA, HEADROOM, INTRUSION, door_area, doorway, in_room
-
-Array = NDArray[np.float64]
+from labgym.layouts.rules.zones import DOOR_AREA, HEADROOM, INTRUSION
 
 WEDGE = 0.35
 """A point outside all regions that is at most this far from one, with no wall between, is in the wedge that a region of
 rectangles leaves along an oblique wall, meters."""
 PLAN = (-1000.0, 1000.0)
 """Heights of a box that stands for its outline, meters."""
+PUSHES = 4
+"""Pushes out of walls that are tried before an object is moved into a rectangle of its space."""
+PUSH = 1e-4
+"""Added to a push, meters, so that rounding does not undo it."""
 FACE = 0.1
 """Spacing of the points at which the faces of walls are looked at, and their distance from them, meters."""
-
-
-@dataclass(frozen=True)
-class Entrance:
-    """A door or a passage as seen from one of its spaces.
-
-    Attributes:
-        label: its name in messages.
-        space: index of the space; 0 in a one-room floor.
-        exit: whether it leads out of the floor.
-        width: clear width, meters.
-        area: the floor inside it that stays free.
-        opening: the opening itself, as a thin box on the face of the wall.
-        pose: (x, y, yaw) of its middle on the face of the wall, front toward the space.
-    """
-
-    label: str
-    space: int
-    exit: bool
-    width: float
-    area: OrientedBox
-    opening: OrientedBox
-    pose: tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Workplace:
-    """A space in which people work: its index, where it is in messages, and its floor area in square meters."""
-
-    space: int
-    where: str
-    area: float
-
-
-class Building(Protocol):
-    """A floor as the rules read it; points and boxes are in the floor's frame, lengths in meters."""
-
-    @property
-    def workplaces(self) -> tuple[Workplace, ...]:
-        """The laboratories and instrument rooms."""
-        ...
-
-    @property
-    def entrances(self) -> tuple[Entrance, ...]:
-        """Doors and passages, once for each space into which they lead."""
-        ...
-
-    @property
-    def bounds(self) -> tuple[float, float, float, float]:
-        """Axis-aligned bounds (x0, y0, x1, y1) of the rooms."""
-        ...
-
-    def joined(self, space: int) -> frozenset[int]:
-        """Return the spaces that doors and passages join with a space, itself included, without leaving the floor."""
-        ...
-
-    def clearance(self, xs: Array, ys: Array, reach: float) -> Array:
-        """Return the distance of grid points from walls and columns, shape (ny, nx), at most `reach`.
-
-        Every interior door stands wide open. Not positive in walls.
-        """
-        ...
-
-    def spaces(self, boxes: BoxArray) -> NDArray[np.intp]:
-        """Return the index of the space that each of n boxes is in, or nearest to, shape (n,)."""
-        ...
-
-    def outside(self, boxes: BoxArray) -> Array:
-        """Return how far n boxes reach out of the rooms, floor and ceiling included, shape (n,); 0 inside."""
-        ...
-
-    def gaps(self, points: Array) -> Array:
-        """Return the distances of points (..., 2) from the face of each of m walls, shape (m, ...).
-
-        Negative inside a wall; inf beside its ends.
-        """
-        ...
-
-    def ahead(self, box: OrientedBox) -> float:
-        """Return the free depth in front of a box up to a wall."""
-        ...
-
-    def covers(self, zone: OrientedBox) -> bool:
-        """Whether a zone lies inside the rooms."""
-        ...
-
-    def lined(self, footprints: BoxArray, gap: float) -> float:
-        """Return the share of the walls' length, in [0, 1], before which n footprints stand within a gap."""
-        ...
-
-    def skew(self, boxes: BoxArray) -> Array:
-        """Return the angle of n boxes to the walls, shape (n,), radians in [0, pi / 4]."""
-        ...
-
-
-def building_of(layout: Layout) -> Building:
-    """Return the building of a layout."""
-    return OneRoom(layout.room) if layout.floor.is_rectangle else ManyRooms(layout.floor)
-
-
-@dataclass(frozen=True)
-class OneRoom:
-    """A rectangular room with its front-left corner at the origin."""
-
-    room: Room
-
-    @property
-    def workplaces(self) -> tuple[Workplace, ...]:
-        """The room."""
-        return (Workplace(0, "", self.room.width * self.room.depth),)
-
-    @property
-    def entrances(self) -> tuple[Entrance, ...]:
-        """The room's doors."""
-        return tuple(self._entrance(door) for door in self.room.doors)
-
-    @property
-    def bounds(self) -> tuple[float, float, float, float]:
-        """The sides of the room."""
-        return 0.0, 0.0, self.room.width, self.room.depth
-
-    def joined(self, space: int) -> frozenset[int]:
-        """Return the room."""
-        return frozenset({space})
-
-    def clearance(self, xs: Array, ys: Array, reach: float) -> Array:
-        """Return the distance of grid points from the sides of the room."""
-        across, along = np.minimum(xs, self.room.width - xs), np.minimum(ys, self.room.depth - ys)
-        return np.minimum(np.minimum(across[None, :], along[:, None]), reach)
-
-    def _entrance(self, door: Door) -> Entrance:
-        opening = doorway(self.room, door)
-        pose = (opening.x, opening.y, opening.yaw)
-        area = door_area(self.room, door)
-        return Entrance(f"the {door.wall} door", 0, True, door.width, area, opening, pose)
-
-    def spaces(self, boxes: BoxArray) -> NDArray[np.intp]:
-        """Return zeros, shape (n,)."""
-        return np.zeros(len(boxes), dtype=np.intp)
-
-    def outside(self, boxes: BoxArray) -> Array:
-        """Return how far n boxes reach out of the room, shape (n,)."""
-        corners = boxes.corners()
-        low, high = corners.min(axis=1), corners.max(axis=1)
-        sides = np.maximum(-low, high - (self.room.width, self.room.depth)).max(axis=1)
-        ends = np.maximum(-boxes.z[:, 0], boxes.z[:, 1] - self.room.height)
-        return np.asarray(np.maximum(np.maximum(sides, ends), 0.0))
-
-    def gaps(self, points: Array) -> Array:
-        """Return the distances from the four sides, in the order left, front, right, back."""
-        x, y = points[..., 0], points[..., 1]
-        return np.stack([x, y, self.room.width - x, self.room.depth - y])
-
-    def ahead(self, box: OrientedBox) -> float:
-        """Return the free depth in front of a box up to a side of the room."""
-        room, (fx, fy) = self.room, box.front
-        reaches = []
-        for x, y in box.corners()[2:]:
-            along_x = ((room.width if fx > 0 else 0.0) - x) / fx if abs(fx) > 1e-9 else math.inf
-            along_y = ((room.depth if fy > 0 else 0.0) - y) / fy if abs(fy) > 1e-9 else math.inf
-            reaches.append(min(along_x, along_y))
-        return float(max(min(reaches), 0.0))
-
-    def covers(self, zone: OrientedBox) -> bool:
-        """Whether a zone lies inside the room."""
-        return in_room(self.room, zone)
-
-    def lined(self, footprints: BoxArray, gap: float) -> float:
-        """Return the share of the four sides that footprints line."""
-        room, corners = self.room, footprints.corners()
-        length = 0.0
-        for along, across, side, far in ((0, 1, room.width, room.depth), (1, 0, room.depth, room.width)):
-            for near_wall in (corners[..., across], far - corners[..., across]):
-                close = near_wall.min(axis=1) <= gap if len(footprints) else np.zeros(0, dtype=bool)
-                spans = [(float(c[:, along].min()), float(c[:, along].max())) for c in corners[close]]
-                length += _covered(spans, side)
-        return length / (2.0 * (room.width + room.depth))
-
-    def skew(self, boxes: BoxArray) -> Array:
-        """Return the angle of n boxes to the sides of the room, shape (n,)."""
-        return np.array([abs(math.remainder(yaw, math.pi / 2.0)) for yaw in boxes.yaw.tolist()])
 
 
 @dataclass(frozen=True)
@@ -270,10 +99,14 @@ class ManyRooms:
         return Entrance(way.label, space, way.exit, way.width, swing_area(way, name), opening, (x, y, yaw))
 
     @cached_property
-    def _solids(self) -> BoxArray:
-        """Outlines of whole walls, columns and open leaves."""
+    def _solid_boxes(self) -> tuple[OrientedBox, ...]:
+        """Outlines of whole walls, columns and leaves."""
         fixed = [part.box for part in self.floor.parts if part.kind in ("column", "leaf")]
-        return _outlines(BoxArray.of([*self.floor.wall_boxes, *fixed]))
+        return tuple(_outline(box) for box in (*self.floor.wall_boxes, *fixed))
+
+    @cached_property
+    def _solids(self) -> BoxArray:
+        return BoxArray.of(self._solid_boxes)
 
     @cached_property
     def _regions(self) -> tuple[BoxArray, NDArray[np.intp]]:
@@ -368,6 +201,65 @@ class ManyRooms:
         quarter = math.pi / 2.0
         return np.asarray(np.abs(turns - quarter * np.round(turns / quarter)).min(axis=0))
 
+    def inward(self, box: OrientedBox) -> tuple[float, float]:
+        """Return a displacement that brings a box out of walls and columns, or else into a rectangle of its space."""
+        moved = box
+        for _ in range(PUSHES):
+            depths = pairwise_penetration(_outlines(BoxArray.of([moved])), self._solids)[0]
+            if depths.max() <= 0.0:
+                break
+            push = separating_push(_outline(moved), self._solid_boxes[int(depths.argmax())], PUSH)
+            moved = _shifted(moved, *push) if push is not None else moved
+        if self.outside(BoxArray.of([moved]))[0] > 0.0:
+            moved = self._in_rectangle(box)
+        return moved.x - box.x, moved.y - box.y
+
+    def _in_rectangle(self, box: OrientedBox) -> OrientedBox:
+        """Return a box moved by the least displacement into one of the rectangles of its space."""
+        space = self.floor.spaces[int(self.spaces(BoxArray.of([box]))[0])]
+        x0, y0, x1, y1 = OrientedBox(0.0, 0.0, box.width, box.depth, box.yaw - space.yaw).bounds()
+        x, y = to_local([(box.x, box.y)], space.frame)[0].tolist()
+        shifts = [
+            (shift_inside(x + x0, x + x1, r.x0, r.x1), shift_inside(y + y0, y + y1, r.y0, r.y1)) for r in space.region
+        ]
+        return _shifted(box, *rotate(*min(shifts, key=lambda shift: math.hypot(*shift)), space.yaw))
+
+    def roomy(self, x: float, y: float, radius: float) -> bool:
+        """Whether a disc at a point in a space or a doorway reaches no wall, column or open leaf."""
+        dot = _outlines(BoxArray.of([OrientedBox(x, y, 0.0, 0.0)]))
+        inside = bool(self.floor.inside(np.array([[x, y]]))[0])
+        return inside and bool((pairwise_distance(dot, self._solids) > radius).all())
+
+    def wall_poses(self, box: OrientedBox, gap: float, step: float) -> list[PlanarPose]:
+        """Return poses of a box in its space with the back to the face of a wall, wall by wall."""
+        poses = []
+        start, inset = gap + box.width / 2.0, gap + box.depth / 2.0
+        for wall in self.floor.walls:
+            for side, turn in ((1.0, 0.0), (-1.0, math.pi)):
+                for along in np.arange(start, wall.length - start + 1e-9, step).tolist():
+                    x, y = wall.point(along, side * (wall.thickness / 2.0 + inset))
+                    poses.append((round(x, 6), round(y, 6), wrap_angle(wall.yaw + turn)))
+        return self._free(box, poses, 0.0)
+
+    def open_poses(self, box: OrientedBox, aisle: float, step: float) -> list[PlanarPose]:
+        """Return poses of a box in its space, parallel to its frame, with an aisle to every wall."""
+        space = self.floor.spaces[int(self.spaces(BoxArray.of([box]))[0])]
+        xs = np.arange(min(r.x0 for r in space.region), max(r.x1 for r in space.region), step)
+        ys = np.arange(min(r.y0 for r in space.region), max(r.y1 for r in space.region), step)
+        places = to_world([(x, y) for x in xs for y in ys], space.frame).round(6).tolist()
+        poses = [(x, y, wrap_angle(space.yaw + turn)) for turn in (0.0, math.pi / 2.0) for x, y in places]
+        return self._free(box, poses, aisle)
+
+    def _free(self, box: OrientedBox, poses: list[PlanarPose], aisle: float) -> list[PlanarPose]:
+        """Return the poses at which a box, with an aisle around it, stays inside the space in which it is now."""
+        if not poses:
+            return []
+        space = int(self.spaces(BoxArray.of([box]))[0])
+        width, depth = box.width + 2.0 * aisle, box.depth + 2.0 * aisle
+        boxes = BoxArray.of([OrientedBox(x, y, width, depth, yaw, 0.0, 0.1) for x, y, yaw in poses])
+        free = (self.outside(boxes) <= 0.0) & (self.spaces(boxes) == space)
+        return [pose for pose, is_free in zip(poses, free.tolist(), strict=True) if is_free]
+
 
 def swing_area(way: Doorway, space: str) -> OrientedBox:
     """Return the floor inside a doorway that stays free in a space, as a box of standing height.
@@ -384,15 +276,13 @@ def swing_area(way: Doorway, space: str) -> OrientedBox:
     return OrientedBox(x, y, width, depth, yaw, 0.0, HEADROOM)
 
 
-def _covered(spans: list[tuple[float, float]], length: float) -> float:
-    """Return the length of [0, length] that a union of intervals covers."""
-    covered, reached = 0.0, 0.0
-    for start, end in sorted(spans):
-        start, end = max(start, reached), min(end, length)
-        if end > start:
-            covered += end - start
-            reached = end
-    return covered
+def _outline(box: OrientedBox) -> OrientedBox:
+    """Return a box that overlaps in height whatever its heights are."""
+    return replace(box, z0=PLAN[0], z1=PLAN[1])
+
+
+def _shifted(box: OrientedBox, dx: float, dy: float) -> OrientedBox:
+    return replace(box, x=box.x + dx, y=box.y + dy)
 
 
 def _outlines(boxes: BoxArray) -> BoxArray:
