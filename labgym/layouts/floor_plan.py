@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -35,6 +35,8 @@ RANK_COST = 150
 """Cost of each step down a unit's list of walls, centimeters of doubled distance: as much as 0.75 m off its anchor."""
 GAP_LIMIT = 0.1
 """Relative distance to the best known bound at which the search stops: preferences need no proof of optimality."""
+SIGNAL_INTERVAL = 0.2
+"""Seconds after which a pending signal interrupts a search at the latest."""
 Status = Literal["solved", "infeasible", "stopped"]
 
 
@@ -144,6 +146,9 @@ def search(solver: cp_model.CpSolver, model: cp_model.CpModel) -> cp_model.CpSol
     with ThreadPoolExecutor(1) as thread:
         status = thread.submit(solver.solve, model)
         try:
+            # With a time limit: a signal that another thread receives does not wake one that waits without.
+            while not wait([status], timeout=SIGNAL_INTERVAL).done:
+                pass
             return status.result()
         except BaseException:
             solver.stop_search()

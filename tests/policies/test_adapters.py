@@ -281,6 +281,13 @@ def test_the_fingerprint_of_a_model_counts_the_bytes_of_its_file(tmp_path):
     assert len(digests) == 2
 
 
+def test_fingerprints_of_models_count_their_options(tmp_path, trained):
+    path = graph(tmp_path / "steer.onnx")
+    assert object_fingerprint(make_policy(str(path))) == object_fingerprint(make_policy(str(path)))
+    sampled, mean = (make_policy(str(trained), trust=True, deterministic=flag) for flag in (False, True))
+    assert object_fingerprint(sampled).parameters != object_fingerprint(mean).parameters
+
+
 def test_a_file_drives_an_evaluation(tmp_path):
     report = evaluate(
         str(graph(tmp_path / "steer.onnx")),

@@ -37,7 +37,7 @@ class OnnxPolicy(Policy):
             import onnxruntime
         except ImportError:
             raise MissingDependencyError("onnxruntime", f"policy {str(path)!r}", "onnx") from None
-        self._path = checked_file(path)
+        self._path, self._renamed = checked_file(path), dict(inputs or {})
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.log_severity_level = 4
@@ -60,6 +60,10 @@ class OnnxPolicy(Policy):
         """
         feed = dict(zip(self._inputs.names, self._inputs.arrays(observation), strict=True))
         return checked_action(self._session.run(None, feed)[0], str(self._path))
+
+    def parameters(self) -> Mapping[str, Any]:
+        """Return the options; the file counts by its bytes."""
+        return {"inputs": self._renamed}
 
     def files(self) -> tuple[Path, ...]:
         """Return the graph's file."""

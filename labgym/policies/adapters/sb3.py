@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -62,7 +63,7 @@ class StableBaselines3Policy(Policy):
             raise UnknownNameError("stable-baselines3 algorithm", algorithm, ALGORITHMS)
         self._path = checked_file(path)
         _check_trust(self._path, trust)
-        self._model = _load(self._path, algorithm)
+        self._algorithm, self._model = algorithm, _load(self._path, algorithm)
         if not isinstance(self._model.action_space, spaces.Box) or self._model.action_space.shape != (2,):
             raise OptionError(f"{path}: its action space is {self._model.action_space}, expected a Box of shape (2,)")
         self._deterministic, self._rng = deterministic, np.random.default_rng(0)
@@ -89,6 +90,10 @@ class StableBaselines3Policy(Policy):
                 torch.manual_seed(int(self._rng.integers(2**62)))
             action, _ = self._model.predict(inputs, deterministic=self._deterministic)
         return checked_action(action, str(self._path))
+
+    def parameters(self) -> Mapping[str, Any]:
+        """Return the options; the file counts by its bytes."""
+        return {"algorithm": self._algorithm, "deterministic": self._deterministic}
 
     def files(self) -> tuple[Path, ...]:
         """Return the model's file."""

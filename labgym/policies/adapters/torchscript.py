@@ -38,7 +38,7 @@ class TorchScriptPolicy(Policy):
             import torch
         except ImportError:
             raise MissingDependencyError("torch", f"policy {str(path)!r}", "train") from None
-        self._path = checked_file(path)
+        self._path, self._renamed = checked_file(path), dict(inputs or {})
         try:
             self._module = torch.jit.load(str(self._path), map_location="cpu").eval()  # type: ignore[no-untyped-call]
         except Exception as error:  # noqa: BLE001 - torch raises many types for a damaged file
@@ -64,6 +64,10 @@ class TorchScriptPolicy(Policy):
         with torch.inference_mode():
             output = self._module(*(torch.from_numpy(array) for array in self._inputs.arrays(observation)))
         return checked_action(output.numpy() if isinstance(output, torch.Tensor) else output, str(self._path))
+
+    def parameters(self) -> Mapping[str, Any]:
+        """Return the options; the file counts by its bytes."""
+        return {"inputs": self._renamed}
 
     def files(self) -> tuple[Path, ...]:
         """Return the module's file."""
