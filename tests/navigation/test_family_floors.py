@@ -26,7 +26,7 @@ class EmptyFloor:
         return ()
 
 
-FLOORS = [(family, seed) for family in FAMILIES for seed in range(3)]
+FLOORS = [(family, seed) for family in FAMILIES for seed in range(2)]
 
 
 @pytest.fixture(scope="module", params=FLOORS, ids=lambda one: f"{one[0]}-{one[1]}")
