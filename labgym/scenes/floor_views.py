@@ -51,8 +51,11 @@ BEARINGS = (
 """Directions from which the overview may look at a floor, degrees, the best first."""
 PITCHES = (38.0, 45.0, 52.0, 60.0)
 """Angles above the horizontal from which the overview may look, degrees, the best first."""
-STRAIGHT, STEEP = 0.06, 0.004
-"""What looking along an axis, and a degree of pitch, cost: shares of the picture that the floor has to fill more."""
+FRONT, FRONTAL = -90.0, 30.0
+"""Direction of the front of a floor, and the angle from it up to which a camera is in front, degrees."""
+STRAIGHT, ASIDE, STEEP = 0.06, 0.10, 0.004
+"""What looking along an axis, looking from elsewhere than from the front, and a degree of pitch cost: shares of the
+picture that the floor has to fill more."""
 OVERVIEW_FOVY, DOOR_FOVY, SPACE_FOVY, WIDEST = 34.0, 62.0, 64.0, 85.0
 """Vertical fields of view, degrees."""
 HIGH = 40.0
@@ -104,7 +107,8 @@ def overview(floor: Floor) -> View:
         bearing, pitch, view = direction
         # Holes run the other way round, so that the sum of signed areas is the area of the floor.
         filled = abs(sum(_signed_area(view.project(ring)) for ring in ground)) / (4.0 * WIDE)
-        return filled - STEEP * (pitch - PITCHES[0]) - STRAIGHT * (bearing % 90.0 == 0.0)
+        away = abs(bearing - FRONT) > FRONTAL
+        return filled - STEEP * (pitch - PITCHES[0]) - STRAIGHT * (bearing % 90.0 == 0.0) - ASIDE * away
 
     directions = [
         (bearing, pitch, _overview(floor, np.concatenate(ground), math.radians(bearing), math.radians(pitch)))

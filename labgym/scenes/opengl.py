@@ -14,7 +14,8 @@ from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.scenes.building import building_patches
 from labgym.scenes.cutaway import hanging_on, hidden_walls
-from labgym.scenes.mjcf import COLLISION_GROUP, to_mjcf
+from labgym.scenes.mjcf import COLLISION_GROUP, add_camera, to_mjcf
+from labgym.scenes.views import picture_view
 
 LARGEST = (2560, 1440)
 """Largest picture, pixels: the size of the off-screen buffer of compiled scenes."""
@@ -25,6 +26,8 @@ QUALITIES: tuple[Quality, ...] = get_args(Quality)
 FEWEST_GEOMS, DECORATIONS = 20_000, 1_000
 """Least room for geoms in a renderer's scene, and room for what MuJoCo adds to those of the model. MuJoCo leaves out,
 with a warning only, what exceeds the room."""
+PICTURE = "/picture"
+"""Name of the camera of a picture; no placement has such an id."""
 FAST_SLICES, FAST_STACKS = 16, 10
 """Sides around and along a round geom in fast pictures."""
 
@@ -83,11 +86,11 @@ def render_opengl(layout: Layout, width: int = 1280, height: int = 720, camera: 
         OptionError: larger than 2560 x 1440.
         MissingRendererError: OpenGL is not available.
     """
-    model = to_mjcf(layout).compile()
-    cameras = [model.camera(k).name for k in range(model.ncam)]
-    if camera not in cameras:
-        raise UnknownNameError("camera", camera, cameras)
-    hidden = hidden_walls(layout.floor, tuple(model.camera(camera).pos.tolist()))
+    place = picture_view(layout, camera)
+    spec = to_mjcf(layout)
+    add_camera(spec, PICTURE, place)
+    model = spec.compile()
+    hidden = hidden_walls(layout.floor, place.position)
     for patch in building_patches(layout.floor):
         if patch.wall in hidden:
             model.geom(patch.name).group = COLLISION_GROUP
@@ -97,7 +100,7 @@ def render_opengl(layout: Layout, width: int = 1280, height: int = 720, camera: 
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     with make_renderer(model, width, height) as renderer:
-        renderer.update_scene(data, camera=camera)
+        renderer.update_scene(data, camera=PICTURE)
         picture: NDArray[np.uint8] = renderer.render().copy()
     return picture
 

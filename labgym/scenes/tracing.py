@@ -23,7 +23,7 @@ from labgym.scenes.filtering import smooth_light
 from labgym.scenes.finishes import JOINTS
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh, scene_mesh
 from labgym.scenes.surfaces import Floats, Scene, norms
-from labgym.scenes.views import View, view
+from labgym.scenes.views import View, picture_view
 
 LARGEST = (3840, 2160)
 """Largest picture, pixels; a larger one takes gigabytes of memory."""
@@ -62,7 +62,7 @@ def trace(
         raise OptionError(f"picture size {width}x{height} is not between 1x1 and {LARGEST[0]}x{LARGEST[1]}")
     if samples < 1:
         raise OptionError(f"samples must be at least 1, got {samples}")
-    place = view(layout, camera)
+    place = picture_view(layout, camera)
     hidden = hidden_walls(layout.floor, place.position)
     ceiling = max(space.ceiling for space in layout.floor.spaces)
     return trace_mesh(scene_mesh(layout, hidden), place, width, height, samples, ceiling)

@@ -18,6 +18,7 @@ from labgym.scenes.building import building_patches
 from labgym.scenes.cutaway import hidden_walls, walls_across
 from labgym.scenes.mesh import ROOM
 from labgym.scenes.mjcf import COLLISION_GROUP
+from labgym.scenes.views import picture_view
 from labgym.scenes.wall_faces import CUT
 
 NAMES = tuple(floors.FLOORS)
@@ -200,7 +201,7 @@ def test_a_rectangular_room_shows_its_finishes() -> None:
 
 def void(layout: Layout, width: int = 128, height: int = 72) -> float:
     """Share of the overview in which nothing is seen."""
-    view = views(layout)["overview"]
+    view = picture_view(layout, "overview")
     mesh = scene_mesh(layout, hidden_walls(layout.floor, view.position)).trimesh()
     x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, (np.arange(height) + 0.5) / height * 2 - 1)
     tall = math.tan(math.radians(view.fovy) / 2.0)
@@ -216,6 +217,12 @@ def test_the_overview_holds_the_floor_and_is_not_half_empty(layout: Layout) -> N
     corners = np.concatenate([box.corners() for space in floor.spaces for box in space.boxes])
     places = view.project(np.column_stack([corners, np.zeros(len(corners))]))
     assert (np.abs(places) < (16.0 / 9.0, 1.0)).all()
+
+
+@pytest.mark.parametrize("size", [(8.0, 8.0), (7.0, 13.0), (14.0, 5.0)])
+def test_the_picture_of_a_rectangular_room_is_not_half_empty(size: tuple[float, float]) -> None:
+    width, depth = size
+    assert void(Layout(id="room", floor=Room(width=width, depth=depth).floor, placements=())) < 0.5
 
 
 def test_the_overview_shows_the_floor_of_every_space() -> None:

@@ -13,8 +13,9 @@ from labgym.assets import Catalog
 from labgym.assets.meshes.normals import corner_normals
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, Room
-from labgym.scenes import MissingRendererError, asset_sheet, make_renderer, render, to_mjcf, views
+from labgym.scenes import MissingRendererError, asset_sheet, make_renderer, render, to_mjcf
 from labgym.scenes.filtering import smooth_light
+from labgym.scenes.views import picture_view
 
 WIDTH, HEIGHT = 320, 180
 
@@ -29,7 +30,7 @@ def picture(layout: Layout, camera: str, renderer: str) -> np.ndarray:
 
 def pixel(layout: Layout, camera: str, point: tuple[float, float, float]) -> tuple[int, int]:
     """Row and column where a pinhole camera shows a point."""
-    view = views(layout)[camera]
+    view = picture_view(layout, camera)
     x, y, z = view.axes() @ (np.array(point) - np.array(view.position))
     scale = HEIGHT / 2.0 / math.tan(math.radians(view.fovy / 2.0))
     return round(HEIGHT / 2.0 + scale * y / z), round(WIDTH / 2.0 - scale * x / z)

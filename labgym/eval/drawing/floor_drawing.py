@@ -49,9 +49,14 @@ def draw_floor(axes: Axes, floor: Floor) -> None:
     for area in floor.keep_outs:
         _draw_keep_out(axes, area.box)
     for service in floor.services:
-        style: dict[str, Any] = {"fontsize": 5.0, "family": FONT, "weight": "bold", "color": "#ffffff"}
-        disc = {"boxstyle": "circle,pad=0.2", "facecolor": palette.MUTED, "linewidth": 0.0}
-        axes.text(service.x, service.y, SERVICES[service.kind], **style, ha="center", va="center", bbox=disc, zorder=32)
+        axes.text(service.x, service.y, SERVICES[service.kind], **service_style())
+
+
+def service_style() -> dict[str, Any]:
+    """Return the text style of the mark of a service."""
+    disc = {"boxstyle": "circle,pad=0.2", "facecolor": palette.MUTED, "linewidth": 0.0}
+    font = {"fontsize": 5.0, "family": FONT, "weight": "bold", "color": "#ffffff"}
+    return {**font, "bbox": disc, "ha": "center", "va": "center", "zorder": 32}
 
 
 def swings(floor: Floor) -> list[Rectangle]:

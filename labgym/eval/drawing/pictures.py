@@ -80,6 +80,7 @@ def topdown(
         panel.traces(traces, colors)
     if violations:
         panel.violations(violations)
+    panel.fixtures(layout.floor)
     panel.legend(layout)
     # The figure is as tall as the plan or the panel; both begin at its top.
     inner = max(plan[1], panel.y)

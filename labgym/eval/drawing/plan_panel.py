@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from labgym.eval.drawing import palette
+from labgym.eval.drawing.floor_drawing import SERVICES, service_style
 from labgym.eval.drawing.plan_drawing import Trace
 from labgym.eval.drawing.plan_labels import FONT, readable_name
 from labgym.layouts.floor import Floor
@@ -109,6 +110,26 @@ class Panel:
             )
         self.y = top + (len(present) + 1) // 2 * LINE
         self._dot(palette.STORAGE_COLORS["Flammable"], palette.FLAME, "red rim: flammable")
+
+    def fixtures(self, floor: Floor) -> None:
+        """Explain the marks of services and keep-outs that occur on the floor."""
+        kinds = [kind for kind in SERVICES if any(service.kind == kind for service in floor.services)]
+        if not kinds and not floor.keep_outs:
+            return
+        self._heading("Building")
+        for kind in kinds:
+            self.axes.text(0.1, self.y + LINE / 2.0, SERVICES[kind], **service_style())
+            self._text(kind, indent=0.3)
+        if floor.keep_outs:
+            self._hatched("no furniture")
+
+    def _hatched(self, text: str) -> None:
+        from matplotlib.patches import Rectangle
+
+        low = self.y + (LINE - 0.11) / 2.0
+        style: dict[str, Any] = {"edgecolor": palette.MUTED, "linewidth": 0.7, "hatch": "////", "alpha": 0.5}
+        self.axes.add_patch(Rectangle((0.01, low), 0.18, 0.11, fill=False, **style))
+        self._text(text, indent=0.3)
 
     def _heading(self, text: str) -> None:
         self.y += 0.12
