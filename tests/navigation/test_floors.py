@@ -7,9 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from laboratories import PROTOCOL, put
 
 from labgym.geometry import OrientedBox, to_world
+from labgym.layouts import Layout
 from labgym.layouts.floor import Column, Floor, Opening, Rectangle, Space, Wall
+from labgym.layouts.rules.objective import evaluate_layout
 from labgym.navigation import (
     Gaps,
     GoalPair,
@@ -19,7 +22,9 @@ from labgym.navigation import (
     goal_pose,
     occupancy,
     shortest_path,
+    transitions,
 )
+from labgym.protocols import get
 
 R = 0.30
 
@@ -154,3 +159,26 @@ def test_a_pose_before_a_bench_on_an_oblique_wall_is_free():
     x, y = to_world([(2.0, 0.375)], frame)[0].tolist()
     bench = OrientedBox(x, y, 1.5, 0.75, frame[2])
     assert ShortestPaths(FurnishedFloor(two_rooms(*frame), (bench,))).free(*goal_pose(bench)[:2])
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.25])
+def test_rules_judge_drives_between_rooms_by_exact_clearance(yaw):
+    def placed(name, asset, x, y, turn):
+        (px, py), heading = to_world([(x, y)], (0.0, 0.0, yaw))[0].tolist(), turn + yaw
+        return put(name, asset, px, py, yaw=heading)
+
+    layout = Layout(
+        id="narrow",
+        protocols=(get(PROTOCOL),),
+        floor=two_rooms(yaw=yaw, door=Opening(kind="passage", position=2.6, width=0.66)),
+        placements=(
+            placed("PreparationBench_1", "PreparationBench", 0.38, 2.5, -math.pi / 2.0),
+            placed("FumeHood_1", "FumeHood", 2.0, 5.0 - 0.43, math.pi),
+            placed("SinkBench_1", "SinkBench", 1.5, 0.38, 0.0),
+            placed("ValidationPlatform_1", "ValidationPlatform", 8.2 - 0.41, 2.5, math.pi / 2.0),
+        ),
+    )
+    judged = evaluate_layout(layout, layout.protocol, navigation=True).transitions
+    assert len(judged) >= 3
+    assert all(transition.feasible for transition in judged)
+    assert not all(transition.feasible for transition in transitions(layout, method="grid"))

@@ -151,6 +151,11 @@ def evaluate_layout(
         storage=penalised(storage_instances(arrangement), faulty),
         glass=penalised(glass_instances(arrangement, limits), faulty),
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
-        transitions=transitions(layout, protocol) if navigation and protocol is not None else None,
+        transitions=_transitions(layout, protocol) if navigation and protocol is not None else None,
         navigation=navigation,
     )
+
+
+def _transitions(layout: Layout, protocol: Protocol) -> tuple[Transition, ...]:
+    """Judge transitions by the grid of touchstone-v1 in a rectangular room, by exact clearance on any other floor."""
+    return transitions(layout, protocol, method="grid" if layout.floor.is_rectangle else "exact")
