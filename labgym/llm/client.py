@@ -193,9 +193,11 @@ class LanguageModel:
             return Completion.model_validate(parse_json(raw, self.config.base_url))
         except (DocumentError, ValidationError) as error:
             problem = str(error if isinstance(error, DocumentError) else document_error(self.config.base_url, error))
-            remedy = "check that LABGYM_LLM_BASE_URL is an OpenAI-compatible API"
-            message = endpoint.redacted(f"language model: no chat completion: {problem}; {remedy}")
-            raise LanguageModelError("malformed", message) from None
+        # Outside of the `except` block: the context of the error would hold the reply, which may repeat the key.
+        remedy = "check that LABGYM_LLM_BASE_URL is an OpenAI-compatible API"
+        raise LanguageModelError(
+            "malformed", endpoint.redacted(f"language model: no chat completion: {problem}; {remedy}")
+        )
 
     def _connected(self) -> Endpoint:
         if self._endpoint is None:

@@ -66,7 +66,8 @@ class LanguageModelConfig(Record):
         try:
             return cls.model_validate({name: value for name, value in values.items() if value})
         except ValidationError as error:
-            raise document_error("environment", _without_values(error)) from None
+            problem = document_error("environment", _without_values(error))
+        raise problem  # Outside of the `except` block: the context of the error would hold the values.
 
     @classmethod
     def configured(cls, environment: Mapping[str, str] = os.environ) -> bool:

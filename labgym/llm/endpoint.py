@@ -64,34 +64,37 @@ class Endpoint:
         attempts = 0
         while True:
             attempts += 1
-            try:
-                return self._once(body)
-            except _FailedTryError as failure:
-                wait = min(FIRST_WAIT * 2.0 ** (attempts - 1), MAX_WAIT) if failure.wait is None else failure.wait
-                if failure.reason not in RETRIED or attempts > self.config.retries or wait > MAX_WAIT:
-                    raise failure.error(attempts) from None
-                self._sleep(wait)
+            outcome = self._attempt(body)
+            if isinstance(outcome, bytes):
+                return outcome
+            wait = min(FIRST_WAIT * 2.0 ** (attempts - 1), MAX_WAIT) if outcome.wait is None else outcome.wait
+            if outcome.reason not in RETRIED or attempts > self.config.retries or wait > MAX_WAIT:
+                # Outside of an `except` block: the context of the error would be the client's error, which holds the
+                # key, and Dask sends an error to other processes with its context.
+                raise outcome.error(attempts)
+            self._sleep(wait)
 
     def redacted(self, text: str) -> str:
         """Return a text with the key removed."""
         return text.replace(self._secret, "***") if self._secret else text
 
-    def _once(self, body: dict[str, Any]) -> bytes:
+    def _attempt(self, body: dict[str, Any]) -> bytes | _FailedTryError:
+        """Send a chat request once; return the reply's bytes, or why there is none."""
         try:
             return self._client.chat.completions.with_raw_response.create(**body).content
+        except _FailedTryError as failure:
+            return failure
         except openai.APIStatusError as error:
-            raise self._refused(error) from None
+            return self._refused(error)
         except openai.APITimeoutError:
-            raise _late(self.config) from None
+            return _late(self.config)
         except openai.APIConnectionError as error:
             cause = error.__cause__
             if isinstance(cause, _FailedTryError):
-                raise cause from None
+                return cause
             what = self.redacted(str(cause or error))[:QUOTED]
             remedy = "check LABGYM_LLM_BASE_URL and that the server is running"
-            raise _FailedTryError(
-                "unreachable", f"{self.config.base_url} cannot be reached ({what}); {remedy}"
-            ) from None
+            return _FailedTryError("unreachable", f"{self.config.base_url} cannot be reached ({what}); {remedy}")
 
     def _refused(self, error: openai.APIStatusError) -> _FailedTryError:
         status, detail = error.status_code, f"(status {error.status_code}: {self._quoted(error)})"

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import logging
 import pickle
@@ -8,10 +9,12 @@ import re
 import sys
 import traceback
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 import pytest
 from pydantic import BaseModel, Field
+from tblib.pickling_support import pickle_exception, pickle_traceback
 
 from labgym.errors import DocumentError, LabgymError, MissingDependencyError, OptionError
 from labgym.llm import LanguageModel, LanguageModelConfig, LanguageModelError, Message, Usage
@@ -153,6 +156,44 @@ def test_a_wrong_key_is_reported_without_the_key(loopback, model_at, caplog):
     )
     assert KEY not in printed
     assert len(loopback.requests) == 1, "a wrong key is not tried again"
+
+
+class DaskPickler(pickle.Pickler):
+    """Pickles an error with its traceback, cause and context, as every process does that has imported `distributed`."""
+
+    def reducer_override(self, value: Any) -> Any:
+        if isinstance(value, BaseException):
+            return pickle_exception(value)
+        return pickle_traceback(value) if isinstance(value, TracebackType) else NotImplemented
+
+
+@pytest.mark.parametrize(
+    ("status", "body"),
+    [
+        (401, {"error": {"message": f"Incorrect API key provided: {KEY}"}}),
+        (403, {"error": {"message": "forbidden"}}),
+        (400, {"error": {"message": f"bad request of {KEY}"}}),
+        (429, {"error": {"message": f"quota of {KEY}"}}),
+        (200, {"choices": KEY}),
+        (200, f"{KEY}".encode()),
+    ],
+)
+def test_an_error_that_dask_sends_to_another_process_does_not_contain_the_key(loopback, model_at, status, body):
+    loopback.sends(status, body)
+    error = failure(model_at(retries=0))
+    stream = io.BytesIO()
+    DaskPickler(stream).dump(error)
+    assert KEY.encode() not in stream.getvalue()
+    assert str(pickle.loads(stream.getvalue())) == str(error)
+
+
+def test_an_invalid_variable_is_reported_without_its_value_in_the_context_of_the_error():
+    variables = {"LABGYM_LLM_BASE_URL": KEY, "LABGYM_LLM_MODEL": "m"}
+    with pytest.raises(DocumentError) as caught:
+        LanguageModelConfig.from_environment(variables)
+    stream = io.BytesIO()
+    DaskPickler(stream).dump(caught.value)
+    assert KEY.encode() not in stream.getvalue()
 
 
 def test_a_rate_limit_is_waited_for_as_long_as_the_server_asks(loopback, model_at, waits):
