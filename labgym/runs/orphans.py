@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import ctypes
 import multiprocessing
 import os
 import signal
-import sys
 import threading
 from contextlib import suppress
 from multiprocessing.process import BaseProcess
-
-PR_SET_PDEATHSIG = 1
-"""Option of Linux's prctl: the signal that a process receives when its parent ends."""
 
 
 def begin_worker() -> None:
@@ -27,21 +22,6 @@ def begin_worker() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent,), name="parent watch", daemon=True).start()
-
-
-def end_with_parent(parent: int) -> None:
-    """Have the kernel kill this process when its parent ends; on Linux only.
-
-    For processes that run foreign code, which may block every thread. The signal comes already when the thread that
-    started this process ends. Not for workers, which could not end their own processes then.
-
-    Args:
-        parent: process id of the parent; if it has ended already, this process ends now.
-    """
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:
-            os.kill(os.getpid(), signal.SIGKILL)
 
 
 def kill_worker(process: BaseProcess) -> None:

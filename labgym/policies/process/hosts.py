@@ -16,8 +16,8 @@ from typing import Any
 from labgym.errors import LabgymError
 from labgym.policies.process.host import END, START, STOP
 from labgym.policies.process.wire import FACTS, ClosedError, GarbageError, receive_answer, send_request
+from labgym.runs.local_pool import THREAD_VARIABLES
 
-THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 INSIDE = "LABGYM_POLICY_PROCESS"
 """Environment variable that is set in the processes of policies."""
 LAUNCHER = "LABGYM_POLICY_LAUNCHER"
