@@ -45,13 +45,7 @@ class Drive:
     planning_ms: float | None = None
 
 
-class Stopped(Exception):  # noqa: N818 - a request, not an error
-    """The evaluation was asked to stop; the episode in progress is discarded."""
-
-
-def drive_layout(
-    policy: Driver, layout: Layout, suite: Suite, label: str, seed: int, stopped: Callable[[], bool] = lambda: False
-) -> tuple[Drive, ...]:
+def drive_layout(policy: Driver, layout: Layout, suite: Suite, label: str, seed: int) -> tuple[Drive, ...]:
     """Drive every goal pair of a layout, each as often as the suite says.
 
     Args:
@@ -61,12 +55,8 @@ def drive_layout(
         label: name of the policy in the rows.
         seed: random seed of the evaluation; a policy's randomness depends only on it, on the goal in the start frame
             and on the repeat.
-        stopped: called before each control step; returns whether to stop.
-
-    Raises:
-        Stopped: `stopped` returned true.
     """
-    return drive_episodes(policy, layout, assignments(layout, suite), suite, label, seed, stopped)
+    return drive_episodes(policy, layout, assignments(layout, suite), suite, label, seed)
 
 
 def drive_episodes(
@@ -76,12 +66,11 @@ def drive_episodes(
     suite: Suite,
     label: str,
     seed: int,
-    stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[Drive, ...]:
     """Drive the selected episodes of a layout, each as in `drive_layout`."""
     env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt, exact=True)
     try:
-        return tuple(_Episode(env, policy, layout, episode, suite, seed).run(label, stopped) for episode in episodes)
+        return tuple(_Episode(env, policy, layout, episode, suite, seed).run(label) for episode in episodes)
     finally:
         env.close()
 
@@ -133,7 +122,7 @@ class _Episode:
         self._clearances: list[float] = []
         self._touched: list[bool] = []
 
-    def run(self, label: str, stopped: Callable[[], bool]) -> Drive:
+    def run(self, label: str) -> Drive:
         """Drive to the end and return the results."""
         observation, info = self._env.reset(seed=self._seed, options=dict(self._assignment.options))
         initial = float(info["distance"])
@@ -142,8 +131,6 @@ class _Episode:
         try:
             self._timed(self._policy.reset, self._start())
             while not self._over(observation, info) and self._steps < self._suite.max_steps:
-                if stopped():
-                    raise Stopped
                 action = self._timed(self._act, {**observation, "odometry": self._odometry()})
                 observation, _, _, _, info = self._env.step(action)
                 self._steps += 1

@@ -64,6 +64,20 @@ class Lines(Generic[T]):
     records: dict[Key, T]
     problems: tuple[str, ...] = ()
 
+    def checked(self, source: object, name: str) -> dict[Key, T]:
+        """Return the records of a file without problems.
+
+        Args:
+            source: the file in the error message.
+            name: the file's name, with which the problems begin.
+
+        Raises:
+            DocumentError: a line cannot be read or repeats an episode, or the file is missing.
+        """
+        if self.problems:
+            raise DocumentError(source, "", self.problems[0].removeprefix(f"{name} "))
+        return self.records
+
 
 def drive_files(drives: Iterable[Drive]) -> dict[str, bytes]:
     """Return the content of rows, routes and times of episodes, by the file's name."""
@@ -82,10 +96,7 @@ def read_rows(path: str | Path) -> tuple[EpisodeRow, ...]:
         DocumentError: the file is missing, or a line cannot be read.
     """
     path = Path(path)
-    lines = read_lines(path, EpisodeRow)
-    if lines.problems:
-        raise DocumentError(path, "", lines.problems[0].removeprefix(f"{path.name} "))
-    return tuple(lines.records.values())
+    return tuple(read_lines(path, EpisodeRow).checked(path, path.name).values())
 
 
 def read_routes(path: str | Path) -> dict[Key, Route]:
@@ -95,10 +106,7 @@ def read_routes(path: str | Path) -> dict[Key, Route]:
         DocumentError: the file is missing, or a line cannot be read.
     """
     path = Path(path)
-    lines = read_lines(path, EpisodeRoute)
-    if lines.problems:
-        raise DocumentError(path, "", lines.problems[0].removeprefix(f"{path.name} "))
-    return {key: record.poses for key, record in lines.records.items()}
+    return {key: record.poses for key, record in read_lines(path, EpisodeRoute).checked(path, path.name).items()}
 
 
 def read_lines(path: Path, kind: type[T], parse: Callable[[object], T] | None = None) -> Lines[T]:
@@ -121,10 +129,7 @@ def parse_lines(name: str, content: bytes, kind: type[T]) -> dict[Key, T]:
     Raises:
         DocumentError: a line cannot be read or repeats an episode.
     """
-    lines = _read(name, BytesIO(content), kind.model_validate)
-    if lines.problems:
-        raise DocumentError(name, "", lines.problems[0].removeprefix(f"{name} "))
-    return lines.records
+    return _read(name, BytesIO(content), kind.model_validate).checked(name, name)
 
 
 def _read(name: str, stream: BinaryIO, parse: Callable[[object], T]) -> Lines[T]:
