@@ -212,14 +212,14 @@ def _policy_step(layout: Layout, process: PolicyProcess) -> Comparison:
     env, policy = LabPointNavEnv(layout=layout), make_policy("straight")
     observation, _ = env.reset(seed=0, options={"pair": 0})
     distance, cosine, sine = (float(value) for value in observation["goal"])
-    seen = {**observation, "odometry": np.zeros(3)}
+    policy_observation = {**observation, "odometry": np.zeros(3)}
     drivers: tuple[Driver, ...] = process, policy
     for driver in drivers:
         driver.reset(EpisodeStart((distance * cosine, distance * sine), np.random.default_rng(0)))
     still = np.zeros(2, np.float32)
 
     def step(driver: Driver) -> None:
-        driver.act(seen)
+        driver.act(policy_observation)
         env.step(still)
 
     return Comparison(

@@ -184,6 +184,19 @@ def make_policy(name: str, **arguments: Any) -> Policy:
     except Exception as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
         raise LabgymError(f"policy {name!r}: its constructor failed with {reason}; arguments: {arguments}") from error
+    return checked_policy(name, policy)
+
+
+def checked_policy(name: str, policy: object) -> Policy:
+    """Return an object if it is a policy.
+
+    Args:
+        name: name of the policy in the error message.
+        policy: the object.
+
+    Raises:
+        LabgymError: it is not a `Policy`.
+    """
     if not isinstance(policy, Policy):
         raise LabgymError(f"policy {name!r} is a {type(policy).__name__}; derive it from labgym.policies.Policy")
     return policy

@@ -97,13 +97,13 @@ def provenance() -> RunProvenance:
 @cache
 def versions() -> dict[str, str]:
     """Return the versions of labgym, Python and the installed packages of `PACKAGES`."""
-    found = {"labgym": labgym.__version__, "python": platform.python_version()}
+    installed = {"labgym": labgym.__version__, "python": platform.python_version()}
     for package in PACKAGES:
         try:
-            found[package] = version(package)
+            installed[package] = version(package)
         except PackageNotFoundError:
             continue
-    return found
+    return installed
 
 
 def host() -> Host:

@@ -41,7 +41,7 @@ Moment = float | Callable[[], bool]
 
 @dataclass(frozen=True)
 class Kill:
-    """What was seen of a killed command.
+    """Outcome of a killed command.
 
     Attributes:
         returncode: of the killed process.
@@ -99,7 +99,7 @@ def run(words: Sequence[str], returncode: int = 0) -> float:
 
 
 def kill(words: Sequence[str], folder: Path, by: signal.Signals, after: Moment) -> Kill:
-    """Start a command, send its main process a signal at a moment, and return what was seen."""
+    """Start a command, send its main process a signal at a moment, and return the outcome."""
     mark = uuid.uuid4().hex
     process = start(words, mark)
     _wait(process, after)
@@ -139,14 +139,14 @@ def check(words: Sequence[str], folder: Path, expected: dict[str, str], by: sign
     Raises:
         AssertionError: the exit code is not the signal's, processes or temporary files remain, or a file differs.
     """
-    seen = kill(words, folder, by, after)
+    outcome = kill(words, folder, by, after)
     # Killed by the signal (before Python handles it), ended by it in good order, or done before it came.
-    assert seen.returncode in (-by, 128 + by, 0), seen
-    assert not seen.survivors, seen
+    assert outcome.returncode in (-by, 128 + by, 0), outcome
+    assert not outcome.survivors, outcome
     run(words)
     assert tree(folder) == expected
     assert not temporary_files(folder)
-    return seen
+    return outcome
 
 
 def temporary_files(folder: Path) -> list[Path]:
@@ -194,7 +194,7 @@ def report(line: str) -> None:
 
 
 def main() -> int:
-    """Kill a command at random moments and print what was seen."""
+    """Kill a command at random moments and print the outcomes."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--moments", type=int, default=30)
     parser.add_argument("--seed", type=int, default=0)
@@ -220,11 +220,11 @@ def main() -> int:
         name = by.name if by is not None else "worker SIGKILL"
         try:
             if by is None:
-                seen: object = kill_worker(words, after, chooser)
+                outcome: object = kill_worker(words, after, chooser)
                 assert tree(folder) == expected
             else:
-                seen = check(words, folder, expected, by, after)
-            report(f"{number} {name} {when}: {seen}")
+                outcome = check(words, folder, expected, by, after)
+            report(f"{number} {name} {when}: {outcome}")
             shutil.rmtree(folder)
         except AssertionError as error:
             faults += 1

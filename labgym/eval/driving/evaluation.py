@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ from labgym.eval.driving.files import (
     TIMES,
     EpisodeRoute,
     EpisodeTime,
+    Lines,
     read_lines,
 )
 from labgym.eval.driving.folders import short_name
@@ -100,18 +101,8 @@ def _read2(folder: Path) -> Evaluation:
     recomputed = summary.recomputed(tuple(rows.records.values()))
     differing = summary_differences(summary, recomputed, exactly=code == code_digest())
     problems = [*_changed(folder), *rows.problems, *routes.problems, *times.problems]
-    problems += _incomplete(recomputed, rows.records, routes.records)
-    return Evaluation(
-        folder=folder,
-        name=short_name(summary.policy),
-        summary=recomputed,
-        rows=tuple(rows.records.values()),
-        routes={key: route.poses for key, route in routes.records.items()},
-        times={key: time.planning_ms for key, time in times.records.items()},
-        code=code,
-        provenance=_provenance(folder),
-        problems=_located(folder, [*_mismatch(differing), *problems]),
-    )
+    measured = {key: time.planning_ms for key, time in times.records.items()}
+    return _evaluation(folder, recomputed, rows, routes, measured, code, _provenance(folder), differing, problems)
 
 
 def _read1(folder: Path, summary: NavigationSummary, provenance: Provenance1) -> Evaluation:
@@ -121,17 +112,44 @@ def _read1(folder: Path, summary: NavigationSummary, provenance: Provenance1) ->
     recomputed = summary.recomputed(tuple(rows.records.values()))
     differing = [name for name in COMPARED if getattr(summary, name) != getattr(recomputed, name)]
     differing += differences1(summary.metrics, tuple(rows.records.values()), times.values())
-    problems = [*rows.problems, *routes.problems, *_incomplete(recomputed, rows.records, routes.records)]
+    problems = [*rows.problems, *routes.problems]
+    return _evaluation(folder, recomputed, rows, routes, times, provenance.code, (provenance,), differing, problems)
+
+
+def _evaluation(
+    folder: Path,
+    summary: NavigationSummary,
+    rows: Lines[EpisodeRow],
+    routes: Lines[EpisodeRoute],
+    times: dict[Key, float | None],
+    code: str,
+    provenance: tuple[RunProvenance | Provenance1, ...],
+    differing: Sequence[str],
+    problems: Sequence[str],
+) -> Evaluation:
+    """Return the evaluation of a folder.
+
+    Args:
+        folder: the folder.
+        summary: the summary, recomputed from the rows.
+        rows, routes: the lines of the files.
+        times: planning times by episode, milliseconds.
+        code: digest of the code that drove.
+        provenance: the sessions.
+        differing: figures in which the summary of the folder differs from the rows.
+        problems: of the files.
+    """
+    incomplete = _incomplete(summary, rows.records, routes.records)
     return Evaluation(
         folder=folder,
         name=short_name(summary.policy),
-        summary=recomputed,
+        summary=summary,
         rows=tuple(rows.records.values()),
         routes={key: route.poses for key, route in routes.records.items()},
         times=times,
-        code=provenance.code,
-        provenance=(provenance,),
-        problems=_located(folder, [*_mismatch(differing), *problems]),
+        code=code,
+        provenance=provenance,
+        problems=_located(folder, [*_mismatch(differing), *problems, *incomplete]),
     )
 
 

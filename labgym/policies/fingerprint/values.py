@@ -220,8 +220,8 @@ def _is_extension_class(kind: type) -> bool:
         return True
     own = vars(kind).values()
     foreign = (types.WrapperDescriptorType, types.MethodDescriptorType, types.ClassMethodDescriptorType)
-    made = isinstance(vars(kind).get("__new__"), types.BuiltinFunctionType)
-    return made or any(isinstance(item, foreign) and item.__objclass__ is kind for item in own)
+    has_extension_new = isinstance(vars(kind).get("__new__"), types.BuiltinFunctionType)
+    return has_extension_new or any(isinstance(item, foreign) and item.__objclass__ is kind for item in own)
 
 
 def _is_importable(value: object) -> bool:

@@ -22,7 +22,7 @@ from labgym.policies.process.attachments import (
     module_attachments,
     write_attachments,
 )
-from labgym.policies.registry import BUILT_IN, make_policy, policy_place
+from labgym.policies.registry import BUILT_IN, checked_policy, make_policy, policy_place
 
 
 @dataclass(frozen=True)
@@ -121,9 +121,7 @@ class PolicySource:
         except Exception as error:
             reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
             raise LabgymError(f"policy {self.name!r} cannot be copied into its process: {reason}") from error
-        if not isinstance(policy, Policy):
-            raise LabgymError(f"policy {self.name!r} is a {type(policy).__name__}; derive it from Policy")
-        return policy
+        return checked_policy(self.name, policy)
 
 
 @contextmanager

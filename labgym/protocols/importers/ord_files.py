@@ -82,12 +82,12 @@ def _binary(path: Path, content: bytes) -> Iterator[Parse]:
     An empty reaction takes two bytes in the file and hundreds in memory: as a whole, a small file could fill it.
     """
     dataset, _ = messages()
-    wanted = dataset.DESCRIPTOR.fields_by_name["reactions"].number
-    count = sum(number == wanted for number, _, _ in _top_fields(path, content))
+    field = dataset.DESCRIPTOR.fields_by_name["reactions"].number
+    count = sum(number == field for number, _, _ in _top_fields(path, content))
     if count > MAX_REACTIONS:
         raise DocumentError(path, "", f"has {count} reactions; at most {MAX_REACTIONS} are read from a file")
     for number, start, end in _top_fields(path, content):
-        if number == wanted:
+        if number == field:
             yield partial(_serialized, content[start:end] if end - start <= MAX_REACTION else None)
 
 
