@@ -114,10 +114,17 @@ def pin_torch() -> None:
 
 
 def kernel_facts() -> dict[str, str | int]:
-    """Return the kernels in force in this process: the mode, and for a loaded torch its instructions and threads."""
+    """Return the kernels in force in this process: the mode, and for a loaded torch its instructions and threads.
+
+    Keys: `kernels`, the name of the mode; `threads`, if OMP_NUM_THREADS is set; with torch also `torch` (version),
+    `torch_capability` (instruction set), `torch_threads` and `onednn` ("true" or "false").
+    """
     facts: dict[str, str | int] = {"kernels": os.environ.get(VARIABLE, NATIVE.name)}
+    threads = os.environ.get("OMP_NUM_THREADS", "")
+    if threads.isdecimal():
+        facts["threads"] = int(threads)
     torch: Any = sys.modules.get("torch")
-    if torch is not None:
+    if hasattr(torch, "backends"):
         facts["torch"] = str(torch.__version__)
         facts["torch_capability"] = str(torch.backends.cpu.get_cpu_capability())
         facts["torch_threads"] = int(torch.get_num_threads())

@@ -44,7 +44,13 @@ class RunFolder:
 
     @classmethod
     @contextmanager
-    def open(cls, path: str | Path, identity: RunIdentity, fresh: bool = False) -> Iterator[RunFolder]:
+    def open(
+        cls,
+        path: str | Path,
+        identity: RunIdentity,
+        fresh: bool = False,
+        kernels: Mapping[str, str | int] | None = None,
+    ) -> Iterator[RunFolder]:
         """Open the folder of a run, new or to resume it, as its only writer.
 
         Temporary files that killed processes left in it are removed.
@@ -53,6 +59,7 @@ class RunFolder:
             path: the folder; it is created if it does not exist.
             identity: the run.
             fresh: rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
+            kernels: numerical kernels of the policy's process, for the provenance of the session.
 
         Raises:
             OptionError: another process writes into the folder, or it holds another run, results of release 0.1 or
@@ -67,7 +74,7 @@ class RunFolder:
             if not _check_identity(path, identity):
                 identity.save(path / IDENTITY_FILE)
             sweep(path, recursive=True)
-            append_text(path / PROVENANCE_FILE, provenance().line())
+            append_text(path / PROVENANCE_FILE, provenance(kernels).line())
             folder = cls(path, identity)
             try:
                 folder._tidy()

@@ -7,6 +7,7 @@ import os
 import platform
 import subprocess
 import sys
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -69,6 +70,8 @@ class RunProvenance(Record):
         dirty: whether the checkout had uncommitted changes, None outside a checkout.
         host: the machine of the coordinator.
         started: time of the start, UTC, ISO 8601.
+        kernels: numerical kernels of the policy's process: mode, and version, instruction set and threads of torch if
+            the policy uses it; None for runs without a policy.
     """
 
     versions: dict[str, str]
@@ -76,14 +79,19 @@ class RunProvenance(Record):
     dirty: bool | None
     host: Host
     started: str
+    kernels: dict[str, str | int] | None = None
 
     def line(self) -> str:
         """Return the record as a line of JSON."""
         return json.dumps(self.model_dump(mode="json"), ensure_ascii=False) + "\n"
 
 
-def provenance() -> RunProvenance:
-    """Return the provenance of a session that starts now in this process."""
+def provenance(kernels: Mapping[str, str | int] | None = None) -> RunProvenance:
+    """Return the provenance of a session that starts now in this process.
+
+    Args:
+        kernels: numerical kernels of the policy's process, for runs that drive one.
+    """
     commit, dirty = _checkout()
     return RunProvenance(
         versions=versions(),
@@ -91,6 +99,7 @@ def provenance() -> RunProvenance:
         dirty=dirty,
         host=host(),
         started=datetime.now(UTC).isoformat(timespec="seconds"),
+        kernels=None if kernels is None else dict(kernels),
     )
 
 

@@ -25,7 +25,7 @@ from labgym.eval.driving.suites import Jitter, Suite, load_suite, suite_of
 from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
-from labgym.policies.kernels import NATIVE, KernelMode, kernel_mode
+from labgym.policies.kernels import NATIVE, KernelMode, kernel_facts, kernel_mode
 from labgym.policies.policy import Driver, Sensors
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process, shared_process
 from labgym.policies.registry import SERVER, is_class_place, policy_place
@@ -141,7 +141,8 @@ def evaluate(
             close_shared_process()
         if out is None or fingerprint is None:
             return run.report(run.drive(None, executor, progress))
-        with RunFolder.open(out, run.identity(fingerprint), fresh) as folder:
+        kernels = driver.kernels if isinstance(driver, PolicyProcess) else kernel_facts()
+        with RunFolder.open(out, run.identity(fingerprint), fresh, kernels) as folder:
             return run.report(run.drive_into(folder, executor, progress))
 
 

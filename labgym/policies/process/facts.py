@@ -11,6 +11,7 @@ from pydantic import Field, ValidationError
 from labgym import errors
 from labgym.documents import Record
 from labgym.errors import LabgymError
+from labgym.policies.kernels import kernel_facts
 from labgym.policies.policy import Policy, Sensors
 from labgym.policies.process.wire import GarbageError
 
@@ -18,6 +19,8 @@ MAX_TEXT = 500
 """Longest error text of an episode, characters."""
 MAX_LOADING_TEXT = 2_000
 """Longest error text of loading a policy, characters; it may list names."""
+
+ShortText = Annotated[str, Field(max_length=100)]
 
 _KINDS = {kind.__name__: kind for kind in (errors.UnknownNameError, errors.OptionError, errors.MissingDependencyError)}
 """Errors of loading that keep their class; all others become LabgymError."""
@@ -31,6 +34,7 @@ class PolicyFacts(Record):
         files: absolute paths of `Policy.files()`.
         single_use: whether its process cannot be forked, because it has several threads or children, so that each
             episode loads the policy anew.
+        kernels: `kernel_facts()` of its process.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=200)]
@@ -39,6 +43,7 @@ class PolicyFacts(Record):
     exclusive: bool
     files: Annotated[tuple[Annotated[str, Field(max_length=4096)], ...], Field(max_length=256)]
     single_use: bool
+    kernels: Annotated[dict[ShortText, ShortText | int], Field(max_length=16)]
 
 
 def facts_of(policy: Policy, single_use: bool) -> PolicyFacts:
@@ -54,6 +59,7 @@ def facts_of(policy: Policy, single_use: bool) -> PolicyFacts:
         exclusive=bool(policy.exclusive),
         files=tuple(str(Path(path).absolute()) for path in policy.files()),
         single_use=single_use,
+        kernels=kernel_facts(),
     )
 
 

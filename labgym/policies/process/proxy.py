@@ -57,6 +57,7 @@ class PolicyProcess:
 
     Attributes:
         name, observation, privileged, exclusive: as `Policy` declares them.
+        kernels: the numerical kernels of the process.
 
     Raises:
         LabgymError: the policy cannot be loaded; the class of the error is that of `make_policy`.
@@ -100,6 +101,11 @@ class PolicyProcess:
     def exclusive(self) -> bool:
         """Whether only one instance may drive at a time."""
         return self._facts.exclusive
+
+    @property
+    def kernels(self) -> dict[str, str | int]:
+        """The kernels in force in the process once the policy is loaded, as `kernel_facts` returns them."""
+        return self._facts.kernels
 
     def files(self) -> tuple[Path, ...]:
         """Return the files that the actions depend on."""
