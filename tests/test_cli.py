@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from runs.killing import hear_interrupts
 
 import labgym
 from labgym.assets import Catalog
@@ -338,7 +339,12 @@ def test_ctrl_c_is_one_line_and_leaves_readable_files(tmp_path):
         str(tmp_path / "e"),
     ]
     with subprocess.Popen(
-        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=hear_interrupts,
     ) as process:
         deadline = time.monotonic() + 120
         while not (tmp_path / "e" / "ledger.jsonl").exists() and time.monotonic() < deadline:

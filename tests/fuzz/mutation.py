@@ -52,6 +52,8 @@ TOKENS = (
     *("\n", "\r", "\0", "\t", "\\", '"', "'", "<", ">", "{", "}", "[", "]", "(", ")", ";", "&", "#", "%", "$1$", "@5@"),
     *("<!DOCTYPE x>", "<![CDATA[", "]]>", "&#0;", "\u2028", "\ufeff", "\U0001f9ea", "ſ", "İ", "x" * 5000, "((((" * 50),
 )
+FLOATS = (b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\xff\xff\x7f\x7f")
+"""NaN, infinity and the largest number, as float32 with the low byte first."""
 INTEGERS = (0, 1, 0x7F, 0x80, 0xFF, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 

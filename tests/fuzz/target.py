@@ -31,3 +31,14 @@ class Target:
     imports: tuple[str, ...] = ()
     isolated: bool = False
     share: float = 1.0
+
+
+def one_file(name: str, content: bytes, change: Callable[[Random, bytes], bytes]) -> Callable[[Random | None], Case]:
+    """Return the maker of cases of one file.
+
+    Args:
+        name: name of the file.
+        content: the valid file.
+        change: returns a mutation of it.
+    """
+    return lambda rng: {name: content if rng is None else change(rng, content)}

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import shapely
 from laboratories import small_laboratory
+from runs.killing import hear_interrupts
 
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE
@@ -443,7 +444,9 @@ def test_a_policy_without_a_path_drives_nearly_the_same_routes_over_http():
 
 def test_the_command_serves_until_ctrl_c():
     command = [sys.executable, "-m", "labgym.cli", "serve", "straight", "--port", "0", "--options", "turn_in_place=0.4"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=hear_interrupts
+    ) as process:
         line = process.stdout.readline()
         policy = HttpPolicy(line.split(" at ")[1].partition(";")[0])
         policy.reset(EpisodeStart(goal=(3.0, 0.0), rng=np.random.default_rng(0)))

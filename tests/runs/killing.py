@@ -76,12 +76,12 @@ def start(words: Sequence[str], mark: str = "") -> subprocess.Popen[bytes]:
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         start_new_session=True,
-        preexec_fn=_hear_interrupts,
+        preexec_fn=hear_interrupts,
     )
 
 
-def _hear_interrupts() -> None:
-    """Undo what a shell does to a program that it starts in the background: it ignores SIGINT."""
+def hear_interrupts() -> None:
+    """Restore the default action of SIGINT, which a shell ignores in programs that it starts in the background."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 

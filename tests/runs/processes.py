@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from runs.killing import hear_interrupts
+
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 60.0
 """Longest wait for an event, seconds."""
@@ -34,6 +36,7 @@ class Marked:
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
+            preexec_fn=hear_interrupts,
         )
 
     def wait_for(self, event: Callable[[], bool]) -> None:

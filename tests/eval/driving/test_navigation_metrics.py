@@ -1,8 +1,8 @@
 from __future__ import annotations
 
 import pytest
+from episode_rows import row
 
-from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.navigation_metrics import (
     METRICS,
     contacts_per_meter,
@@ -11,32 +11,6 @@ from labgym.eval.driving.navigation_metrics import (
     spl,
     summarise,
 )
-
-
-def row(layout: str = "one", pair: int = 0, **changes) -> EpisodeRow:
-    fields = {
-        "suite": "test/1",
-        "split": "test",
-        "layout": layout,
-        "layout_hash": "0" * 64,
-        "protocol": "sub_01",
-        "pair": pair,
-        "policy": "astar",
-        "seed": 0,
-        "start": (1.0, 1.0, 0.0),
-        "goal": (4.0, 5.0, 0.0),
-        "success": True,
-        "spl": 1.0,
-        "soft_spl": 0.9,
-        "path_length": 5.0,
-        "shortest_path_length": 5.0,
-        "final_distance": 0.5,
-        "contacts": 0,
-        "min_clearance": 0.1,
-        "steps": 60,
-        "time": 6.0,
-    }
-    return EpisodeRow(**{**fields, **changes})
 
 
 def test_spl_is_one_on_the_shortest_path_and_halves_on_twice_its_length():

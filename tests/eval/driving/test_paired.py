@@ -4,37 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from episode_rows import row
 from scipy import stats
 
 from labgym.errors import OptionError
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.paired import by_detour, by_length, by_protocol, by_task, differences, paired
-
-
-def row(layout: str = "one", pair: int = 0, **changes) -> EpisodeRow:
-    fields = {
-        "suite": "test/1",
-        "split": "test",
-        "layout": layout,
-        "layout_hash": layout * 8,
-        "protocol": "sub_01",
-        "pair": pair,
-        "policy": "a",
-        "seed": 0,
-        "start": (0.0, 0.0, 0.0),
-        "goal": (3.0, 4.0, 0.0),
-        "success": True,
-        "spl": 1.0,
-        "soft_spl": 0.9,
-        "path_length": 5.0,
-        "shortest_path_length": 5.0,
-        "final_distance": 0.5,
-        "contacts": 0,
-        "min_clearance": 0.1,
-        "steps": 60,
-        "time": 6.0,
-    }
-    return EpisodeRow(**{**fields, **changes})
 
 
 def evaluation(policy: str, seed: int, layouts: int = 20, pairs: int = 4) -> list[EpisodeRow]:

@@ -17,7 +17,7 @@ import trimesh
 
 from fuzz.harness import MAX_GROWTH, memory
 from fuzz.mutation import HOSTILE, mutated_bytes, mutated_data, mutated_file, mutated_json, mutated_text, mutated_zip
-from fuzz.target import Case, Target
+from fuzz.target import Case, Target, one_file
 from labgym.assets import archive
 from labgym.assets.catalog import Catalog
 from labgym.assets.meshes.model import LIMITS, MeshError
@@ -164,7 +164,7 @@ def _mtl(rng: Random | None) -> Case:
 
 def _stl_text() -> Callable[[Random | None], Case]:
     text = trimesh.creation.box().export(file_type="stl_ascii")
-    return lambda rng: {"a.stl": text.encode() if rng is None else mutated_file(rng, text)}
+    return one_file("a.stl", text.encode(), lambda rng, content: mutated_file(rng, content.decode()))
 
 
 def _stl_binary() -> Callable[[Random | None], Case]:
@@ -252,14 +252,7 @@ def _geometry() -> bytes:
 
 
 def _npz(inside: bool) -> Callable[[Random | None], Case]:
-    content = _geometry()
-
-    def make(rng: Random | None) -> Case:
-        if rng is None:
-            return {"a.npz": content}
-        return {"a.npz": _changed_arrays(rng, content) if inside else mutated_bytes(rng, content)}
-
-    return make
+    return one_file("a.npz", _geometry(), _changed_arrays if inside else mutated_bytes)
 
 
 def _changed_arrays(rng: Random, content: bytes) -> bytes:

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from fuzz.mutation import mutated_bytes, mutated_data, mutated_json, mutated_zip
-from fuzz.target import Case, Target
+from fuzz.mutation import FLOATS, mutated_bytes, mutated_data, mutated_json, mutated_zip
+from fuzz.target import Case, Target, one_file
 from fuzz.targets.reactions import mutated_message
 from labgym.errors import LabgymError
 
@@ -89,8 +89,7 @@ def _weights(name: str) -> Callable[[Random | None], Case]:
             content = mutated_bytes(rng, weights)
         elif rng is not None and rng.random() < 0.3:
             place = rng.randrange(0, len(data) - 4, 4)
-            bad = rng.choice((b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\xff\xff\x7f\x7f"))
-            content = weights[: 8 + length] + data[:place] + bad + data[place + 4 :]
+            content = weights[: 8 + length] + data[:place] + rng.choice(FLOATS) + data[place + 4 :]
         elif rng is not None:
             head = json.dumps(mutated_data(rng, header)).encode("utf-8", "surrogatepass")
             content = struct.pack("<Q", len(head)) + head + data
@@ -203,14 +202,7 @@ def _onnx(inside: bool) -> Callable[[Random | None], Case]:
     graph = helper.make_graph(nodes, "policy", inputs, outputs, weights)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
     onnx.checker.check_model(model)
-    content = model.SerializeToString()
-
-    def make(rng: Random | None) -> Case:
-        if rng is None:
-            return {"a.onnx": content}
-        return {"a.onnx": mutated_message(rng, content) if inside else mutated_bytes(rng, content)}
-
-    return make
+    return one_file("a.onnx", model.SerializeToString(), mutated_message if inside else mutated_bytes)
 
 
 def _file(name: str, folder: Path) -> None:
@@ -237,14 +229,7 @@ def _torchscript(inside: bool) -> Callable[[Random | None], Case]:
 
     stream = io.BytesIO()
     torch.jit.save(torch.jit.trace(Policy(), {"goal": torch.zeros(1, 3)}["goal"]), stream)
-    content = stream.getvalue()
-
-    def make(rng: Random | None) -> Case:
-        if rng is None:
-            return {"a.pt": content}
-        return {"a.pt": mutated_zip(rng, content, _changed_code) if inside else mutated_bytes(rng, content)}
-
-    return make
+    return one_file("a.pt", stream.getvalue(), partial(mutated_zip, change=_changed_code) if inside else mutated_bytes)
 
 
 def _changed_code(rng: Random, name: str, data: bytes) -> bytes:
@@ -271,14 +256,8 @@ def _sb3(inside: bool) -> Callable[[Random | None], Case]:
 
     path = Path("seed.zip").absolute()
     PPO("MultiInputPolicy", Still(), n_steps=2, batch_size=2, policy_kwargs={"net_arch": [4]}, device="cpu").save(path)
-    content = path.read_bytes()
-
-    def make(rng: Random | None) -> Case:
-        if rng is None:
-            return {"a.zip": content}
-        return {"a.zip": mutated_zip(rng, content, _changed_model) if inside else mutated_bytes(rng, content)}
-
-    return make
+    change = partial(mutated_zip, change=_changed_model) if inside else mutated_bytes
+    return one_file("a.zip", path.read_bytes(), change)
 
 
 def _changed_model(rng: Random, name: str, data: bytes) -> bytes:

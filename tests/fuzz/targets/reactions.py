@@ -12,7 +12,9 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from fuzz.mutation import mutated_bytes, mutated_data, mutated_file, mutated_json
+from openexp_record import RECORD as OPENEXP_RECORD
+
+from fuzz.mutation import FLOATS, mutated_bytes, mutated_data, mutated_file, mutated_json
 from fuzz.target import Case, Target
 from labgym.protocols.experiments import Rejection
 from labgym.protocols.experiments.library import read_experiments
@@ -51,22 +53,6 @@ reactions { reaction_id: "ord-1"
 reactions { reaction_id: "ord-2"
   inputs { key: "a" value { components { identifiers { type: NAME value: "water" } } } } }
 """
-OPENEXP: dict[str, Any] = {
-    "index": 17,
-    "REACTANT": ["O=Cc1ccccc1", "Nc1ccccc1"],
-    "PRODUCT": ["C(=Nc1ccccc1)c1ccccc1"],
-    "CATALYST": ["CC(=O)O"],
-    "SOLVENT": ["CCO"],
-    "actions": "MAKESOLUTION with $1$ (5.3 g, 50 mmol) and $3$ (10 mL) ; ADD SLN ; ADD $2$ (4.7 g) dropwise at #4# "
-    "under N2 over @5@ ; STIR for @6@ at #7# ; FILTER keep precipitate ; WASH with cold ethanol (5 mL) 2 x ; "
-    "YIELD $-1$ (8 g, 88%).",
-    "source": "An imine.",
-    "extracted_molecules": {"O=Cc1ccccc1": "$1$", "Nc1ccccc1": "$2$", "CCO": "$3$", "C(=Nc1ccccc1)c1ccccc1": "$-1$"},
-    "extracted_temperature": {"0-5 °C": "#4#", "room temperature": "#7#"},
-    "extracted_duration": {"10 minutes": "@5@", "overnight": "@6@"},
-    "molecules": {"benzaldehyde": "O=Cc1ccccc1", "aniline": "Nc1ccccc1", "EtOH": "CCO", "brine": None},
-    "score": 0.4,
-}
 CHEMTRANS = (
     "[ add ] reagent:  ( name: indene & type: pure & mole: 0.25 mol & mass: 29.0 g &  ) & [ settemp ] temperature: "
     "−5°C & time: 1 hr & [ wash ] reagent:  ( name: brine & type: mixture & volume: 50 mL & batch:each: 2 &  )  & "
@@ -74,8 +60,6 @@ CHEMTRANS = (
     "reagent(eluent): hexane & [ yield ] appearance: colorless & yield: 71% & mass(yield): 24.0 g & "
     "reagent:  ( name: the epoxide & type: pure &  )  &\n"
 )
-BIG = (b"\xff" * 9 + b"\x01", b"\x80" * 12, b"\x00", b"\x7f")
-"""Varints at and beyond their limit."""
 
 
 def targets() -> Iterator[Target]:
@@ -110,12 +94,12 @@ def _chemtrans(rng: Random | None) -> Case:
 
 def _openexp(rng: Random | None) -> Case:
     if rng is None:
-        return {"train.json": json.dumps([OPENEXP]).encode()}
-    record = copy.deepcopy(OPENEXP)
+        return {"train.json": json.dumps([OPENEXP_RECORD]).encode()}
+    record = copy.deepcopy(OPENEXP_RECORD)
     if rng.random() < 0.5:
         record["actions"] = mutated_file(rng, str(record["actions"])).decode("utf-8", "replace")
-        return {"train.json": json.dumps([record, OPENEXP]).encode()}
-    return {"train.json": mutated_json(rng, [record, OPENEXP])}
+        return {"train.json": json.dumps([record, OPENEXP_RECORD]).encode()}
+    return {"train.json": mutated_json(rng, [record, OPENEXP_RECORD])}
 
 
 def _dataset() -> Any:
@@ -169,7 +153,7 @@ def mutated_message(rng: Random, content: bytes) -> bytes:
             case 3:
                 fields[at] = (number, 2, mutated_bytes(rng, value) if isinstance(value, bytes) else rng.randbytes(8))
             case 4:
-                fields[at] = (number, 5, rng.choice((b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\xff\xff\x7f\x7f")))
+                fields[at] = (number, 5, rng.choice(FLOATS))
             case 5:
                 fields[at] = (number, 1, rng.choice((b"\0" * 6 + b"\xf8\x7f", b"\0" * 6 + b"\xf0\x7f")))
     return b"".join(map(_field, fields))

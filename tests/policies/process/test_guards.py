@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from laboratories import small_laboratory
+from runs.killing import hear_interrupts
 
 from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import Drive, drive_layout
@@ -194,7 +195,9 @@ def test_nothing_remains_when_the_evaluator_dies(number, hang, tmp_path):
         "from test_guards import driven\n"
         f"driven('Forgetful', folder={str(pids)!r}, hang={hang!r})\n"
     )
-    evaluator = subprocess.Popen([sys.executable, script], stderr=subprocess.DEVNULL, start_new_session=True)
+    evaluator = subprocess.Popen(
+        [sys.executable, script], stderr=subprocess.DEVNULL, start_new_session=True, preexec_fn=hear_interrupts
+    )
     names = {"load": {"host", "loader"}, "act": {"host", "loader", "episode", "child"}}[hang]
     assert within(60.0, lambda: names <= {path.name for path in pids.iterdir()})
     noted = [int(path.name) if path.name.isdigit() else int(path.read_text()) for path in pids.iterdir()]
