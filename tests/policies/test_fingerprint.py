@@ -6,7 +6,6 @@ import collections
 import dataclasses
 import functools
 import json
-import linecache
 import os
 import subprocess
 import sys
@@ -18,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from notebook_policies import notebook_policy
 from pydantic import BaseModel
 
 from labgym.errors import OptionError
@@ -315,34 +315,26 @@ class Cell(Base):
 """
 
 
-def notebook_policy(monkeypatch, gain: float = 1.0, divisor: int = 2, speed: float = 0.5, shown: bool = True) -> Policy:
-    """Return a policy of a class as a notebook defines it: in `__main__`, with its lines in linecache."""
-    source = CELL.format(gain=gain, divisor=divisor, speed=speed)
-    name = f"<cell {hash(source)} {shown}>"
-    if shown:
-        linecache.cache[name] = (len(source), None, source.splitlines(keepends=True), name)
-    main = types.ModuleType("__main__")
-    monkeypatch.setitem(sys.modules, "__main__", main)
-    exec(compile(source, name, "exec"), main.__dict__)
-    return main.Cell()
+def cell(monkeypatch, gain: float = 1.0, divisor: int = 2, speed: float = 0.5, shown: bool = True) -> Policy:
+    return notebook_policy(monkeypatch, CELL.format(gain=gain, divisor=divisor, speed=speed), shown)
 
 
 def test_an_edited_class_of_a_notebook_has_another_fingerprint(monkeypatch):
-    first = object_fingerprint(notebook_policy(monkeypatch))
-    assert object_fingerprint(notebook_policy(monkeypatch)) == first
+    first = object_fingerprint(cell(monkeypatch))
+    assert object_fingerprint(cell(monkeypatch)) == first
     for change in ({"gain": 2.0}, {"divisor": 3}, {"speed": 0.6}):
-        other = object_fingerprint(notebook_policy(monkeypatch, **change))
+        other = object_fingerprint(cell(monkeypatch, **change))
         assert other.source != first.source, change
 
 
 def test_a_class_without_a_known_source_is_refused(monkeypatch):
-    policy = notebook_policy(monkeypatch, shown=False)
+    policy = cell(monkeypatch, shown=False)
     with pytest.raises(OptionError, match=r"source of class 'Cell' is not known.* put the class into a \.py file"):
         object_fingerprint(policy)
 
 
 def test_a_class_typed_after_a_script_is_not_taken_for_one_of_the_script(monkeypatch, tmp_path):
-    policy = notebook_policy(monkeypatch, shown=False)
+    policy = cell(monkeypatch, shown=False)
     (tmp_path / "script.py").write_text("pass")
     sys.modules["__main__"].__file__ = str(tmp_path / "script.py")
     with pytest.raises(OptionError, match="source of class 'Cell' is not known"):

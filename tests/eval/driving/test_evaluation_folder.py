@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import linecache
 import re
 import shutil
-import sys
-import types
 from pathlib import Path
 
 import numpy as np
 import pytest
 from laboratories import small_laboratory
+from notebook_policies import notebook_policy
 
 from labgym.assets import Catalog
 from labgym.cli import main
@@ -159,26 +157,19 @@ class Cell(Policy):
 """
 
 
-def notebook_policy(monkeypatch, turn: float, known: bool = True) -> Policy:
-    source = CELL.format(turn=turn)
-    name = f"<cell {turn} {known}>"
-    if known:
-        linecache.cache[name] = (len(source), None, source.splitlines(keepends=True), name)
-    notebook = types.ModuleType("__main__")
-    monkeypatch.setitem(sys.modules, "__main__", notebook)
-    exec(compile(source, name, "exec"), notebook.__dict__)
-    return notebook.Cell()
+def cell(monkeypatch, turn: float, shown: bool = True) -> Policy:
+    return notebook_policy(monkeypatch, CELL.format(turn=turn), shown)
 
 
 def test_an_edited_class_of_a_notebook_is_another_policy(layouts, tmp_path, monkeypatch):
     suite = {"suite": layouts[:1], "progress": False}
-    first = evaluate(notebook_policy(monkeypatch, 0.1), out=tmp_path / "f", **suite)
-    assert evaluate(notebook_policy(monkeypatch, 0.1), out=tmp_path / "f", **suite).rows == first.rows
+    first = evaluate(cell(monkeypatch, 0.1), out=tmp_path / "f", **suite)
+    assert evaluate(cell(monkeypatch, 0.1), out=tmp_path / "f", **suite).rows == first.rows
     with pytest.raises(OptionError, match="differs in policy"):
-        evaluate(notebook_policy(monkeypatch, 0.2), out=tmp_path / "f", **suite)
+        evaluate(cell(monkeypatch, 0.2), out=tmp_path / "f", **suite)
     with pytest.raises(OptionError, match=r"source of class 'Cell' is not known.*evaluate without a folder"):
-        evaluate(notebook_policy(monkeypatch, 0.3, known=False), out=tmp_path / "g", **suite)
-    assert evaluate(notebook_policy(monkeypatch, 0.3, known=False), **suite).summary.complete
+        evaluate(cell(monkeypatch, 0.3, shown=False), out=tmp_path / "g", **suite)
+    assert evaluate(cell(monkeypatch, 0.3, shown=False), **suite).summary.complete
 
 
 def test_other_weights_are_another_policy_and_fresh_moves_the_old_results_aside(layouts, tmp_path):
