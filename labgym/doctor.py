@@ -1,4 +1,4 @@
-"""Diagnoses of this machine: what is installed, what is missing, and how to install it."""
+"""Diagnoses of this machine: installed and missing parts, and how to install the missing ones."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Diagnosis:
     """The state of one package, folder or device.
 
     Attributes:
-        subject: what was examined.
+        subject: name of the package, folder or device.
         state: "ok"; "missing" if labgym does not work without it; "optional" if only an extra needs it.
         detail: version or description.
         remedy: how to install it; empty if nothing needs to be done.
@@ -67,7 +67,7 @@ class Diagnosis:
 def examine() -> tuple[Diagnosis, ...]:
     """Return the diagnoses of interpreter, hardware, packages, artefacts, renderers, display and language model.
 
-    What may crash or hang, such as an OpenGL driver, is tried in a separate process with a time limit.
+    Parts that may crash or hang, such as an OpenGL driver, are tried in a separate process with a time limit.
     """
     return (*_machine(), *_packages(), *_artefacts(), _episode(), *_renderers(), _display(), _language_model())
 
@@ -82,7 +82,7 @@ def report(diagnoses: Sequence[Diagnosis]) -> str:
     subject = max(len(diagnosis.subject) for diagnosis in diagnoses)
     lines = [f"{f.subject:<{subject}}  {f.state:<8}  {f.detail}".rstrip() for f in diagnoses]
     remedies = [f"  {f.subject}: {f.remedy}" for f in diagnoses if f.remedy]
-    verdict = "labgym works" if healthy(diagnoses) else "labgym does not work: install what is marked missing"
+    verdict = "labgym works" if healthy(diagnoses) else "labgym does not work: install the parts marked missing"
     return "\n".join([*lines, *(["", "Install the missing packages:", *remedies] if remedies else []), "", verdict])
 
 

@@ -43,8 +43,8 @@ def generate(
             With --count a folder, which must be named.
         explain: Print the reason for each object.
         count: Number of layouts for each protocol, with the seeds SEED to SEED+COUNT-1.
-        shard: With --count, number of layouts in a unit of work: what a worker gets, and what a kill can cost it.
-        fresh: With --count, move aside what the folder holds and start anew.
+        shard: With --count, number of layouts in a shard, the unit of work and of resuming.
+        fresh: With --count, move the files of the folder aside and start anew.
         have: Inventory of what exists, a .csv file with the columns asset and count. Exit 1 with a line for each asset
             that the protocol requires and the inventory lacks; otherwise list what the layout places in addition.
     """

@@ -192,7 +192,7 @@ def import_(
         limit: Largest number of records to read.
         feasible: Accept only experiments that the catalog's reagents and equipment can carry out.
         product: Product of XDL files that name none; "{stem}" stands for the name of the file without its suffix.
-        fresh: Move aside what the folder holds and start anew.
+        fresh: Move the files of the folder aside and start anew.
     """
     from labgym.protocols.importers.run import import_experiments
 

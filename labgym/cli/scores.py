@@ -39,7 +39,7 @@ def score(
         as_json: Print the whole report as JSON; of several layouts the means.
         check: Exit 1 if a layout has a violation or a facility error, or lacks a required asset.
         out: Folder for scores.jsonl, with the report of each layout. An interrupted command resumes.
-        fresh: With --out, move aside what the folder holds and start anew.
+        fresh: With --out, move the files of the folder aside and start anew.
     """
     if not layout:
         raise OptionError("no layout; name a file, a published layout or a folder of layouts")

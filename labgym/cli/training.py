@@ -17,7 +17,7 @@ Sensor = Literal["lidar", "depth"]
 
 DataFolder = Annotated[Path, arg(help="Folder of the dataset, written by labgym data.")]
 Threads = Annotated[int, arg(help="Number of torch threads; the last bits of the weights depend on it.")]
-Fresh = Annotated[bool, arg(help="Move aside what the folder of the run holds and start anew.")]
+Fresh = Annotated[bool, arg(help="Move the files of the folder aside and start anew.")]
 WarmStart = Annotated[
     bool, arg(help="Skip the warm start, which imitates an expert with the map.", help_behavior_hint="")
 ]
@@ -44,7 +44,7 @@ def data(
         out: Folder for manifest.json and the parquet files.
         samples: Number of samples.
         seed: Random seed; the files depend on it, not on the number of workers.
-        shard: Number of samples in a unit of work, which is two files: what a worker gets, and what a kill can cost it.
+        shard: Number of samples in a shard of two files, the unit of work and of resuming.
     """
     from labgym.policies.data import DataOptions, make_dataset
 

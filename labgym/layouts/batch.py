@@ -119,7 +119,7 @@ def generate_batch(
         room, profile, catalog: as `generate`.
         shard: number of layouts in a shard, the unit of work that is resumed, lost and sent to workers.
         executor: where the shards run.
-        fresh: move aside what the folder holds and start anew.
+        fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
 
     Raises:

@@ -32,7 +32,7 @@ class RunConfig:
             and straight, except those whose dependencies are not installed.
         workers: Number of processes; 0 uses all cores.
         views: Number of layouts that are also rendered.
-        fresh: Move aside what the folder holds, to NAME.old-1 and so on, and start anew.
+        fresh: Rename the folder to NAME.old-1 and so on, and start anew.
     """
 
     name: _Text = None

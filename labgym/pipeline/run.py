@@ -25,7 +25,7 @@ class RunOutcome:
     Attributes:
         tables: layout metrics and navigation metrics.
         paths: the files and folders of interest.
-        problems: failures that did not stop the run, and what does not agree in the folders, one sentence each.
+        problems: failures that did not stop the run, and contradictions in the folders, one sentence each.
         left_out: why default policies are missing, one sentence each.
     """
 

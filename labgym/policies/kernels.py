@@ -3,7 +3,7 @@
 torch, NumPy and OpenBLAS choose their kernels by the processor's instruction set, and some also by its caches
 or its maker. Kernels differ in the last bit, and driving amplifies it: a learned policy's score would depend on the
 machine. The pinned mode selects kernels that every x86-64 processor with AVX2 and FMA has and that sum in a fixed
-order. docs/policies.md lists what was compared.
+order. docs/policies.md describes the comparison.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def runs_pinned() -> bool:
 def pin_torch() -> None:
     """Turn off oneDNN and NNPACK and limit torch to one thread, if torch is loaded and this process is pinned.
 
-    oneDNN splits sums by the size of the caches, whatever instruction set it is limited to.
+    oneDNN splits sums by the size of the caches, even if its instruction set is limited.
     """
     torch: Any = sys.modules.get("torch")
     pinned = os.environ.get(VARIABLE) == PINNED.name

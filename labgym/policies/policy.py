@@ -102,7 +102,7 @@ class Policy(ABC):
         return ()
 
     def parameters(self) -> Mapping[str, Any] | None:
-        """Return what the actions depend on besides the class and its files, by name.
+        """Return the values, by name, that the actions depend on in addition to the class and its files.
 
         Results in a folder belong to these parameters. None stands for all attributes of the object; define it for an
         object with attributes that do not matter or have no digest, such as connections.

@@ -29,7 +29,7 @@ class PolicyEntry:
         place: "module:Class".
         sees: sensor that it drives on: "lidar", "depth" or "rgbd", "map" for a privileged policy,
             "goal" for the goal alone, "none" for nothing.
-        extra: extra of the distribution that installs what it needs; "" if the base installation is enough.
+        extra: extra of the distribution that installs its packages; "" if the base installation is enough.
         summary: one line.
     """
 
@@ -263,7 +263,7 @@ def _entry_of(name: str, place: str) -> PolicyEntry:
 
 
 def _needs(entry: PolicyEntry) -> str:
-    """Return what has to be installed for a policy, and whether it is missing."""
+    """Return the extra that a policy requires, marked if a package of it is missing."""
     if not entry.extra:
         return "-"
     missing = [package for package in PACKAGES[entry.extra] if find_spec(package) is None]

@@ -1,4 +1,4 @@
-"""`run.json`: what decides the bytes of a run, and how two runs differ."""
+"""`run.json`: the inputs that determine the bytes of a run, and the differences between two runs."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class RunIdentity(Document):
         return canonical_hash(self.to_json())
 
     def differences(self, other: RunIdentity) -> tuple[str, ...]:
-        """Return what differs between two runs: "kind", "code", or names of inputs."""
+        """Return the names of the differences between two runs: "kind", "code", or names of inputs."""
         names = [name for name in ("kind", "code") if getattr(self, name) != getattr(other, name)]
         keys = [*self.inputs, *(key for key in other.inputs if key not in self.inputs)]
         return (*names, *(key for key in keys if _input(self, key) != _input(other, key)))
@@ -90,7 +90,7 @@ def read_identity(folder: Path) -> RunIdentity | None:
 
 
 def refusal(folder: Path, present: RunIdentity, requested: RunIdentity) -> str:
-    """Return why a run cannot use the folder of another: what differs, with short values, and the remedy."""
+    """Return the message that refuses the folder of another run: the differences, with short values, and the remedy."""
     names = present.differences(requested)
     differences = ", ".join(_difference(name, present, requested) for name in names)
     return f"{folder} holds another run, which differs in {differences}; {REMEDY}"

@@ -148,7 +148,7 @@ class _Worker:
 
         Raises:
             WorkerLostError: the worker died.
-            Exception: what the call raised.
+            Exception: as the call.
         """
         task = ForkingPickler.dumps((function, arguments, keywords))
         try:

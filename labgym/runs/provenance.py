@@ -1,4 +1,4 @@
-"""Where and by what a run was made: versions, checkout, host. Never part of a run's identity or merged files."""
+"""Versions, checkout and machine of each session of a run; never part of its identity or merged files."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def run_shards(
     Raises:
         LabgymError: two shards have the same name, or a worker has another code or catalog.
         DeadlyShardError: `MAX_DEATHS` workers died of the same shard.
-        Exception: what a shard raised.
+        Exception: as the shard.
     """
     if total is None and isinstance(shards, Sequence):
         total = sum(shard.size for shard in shards)
@@ -106,7 +106,7 @@ def run_shards(
     with tqdm(total=total, desc=title, unit=unit, disable=not progress) as bar, run.stack:
         for shard, output, ran in run:
             if not ran and not bar.disable:
-                bar.initial += shard.size  # The bar's rate counts only what ran.
+                bar.initial += shard.size  # The bar's rate counts only shards that ran.
             bar.update(shard.size)
             yield shard, output
 

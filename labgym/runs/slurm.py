@@ -110,7 +110,7 @@ class SlurmExecutor(Executor):
             self._ending.wait(POLL_SECONDS)
         self._ending.set()
         self._watch.join()
-        with suppress(Exception):  # What is left ends with its time limit.
+        with suppress(Exception):  # Remaining jobs end at their time limit.
             for job in self._jobs.values():
                 job.cancel()
 

@@ -40,6 +40,6 @@ def _pickled(error: Exception) -> memoryview:
     try:
         answer = ForkingPickler.dumps((False, error))
         ForkingPickler.loads(answer)
-    except Exception:  # noqa: BLE001 -- whatever the exception's class raises when it is pickled
+    except Exception:  # noqa: BLE001 -- the exception's class may raise anything when it is pickled
         return ForkingPickler.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
     return answer

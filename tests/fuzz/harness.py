@@ -96,7 +96,7 @@ def _cases(target: Any, seed: int, first: int, end: int, folder: Path) -> None:
 
 
 def _measured(read: Any, place: Path, baseline: int) -> tuple[str, bool]:
-    """Return what is wrong with how a case was read ("" if nothing is), and whether it was accepted."""
+    """Return the fault of the reader with a case ("" if it has none), and whether the case was accepted."""
     fault, accepted = "", False
     Path("/proc/self/clear_refs").write_text("5")  # resets the peak
     begun = _cpu()

@@ -55,7 +55,7 @@ class Limits(BaseModel):
 
 
 class FrozenList(list):
-    """A container of one's own."""
+    """A subclass of a container."""
 
 
 Place = collections.namedtuple("Place", ("x", "y"))

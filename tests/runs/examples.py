@@ -1,4 +1,4 @@
-"""Shards for tests, and a program that runs them in a process of its own."""
+"""Shards for tests, and a program that runs them in a separate process."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from labgym.runs import Blob, ExecutorOptions, RunFolder, RunIdentity, Shard, Sh
 
 
 def square(number: int, log: str = "", pause: float = 0.0) -> ShardOutput:
-    """Return the square in a file of its own; note the call in a log."""
+    """Return the square in a separate file; note the call in a log."""
     if log:
         with Path(log).open("a") as stream:
             stream.write(f"{number}\n")

@@ -66,7 +66,7 @@ def tree(folder: Path, apart: Sequence[str] = APART) -> dict[str, str]:
 
 
 def start(words: Sequence[str], mark: str = "") -> subprocess.Popen[bytes]:
-    """Start a command of labgym, or a Python file with its arguments, in a session of its own."""
+    """Start a command of labgym, or a Python file with its arguments, in a new session."""
     environment = {**os.environ, MARK: mark or uuid.uuid4().hex}
     program = () if words[0].endswith(".py") else ("-m", "labgym.cli")
     command = [sys.executable, *program, *words]

@@ -1,4 +1,4 @@
-"""A real scheduler and real workers on loopback, as processes of their own."""
+"""A real scheduler and real workers on loopback, as separate processes."""
 
 from __future__ import annotations
 

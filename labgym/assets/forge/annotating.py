@@ -27,7 +27,7 @@ class NewEntry:
     Attributes:
         name: of the asset; "" if the file failed or has an entry already.
         files: content by path relative to the catalog folder, the entry itself last.
-        notes: what the user should check.
+        notes: points for the user to check.
         problem: why the file failed, else "".
         source: the file and its options; None if the file cannot be read.
     """

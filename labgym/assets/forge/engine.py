@@ -155,7 +155,7 @@ def _nearest(published: Catalog, file: MeshFile, stem: str, like: str | None) ->
 
 
 def _doubts(facts: Facts) -> Iterator[str]:
-    """Yield what the user should check: an assumed up axis, an unusual size, and a coarse collision geometry."""
+    """Yield points for the user to check: an assumed up axis, an unusual size, and a coarse collision geometry."""
     file, like = facts.file, facts.like
     width, depth, height = (round(side, 3) for side in (facts.size.width, facts.size.depth, facts.size.height))
     if file.up_from == "format default" and not (width == depth == height):

@@ -46,7 +46,7 @@ def resemblance(catalog: Catalog, texts: Sequence[tuple[str, str]], extents: Ext
     """Return the entry that the first telling text names, or None; its confidence may be below `FLOOR`.
 
     Args:
-        texts: (where it is from, text), most trusted first.
+        texts: (source, text), most trusted first.
         extents: sides of the bounding box in meters; among entries that fit equally well the nearest size decides.
     """
     index = _Index(catalog)

@@ -73,7 +73,7 @@ class Annotation(Document):
     Attributes:
         resembles: the published entry that most fields are taken from, if any.
         fields: origin of each field of the asset, by its name; hazards one by one as `hazards.<flag>`.
-        notes: what the user should check.
+        notes: points for the user to check.
     """
 
     SCHEMA: ClassVar[str] = "labgym.annotation/1"

@@ -33,8 +33,8 @@ class Addition:
     """The outcome of adding one mesh file.
 
     Attributes:
-        name: of the asset; "" if the file failed. outcome: what was done; None if the file failed.
-        notes: what the user should check. problem: why the file failed, one line, else "".
+        name: of the asset; "" if the file failed. outcome: the action taken; None if the file failed.
+        notes: points for the user to check. problem: why the file failed, one line, else "".
     """
 
     path: Path
@@ -92,7 +92,7 @@ class OwnAssets:
         annotator: Annotator | None = None,
         views: Views | None = None,
     ) -> tuple[str, Outcome]:
-        """Annotate a mesh file and add its entry; return its name and what was done.
+        """Annotate a mesh file and add its entry; return its name and the action taken.
 
         A file that was added with the same options is unchanged. Nothing is overwritten without `replace`.
 
@@ -162,7 +162,7 @@ class OwnAssets:
             yield
 
     def add_reagent(self, reagent: Asset, replace: bool = False) -> Outcome:
-        """Add a reagent in a standard pack, such as `labgym.assets.inference.infer` returns; return what was done.
+        """Add a reagent in a standard pack, such as `labgym.assets.inference.infer` returns; return the action taken.
 
         Raises:
             OptionError: its name, or a synonym, is a published asset's, or it exists already and `replace` is False.

@@ -1,4 +1,4 @@
-"""Meshes as read from a file and as physical bodies, and the limits of what is accepted."""
+"""Meshes as read from a file and as physical bodies, and the limits on files."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class MeshFile:
         parts: bodies with vertices in meters.
         name: what the file calls its object, else the file's stem. path: the file as it was named.
         source_unit: name of the file's unit, or "N m" for one without a name. unit_from: where the unit is from.
-        up_axis: the file's own vertical axis. up_from: where it is from.
+        up_axis: the file's own vertical axis. up_from: its source.
         scale: additional factor that was applied.
         metadata: at most 32 texts of at most 200 characters; untrusted.
     """

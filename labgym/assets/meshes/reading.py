@@ -101,7 +101,7 @@ def from_raw(
 
 
 def _unit(path: Path, raw: RawMesh, option: str | None, default: str) -> tuple[float, str, OptionSource]:
-    """Return meters per unit, the unit's name and where it is from."""
+    """Return meters per unit, the unit's name and its source."""
     if option is not None:
         return UNITS[option], option, "option"
     if raw.unit is None:

@@ -1,4 +1,4 @@
-"""An evaluation read from its folder: every figure is computed from the rows, and what does not agree is reported."""
+"""An evaluation read from its folder: every figure is computed from the rows, and contradictions are reported."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ class Evaluation:
     """One policy's evaluation.
 
     Attributes:
-        folder: where it lies.
+        folder: path of its folder.
         name: name of the policy in tables.
         summary: the summary, every figure computed from the rows.
         rows, routes: by the suite's order; by episode.
         times: planning times by episode, milliseconds.
         code: digest of the code that drove.
         provenance: versions, commit and machine of each session; one of labgym 0.1 has no machine.
-        problems: what does not agree in the folder, one sentence each.
+        problems: contradictions between the files of the folder, one sentence each.
     """
 
     folder: Path

@@ -110,7 +110,7 @@ def read_routes(path: str | Path) -> dict[Key, Route]:
 
 
 def read_lines(path: Path, kind: type[T], parse: Callable[[object], T] | None = None) -> Lines[T]:
-    """Return the records in a file, and what is wrong with the lines that are left out.
+    """Return the records in a file, and a problem for each line that is left out.
 
     Args:
         path: the file.

@@ -1,4 +1,4 @@
-"""`summary.json`: the results of an evaluation, without what differs between equal runs."""
+"""`summary.json`: the results of an evaluation, without values that differ between equal runs."""
 
 from __future__ import annotations
 

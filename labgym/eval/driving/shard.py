@@ -47,7 +47,7 @@ def drive_shard(
 
 def _process(source: PolicySource, files: str, limits: ProcessLimits | None, kernels: str) -> PolicyProcess:
     process = shared_process(source, limits, kernel_mode(kernels).environment)
-    # An object carries what it has read.
+    # A pickled object contains the weights that it has read.
     if source.pickled is None and (own := files_digest(process.files())) != files:
         raise LabgymError(
             f"policy {source.name!r}: its files (digest {own[:12]}) are not those that the evaluation began with "

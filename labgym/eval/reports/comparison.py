@@ -65,7 +65,7 @@ class GroupDifference(Record):
     """Differences in one group of episodes.
 
     Attributes:
-        grouping: what the group is a class of. name: name of the class.
+        grouping: quantity by which episodes are grouped. name: name of the group.
         episodes, layouts: numbers of episodes and of layouts in the group.
         metrics: differences by name of the metric.
     """

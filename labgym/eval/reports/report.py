@@ -56,7 +56,7 @@ class Report:
     """The contents of the page, in order.
 
     Attributes:
-        problems: what does not agree in the results, one sentence each; shown at the top.
+        problems: contradictions in the results, one sentence each; shown at the top.
     """
 
     title: str

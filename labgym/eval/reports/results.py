@@ -27,7 +27,7 @@ class ResultsFolder:
         layouts: layouts in the order of their ids.
         scores: scores by layout id; a layout may have none.
         evaluations: evaluations in the order in which they are shown, with unique names.
-        problems: what does not agree in the folders, one sentence each.
+        problems: contradictions between the files of the folders, one sentence each.
     """
 
     folder: Path

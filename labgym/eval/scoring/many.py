@@ -43,7 +43,7 @@ def score_layouts(
         protocol: a protocol, its id or its .json file; by default the layout's first, if it has one.
         profile: name of the thresholds.
         executor: where layouts are scored; the scores do not depend on it.
-        fresh: move aside what the folder holds and start anew.
+        fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
 
     Raises:

@@ -34,8 +34,8 @@ class Verdict:
     """The outcome of a check.
 
     Attributes:
-        problems: a line for each thing that does not hold; empty if the submission passes.
-        facts: lines that say what was checked, and what was not.
+        problems: a line for each failed check; empty if the submission passes.
+        facts: a line for each check that was made or left out.
     """
 
     problems: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Checks of what a submission says about itself: identity, manifest, provenance and summary."""
+"""Checks of the declarations of a submission: identity, manifest, provenance and summary."""
 
 from __future__ import annotations
 

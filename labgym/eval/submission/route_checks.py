@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 def route_problems(row: EpisodeRow, poses: Array, suite: Suite, world: World) -> Iterator[str]:
-    """Yield a sentence for each figure of a row that its route contradicts, and for what no robot can drive.
+    """Yield a sentence for each figure of a row that its route contradicts, and for each motion that is impossible.
 
     Args:
         row: the row.

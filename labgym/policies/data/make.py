@@ -31,7 +31,7 @@ def make_dataset(
         folder: for `manifest.json`, `samples/*.parquet` and `maps/*.parquet`.
         options: number of samples, seed and sizes.
         executor: where the shards are made.
-        fresh: move aside what the folder holds and start anew.
+        fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
 
     Raises:

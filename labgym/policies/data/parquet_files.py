@@ -24,7 +24,7 @@ def read_samples(folder: Path, shard: DatasetShard) -> Any:
     """Return the table of a shard's samples, with the columns of `sample_schema` and without nulls.
 
     Raises:
-        DocumentError: the file is missing or damaged, or its content differs from what the manifest records.
+        DocumentError: the file is missing or damaged, or its hash is not the one in the manifest.
     """
     path = folder / f"samples/{shard.index:05d}.parquet"
     table = _table(path, _content(folder, path, shard), sample_schema(), shard.samples)
@@ -37,7 +37,7 @@ def read_maps(folder: Path, shard: DatasetShard) -> Any:
     """Return the table of a shard's maps, with the columns of `map_schema` and without nulls.
 
     Raises:
-        DocumentError: the file is missing or damaged, or its content differs from what the manifest records.
+        DocumentError: the file is missing or damaged, or its hash is not the one in the manifest.
     """
     path = folder / f"maps/{shard.index:05d}.parquet"
     return _table(path, _content(folder, path, shard), map_schema(), len(shard.layouts))
@@ -54,7 +54,7 @@ def _content(folder: Path, path: Path, shard: DatasetShard) -> bytes:
         raise DocumentError(path, "", f"{problem}; {REMEDY}") from None
     recorded = shard.files.get(str(path.relative_to(folder).as_posix()))
     if hashlib.sha256(content).hexdigest() != recorded:
-        raise DocumentError(path, "", f"its content is not what the manifest records (SHA-256); {REMEDY}")
+        raise DocumentError(path, "", f"its SHA-256 is not the one in the manifest; {REMEDY}")
     return content
 
 

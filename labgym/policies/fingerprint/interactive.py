@@ -1,4 +1,4 @@
-"""The source of a class of a notebook, and of what it uses from the notebook."""
+"""The source of a class of a notebook, and of the notebook's definitions that it uses."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def value_digest(value: object, name: str, definition: DefinitionDigest) -> str:
 
     Args:
         value: the value.
-        name: what the value is called in errors.
+        name: name of the value in errors.
         definition: digest of a class or a function.
 
     Raises:

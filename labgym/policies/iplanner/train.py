@@ -41,10 +41,10 @@ def train(
         out: folder for `config.json`, `weights.safetensors`, `history.jsonl` (losses by epoch) and the checkpoint.
         config: network, loss and training.
         progress: whether to show progress bars.
-        fresh: move aside what the folder holds and start anew.
+        fresh: move the files of the folder aside and start anew.
 
     Raises:
-        OptionError: the folder is in use or holds another run; names what differs.
+        OptionError: the folder is in use or holds another run; the message names the differences.
         DocumentError: the dataset or the checkpoint cannot be read, or a finished run was changed.
     """
     options = config.training

@@ -73,7 +73,7 @@ def load_checkpoint(path: Path, parts: Mapping[str, Stateful], is_record: Callab
 def _check_state(name: str, state: Any, current: Any) -> None:
     """Raise ValueError if a state has other entries than a part has now, or a number that is not finite.
 
-    Schedules take every entry of a state as an attribute, whatever it is.
+    Schedules set every entry of a state as an attribute and check none.
     """
     if not isinstance(state, dict) or set(state) != set(current):
         raise ValueError(f"the state of {name} has other entries")

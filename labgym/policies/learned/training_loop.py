@@ -25,7 +25,7 @@ Network = TypeVar("Network", bound=nn.Module)
 
 
 class Trainer(ABC):
-    """A network in training: what the loop of `run_epochs` calls.
+    """A network in training, as `run_epochs` calls it.
 
     Attributes:
         network: trained by gradient steps.

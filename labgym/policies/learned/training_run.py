@@ -1,4 +1,4 @@
-"""A training run as a run: what decides its weights, and how it is resumed and finished."""
+"""Training as a resumable run: its identity, its checkpoints and its end."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def planner_run(
         data: folder of the dataset, which is identified by its manifest.
         out: folder of the run.
         config: options of the run.
-        fresh: move aside what the folder holds and start anew.
+        fresh: move the files of the folder aside and start anew.
 
     Raises:
         OptionError: the folder is in use, or holds another run or other files; or the dataset is unfinished.

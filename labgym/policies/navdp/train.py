@@ -50,10 +50,10 @@ def train(
         out: folder for `config.json`, `weights.safetensors`, `history.jsonl` and the checkpoint.
         config: network, diffusion, loss and training.
         progress: whether to show progress bars.
-        fresh: move aside what the folder holds and start anew.
+        fresh: move the files of the folder aside and start anew.
 
     Raises:
-        OptionError: the dataset is unfinished, or `out` is in use or holds another run; names what differs.
+        OptionError: the dataset is unfinished, or `out` is in use or holds another run (named with its differences).
         DocumentError: the dataset or the checkpoint cannot be read, or a finished run was changed.
         MissingDependencyError: diffusers or pyarrow is not installed.
     """

@@ -57,11 +57,11 @@ def train(
             unfinished, and `last/` and `best/` with weights.
         judge: scores policies on the validation split; without it the last weights are the best.
         layouts: layouts to train in; None generates the pool of the options.
-        fresh: move aside what the folder holds and start anew.
+        fresh: move the files of the folder aside and start anew.
         executor: where the layouts of the pool are generated.
 
     Raises:
-        OptionError: the folder is in use or holds another run; names what differs.
+        OptionError: the folder is in use or holds another run; the message names the differences.
         DocumentError: the checkpoint is missing or damaged, or a finished run was changed.
     """
     with RunFolder.open(out, _identity(options, judge, layouts), fresh) as run:

@@ -22,7 +22,7 @@ class Attachment:
     """A file that travels with a policy.
 
     Attributes:
-        path: where it is written, relative to the folder of the attachments.
+        path: its path relative to the folder of the attachments.
         content: its bytes.
         names: the name or option of the policy that stands for it, and the path that replaces it there; None for the
             source files of a module, which are imported.

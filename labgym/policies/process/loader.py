@@ -80,7 +80,7 @@ def _loaded(request: LoadRequest) -> Policy:
 
 
 def _prepare_for_maps() -> None:
-    """Import here, for all episodes, what the map of an episode refers to."""
+    """Import the modules that the map of an episode refers to, once for all episodes."""
     import labgym.layouts  # noqa: F401 - layouts are unpickled in the episodes
     from labgym.assets import Catalog
 

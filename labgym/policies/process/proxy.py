@@ -37,7 +37,7 @@ from labgym.policies.process.wire import (
 )
 
 CLOSE_SECONDS = 5.0
-"""Longest time that a policy gets to close after an episode, seconds."""
+"""Time limit for a policy to close after an episode, seconds."""
 STATUS_SECONDS = 3.0
 
 

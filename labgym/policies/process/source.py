@@ -1,4 +1,4 @@
-"""How a process gets its policy: by name and options, or as a copy of an object."""
+"""The source of a policy for its process: a name with options, or a copy of an object."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from labgym.policies.registry import BUILT_IN, checked_policy, make_policy, poli
 
 @dataclass(frozen=True)
 class PolicySource:
-    """How a process gets its policy.
+    """The source of a policy for its process.
 
     Attributes:
         name: name for `make_policy`; for an object, its name in messages.

@@ -157,7 +157,7 @@ def _from_json(entry: Any) -> Any:
 
 
 def _unknown_value(data: Any, descriptor: Any) -> str:
-    """Return what is wrong with the first enumeration in JSON data that has an unknown value, or ""."""
+    """Return a description of the first enumeration in JSON data that has an unknown value, or ""."""
     if not isinstance(data, dict):
         return ""
     fields = {**descriptor.fields_by_name, **descriptor.fields_by_camelcase_name}

@@ -53,7 +53,7 @@ def import_experiments(
         limit: largest number of records to read; None reads all.
         feasible: accept only experiments that the catalog's reagents and equipment can carry out.
         executor: where the files are read.
-        fresh: move aside what the folder holds and start anew.
+        fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
 
     Raises:

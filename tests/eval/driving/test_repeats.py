@@ -82,7 +82,7 @@ def test_starts_depend_on_layout_pair_repeat_and_the_suites_seed_alone() -> None
 def test_a_jittered_robot_stands_clear_of_everything_even_when_obstacles_are_near() -> None:
     pair = goal_pairs(LAYOUT)[0]
     x, y, _ = pair.start
-    # A stool 5 cm beside the robot: half of a disc of 10 cm is blocked.
+    # A stool 5 cm from the robot: half of a disc of 10 cm is blocked.
     crowded = LAYOUT.replace(placements=(*LAYOUT.placements, put("Stool", "LabStool", x, y - 0.56)))
     boxes = [shapely.Polygon(box.corners()) for box in crowded.obstacles(OBSTACLE_HEIGHT)]
     free = min(box.distance(shapely.Point(x, y)) for box in boxes)

@@ -1,4 +1,4 @@
-"""Mesh files of every format, geometry archives and catalogs of one's own."""
+"""Mesh files of every format, geometry archives and user catalogs."""
 
 from __future__ import annotations
 

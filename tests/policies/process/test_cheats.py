@@ -1,4 +1,4 @@
-"""Cheats that worked while policies shared the evaluator's process gain nothing in a process of their own."""
+"""Cheats that worked while policies shared the evaluator's process gain nothing in a separate process."""
 
 from __future__ import annotations
 
