@@ -10,11 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labgym.quantities import (
-    BASE,
-    SYMBOLS,
-    UNITS,
     amounts,
-    convert,
     duration,
     durations,
     pressure,
@@ -24,6 +20,7 @@ from labgym.quantities import (
     temperatures,
     value_of,
 )
+from labgym.units import BASE, SYMBOLS, UNITS, convert
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from labgym.assets.model import Asset
-from labgym.quantities import spellings, value_of
+from labgym.quantities import value_of
+from labgym.units import spellings
 
 TOLERANCE = 0.05
 """Relative difference up to which two sizes count as the same: a 5 ft hood is 1.5 m wide."""

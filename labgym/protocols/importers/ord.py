@@ -13,7 +13,7 @@ from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Atmosphere, Keep, Role, Verb
 from labgym.protocols.importers.ord_files import BINARY, JSON, PARQUET, TEXT, reactions
 from labgym.protocols.importers.records import Records, UnreadableError, holding, record, slug
-from labgym.quantities import BASE, SYMBOLS, Dimension, convert
+from labgym.units import BASE, SYMBOLS, Dimension, convert
 
 LICENSE = "CC-BY-SA-4.0"
 _DEGREES = {"celsius": "degree_Celsius", "fahrenheit": "degree_Fahrenheit"}

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from labgym.errors import LabgymError
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Experiment, experiments
+from labgym.protocols.synthesis.batch import moles_of, scaled
 from labgym.protocols.synthesis.fidelity import unkept
-from labgym.protocols.synthesis.roles import moles_of, scaled
 from labgym.protocols.synthesis.staging import stage
 from labgym.protocols.synthesis.writer import Commission, WriterResult
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from labgym.assets import Asset
 from labgym.protocols.apparatus import SUCTION, usual_temperature
+from labgym.protocols.synthesis.batch import scaled
 from labgym.protocols.synthesis.phases import WorkUpStep
-from labgym.protocols.synthesis.roles import ASSUMED, SOLVENTS, scaled
+from labgym.protocols.synthesis.roles import ASSUMED, SOLVENTS
 from labgym.protocols.synthesis.workup_plan import parsed_step, usual_steps
 from labgym.protocols.synthesis.workup_writer import WorkUpWriter
 from labgym.quantities import pressures, temperatures

@@ -12,14 +12,22 @@ from dataclasses import dataclass, replace
 from labgym.assets import Asset, Catalog
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.errors import RefusalError
+from labgym.protocols.synthesis.batch import (
+    equimolar,
+    figure,
+    measured,
+    moles_of,
+    of_strength,
+    rounded_volume,
+    scaled,
+    together,
+)
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.transformations import Slot, Transformation, transformations
 
 ASSUMED = " (assumed)"
 SOLVENTS = ("organic_solvent", "solvent")
 PROTECTIVE_GASES = ("NitrogenGas", "ArgonGas")
-AIDS = {"adsorbent": "5 g", "drying_agent": "5 g"}
-"""Amounts of aids that take no part in the reaction, by category."""
 COOLANTS = ("DryIce",)
 SAME_SCALE = 0.05
 """Relative difference up to which two batches have the same size."""
@@ -34,17 +42,13 @@ ROLES = {
     "drying_agent": "drying agent",
     "inorganic_salt": "salt",
 }
-_MOLAR, _SHARE = re.compile(r"\((\d+(?:\.\d+)?) M\b"), re.compile(r"\((?:[<=]*\d+-)?(\d+)\s?%")
 SUBSTRATES = ("carbonyl compound", "halide")
 """Roles of substrates whose names do not say so."""
-CATALYTIC, METAL_SHARE, PALLADIUM = 0.05, 0.1, 106.42
-"""Equivalents of what the text calls catalytic; share of metal in palladium on carbon; its molar mass, g/mol."""
+CATALYTIC = 0.05
+"""Equivalents of a reagent that the text calls catalytic."""
 _RELATIVE = re.compile(r"(\d+(?:\.\d+)?) (equiv|mol%|wt%)")
-_MOLARITY = re.compile(r"\bof (\d+(?:\.\d+)?) [MN]\b")
 _MOLES = re.compile(r"(\d+(?:\.\d+)?)( mmol\b)")
 _VOLUME = re.compile(r"(?<![\d.x] )(?<![\d.])(\d+(?:\.\d+)?)( mL\b)")
-_ROUNDED = re.compile(r"(\d+(?:\.\d+)?)(\s*mL\b)")
-_SCALABLE = re.compile(r"(\d+(?:\.\d+)?)(\s*(?:kg|mg|g|mmol|mol|mL|L)\b)")
 
 
 @dataclass(frozen=True)
@@ -130,7 +134,7 @@ def _sensible(part: Participant) -> Participant:
     volume = _VOLUME.search(part.amount) if part.amount.endswith(ASSUMED) else None
     if volume is None:
         return part
-    rounded = _rounded(volume)
+    rounded = rounded_volume(volume)
     change = float(rounded.split()[0]) / float(volume[1])
     amount = part.amount.replace(volume[0], rounded, 1)
     if change != 1.0:
@@ -152,7 +156,7 @@ def _in_ratio(parts: Sequence[Participant], ratios: Sequence[Sequence[tuple[str,
             continue
         total = sum(volume for volume in volumes if volume is not None)
         for name, share in ratio:
-            by_name[name] = replace(by_name[name], amount=f"{_figure(total * share)} mL{ASSUMED}")
+            by_name[name] = replace(by_name[name], amount=f"{figure(total * share)} mL{ASSUMED}")
     return tuple(by_name[part.asset.name] for part in parts)
 
 
@@ -189,26 +193,10 @@ def _weighed_out(part: Participant, parts: Sequence[Participant]) -> Participant
     if relative[2] == "wt%":
         chemistry = limiting.asset.chemistry
         grams = number / 100.0 * base * (chemistry.molar_mass or 0.0) if chemistry is not None else 0.0
-        return replace(part, amount=f"{part.amount}, {_figure(grams)} g")
+        return replace(part, amount=f"{part.amount}, {figure(grams)} g")
     moles = base * (number if relative[2] == "equiv" else number / 100.0)
     assumed = ASSUMED if part.amount.endswith(ASSUMED) else ""
-    return replace(part, amount=f"{part.amount.removesuffix(ASSUMED)}, {_measured(part.asset, moles)}{assumed}")
-
-
-def scaled(amount: str, factor: float) -> str:
-    """Return an amount times a factor, rounded to three significant figures."""
-
-    def times(match: re.Match[str]) -> str:
-        return f"{_figure(float(match[1]) * factor)}{match[2]}"
-
-    return _ROUNDED.sub(_rounded, _SCALABLE.sub(times, amount)) if factor != 1.0 else amount
-
-
-def _rounded(match: re.Match[str]) -> str:
-    """Return a volume rounded as it is measured: to 5 mL from 20 mL on, by 1 mL from 5 mL on."""
-    value = float(match[1])
-    step = 5.0 if value >= 20.0 else 1.0 if value >= 5.0 else 0.5 if value >= 1.0 else 0.0
-    return f"{round(value / step) * step if step else float(f'{value:.2g}'):g}{match[2]}"
+    return replace(part, amount=f"{part.amount.removesuffix(ASSUMED)}, {measured(part.asset, moles)}{assumed}")
 
 
 def _named(clauses: Sequence[Clause]) -> list[_Named]:
@@ -218,23 +206,11 @@ def _named(clauses: Sequence[Clause]) -> list[_Named]:
             earlier = named.get(name, _Named(name, ""))
             named[name] = replace(
                 earlier,
-                amount=_together(earlier.amount, clause.amounts.get(name, "")),
+                amount=together(earlier.amount, clause.amounts.get(name, "")),
                 strength=earlier.strength or clause.strengths.get(name, ""),
                 catalytic=earlier.catalytic or name in clause.catalytic,
             )
     return list(named.values())
-
-
-def _together(first: str, second: str) -> str:
-    """Return two amounts of one reagent as one: "30 mL" and "40 mL" as "70 mL (30 mL + 40 mL)"."""
-    if not first or not second or first == second:
-        return first or second
-    a, b = read_amount(first), read_amount(second)
-    if a.volume is not None and b.volume is not None and a.portions == b.portions == 1:
-        return f"{_figure(a.volume + b.volume)} mL ({first} + {second})"
-    if a.mass is not None and b.mass is not None and a.portions == b.portions == 1:
-        return f"{_figure(a.mass + b.mass)} g ({first} + {second})"
-    return f"{first}, {second}"
 
 
 def _classes(clauses: Sequence[Clause]) -> list[_Named]:
@@ -276,69 +252,13 @@ def _part(slot: Slot, named: _Named | None, factor: float, catalog: Catalog) -> 
     if (named.catalytic or other_catalyst) and not named.amount:
         usual, factor = f"{CATALYTIC:g} equiv", 1.0
     else:
-        usual = slot.amount if asset.name == slot.asset else _equimolar(asset, slot.amount, default)
-    amount = named.amount or _of_strength(scaled(usual, factor), named.strength) + ASSUMED
+        usual = slot.amount if asset.name == slot.asset else equimolar(asset, slot.amount, default)
+    amount = named.amount or of_strength(scaled(usual, factor), named.strength) + ASSUMED
     return Participant(asset, slot.role, amount, slot.when, named=True, stands_for=named.stands_for)
-
-
-def _of_strength(amount: str, strength: str) -> str:
-    """Return an amount of a solution with the strength that the text gives: "40 mL" as "40 mL of 2 M"."""
-    if not strength:
-        return amount
-    stated = read_amount(amount)
-    number, unit = strength.split()[:2]
-    if unit == "M" and stated.moles is not None:
-        return f"{_figure(1000.0 * stated.moles / float(number))} mL of {strength}, {1000.0 * stated.moles:.3g} mmol"
-    volume = re.search(r"\d+(?:\.\d+)?\s*mL", amount)
-    return f"{volume[0]} of {strength}" if volume is not None else f"{amount} of {strength}"
-
-
-def _equimolar(asset: Asset, amount: str, usual: Asset) -> str:
-    """Return the amount of a reagent with as many moles as an amount of the usual one.
-
-    Raises:
-        RefusalError: the moles of the usual one are unknown, and the reagent is not one of its volume.
-    """
-    moles, chemistry = moles_of(usual, amount), asset.chemistry
-    if asset.category in AIDS:
-        return AIDS[asset.category]
-    if moles is None and chemistry is not None and chemistry.state == "solid":
-        raise RefusalError("unaccounted", f"the text gives no amount of {asset.name}, and none is usual: give it")
-    if moles is None or chemistry is None or not chemistry.molar_mass or chemistry.state == "gas":
-        return amount
-    return _measured(asset, moles)
-
-
-def _measured(asset: Asset, moles: float) -> str:
-    """Return an amount in moles as mass or volume and millimoles; palladium on carbon is weighed with its support."""
-    chemistry = asset.chemistry
-    if chemistry is None or not chemistry.molar_mass:
-        return f"{moles * 1000:.3g} mmol"
-    if asset.name == "PalladiumOnCarbon":
-        return f"{_figure(moles * PALLADIUM / METAL_SHARE)} g, {moles * 1000:.3g} mmol Pd"
-    grams = moles * chemistry.molar_mass
-    millimoles = f"{moles * 1000:.3g} mmol"
-    molar, share = _strength(asset)
-    if molar:
-        return f"{_figure(1000.0 * moles / molar)} mL of {molar:g} M, {millimoles}"
-    if chemistry.state == "liquid" and chemistry.density:
-        return f"{_figure(grams / share / chemistry.density)} mL, {millimoles}"
-    return f"{_figure(grams)} g, {millimoles}"
 
 
 def _is_solid(asset: Asset) -> bool:
     return asset.chemistry is not None and asset.chemistry.state == "solid"
-
-
-def _figure(value: float) -> str:
-    return f"{float(f'{value:.3g}'):g}"
-
-
-def _strength(asset: Asset) -> tuple[float | None, float]:
-    """Return mol/L and the mass fraction of a reagent that is a solution, from its name: "(1 M in THF)", "(37%)"."""
-    name = asset.synonyms_en[0] if asset.synonyms_en else ""
-    molar, share = _MOLAR.search(name), _SHARE.search(name)
-    return (float(molar[1]) if molar else None), (float(share[1]) / 100.0 if share else 1.0)
 
 
 def _scale(kind: Transformation, chosen: dict[int, _Named], catalog: Catalog) -> float:
@@ -352,23 +272,6 @@ def _scale(kind: Transformation, chosen: dict[int, _Named], catalog: Catalog) ->
             factor = ours / usual
             return 1.0 if abs(factor - 1.0) < SAME_SCALE else factor
     return 1.0
-
-
-def moles_of(asset: Asset, amount: str) -> float | None:
-    """Return the moles in an amount of a reagent, or None if they cannot be known."""
-    stated, chemistry = read_amount(amount), asset.chemistry
-    if stated.moles is not None:
-        return stated.moles
-    molarity = _MOLARITY.search(amount)
-    if molarity is not None and stated.volume is not None:
-        return stated.volume * stated.portions * float(molarity[1]) / 1000.0
-    if chemistry is None or not chemistry.molar_mass:
-        return None
-    if stated.mass is not None:
-        return stated.mass / chemistry.molar_mass
-    if stated.volume is None or chemistry.state != "liquid" or chemistry.density is None:
-        return None
-    return stated.volume * chemistry.density / chemistry.molar_mass
 
 
 def _merged(parts: Sequence[Participant]) -> tuple[Participant, ...]:
@@ -404,7 +307,7 @@ def _others(
     media = [item for item in left if item.name == usual_name or _is_medium(catalog.get(item.name), stated_media)]
     for place, item in enumerate(media):
         volume = usual_solvent.amount if usual_solvent else "30 mL"
-        amount = item.amount or _of_strength(scaled(volume, factor), item.strength) + ASSUMED
+        amount = item.amount or of_strength(scaled(volume, factor), item.strength) + ASSUMED
         yield Participant(catalog.get(item.name), "co-solvent" if place else "solvent", amount, "medium", named=True)
     dissolves = any(part.named and _is_medium(part.asset, stated_media) for part in parts)
     if not media and usual_solvent and usual_solvent.asset not in used and not dissolves:
@@ -415,6 +318,6 @@ def _others(
         if item not in media and asset.name not in PROTECTIVE_GASES:
             usual = f"{CATALYTIC:g} equiv" if item.catalytic else ""
             first = kind.slots[0]
-            usual = usual or scaled(_equimolar(asset, first.amount, catalog.get(first.asset)), factor)
-            amount = item.amount or _of_strength(usual, item.strength) + ASSUMED
+            usual = usual or scaled(equimolar(asset, first.amount, catalog.get(first.asset)), factor)
+            amount = item.amount or of_strength(usual, item.strength) + ASSUMED
             yield Participant(asset, ROLES.get(asset.category, "reagent"), amount, "add", named=True)

@@ -11,7 +11,7 @@ from labgym.protocols.language.concepts import lexicon
 from labgym.protocols.language.vocabulary import is_ordinary, is_particle, is_verbal_ending, ordinary_chinese
 from labgym.protocols.synthesis.derivatives import derivatives
 from labgym.protocols.synthesis.operations import operation_stem, operations, table
-from labgym.quantities import UNITS
+from labgym.units import UNITS
 
 SHORTEST = 6
 _METALS = (

@@ -6,10 +6,11 @@ import re
 from collections.abc import Sequence
 
 from labgym.protocols.amounts import read_amount
+from labgym.protocols.synthesis.batch import scaled
 from labgym.protocols.synthesis.builder import ProtocolBuilder
 from labgym.protocols.synthesis.frame import is_solid, short_name
 from labgym.protocols.synthesis.phases import ReactionMixture, WorkUpStep
-from labgym.protocols.synthesis.roles import ASSUMED, scaled
+from labgym.protocols.synthesis.roles import ASSUMED
 from labgym.protocols.synthesis.transformations import Transformation
 from labgym.protocols.synthesis.workup_plan import usual_steps
 from labgym.quantities import ROOM_TEMPERATURE

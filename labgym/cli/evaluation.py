@@ -1,0 +1,162 @@
+"""Evaluations: `labgym eval`, and the reports, comparisons and intervals of their results."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from tyro.conf import arg
+
+from labgym.cli.arguments import (
+    THIS_PROCESS,
+    Execution,
+    Folders,
+    OptionalPath,
+    OptionalText,
+    OptionalWholeNumber,
+    PolicyOptions,
+    Texts,
+    allow_local_modules,
+    parse_options,
+)
+from labgym.cli.outcome import DONE, complaints, written
+from labgym.errors import OptionError
+
+
+def eval_(
+    policy: str = "astar",
+    suite: Annotated[str, arg(aliases=("--split",))] = "test",
+    layouts: Texts = (),
+    protocol: OptionalText = None,
+    seed: int = 0,
+    out: OptionalPath = None,
+    options: PolicyOptions = (),
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
+    repeats: OptionalWholeNumber = None,
+    jitter: bool = False,
+    limits: PolicyOptions = (),
+    kernels: OptionalText = None,
+) -> int:
+    """Evaluate a policy: drive every goal pair of every layout.
+
+    Args:
+        policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt or .zip file, or the
+            http:// URL of a policy server.
+        suite: Name of a suite (test, also called lab30; val; navdp_compat), or its .json file.
+        layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
+            writes), or ids of published layouts.
+        protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
+        seed: Random seed of the policy.
+        out: Folder for episodes, routes and summary; by default runs/POLICY-SUITE. An interrupted evaluation resumes.
+        options: Arguments of the policy, for example trust=true.
+        fresh: Rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
+        repeats: Number of episodes per goal pair; by default the suite's.
+        jitter: Displace the start of every episode by up to 2 cm and 2 degrees, clear of obstacles; a suite's .json
+            file can set other values.
+        limits: Limits of the policy's process: call_seconds=300 for one call of reset or act, load_seconds=600,
+            memory_gb=8. A policy that exceeds one fails its episode.
+        kernels: pinned (the default where the processor has AVX2) gives equal results on every such processor, native
+            is faster.
+    """
+    from labgym.envs.tasks import resolve_layouts
+    from labgym.eval.driving.folders import default_folder
+    from labgym.eval.driving.runner import evaluate
+    from labgym.eval.driving.suites import Jitter, load_suite, suite_of
+    from labgym.eval.reports.tables import navigation_table
+    from labgym.policies.process import ProcessLimits
+
+    allow_local_modules()
+    if policy == "?":
+        from labgym.policies.registry import policy_table
+
+        print(policy_table())
+        return DONE
+    if protocol is not None and not layouts:
+        raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
+    chosen = resolve_layouts(layouts, protocol)
+    rules = suite_of(chosen) if chosen else load_suite(suite)
+    displacement = Jitter() if jitter else None
+    repeated = rules.repeated(repeats, displacement)
+    folder = out or default_folder(policy, suite if not chosen and repeated is rules else repeated.name)
+    result = evaluate(
+        policy,
+        chosen or rules,
+        executor=execution.options(),
+        out=folder,
+        seed=seed,
+        options=parse_options(options),
+        fresh=fresh,
+        repeats=repeats,
+        jitter=displacement,
+        limits=ProcessLimits.named(parse_options(limits)),
+        kernels=kernels,
+    )
+    summary = result.summary
+    print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.label}').text()}\n")
+    written(folder)
+    return complaints([f"the policy failed in {summary.errors} episodes"] if summary.errors else [])
+
+
+def report(folders: Folders, workers: int = 1) -> int:
+    """Draw the routes and write tables and report.html for the results in folders.
+
+    Every figure is computed from the episodes. Exit 1 if a summary does not match them, or if files are damaged or were
+    changed.
+
+    Args:
+        folders: Folders written by labgym run or labgym eval, for example runs/default. The report is written into the
+            first and shows the policies of all.
+        workers: Number of processes that draw.
+    """
+    from labgym.pipeline.run import report_folder
+
+    if not folders:
+        raise OptionError("no folder of results; name one, for example runs/default")
+    outcome = report_folder(folders[0], folders[1:], workers)
+    for table in outcome.tables:
+        print(f"\n{table.text()}\n")
+    print("Written:", *outcome.paths, sep="\n  ")
+    return complaints(outcome.problems)
+
+
+def compare(
+    folders: Folders,
+    policies: Texts = (),
+    out: OptionalPath = None,
+) -> int:
+    """Compare two policies over the episodes that both drove: paired differences with 95% intervals.
+
+    Prints the differences over all shared episodes, then by task, length, detour and protocol. Exit 1 if a summary does
+    not match its episodes, or if files are damaged or were changed.
+
+    Args:
+        folders: Two folders written by labgym eval, or one folder of labgym run with --policies.
+        policies: Names of the two policies, where a folder holds evaluations of several.
+        out: A .json file for the comparison.
+    """
+    from labgym.eval.reports.comparison import chosen_evaluations, compare, comparison_tables
+
+    evaluations = chosen_evaluations(folders, policies)
+    comparison = compare(*evaluations)
+    for table in comparison_tables(comparison):
+        print(f"\n{table.text()}\n")
+    if out is not None:
+        written(comparison.save(out))
+    return complaints([problem for one in evaluations for problem in one.problems])
+
+
+def coverage(evaluations: int = 4000, seed: int = 0) -> int:
+    """Simulate evaluations and print how often the 95% intervals of navigation metrics contain the truth.
+
+    Args:
+        evaluations: Number of simulated evaluations per cell of the table.
+        seed: Random seed of the simulation.
+    """
+    from tqdm import tqdm
+
+    from labgym.eval.driving import coverage as simulation
+
+    scenarios = list(simulation.scenarios())
+    rows = [simulation.coverage_row(scenario, evaluations, seed) for scenario in tqdm(scenarios, "coverage")]
+    print(simulation.coverage_table(rows, evaluations, seed).text())
+    return DONE
