@@ -148,6 +148,7 @@ class RunFolder:
         for name, content in files.items() if isinstance(files, Mapping) else files:
             write_bytes(self.path / _checked(name), content)
             digests[name] = file_digest(self.path / name) or ""
+        merged = tuple(digests)
         for entry in self._ledger:
             digests |= {
                 name: digest
@@ -156,7 +157,7 @@ class RunFolder:
             }
         manifest = manifest or RunManifest(run=self.identity.digest, files=dict(sorted(digests.items())))
         manifest.save(self.path / MANIFEST_FILE)
-        for name in (*files, MANIFEST_FILE, "."):
+        for name in (*merged, MANIFEST_FILE, "."):
             _flush(self.path / name)  # Before the shards go: a power failure must not lose both.
         self._remove_merged()
 

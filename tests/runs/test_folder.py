@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+from pathlib import Path
 
 import pytest
 from runs import examples
@@ -123,3 +125,21 @@ def test_a_file_name_of_a_damaged_ledger_is_not_read_and_its_shard_runs_again(tm
     ledger.write_text(json.dumps(entry | {"files": {name: entry["files"]["shards/a"]}}) + "\n")
     with RunFolder.open(tmp_path / "run", examples.identity()) as folder:
         assert folder.output("a") is None
+
+
+@pytest.mark.parametrize("in_pairs", [False, True])
+def test_merged_files_are_on_the_disk_before_the_files_of_shards_are_removed(tmp_path, monkeypatch, in_pairs):
+    flushed: dict[str, bool] = {}
+    fsync = os.fsync
+
+    def note(handle: int) -> None:
+        name = Path(os.readlink(f"/proc/self/fd/{handle}")).name
+        flushed[name] = (tmp_path / "run" / "shards" / "a").exists()
+        fsync(handle)
+
+    with RunFolder.open(tmp_path / "run", examples.identity()) as folder:
+        folder.put("a", None, {"shards/a": b"1"})
+        monkeypatch.setattr(os, "fsync", note)
+        folder.finish(iter([("rows.txt", b"1")]) if in_pairs else {"rows.txt": b"1"})
+    assert (flushed["rows.txt"], flushed["manifest.json"], flushed["run"]) == (True, True, True)
+    assert not (tmp_path / "run" / "shards").exists()
