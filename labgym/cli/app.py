@@ -102,7 +102,7 @@ app.command(move)
 app.command(outline)
 
 
-app.command(eval_, name="eval")
+app.command(name="eval")(eval_)
 
 
 @app.command

@@ -141,8 +141,8 @@ def evaluate(
             close_shared_process()
         if out is None or fingerprint is None:
             return run.report(run.drive(None, executor, progress))
-        kernels = driver.kernels if isinstance(driver, PolicyProcess) else kernel_facts()
-        with RunFolder.open(out, run.identity(fingerprint), fresh, kernels) as folder:
+        in_force = driver.kernels if isinstance(driver, PolicyProcess) else kernel_facts()
+        with RunFolder.open(out, run.identity(fingerprint), fresh, in_force) as folder:
             return run.report(run.drive_into(folder, executor, progress))
 
 
