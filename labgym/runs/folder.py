@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
@@ -17,6 +16,7 @@ from labgym.runs.ledger import LEDGER_FILE, Ledger, LedgerEntry
 from labgym.runs.lock import LOCK_FILE, only_writer
 from labgym.runs.manifest import MANIFEST_FILE, RunManifest, file_digest
 from labgym.runs.provenance import PROVENANCE_FILE, provenance
+from labgym.runs.removal import remove_folder
 from labgym.temporary import PREFIX, sweep
 
 SHARDS = "shards"
@@ -172,7 +172,7 @@ class RunFolder:
 
     def _remove_merged(self) -> None:
         self._ledger.keep(lambda entry: not any(map(_is_merged, entry.files)))
-        shutil.rmtree(self.path / SHARDS, ignore_errors=True)
+        remove_folder(self.path / SHARDS)
 
 
 def _flush(path: Path) -> None:
