@@ -79,7 +79,7 @@ class Endpoint:
         return text.replace(self._secret, "***") if self._secret else text
 
     def _attempt(self, body: dict[str, Any]) -> bytes | _FailedTryError:
-        """Send a chat request once; return the reply's bytes, or why there is none."""
+        """Send a chat request once; return the bytes of the reply, or the failure."""
         try:
             return self._client.chat.completions.with_raw_response.create(**body).content
         except _FailedTryError as failure:
