@@ -144,8 +144,7 @@ def outline(
         raise OptionError(f"{out} exists: name another file with --out, or replace it with --overwrite")
     layout = empty_layout(read_floor(file, unit, thickness))
     for space in layout.floor.spaces:
-        area = sum((r.x1 - r.x0) * (r.y1 - r.y0) for r in space.region)
-        print(f"{space.id}: {space.use}, {area:.1f} m²", file=sys.stderr)
+        print(f"{space.id}: {space.use}, {space.area:.1f} m²", file=sys.stderr)
     return written(layout.save(out))
 
 

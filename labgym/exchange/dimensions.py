@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
@@ -19,9 +19,11 @@ from labgym.layouts.model import FLOOR
 if TYPE_CHECKING:
     from shapely import Geometry
 
-OUTSIDE = 0.75
+OUTSIDE = 1.0
 """Distance of the dimension line of a side from the inner face of its wall, meters."""
-DOOR_LINE = 0.3
+BEYOND = 4.0
+"""A side faces the outside if no space is within this distance of it, meters."""
+DOOR_LINE = 0.25
 """Distance of the dimension line of an opening from the face of its wall, meters."""
 SHORTEST = 0.3
 """Length of the shortest side that gets a dimension, meters."""
@@ -82,8 +84,7 @@ def sides(floor: Floor) -> Iterator[Dimension]:
 
     Of two sides opposite each other one is drawn.
     """
-    from shapely import LineString, union_all
-    from shapely import Point as ShapelyPoint
+    from shapely import Polygon, union_all
 
     outlines = [outline(space) for space in floor.spaces]
     everything = union_all(outlines)
@@ -95,8 +96,8 @@ def sides(floor: Floor) -> Iterator[Dimension]:
             if math.dist(start, end) < SHORTEST:
                 continue
             side = Dimension("side", (start[0], start[1]), (end[0], end[1]), OUTSIDE)
-            beyond = LineString([ShapelyPoint(side.middle), ShapelyPoint(*_offset(side, 4.0))])
-            if not everything.intersects(beyond) and _extent(side) not in drawn:
+            near, far = (replace(side, offset=distance).line for distance in (0.01, BEYOND))
+            if Polygon([*near, *reversed(far)]).intersection(everything).area < 1e-3 and _extent(side) not in drawn:
                 drawn.add(_extent(side))
                 yield side
 
@@ -189,9 +190,3 @@ def _extent(side: Dimension) -> tuple[int, int, int]:
     yaw = 0.0 if math.pi - yaw < 1e-4 else yaw
     along = [1e3 * (x * math.cos(yaw) + y * math.sin(yaw)) for x, y in (side.start, side.end)]
     return round(1e3 * yaw), round(min(along)), round(max(along))
-
-
-def _offset(dimension: Dimension, distance: float) -> Point:
-    """Return the point at a distance beyond the middle of the measured line."""
-    x, y = (dimension.start[0] + dimension.end[0]) / 2.0, (dimension.start[1] + dimension.end[1]) / 2.0
-    return x - distance * math.sin(dimension.yaw), y + distance * math.cos(dimension.yaw)

@@ -21,7 +21,9 @@ from labgym.exchange.plan_sheet import (
     COLUMN,
     DIMENSION,
     FONT,
+    KEEP_OUT,
     MM_PER_INCH,
+    SERVICE,
     Column,
     Sheet,
     draw_scale_bar,
@@ -101,7 +103,7 @@ def draw_plan(layout: Layout) -> Figure:
 
 def _draw_floor(axes: Axes, floor: Floor) -> None:
     """Draw floors, walls, openings, columns, keep-outs, services, and names of several spaces."""
-    from matplotlib.patches import Circle, PathPatch
+    from matplotlib.patches import PathPatch
     from matplotlib.patches import Polygon as Patch
     from matplotlib.path import Path as Outline
 
@@ -124,11 +126,10 @@ def _draw_floor(axes: Axes, floor: Floor) -> None:
         axes.add_patch(Patch(corners, facecolor=palette.WALL, edgecolor=palette.WALL, zorder=5))
     for keep_out in floor.keep_outs:
         corners = _box(keep_out.x, keep_out.y, keep_out.width, keep_out.depth, keep_out.yaw)
-        style: dict[str, Any] = {"facecolor": "none", "edgecolor": palette.ALARM, "hatch": "///", "linewidth": 0.5}
-        axes.add_patch(Patch(corners, alpha=0.5, zorder=2, **style))
+        axes.add_patch(Patch(corners, zorder=2, **KEEP_OUT))
     for service in floor.services:
-        axes.add_patch(Circle((service.x, service.y), 0.08, facecolor="#ffffff", edgecolor="#7b4fa3", zorder=32))
-        text: dict[str, Any] = {"fontsize": 4.5, "family": FONT, "ha": "center", "va": "center"}
+        axes.plot(service.x, service.y, "o", markersize=5.5, zorder=32, **SERVICE)
+        text: dict[str, Any] = {"fontsize": 4.0, "family": FONT, "ha": "center", "va": "center_baseline"}
         axes.text(service.x, service.y, service.kind[0].upper(), zorder=33, **text)
 
 

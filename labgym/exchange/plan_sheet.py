@@ -11,6 +11,7 @@ from labgym import __version__
 from labgym.errors import OptionError
 from labgym.eval.drawing import palette
 from labgym.layouts import Layout
+from labgym.layouts.model import WALL
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -129,16 +130,23 @@ class Column:
         entries: list[tuple[str, dict[str, Any]]] = [
             ("wall", {"facecolor": palette.WALL, "edgecolor": palette.WALL}),
             *((label, {"facecolor": each.fill, "edgecolor": each.edge}) for label, each in sorted(swatches.items())),
-            ("mounted on a wall", {"facecolor": "none", "edgecolor": palette.MUTED, "linestyle": (0, (2, 1.5))}),
         ]
+        if any(placement.support == WALL for placement in layout.placements):
+            hanging = {"facecolor": "none", "edgecolor": palette.MUTED, "linestyle": (0, (2, 1.5))}
+            entries.append(("mounted on a wall", hanging))
+        if layout.floor.keep_outs:
+            entries.append(("no furniture here", KEEP_OUT))
         for label, style in entries:
-            self.axes.add_patch(Rectangle((self.x, self.y - 3.3), 5.0, 2.4, linewidth=0.6, **style))
+            self.axes.add_patch(Rectangle((self.x, self.y - 3.3), 5.0, 2.4, **{"linewidth": 0.6, **style}))
             _text(self.axes, self.x + 7.5, self.y - 3.3, label, 6.5)
             self.y -= 3.8
-        for label, color in (
-            ("dimension between walls, or of an opening", DIMENSION),
-            ("narrowest width of an aisle", AISLE),
-        ):
+        kinds = sorted({service.kind for service in layout.floor.services})
+        if kinds:
+            self.axes.plot(self.x + 2.5, self.y - 2.1, "o", markersize=5.5, **SERVICE)
+            _text(self.axes, self.x + 7.5, self.y - 3.3, ", ".join(f"{kind[0].upper()} {kind}" for kind in kinds), 6.5)
+            self.y -= 3.8
+        lines = (("length between walls, width of an opening", DIMENSION), ("narrowest width of an aisle", AISLE))
+        for label, color in lines:
             self.axes.plot([self.x, self.x + 5.0], [self.y - 2.1] * 2, color=color, linewidth=0.8)
             _text(self.axes, self.x + 7.5, self.y - 3.3, label, 6.5)
             self.y -= 3.8
@@ -172,6 +180,9 @@ class Column:
 
 DIMENSION, AISLE = "#23282d", "#0060a8"
 """Colors of dimensions."""
+SERVICE: dict[str, Any] = {"color": "#ffffff", "markeredgecolor": "#7b4fa3", "markeredgewidth": 0.8}
+KEEP_OUT: dict[str, Any] = {"facecolor": "none", "edgecolor": "#e9899b", "hatch": "///", "linewidth": 0.5}
+"""Looks of service points and of areas without furniture."""
 
 
 def _text(axes: Axes, x: float, y: float, text: str, size: float, **style: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -45,7 +46,10 @@ def region_of(polygon: Polygon, yaw: float | None = None) -> tuple[Frame, tuple[
 
     yaw = _direction(polygon) if yaw is None else yaw
     turned = rotate(polygon, -yaw, (0.0, 0.0), use_radians=True)
-    slabs = _joined(_slabs(turned))
+    columns = _columns(turned)
+    slabs = _joined(columns)
+    if any(x1 - x0 < NARROWEST - SAME / 10.0 for x0, _, x1, _ in slabs):
+        slabs = _widened(columns)
     if not slabs:
         x, y = polygon.representative_point().coords[0]
         raise OptionError(f"the outline around ({x:.2f}, {y:.2f}) m is narrower than {NARROWEST:g} m")
@@ -81,8 +85,8 @@ def _direction(polygon: Polygon) -> float:
     return 0.0 if abs(best) < 1e-4 else best
 
 
-def _slabs(polygon: Polygon) -> list[Slab]:
-    """Return vertical slabs inside a polygon, cut at its corners and, under oblique sides, at steps in between."""
+def _columns(polygon: Polygon) -> list[list[Slab]]:
+    """Return columns of slabs inside a polygon, cut at its corners and, under oblique sides, at steps in between."""
     edges = [
         (a, b)
         for ring in (polygon.exterior, *polygon.interiors)
@@ -90,14 +94,13 @@ def _slabs(polygon: Polygon) -> list[Slab]:
         if abs(a[0] - b[0]) > SAME
     ]
     cuts = _distinct([x for edge in edges for x, _ in edge])
-    oblique = sum(b - a for a, b in pairwise(cuts) if _slope(edges, a, b) > 1e-3)
+    oblique = sum(b - a for a, b in pairwise(cuts) if _slope(edges, a, b) > SAME)
     step = max(STEP, oblique / max(MOST - 2 * len(cuts), 8))
-    slabs: list[Slab] = []
+    columns: list[list[Slab]] = []
     for low, high in pairwise(cuts):
-        parts = 1 if _slope(edges, low, high) <= 1e-3 else max(1, math.floor((high - low) / step))
-        for start, end in pairwise(np.linspace(low, high, parts + 1).tolist()):
-            slabs += _intervals(edges, start, end)
-    return slabs
+        parts = 1 if _slope(edges, low, high) <= SAME else max(1, math.floor((high - low) / step))
+        columns += [_intervals(edges, *ends) for ends in pairwise(np.linspace(low, high, parts + 1).tolist())]
+    return columns
 
 
 def _slope(edges: list[tuple[tuple[float, ...], tuple[float, ...]]], low: float, high: float) -> float:
@@ -115,15 +118,15 @@ def _intervals(edges: list[tuple[tuple[float, ...], tuple[float, ...]]], low: fl
     for below, above in zip(crossing[::2], crossing[1::2], strict=False):
         y0 = max(_at(below, low), _at(below, high))
         y1 = min(_at(above, low), _at(above, high))
-        if y1 - y0 >= NARROWEST and high - low >= NARROWEST:
+        if y1 - y0 >= NARROWEST - SAME / 10.0:
             slabs.append((low, y0, high, y1))
     return slabs
 
 
-def _joined(slabs: list[Slab]) -> list[Slab]:
-    """Return slabs with neighbors of equal height joined."""
+def _joined(columns: list[list[Slab]]) -> list[Slab]:
+    """Return slabs with neighbors of equal height joined; they do not overlap."""
     joined: list[Slab] = []
-    for slab in slabs:
+    for slab in (slab for column in columns for slab in column):
         for index, other in enumerate(joined):
             same = max(abs(other[1] - slab[1]), abs(other[3] - slab[3])) < SAME
             if abs(other[2] - slab[0]) < SAME and same:
@@ -132,6 +135,33 @@ def _joined(slabs: list[Slab]) -> list[Slab]:
         else:
             joined.append(slab)
     return joined
+
+
+def _widened(columns: list[list[Slab]]) -> list[Slab]:
+    """Return the rectangles that slabs become if each is widened over the columns that hold its interval of y.
+
+    They overlap, which lets narrow steps be part of wider rectangles.
+    """
+    widened: dict[tuple[int, int, int, int], Slab] = {}
+    for index, column in enumerate(columns):
+        for x0, y0, x1, y1 in column:
+            left = _reach(reversed(columns[:index]), y0, y1)
+            right = _reach(columns[index + 1 :], y0, y1)
+            slab = (left[0] if left else x0, y0, right[1] if right else x1, y1)
+            if slab[2] - slab[0] >= NARROWEST - SAME / 10.0:
+                widened.setdefault((*(round(value / SAME) for value in slab),), slab)  # type: ignore[arg-type]
+    return list(widened.values())
+
+
+def _reach(columns: Iterable[list[Slab]], y0: float, y1: float) -> tuple[float, float] | None:
+    """Return the ends in x of the last of the first columns that hold an interval of y, None if none does."""
+    last: tuple[float, float] | None = None
+    for column in columns:
+        holding = [slab for slab in column if slab[1] <= y0 + SAME / 2.0 and slab[3] >= y1 - SAME / 2.0]
+        if not holding:
+            break
+        last = (holding[0][0], holding[0][2])
+    return last
 
 
 def _at(edge: tuple[tuple[float, ...], tuple[float, ...]], x: float) -> float:

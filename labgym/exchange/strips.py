@@ -10,7 +10,7 @@ from labgym.errors import OptionError
 
 Point = tuple[float, float]
 
-THICKNESS = (0.04, 1.0)
+THICKNESS = (0.02, 1.0)
 """Least and largest thickness of a wall that is read, meters."""
 PAIRED = 0.6
 """Largest distance between two faces that are read as one wall, meters."""
@@ -20,7 +20,7 @@ PARALLEL = 0.01
 """Largest sine of the angle between two faces of a wall."""
 MOST_FACES = 2000
 """Largest number of single lines that are compared with each other."""
-SAME = 2e-3
+SAME = 1e-3
 """Lengths below this count as nothing, meters."""
 
 
@@ -64,34 +64,34 @@ class Strip:
         return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
 
 
-def strips(strokes: Sequence[Stroke]) -> tuple[list[Strip], list[Stroke]]:
-    """Return the wall strips that strokes describe, and the strokes that describe none.
+def strips(strokes: Sequence[Stroke], oriented: bool = False) -> list[Strip]:
+    """Return the wall strips that strokes describe.
 
     A closed rectangle up to 1 m thick is a strip, each segment of a polyline with a width is one, and two parallel
     segments up to 0.6 m apart are the faces of one.
+
+    Args:
+        oriented: whether the first side of each rectangle lies along the wall; otherwise the longer one does.
 
     Raises:
         OptionError: there are more than 2000 single lines.
     """
     found: list[Strip] = []
     faces: list[tuple[Point, Point]] = []
-    sources: list[Stroke] = []
     for stroke in strokes:
-        rectangle = _rectangle(stroke)
+        rectangle = _rectangle(stroke, oriented)
         if rectangle is not None:
             found.append(rectangle)
         elif stroke.width >= THICKNESS[0]:
             found += [Strip(a, b, min(stroke.width, THICKNESS[1]), stroke.height) for a, b in stroke.segments()]
         else:
             faces += stroke.segments()
-            sources.append(stroke)
     if len(faces) > MOST_FACES:
         raise OptionError(f"{len(faces)} lines of walls; at most {MOST_FACES} are read: draw closed rectangles")
-    paired = _between(faces)
-    return found + paired, ([] if paired else sources)
+    return found + _between(faces)
 
 
-def _rectangle(stroke: Stroke) -> Strip | None:
+def _rectangle(stroke: Stroke, oriented: bool) -> Strip | None:
     """Return the strip that a closed rectangle describes, None if a stroke is something else."""
     points = list(stroke.points)
     if len(points) > 1 and math.dist(points[0], points[-1]) <= SAME:
@@ -104,11 +104,12 @@ def _rectangle(stroke: Stroke) -> Strip | None:
     if math.dist(_middle(a, c), _middle(b, d)) > SAME or abs(math.dist(a, c) - math.dist(b, d)) > SAME:
         return None
     first, second = math.dist(a, b), math.dist(b, c)
-    short, long = min(first, second), max(first, second)
-    if not THICKNESS[0] <= short <= THICKNESS[1] or long <= SHORTEST:
+    along_first = oriented or first >= second
+    length, thickness = (first, second) if along_first else (second, first)
+    if not THICKNESS[0] <= thickness <= THICKNESS[1] or length <= (SAME if oriented else SHORTEST):
         return None
-    start, end = (_middle(d, a), _middle(b, c)) if first >= second else (_middle(a, b), _middle(c, d))
-    return Strip(start, end, short, stroke.height)
+    start, end = (_middle(d, a), _middle(b, c)) if along_first else (_middle(a, b), _middle(c, d))
+    return Strip(start, end, thickness, stroke.height)
 
 
 def _between(faces: Sequence[tuple[Point, Point]]) -> list[Strip]:

@@ -14,6 +14,7 @@ from labgym.exchange.dxf.reading import read_dxf
 from labgym.exchange.dxf.writing import write_dxf
 from labgym.exchange.outlines import empty_layout
 from labgym.layouts import load_published, published
+from labgym.layouts.floors import FAMILIES, draw_floor
 
 
 @pytest.mark.parametrize("name", FLOORS)
@@ -23,6 +24,13 @@ def test_a_floor_survives_the_round_trip_to_a_millimeter(name, tmp_path):
     again = read_dxf(path)
     assert differences(floor, again) == []
     assert again.is_rectangle == floor.is_rectangle
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("seed", [1, 5, 8])
+def test_floors_of_every_family_survive_it(family, seed, tmp_path):
+    floor = draw_floor(family, seed).floor
+    assert differences(floor, read_dxf(write_dxf(empty_layout(floor), tmp_path / "plan.dxf"))) == []
 
 
 @pytest.mark.parametrize("split", ["val", "test"])

@@ -53,7 +53,7 @@ def read_dxf(path: str | Path, unit: str | None = None, thickness: float = WALL_
     try:
         for context, entity in entities(drawing, path):
             collector.add(context, entity)
-        walls, _ = strips(collector.walls)
+        walls = strips(collector.walls, oriented=collector.drawing.placed)
     except OptionError as error:
         raise DocumentError(path, "", str(error)) from None
     except LabgymError:
@@ -94,7 +94,7 @@ class _Collector:
         elif role == layers.SPACES and stroke.closed:
             self.drawing.outlines.append(stroke.points)
         elif stroke.closed and len(stroke.points) == 4:
-            box = strips([stroke])[0]
+            box = strips([stroke])
             if role == layers.WINDOWS and box:
                 self.drawing.marks.append([Mark(box[0].start, box[0].end, "window", fields=WINDOW_FIELDS)])
             elif role == layers.COLUMNS:
