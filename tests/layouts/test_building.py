@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,15 +15,17 @@ from shapely.affinity import rotate, translate
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.layouts import Door, Layout, Room
 from labgym.layouts.floor import Column, Floor, KeepOut, Rectangle, Space
+from labgym.layouts.floors import FAMILIES, draw_floor
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
 from labgym.layouts.rules.building import ManyRooms, OneRoom
 from labgym.layouts.rules.egress import narrow_ways
-from labgym.layouts.rules.facility import back_distance, blocked_front, exit_issues, placing_issues
+from labgym.layouts.rules.facility import back_distance, blocked_front, exit_issues, placing_issues, shower_walks
 from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.rules.zones import front_zone
+from labgym.navigation import goal_pose
 
 ROOM = Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.5), Door(wall="right", offset=3.0, width=1.2)))
 ONE, MANY = OneRoom(ROOM), ManyRooms(ROOM.floor)
@@ -139,25 +142,46 @@ def test_an_object_in_a_column_or_in_an_open_leaf_is_out_of_bounds():
     assert faulty == {"in", "leaf"}
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_bounds_by_polygons_in_an_oblique_floor(seed):
-    """Random furniture is out of bounds where its outline, shrunk by 1 cm, leaves the room between the walls."""
+def oblique_floor() -> Floor:
+    """A room of six walls, none at a right angle, with a region of steps."""
     turn, shift = 0.4, (2.0, -1.0)
     inner = Polygon([(0, 0), (8, 0), (8, 3), (4, 3.5), (3.5, 8), (0, 8)])
     room = translate(rotate(inner, turn, origin=(0, 0), use_radians=True), *shift)
     wedge = [Rectangle(x0=3.5 + k / 2, x1=4 + k / 2, y1=3.5 - k / 16) for k in range(9)]
     steps = [Rectangle(x1=4.0 - (k + 1) * 0.05, y1=3.5 + (k + 1) * 0.45) for k in range(10)] + wedge
     space = Space(x=shift[0], y=shift[1], yaw=turn, region=tuple(steps))
-    floor = Floor(walls=polygon_walls(list(room.exterior.coords)[:-1]), spaces=(space,))
-    building = ManyRooms(floor)
-    generator = np.random.default_rng(seed)
-    for x, y, yaw in generator.uniform((room.bounds[0], room.bounds[1], -3), (*room.bounds[2:], 3), (200, 3)):
-        solid = OrientedBox(float(x), float(y), 0.8, 0.5, float(yaw), 0.0, 1.0)
-        amount = building.outside(BoxArray.of([solid]))[0]
-        beyond = outline(solid).difference(room)
-        if beyond.is_empty:
-            assert amount < 1e-6
-        elif not room.buffer(0.02).covers(outline(solid)):
+    return Floor(walls=polygon_walls(list(room.exterior.coords)[:-1]), spaces=(space,))
+
+
+FLOORS = {"oblique": oblique_floor} | {
+    f"{family} {seed}": partial(lambda family, seed: draw_floor(family, seed).floor, family, seed)
+    for family in FAMILIES
+    for seed in (1, 2)
+}
+
+
+@pytest.mark.parametrize("name", FLOORS)
+def test_bounds_by_polygons(name):
+    """Walls enclose the spaces, and furniture is out of bounds where its outline leaves the rooms between the walls."""
+    floor = FLOORS[name]()
+    walls = unary_union([outline(wall) for wall in floor.wall_boxes])
+    holes = [Polygon(ring) for part in getattr(walls, "geoms", [walls]) for ring in part.interiors]
+    fixed = unary_union([outline(part.box) for part in floor.parts if part.kind in ("column", "leaf")])
+    rooms = []
+    for space in floor.spaces:
+        region = unary_union([outline(part) for part in space.boxes])
+        (host,) = [hole for hole in holes if hole.buffer(0.011).covers(region)]
+        rooms.append(host.difference(fixed))
+    x0, y0, x1, y1 = floor.bounds
+    low, high = (x0 - 1, y0 - 1, 0.2, 0.2, -3), (x1 + 1, y1 + 1, 1.5, 0.9, 3)
+    rows = np.random.default_rng(0).uniform(low, high, (250, 5)).tolist()
+    boxes = [OrientedBox(*row, 0.0, 1.0) for row in rows]
+    amounts = ManyRooms(floor).outside(BoxArray.of(boxes)).tolist()
+    for solid, amount in zip(boxes, amounts, strict=True):
+        footprint = outline(solid)
+        if any(room.buffer(1e-6).covers(footprint) for room in rooms):
+            assert amount < 1e-5
+        elif not any(room.buffer(0.02).covers(footprint) for room in rooms):
             assert amount > 0.01
 
 
@@ -207,6 +231,16 @@ def test_the_way_out_leads_through_interior_doors(width, state):
         (way,) = ways
         assert way.entrance.startswith("the exit of 'lab'")
         assert way.width == pytest.approx(width, abs=0.03)
+
+
+@pytest.mark.parametrize("state", ["open", "closed"])
+def test_people_walk_through_doors_to_the_emergency_shower(state):
+    floor = two_rooms(state=state, angle=math.pi)
+    hood = put("hood", "FumeHood", 3.0, 5.0 - 0.425, yaw=math.pi)
+    shower = put("shower", "EmergencyShower", 7.6, 0.6)
+    (walk,) = shower_walks(lab(floor, hood, shower)).values()
+    corner = [(3.0, 5.0 - 0.85 - 0.6), (6.0, 2.2), (6.1, 2.2), goal_pose(lab(floor, shower).layout.box("shower"))[:2]]
+    assert LineString(corner).length * 0.98 < walk < 1.09 * LineString(corner).length
 
 
 def test_a_column_narrows_the_way_as_polygons_say():

@@ -84,7 +84,7 @@ def _narrow_ways(
         gap = field.gap(entrance, radius)
         missed = [place for place in places if place.space in joined and not place.reached(field, gap)]
         if missed:
-            widest = min(_widest(field, entrance, place) for place in missed)
+            widest = _widest(field, entrance, missed)
             narrow.append(NarrowWay(entrance.label, tuple(place.id for place in missed), widest))
     return tuple(narrow)
 
@@ -125,12 +125,13 @@ def _obstacles(arrangement: Arrangement) -> list[OrientedBox]:
     return obstacles
 
 
-def _widest(field: _Clearance, entrance: Entrance, place: _Place) -> float:
-    """Width of the widest way from an exit to a place, to a centimeter; 0 without a way."""
+def _widest(field: _Clearance, entrance: Entrance, places: Sequence[_Place]) -> float:
+    """Width of the widest way from an exit to all of some places, to a centimeter; 0 without a way."""
     low, high = -MARGIN, WIDEST / 2.0
     while high - low > 0.005:
         middle = (low + high) / 2.0
-        if place.reached(field, field.gap(entrance, middle)):
+        gap = field.gap(entrance, middle)
+        if all(place.reached(field, gap) for place in places):
             low = middle
         else:
             high = middle
@@ -169,21 +170,28 @@ class _Clearance:
         """Return the distance to what a disc covers that moves freely from an exit, (ny, nx) meters; inf if nowhere."""
         free = (self.values >= radius - 1e-9).astype(np.uint8)
         _, labels = cv2.connectedComponents(free, connectivity=4, ltype=cv2.CV_32S)
-        starts = np.unique(labels[self._entry(entrance, radius)])
+        rows, columns, entry = self._entry(entrance, radius)
+        starts = np.unique(labels[rows, columns][entry])
         reached = np.isin(labels, starts[starts > 0])
         if not reached.any():
             return np.full(self.values.shape, np.inf)
         distance = cv2.distanceTransform((~reached).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
         return np.asarray(np.maximum(distance * STEP - radius, 0.0))
 
-    def _entry(self, entrance: Entrance, radius: float) -> NDArray[np.bool_]:
-        """Grid points where the disc has just come in through the exit."""
-        rows, columns = self.values.shape
+    def _entry(self, entrance: Entrance, radius: float) -> tuple[slice, slice, NDArray[np.bool_]]:
+        """Grid points where the disc has just come in through the exit: rows and columns around it, and which."""
         (x, y, yaw), (x0, y0, _, _) = entrance.pose, self.bounds
-        dx, dy = (x0 + np.arange(columns) * STEP)[None, :] - x, (y0 + np.arange(rows) * STEP)[:, None] - y
-        lateral, inward = dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw)
         play = max(entrance.width / 2.0 - radius, 0.0) + STEP
-        return np.asarray((np.abs(lateral) <= play) & (np.abs(inward - radius) <= 1.5 * STEP))
+        reach = play + radius + 2.0 * STEP
+        rows, columns = (
+            slice(max(0, math.floor((at - reach - low) / STEP)), max(0, math.ceil((at + reach - low) / STEP) + 1))
+            for at, low in ((y, y0), (x, x0))
+        )
+        height, width = self.values[rows, columns].shape
+        dx = (x0 + (columns.start + np.arange(width)) * STEP)[None, :] - x
+        dy = (y0 + (rows.start + np.arange(height)) * STEP)[:, None] - y
+        lateral, inward = dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw)
+        return rows, columns, (np.abs(lateral) <= play) & (np.abs(inward - radius) <= 1.5 * STEP)
 
 
 def _nodes(low: float, high: float) -> Array:

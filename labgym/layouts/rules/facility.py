@@ -12,7 +12,7 @@ import numpy as np
 
 from labgym.documents import Record
 from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_distance, penetration
-from labgym.layouts.model import FLOOR, WALL, Room
+from labgym.layouts.model import FLOOR, WALL, Layout, Room
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.building import Building, OneRoom
 from labgym.layouts.rules.egress import narrow_ways
@@ -149,13 +149,14 @@ def box_of(arrangement: Arrangement, row: int) -> OrientedBox:
 def shower_walks(arrangement: Arrangement) -> dict[str, float]:
     """Return the walk from the front of each hood to the nearest safety shower, meters; inf if there is no way.
 
-    Measured over the free floor for a disc of the planning radius on a 5 cm grid, which overstates by up to 8%.
+    Measured over the free floor for a disc of the planning radius on a 5 cm grid, which overstates by up to 8%. People
+    open interior doors.
     """
     walks = {arrangement.placements[row].id: math.inf for row in hoods(arrangement)}
     showers = _emergency_showers(arrangement)
     if not walks or not showers:
         return walks
-    grid = occupancy(arrangement.layout).dilated(PLANNING_RADIUS)
+    grid = occupancy(_with_open_doors(arrangement.layout)).dilated(PLANNING_RADIUS)
     for shower in showers:
         x, y, _ = goal_pose(box_of(arrangement, shower))
         field = distance_field(grid, (x, y))
@@ -165,6 +166,29 @@ def shower_walks(arrangement: Arrangement) -> dict[str, float]:
                 row, column = grid.cell_of(hx, hy)
                 walks[hood] = min(walks[hood], float(field[row, column]))
     return walks
+
+
+def _with_open_doors(layout: Layout) -> Layout:
+    """Return a layout in which passages take the place of closed interior doors."""
+    if layout.floor.is_rectangle:
+        return layout
+    inner = [(way.wall, way.opening) for way in layout.floor.doorways if not way.exit and way.opening.kind == "door"]
+    closed = {(wall, opening) for wall, opening in inner if opening.state == "closed"}
+    if not closed:
+        return layout
+    passage = {"kind": "passage"}
+    walls = tuple(
+        wall.model_copy(
+            update={
+                "openings": tuple(
+                    opening.model_copy(update=passage) if (index, opening) in closed else opening
+                    for opening in wall.openings
+                )
+            }
+        )
+        for index, wall in enumerate(layout.floor.walls)
+    )
+    return layout.replace(floor=layout.floor.model_copy(update={"walls": walls}))
 
 
 def blocked_front(arrangement: Arrangement, row: int, depth: float) -> tuple[float, tuple[str, ...]] | None:
