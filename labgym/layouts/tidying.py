@@ -8,7 +8,7 @@ from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_wall
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.moves import Place, apply, descendants, may_move
-from labgym.layouts.rules.thresholds import MOVABLE, PENETRATION
+from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, PENETRATION
 from labgym.layouts.rules.zones import INTRUSION
 from labgym.protocols import Protocol
 
@@ -40,7 +40,7 @@ def _out_of_the_way(layout: Layout, placement: Placement, keepouts: Keepouts) ->
     box = layout.box(placement.id)
     others = [layout.box(item.id) for item in _without(layout, placement.id).placements]
     barred = [*keepouts.doors, *keepouts.stands]
-    if layout.asset(placement.id).subtype != "seat":
+    if layout.asset(placement.id).subtype not in LOOSE:
         barred += keepouts.zones
     if not _reaches(box, others, PENETRATION) and not _reaches(box, barred, INTRUSION):
         return layout

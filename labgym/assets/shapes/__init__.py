@@ -17,6 +17,7 @@ from labgym.assets.shapes import (
     racks,
     safety,
     storage,
+    transport,
     vessels,
 )
 from labgym.assets.shapes.materials import MATERIALS, SurfaceMaterial
@@ -41,6 +42,7 @@ FAMILIES = (
     racks,
     safety,
     storage,
+    transport,
     vessels,
 )
 """Modules whose import registers their shapes."""

@@ -113,6 +113,7 @@ MATERIALS: dict[str, SurfaceMaterial] = {
     "glove": _matt(0.17, 0.17, 0.19),
     "seat": _satin(0.15, 0.25, 0.40),
     "cork": _matt(0.70, 0.52, 0.34),
+    "cardboard": _matt(0.74, 0.58, 0.40),
     "foam": _matt(0.93, 0.93, 0.95),
     # lights, screens, prints
     "screen": _glow(0.16, 0.42, 0.62),

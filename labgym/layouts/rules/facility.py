@@ -224,7 +224,7 @@ def _door_areas(arrangement: Arrangement) -> list[FacilityIssue]:
     issues = []
     for entrance in arrangement.building.entrances:
         zone = entrance.area
-        blockers = standing_in(arrangement, zone, seats=True, space=entrance.space)
+        blockers = standing_in(arrangement, zone, loose=True, space=entrance.space)
         if blockers:
             message = (
                 f"{', '.join(blockers)} in the {zone.width:.2f} x {zone.depth:.2f} m area inside {entrance.label}: "
@@ -238,7 +238,7 @@ def _door_areas(arrangement: Arrangement) -> list[FacilityIssue]:
 def _keep_outs(arrangement: Arrangement) -> list[FacilityIssue]:
     issues = []
     for area in arrangement.layout.floor.keep_outs:
-        blockers = standing_in(arrangement, area.box, seats=True)
+        blockers = standing_in(arrangement, area.box, loose=True)
         if blockers:
             reason = f" ({area.reason})" if area.reason else ""
             message = f"{', '.join(blockers)} in the keep-out {area.id!r}{reason}: move it out"

@@ -47,8 +47,11 @@ EGRESS_WIDTH = 0.90
 PROTRUSION = 0.10
 """An object on a wall may protrude this far into a way, meters (4 in: ADA 307.2, IBC 1003.3.3)."""
 
-MOVABLE = frozenset({"seat", "container", "spill", "fire"})
-"""Subtypes of floor objects that a person pushes aside or picks up: stools, bins, spill kits, extinguishers."""
+LOOSE = frozenset({"seat", "trolley", "carton", "drum", "floor_sign"})
+"""Subtypes of floor objects that people push aside to use furniture: they obstruct door areas, but no fronts."""
+
+MOVABLE = LOOSE | {"container", "spill", "fire"}
+"""Subtypes of floor objects that a person pushes aside or picks up: loose objects, bins, spill kits, extinguishers."""
 
 SHOWER_RADIUS = 0.41
 """Radius that stays clear around the center of an emergency shower, meters (16 in: ANSI/ISEA Z358.1-2014, 4.1.4)."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.model import FLOOR, WALL, Door, Room
+from labgym.layouts.rules.thresholds import LOOSE
 
 if TYPE_CHECKING:
     from labgym.layouts.rules.arrangement import Arrangement
@@ -63,14 +64,15 @@ def standing_in(
     arrangement: Arrangement,
     zone: OrientedBox,
     ignore: Iterable[str] = (),
-    seats: bool = False,
+    loose: bool = False,
     space: int | None = None,
 ) -> tuple[str, ...]:
     """Return the floor and wall objects that obstruct a zone.
 
     Args:
         ignore: placements that do not count.
-        seats: whether seats count. People push them away from furniture, but not from behind a closed door.
+        loose: whether loose objects count, such as stools and trolleys. People push them away from furniture, but not
+            from behind a closed door.
         space: index of the space that the zone is in; objects of others do not count. None counts all.
     """
     skipped = set(ignore)
@@ -79,7 +81,7 @@ def standing_in(
         for row, placement in enumerate(arrangement.placements)
         if placement.support in (FLOOR, WALL)
         and placement.id not in skipped
-        and (seats or arrangement.assets[row].subtype != "seat")
+        and (loose or arrangement.assets[row].subtype not in LOOSE)
         and (space is None or arrangement.spaces[row] == space)
     ]
     if not rows:

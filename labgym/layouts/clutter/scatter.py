@@ -1,0 +1,182 @@
+"""Adds loose objects to a layout without closing a way, a door or a place of work."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from labgym.assets import Asset
+from labgym.errors import OptionError
+from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
+from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, Kind
+from labgym.layouts.clutter.ways import Point, Ways
+from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.rules.building import Entrance, building_of
+from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, SHOWER_RADIUS
+from labgym.layouts.rules.zones import HEADROOM, front_zone
+from labgym.navigation import OBSTACLE_HEIGHT, goal_pose
+
+TRIES = 40
+"""Poses tried for each object."""
+GAP = 0.03
+"""Least gap to everything else, meters."""
+GOAL_GAP = 0.45
+"""Least distance from a goal, meters: the planning disc and room to turn."""
+PULLED = (0.04, 0.55)
+"""Range of the distance of an object from the furniture in front of which it stands, meters."""
+PARKED = 0.12
+"""An object along an edge is at most this far from it, meters."""
+ASKEW = 0.3
+"""Largest angle by which an object stands askew, radians."""
+
+
+def add_clutter(layout: Layout, level: int, generator: np.random.Generator) -> Layout:
+    """Return a layout with loose objects added. Equal arguments give equal layouts; existing objects stay.
+
+    Objects overlap nothing and keep clear of doors, goals, safety equipment and keep-outs. Every goal that a disc of
+    0.30 m reaches from all exits stays reachable. Ways out 0.90 m wide are judged without these objects.
+
+    Args:
+        level: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded).
+
+    Raises:
+        OptionError: the level is not 0 to 3.
+    """
+    if isinstance(level, bool) or level not in LEVELS:
+        raise OptionError(f"level of clutter must be 0 to {LEVELS[-1]}, got {level!r}")
+    if level == 0:
+        return layout
+    rooms = [space for space in layout.floor.spaces if space.use != "corridor"]
+    area = sum((r.x1 - r.x0) * (r.y1 - r.y0) for space in rooms for r in space.region)
+    wanted = max(1, round(DENSITY[level] * area / 10.0 * float(generator.uniform(0.7, 1.3))))
+    scatter = _Scatter(layout, generator)
+    weights = np.array([kind.weights[level - 1] for kind in KINDS])
+    for index in generator.choice(len(KINDS), wanted, p=weights / weights.sum()):
+        scatter.add(KINDS[int(index)])
+    options = {**layout.provenance.options, "clutter": level}
+    provenance = layout.provenance.model_copy(update={"options": options})
+    return layout.replace(placements=(*layout.placements, *scatter.added), provenance=provenance)
+
+
+class _Scatter:
+    """A layout that is being strewn with loose objects."""
+
+    def __init__(self, layout: Layout, generator: np.random.Generator) -> None:
+        self.layout, self.generator = layout, generator
+        self.added: list[Placement] = []
+        self.furniture = [
+            (layout.box(placement.id), layout.asset(placement.id))
+            for placement in layout.placements
+            if placement.support == FLOOR
+            and layout.asset(placement.id).clearance > 0.0
+            and layout.asset(placement.id).subtype not in MOVABLE
+        ]
+        self.goals: list[Point] = [goal_pose(box)[:2] for box, _ in self.furniture]
+        self.solids = [*layout.floor.solids, *(layout.box(p.id) for p in layout.placements)]
+        entrances = building_of(layout).entrances
+        self.barred = self._barred(entrances)
+        self.fronts = [front_zone(box, asset.clearance) for box, asset in self.furniture]
+        low = [box for box in layout.floor.solids if box.z0 < OBSTACLE_HEIGHT]
+        self.ways = Ways(layout.floor, entrances, [*low, *layout.obstacles(OBSTACLE_HEIGHT)], self.goals)
+        self.reached = self.ways.reached(self.ways.values)
+        self.count = Counter(placement.asset for placement in layout.placements)
+        self.names = {placement.id for placement in layout.placements}
+
+    def add(self, kind: Kind) -> None:
+        """Add an object of a kind at the first of some random poses that is free."""
+        if kind.most is not None and sum(p.asset == kind.asset for p in self.added) >= kind.most:
+            return
+        asset = self.layout.catalog.get(kind.asset)
+        for x, y, yaw in self._poses(kind, asset):
+            box = OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, 0.0, asset.size.height)
+            if self._is_free(box, asset) and self._leaves_ways(box):
+                self._put(asset, box)
+                return
+
+    def _put(self, asset: Asset, box: OrientedBox) -> None:
+        name = asset.name
+        while name == asset.name or name in self.names:
+            self.count[asset.name] += 1
+            name = f"{asset.name}_{self.count[asset.name]}"
+        self.names.add(name)
+        self.solids.append(box)
+        self.added.append(Placement(id=name, asset=asset.name, position=(box.x, box.y, 0.0), yaw=box.yaw))
+
+    def _poses(self, kind: Kind, asset: Asset) -> Iterator[tuple[float, float, float]]:
+        """Yield random poses (x, y, yaw) for a kind."""
+        for _ in range(TRIES):
+            pose = self._before(asset) if kind.stance == "front" else self._somewhere(kind, asset)
+            if pose is not None:
+                x, y, yaw = pose
+                yield round(x, 4), round(y, 4), round(math.remainder(yaw, 2.0 * math.pi), 4)
+
+    def _before(self, asset: Asset) -> tuple[float, float, float] | None:
+        """A pose in front of a random piece of furniture."""
+        if not self.furniture:
+            return None
+        box, _ = self.furniture[int(self.generator.integers(len(self.furniture)))]
+        side = float(self.generator.choice([-1.0, 1.0])) if box.depth > 1.0 else 1.0
+        reach = box.depth / 2.0 + asset.size.depth / 2.0 + float(self.generator.uniform(*PULLED))
+        along = float(self.generator.uniform(-0.5, 0.5)) * box.width
+        return *box.to_world(along, side * reach), box.yaw + self._askew()
+
+    def _somewhere(self, kind: Kind, asset: Asset) -> tuple[float, float, float] | None:
+        """A pose along an edge of the free floor, or anywhere on it."""
+        short, edge = asset.size.short / 2.0 + GAP, kind.stance == "edge"
+        values = self.ways.values
+        rows, columns = np.nonzero((values > short) & (values < (short + PARKED if edge else np.inf)))
+        if not len(rows):
+            return None
+        pick = int(self.generator.integers(len(rows)))
+        x, y = (float(value) for value in self.ways.points[rows[pick], columns[pick]])
+        space = self.layout.floor.space_at(x, y)
+        if space is None or (space.use == "corridor" and kind.asset != "WetFloorSign"):
+            return None
+        quarter = float(self.generator.integers(4)) * math.pi / 2.0
+        return x, y, space.yaw + quarter + (0.0 if edge else self._askew() * 3.0)
+
+    def _askew(self) -> float:
+        return float(self.generator.uniform(-ASKEW, ASKEW))
+
+    def _is_free(self, box: OrientedBox, asset: Asset) -> bool:
+        """Whether an object overlaps nothing and stands in no area that stays clear."""
+        corners = np.vstack([box.corners(), [[box.x, box.y]]])
+        if not self.layout.floor.inside(corners).all():
+            return False
+        grown = OrientedBox(box.x, box.y, box.width + 2 * GAP, box.depth + 2 * GAP, box.yaw, box.z0, box.z1 + GAP)
+        against = [*self.solids, *self.barred, *([] if asset.subtype in LOOSE else self.fronts)]
+        if (pairwise_penetration(BoxArray.of([grown]), BoxArray.of(against)) > 0.0).any():
+            return False
+        own = asset.clearance if asset.subtype not in LOOSE else 0.0
+        if own and (pairwise_penetration(BoxArray.of([front_zone(box, own)]), BoxArray.of(self.solids)) > 0.0).any():
+            return False
+        flat = OrientedBox(box.x, box.y, box.width, box.depth, box.yaw, 0.0, 0.0)
+        points = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0, 0.0, 0.0) for x, y in self.goals])
+        return not self.goals or bool((pairwise_distance(BoxArray.of([flat]), points) >= GOAL_GAP).all())
+
+    def _leaves_ways(self, box: OrientedBox) -> bool:
+        """Whether every goal is still reached with an object; the ways then include it."""
+        values = self.ways.with_box(box)
+        reached = self.ways.reached(values)
+        if not all(before <= after for before, after in zip(self.reached, reached, strict=True)):
+            return False
+        self.ways.values = values
+        return True
+
+    def _barred(self, entrances: Iterable[Entrance]) -> list[OrientedBox]:
+        """Areas that stay clear: at doors, before safety equipment, around showers, and keep-outs."""
+        barred = [entrance.area for entrance in entrances]
+        barred += [area.box for area in self.layout.floor.keep_outs]
+        for placement in self.layout.placements:
+            box, asset = self.layout.box(placement.id), self.layout.asset(placement.id)
+            if placement.support not in (FLOOR, WALL):
+                continue
+            if asset.category == "safety_equipment" and not asset.fume_hood and asset.clearance > 0.0:
+                barred.append(front_zone(box, asset.clearance))
+            if asset.subtype == "shower":
+                side = 2.0 * SHOWER_RADIUS
+                barred.append(OrientedBox(box.x, box.y, side, side, box.yaw, 0.0, HEADROOM))
+        return barred

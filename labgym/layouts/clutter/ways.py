@@ -1,0 +1,75 @@
+"""The ways of a floor as clearances on a grid: which goals a disc reaches from every exit. Lengths in meters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.geometry import OrientedBox
+from labgym.layouts.floor import Floor
+from labgym.layouts.rules.building import Entrance
+from labgym.layouts.rules.clearance import lower_to_boxes
+
+STEP = 0.05
+"""Spacing of the grid."""
+REACH = 0.6
+"""Clearances are measured up to this value."""
+NEAR = 0.15
+"""A goal is reached if the disc reaches a grid point this near to it."""
+RADII = (0.375, 0.325)
+"""Radii for which ways are kept: a way of 0.75 m, which a 5 cm grid with a disc of 0.30 m lets through, and, where none
+existed before, the disc with half a step to spare."""
+
+Array = NDArray[np.float64]
+Point = tuple[float, float]
+
+
+class Ways:
+    """Clearances of a floor that is being filled.
+
+    Attributes:
+        points: the grid's points, shape (ny, nx, 2).
+        values: distance of each point from the nearest obstacle, up to `REACH`; not positive in obstacles and outside,
+            shape (ny, nx).
+    """
+
+    def __init__(
+        self, floor: Floor, entrances: Iterable[Entrance], obstacles: Sequence[OrientedBox], goals: Iterable[Point]
+    ) -> None:
+        x0, y0, x1, y1 = floor.bounds
+        self._xs, self._ys = np.arange(x0, x1, STEP), np.arange(y0, y1, STEP)
+        self.points = np.stack(np.meshgrid(self._xs, self._ys), axis=-1)
+        inside = floor.inside(self.points.reshape(-1, 2)).reshape(self.points.shape[:2])
+        self.values = np.where(inside, REACH, 0.0)
+        lower_to_boxes(self.values, self._xs, self._ys, obstacles, REACH)
+        self._exits = [entrance for entrance in entrances if entrance.exit]
+        self._goals = [np.argwhere(np.hypot(*(self.points - goal).transpose(2, 0, 1)) <= NEAR) for goal in goals]
+
+    def with_box(self, box: OrientedBox) -> Array:
+        """Return the clearances with another obstacle."""
+        values = self.values.copy()
+        lower_to_boxes(values, self._xs, self._ys, [box], REACH)
+        return values
+
+    def reached(self, values: Array) -> tuple[frozenset[int], ...]:
+        """Return, for each of `RADII`, the goals that a disc of that radius reaches from every exit."""
+        return tuple(self._reached(values, radius) for radius in RADII)
+
+    def _reached(self, values: Array, radius: float) -> frozenset[int]:
+        _, labels = cv2.connectedComponents((values >= radius).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
+        starts = [set(labels[self._entry(way, radius)].tolist()) - {0} for way in self._exits]
+        goals = [set(labels[tuple(nodes.T)].tolist()) - {0} for nodes in self._goals]
+        return frozenset(k for k, near in enumerate(goals) if all(near & start for start in starts))
+
+    def _entry(self, way: Entrance, radius: float) -> NDArray[np.bool_]:
+        """Grid points where the disc has just come in through an exit."""
+        x, y, yaw = way.pose
+        offset = self.points - (x, y)
+        across = offset[..., 0] * math.cos(yaw) + offset[..., 1] * math.sin(yaw)
+        inward = offset[..., 1] * math.cos(yaw) - offset[..., 0] * math.sin(yaw)
+        play = max(way.width / 2.0 - radius, 0.0) + STEP
+        return np.asarray((np.abs(across) <= play) & (np.abs(inward - radius) <= 1.5 * STEP))

@@ -1,0 +1,172 @@
+"""Clutter on published layouts and on floors of many rooms, checked with polygons."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+import shapely
+from shapely.geometry import Point, Polygon
+
+from labgym.errors import OptionError
+from labgym.layouts import Layout, Placement, load_published, published
+from labgym.layouts.clutter import LEVELS, add_clutter
+from labgym.layouts.floors import draw_floor
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.navigation import goal_pose
+
+DISC = 0.30
+TALL = 1.4
+"""Radius of the planning disc, and the height below which boxes stop the robot, meters."""
+
+
+def polygon(box):
+    return Polygon(box.corners())
+
+
+def bare_floor(family, seed):
+    """A floor of a family with a bench in the middle of every large room."""
+    floor = draw_floor(family, seed).floor
+    benches = []
+    for space in floor.spaces:
+        box = max(space.boxes, key=lambda box: box.width * box.depth)
+        if min(box.width, box.depth) > 4.0:
+            bench = Placement(
+                id=f"bench-{space.id}", asset="IslandBench1800", position=(box.x, box.y, 0.0), yaw=space.yaw
+            )
+            if not any(math.dist((c.x, c.y), (box.x, box.y)) < 2.0 for c in floor.columns):
+                benches.append(bench)
+    return Layout(id=f"{family}-{seed}", floor=floor, placements=tuple(benches))
+
+
+LAYOUTS = {
+    **{name: lambda name=name: load_published("test", name) for name in published("test")[:4]},
+    **{
+        f"{f}-{s}": lambda f=f, s=s: bare_floor(f, s)
+        for f in ("bay", "ell", "double", "suite", "refit")
+        for s in (1, 4)
+    },
+}
+
+
+@pytest.fixture(scope="module", params=LAYOUTS)
+def layout(request):
+    return LAYOUTS[request.param]()
+
+
+@pytest.fixture(scope="module", params=(1, 2, 3))
+def cluttered(request, layout):
+    return layout, add_clutter(layout, request.param, np.random.default_rng([request.param, 11])), request.param
+
+
+def added(layout, cluttered):
+    return cluttered.placements[len(layout.placements) :]
+
+
+def reachable(layout):
+    """For each exit, the goals of the floor furniture that a disc reaches, by polygons."""
+    obstacles = [*layout.floor.solids, *layout.obstacles(TALL)]
+    blocked = shapely.union_all([polygon(box) for box in obstacles if box.z0 < TALL]).buffer(DISC - 1e-6)
+    free = shapely.box(*layout.floor.bounds).difference(blocked)
+    parts = [part for part in getattr(free, "geoms", [free]) if part.area > 0.0]
+    goals = {
+        p.id: Point(goal_pose(layout.box(p.id))[:2])
+        for p in layout.placements
+        if p.support == "floor" and layout.asset(p.id).clearance > 0.0 and layout.asset(p.id).size.height > 0.75
+    }
+    reached = []
+    for way in layout.floor.doorways:
+        if way.exit:
+            x, y, yaw = way.side(way.spaces[0])
+            start = Point(x - math.sin(yaw) * (DISC + 1e-3), y + math.cos(yaw) * (DISC + 1e-3))
+            part = next((part for part in parts if part.distance(start) < 1e-6), None)
+            reached.append({name for name, goal in goals.items() if part is not None and part.distance(goal) < 1e-6})
+    return reached
+
+
+def test_objects_overlap_nothing_and_stay_inside(cluttered):
+    before, after, _ = cluttered
+    floor = shapely.union_all([polygon(box) for space in after.floor.spaces for box in space.boxes]).buffer(0.061)
+    standing = {p.id: after.box(p.id) for p in after.placements if p.support in ("floor", "wall")}
+    for placement in added(before, after):
+        box = after.box(placement.id)
+        footprint = polygon(box)
+        assert placement.support == "floor"
+        assert floor.covers(footprint)
+        others = [other for name, other in standing.items() if name != placement.id]
+        for other in [*others, *after.floor.solids]:
+            if other.z0 < box.z1:
+                assert footprint.distance(polygon(other)) > 0.02
+
+
+def test_the_robot_still_reaches_every_goal_from_every_exit(cluttered):
+    before, after, _ = cluttered
+    for old, new in zip(reachable(before), reachable(after), strict=True):
+        assert old
+        assert old <= new
+
+
+def test_doors_and_the_area_inside_them_stay_free(cluttered):
+    before, after, _ = cluttered
+    for way in after.floor.doorways:
+        for space in way.spaces:
+            if space != "outside":
+                x, y, _ = way.side(space)
+                for placement in added(before, after):
+                    assert polygon(after.box(placement.id)).distance(Point(x, y)) > 0.45
+
+
+def test_no_rule_is_broken_and_ways_out_are_judged_without_loose_objects(cluttered):
+    before, after, _ = cluttered
+    old, new = (evaluate_layout(each, each.protocol, navigation=True) for each in (before, after))
+    assert new.v == old.v
+    assert {issue.message for issue in new.errors} <= {issue.message for issue in old.errors}
+
+
+def test_what_was_there_stays_and_the_level_is_recorded(cluttered, tmp_path):
+    before, after, level = cluttered
+    assert after.placements[: len(before.placements)] == before.placements
+    assert after.provenance.options["clutter"] == level
+    again = add_clutter(before, level, np.random.default_rng([level, 11]))
+    assert again.hash == after.hash
+    after.save(tmp_path / "layout.json")
+    assert Layout.load(tmp_path / "layout.json").hash == after.hash
+
+
+def test_higher_levels_have_more_objects_of_more_kinds():
+    layouts = [load_published("test", name) for name in published("test")[:6]]
+    counts, kinds = [], []
+    for level in LEVELS:
+        objects = Counter()
+        for index, each in enumerate(layouts):
+            objects.update(
+                p.asset for p in added(each, add_clutter(each, level, np.random.default_rng([index, level])))
+            )
+        counts.append(sum(objects.values()))
+        kinds.append(len(objects))
+    assert counts[0] == 0
+    assert counts[0] < counts[1] < counts[2] < counts[3]
+    assert kinds[3] >= 7
+
+
+def test_level_0_changes_nothing_and_other_levels_are_refused():
+    layout = load_published("test", published("test")[0])
+    generator = np.random.default_rng(0)
+    assert add_clutter(layout, 0, generator) is layout
+    for level in (-1, 4, True, 1.5):
+        with pytest.raises(OptionError, match="0 to 3"):
+            add_clutter(layout, level, generator)
+
+
+def test_crowded_floors_have_necks_that_bare_ones_do_not():
+    narrower = 0
+    for name in published("test")[:10]:
+        layout = load_published("test", name)
+        after = add_clutter(layout, 3, np.random.default_rng(5))
+        boxes = [polygon(after.box(p.id)) for p in added(layout, after)]
+        others = shapely.union_all([polygon(layout.box(p.id)) for p in layout.placements if p.support == "floor"])
+        gaps = [box.distance(others) for box in boxes]
+        narrower += any(0.6 <= gap < 0.9 for gap in gaps)
+    assert narrower >= 2
