@@ -7,6 +7,7 @@ from labgym.navigation.grid_search import astar, distance_field
 from labgym.navigation.lengths import LengthsTo
 from labgym.navigation.occupancy import RESOLUTION, OccupancyGrid, occupancy
 from labgym.navigation.plan import OBSTACLE_HEIGHT, PLANNING_RADIUS, STAND_OFF, FloorPlan
+from labgym.navigation.routes import RouteMeasures, route_measures
 from labgym.navigation.visibility import ShortestPath, ShortestPaths, shortest_path
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "Method",
     "OccupancyGrid",
     "Pose",
+    "RouteMeasures",
     "ShortestPath",
     "ShortestPaths",
     "Transition",
@@ -33,6 +35,7 @@ __all__ = [
     "goal_poses",
     "occupancy",
     "resolve_protocol",
+    "route_measures",
     "shortest_path",
     "transitions",
 ]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labgym.geometry import OrientedBox
-from labgym.navigation import Gaps, ShortestPaths
+from labgym.navigation import Gaps, GoalPair, ShortestPaths, route_measures
 
 
 def partition(*gaps: tuple[float, float], y: float = 4.0) -> list[OrientedBox]:
@@ -89,3 +89,23 @@ def test_the_widest_way_is_that_of_the_largest_disc_that_gets_through(make_plan,
         elif path is not None and width >= ends:
             assert ShortestPaths(plan, ends / 2.0 - 1e-6).connected(start, goal)
     assert compared > 0 or seed > 0
+
+
+def test_measures_of_a_drive_are_those_of_its_closed_form(make_plan):
+    plan = make_plan(*partition((0.8, 1.5), (5.0, 6.3)))
+    pairs = [
+        GoalPair(0, (1.15, 1.0, 0.0), (1.15, 7.0, 0.0), "Hood", "Sink"),
+        GoalPair(1, (2.0, 2.0, 0.0), (5.0, 2.0, 0.0), "Hood", "Sink"),
+        GoalPair(2, (2.0, 2.0, 0.0), (5.0, 4.0, 0.0), "Hood", "Sink"),
+        GoalPair(3, (4.0, 2.0, 0.0), (4.0, 6.0, 0.0), "Hood", "Sink"),
+    ]
+    near, free, blocked, around = route_measures(plan, pairs)
+    assert (near.length, near.detour, near.neck, near.widest_neck) == pytest.approx((6.0, 1.0, 0.7, 1.3))
+    assert (free.length, free.detour, free.neck, free.widest_neck) == pytest.approx((3.0, 1.0, 3.0, 3.0))
+    assert blocked is None
+    # Around the edge of the wider door at x = 5, y = 3.9 and 4.1: two tangents, two arcs and 0.2 m straight.
+    reach = math.hypot(1.0, 1.9)
+    arc = math.atan2(1.0, 1.9) + math.asin(0.3 / reach)
+    length = 2.0 * (math.sqrt(reach**2 - 0.3**2) + 0.3 * arc) + 0.2
+    assert (around.length, around.detour) == pytest.approx((length, length / 4.0))
+    assert (around.neck, around.widest_neck) == pytest.approx((1.3, 1.3))
