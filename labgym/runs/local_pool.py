@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
@@ -65,6 +66,8 @@ class LocalPool(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers: after their tasks, or at once with `cancel_futures`."""
+        if sys.is_finalizing():  # The workers have been killed; the threads no longer run and cannot be joined.
+            return
         with self._lock:
             self._closed = True
         if cancel_futures:
