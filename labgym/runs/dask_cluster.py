@@ -38,7 +38,7 @@ def dask_workers(address: str) -> Iterator[Workers]:
         raise MissingDependencyError("distributed", "the executor dask", "dask") from error
     with _connected(distributed, address) as client:
         if not client.scheduler_info()["workers"]:
-            print(f"no worker has joined {address} yet: dask worker {address} --nthreads 1", file=sys.stderr)
+            sys.stderr.write(f"no worker has joined {address} yet: dask worker {address} --nthreads 1\n")
         executor = DaskExecutor(client, address)
         yield Workers(executor, lambda: SHARDS_PER_WORKER * max(1, len(client.scheduler_info()["workers"])))
 

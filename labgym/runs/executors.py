@@ -1,4 +1,4 @@
-"""Executors of shards: this process, local processes, a Dask cluster, Slurm jobs; each a `concurrent.futures.Executor`."""
+"""Executors of shards, each a `concurrent.futures.Executor`: this process, local processes, a Dask cluster, Slurm."""
 
 from __future__ import annotations
 

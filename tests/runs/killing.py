@@ -1,8 +1,8 @@
 """Kill a command at a moment of its run, run it again, and compare its folder with that of an undisturbed run.
 
 As a program: `python tests/runs/killing.py --moments 30 --shards 10 --work FOLDER -- generate sub_01 --count 40
---shard 4 --out {out}` kills the command at random moments by SIGKILL, SIGTERM and SIGINT in turn: after a random shard, and
-up to half the mean time of a shard later. It prints a line for each moment and exits 1 if one fails.
+--shard 4 --out {out}` kills the command at random moments by SIGKILL, SIGTERM and SIGINT in turn: after a random
+shard, and up to half the mean time of a shard later. It prints a line for each moment and exits 1 if one fails.
 """
 
 from __future__ import annotations

@@ -15,11 +15,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from runs import examples
 
 from labgym.errors import LabgymError, OptionError
 from labgym.runs import Blob, ExecutorOptions, RunFolder, Shard, run_shards
 from labgym.runs.addresses import check_address
+from runs import examples
 
 pytest.importorskip("distributed")
 
@@ -131,15 +131,13 @@ def test_a_worker_of_other_code_is_refused(tmp_path):
     (other / "assets").symlink_to(ROOT / "assets")
     with (other / "labgym/errors.py").open("a") as stream:
         stream.write("# changed\n")
-    with alone(tmp_path, package=other) as cluster:
-        with pytest.raises(LabgymError, match="another code"):
-            list(run_shards(examples.squares(1), None, dask(cluster), progress=False))
+    with alone(tmp_path, package=other) as cluster, pytest.raises(LabgymError, match="another code"):
+        list(run_shards(examples.squares(1), None, dask(cluster), progress=False))
 
 
 def test_a_worker_with_several_threads_is_refused(tmp_path):
-    with alone(tmp_path, "--nthreads", "2") as cluster:
-        with pytest.raises(OptionError, match="2 threads, expected 1"):
-            list(run_shards(examples.squares(1), None, dask(cluster), progress=False))
+    with alone(tmp_path, "--nthreads", "2") as cluster, pytest.raises(OptionError, match="2 threads, expected 1"):
+        list(run_shards(examples.squares(1), None, dask(cluster), progress=False))
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from runs.test_dask import dask, cluster  # noqa: F401
 
 from labgym.eval import evaluate
 from labgym.eval.driving.suites import Suite
+from runs.test_dask import cluster, dask  # noqa: F401
 
 pytest.importorskip("distributed")
 

@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
-from runs import examples
 
 from labgym.errors import DocumentError, OptionError
 from labgym.runs import RunFolder, RunIdentity
+from runs import examples
 
 
 def test_a_folder_of_another_run_is_refused_by_what_differs_and_nothing_in_it_changes(tmp_path):
@@ -36,8 +36,9 @@ def test_fresh_moves_each_old_folder_aside(tmp_path):
 def test_fresh_does_not_move_the_working_folder(tmp_path, monkeypatch):
     (tmp_path / "mine.txt").write_text("mine")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(OptionError, match="contains the working folder"), RunFolder.open(
-        tmp_path, examples.identity(), fresh=True
+    with (
+        pytest.raises(OptionError, match="contains the working folder"),
+        RunFolder.open(tmp_path, examples.identity(), fresh=True),
     ):
         pass
 
@@ -45,8 +46,9 @@ def test_fresh_does_not_move_the_working_folder(tmp_path, monkeypatch):
 def test_a_second_writer_is_refused_by_the_name_of_the_first(tmp_path):
     with RunFolder.open(tmp_path / "run", examples.identity()):
         for fresh in (False, True):
-            with pytest.raises(OptionError, match=r"in use: process \d+ on .* writes into it"), RunFolder.open(
-                tmp_path / "run", examples.identity(), fresh
+            with (
+                pytest.raises(OptionError, match=r"in use: process \d+ on .* writes into it"),
+                RunFolder.open(tmp_path / "run", examples.identity(), fresh),
             ):
                 pass
     with RunFolder.open(tmp_path / "run", examples.identity()):
@@ -55,8 +57,9 @@ def test_a_second_writer_is_refused_by_the_name_of_the_first(tmp_path):
 
 def test_a_folder_with_other_files_is_refused(tmp_path):
     (tmp_path / "thesis.tex").write_text("mine")
-    with pytest.raises(OptionError, match=r"holds thesis.tex, which is not a run"), RunFolder.open(
-        tmp_path, examples.identity()
+    with (
+        pytest.raises(OptionError, match=r"holds thesis.tex, which is not a run"),
+        RunFolder.open(tmp_path, examples.identity()),
     ):
         pass
     (tmp_path / "file").write_text("mine")
@@ -76,8 +79,9 @@ def test_a_folder_of_release_0_1_is_refused_with_the_remedy(tmp_path, name, cont
     path = tmp_path / "run" / name
     path.parent.mkdir()
     path.write_text(json.dumps(content))
-    with pytest.raises(OptionError, match=r"labgym 0.1, which `labgym report` reads.*--fresh"), RunFolder.open(
-        tmp_path / "run", examples.identity()
+    with (
+        pytest.raises(OptionError, match=r"labgym 0.1, which `labgym report` reads.*--fresh"),
+        RunFolder.open(tmp_path / "run", examples.identity()),
     ):
         pass
     assert [entry.name for entry in path.parent.iterdir()] == [name]
@@ -89,7 +93,7 @@ def test_a_folder_of_release_0_1_is_refused_with_the_remedy(tmp_path, name, cont
 
 def test_a_broken_identity_is_one_error(tmp_path):
     (tmp_path / "run.json").write_text("{")
-    with pytest.raises(DocumentError, match="run.json"), RunFolder.open(tmp_path, examples.identity()):
+    with pytest.raises(DocumentError, match=r"run\.json"), RunFolder.open(tmp_path, examples.identity()):
         pass
 
 
@@ -133,7 +137,7 @@ def test_merged_files_are_on_the_disk_before_the_files_of_shards_are_removed(tmp
     fsync = os.fsync
 
     def note(handle: int) -> None:
-        name = Path(os.readlink(f"/proc/self/fd/{handle}")).name
+        name = Path(f"/proc/self/fd/{handle}").readlink().name
         flushed[name] = (tmp_path / "run" / "shards" / "a").exists()
         fsync(handle)
 

@@ -5,11 +5,11 @@ import signal
 from pathlib import Path
 
 import pytest
-from runs import examples
 
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
 from labgym.runs.local_pool import LocalPool, WorkerLostError
+from runs import examples
 
 EXPECTED = "".join(f"{number * number}\n" for number in range(20)).encode()
 
@@ -158,8 +158,8 @@ def test_a_result_that_cannot_be_pickled_is_an_error_and_the_worker_lives():
 
 def test_a_worker_with_other_data_is_refused():
     def pids() -> set[str]:
+        options = ExecutorOptions(workers=2)
         with pytest.raises(LabgymError, match="another process id") as error:
-            options = ExecutorOptions(workers=2)
             list(run_shards(examples.squares(2), None, options, guard={"process id": process_id}, progress=False))
         return {str(error.value)}
 

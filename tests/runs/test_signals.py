@@ -6,10 +6,10 @@ import signal
 from pathlib import Path
 
 import pytest
-from runs import examples
-from runs.processes import Marked
 
 from labgym.temporary import PREFIX
+from runs import examples
+from runs.processes import Marked
 
 SIGNALS = [signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL]
 

@@ -6,14 +6,14 @@ import hashlib
 from pathlib import Path
 
 import pytest
-from runs import examples
 
 from labgym.errors import OptionError
 from labgym.runs import Blob, ExecutorOptions, RunFolder, Shard, executors, run_shards
+from runs import examples
 
 pytest.importorskip("submitit")
 
-from labgym.runs import slurm  # noqa: E402
+from labgym.runs import slurm
 
 
 @pytest.fixture(autouse=True)
@@ -38,8 +38,8 @@ def test_jobs_leave_the_bytes_of_one_process(tmp_path):
 
 def test_an_error_of_a_shard_arrives_as_itself(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    shards = [Shard("one", examples.refuse, ("no such thing",))]
     with pytest.raises(OptionError, match="no such thing"):
-        shards = [Shard("one", examples.refuse, ("no such thing",))]
         list(run_shards(shards, None, ExecutorOptions("slurm"), progress=False))
 
 
