@@ -133,6 +133,17 @@ def test_an_object_in_a_wall_in_a_doorway_behind_a_wall_or_outside_is_out_of_bou
             assert faults == (), name
 
 
+@pytest.mark.parametrize(
+    ("x", "z"), [(5.5, 1.3), (6.6, 1.3), (8.42, 1.3), (7.2, 1.3), (7.2, 2.25), (7.2, 0.3), (8.2, 1.9)]
+)
+def test_an_object_on_a_wall_hangs_beside_windows(x, z):
+    window = box(6.45, 1.0, 7.95, 2.2)  # in the plane of the back wall
+    board = put("board", "NoticeBoard", x, 5.0 - 0.0125, z, yaw=math.pi, on="wall")
+    covered = window.intersection(box(x - 0.45, z, x + 0.45, z + 0.6))
+    faults = bounds_faults(lab(two_rooms(), board))
+    assert [fault.cause for fault in faults] == ([] if covered.area < 1e-6 else ["surface"])
+
+
 def test_an_object_in_a_column_or_in_an_open_leaf_is_out_of_bounds():
     rooms = two_rooms()
     column = Column(id="c", x=3.0, y=2.5, width=0.4, depth=0.4, yaw=0.5)

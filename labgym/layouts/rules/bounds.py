@@ -23,7 +23,7 @@ class BoundsFault:
 
     Attributes:
         cause: `room` (in a wall or a column, or outside of all rooms), `surface` (over the edge of its support, or, if
-            wall-mounted, away from every wall), `height` (above or below its support).
+            wall-mounted, away from every wall or over an opening), `height` (above or below its support).
         amount: by how much, meters.
     """
 
@@ -35,7 +35,8 @@ class BoundsFault:
 def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     """Return every fault, in the order room, surface, height; an object with several faults counts as one OB.
 
-    A wall-mounted object may be at any height, but must lie inside the room and have a side along a wall.
+    A wall-mounted object may be at any height, but must lie inside the room and have a side along a wall, beside its
+    openings.
     """
     if not len(arrangement):
         return ()
@@ -49,7 +50,8 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     floor, wall = supports == FLOOR, supports == WALL
     rows["height"][floor] = np.abs(arrangement.boxes.z[floor, 0])
     gap = _wall_gap(arrangement)
-    rows["surface"][wall] = np.where(gap[wall] > WALL_TOLERANCE, gap[wall], 0.0)
+    over = arrangement.building.over_openings(arrangement.boxes)
+    rows["surface"][wall] = np.where(np.maximum(gap, over)[wall] > WALL_TOLERANCE, np.maximum(gap, over)[wall], 0.0)
     supported = arrangement.supported
     if supported:
         surfaces = BoxArray.of([arrangement.surface(row) for row in supported])

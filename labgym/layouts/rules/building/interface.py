@@ -90,6 +90,10 @@ class Building(Protocol):
         """
         ...
 
+    def over_openings(self, boxes: BoxArray) -> Array:
+        """Return how far n boxes at a wall reach over its openings, shape (n,); 0 beside them."""
+        ...
+
     def ahead(self, box: OrientedBox) -> float:
         """Return the free depth in front of a box up to a wall."""
         ...

@@ -37,6 +37,8 @@ PUSHES = 4
 """Pushes out of walls that are tried before an object is moved into a rectangle of its space."""
 PUSH = 1e-4
 """Added to a push, meters, so that rounding does not undo it."""
+NEAR = 0.10
+"""Distance from the face of a wall within which an object hangs over its openings, meters."""
 FACE = 0.1
 """Spacing of the points at which the faces of walls are looked at, and their distance from them, meters."""
 
@@ -159,6 +161,17 @@ class ManyRooms:
         beyond = local - walls.half[:, None]
         gaps = np.where(beyond[..., 0] > INTRUSION, np.inf, beyond[..., 1])
         return np.asarray(gaps.reshape(len(walls), *points.shape[:-1]))
+
+    def over_openings(self, boxes: BoxArray) -> Array:
+        """Return how far n boxes at a wall reach over a door, a passage or a window of it, shape (n,)."""
+        holes = [
+            OrientedBox(*wall.point(o.position), o.width, wall.thickness + 2.0 * NEAR, wall.yaw, o.sill, o.top)
+            for wall in self.floor.walls
+            for o in wall.openings
+        ]
+        if not holes or not len(boxes):
+            return np.zeros(len(boxes))
+        return np.asarray(np.maximum(pairwise_penetration(boxes, BoxArray.of(holes)).max(axis=1), 0.0))
 
     def ahead(self, box: OrientedBox) -> float:
         """Return the free depth in front of a box up to a wall, a column or an open leaf."""

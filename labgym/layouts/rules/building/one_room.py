@@ -72,6 +72,10 @@ class OneRoom:
         x, y = points[..., 0], points[..., 1]
         return np.stack([x, y, self.room.width - x, self.room.depth - y])
 
+    def over_openings(self, boxes: BoxArray) -> Array:
+        """Return zeros, shape (n,): the area inside a door, which stays free, includes its opening."""
+        return np.zeros(len(boxes))
+
     def ahead(self, box: OrientedBox) -> float:
         """Return the free depth in front of a box up to a side of the room."""
         room, (fx, fy) = self.room, box.front
