@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from labgym import protocols
@@ -10,13 +11,14 @@ from labgym.assets import Catalog
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber, ProtocolNames
 from labgym.cli.outcome import DONE, FAILED, complaints, written
 from labgym.errors import OptionError
-from labgym.layouts import Room
+from labgym.layouts import Floor, Room
 
 
 def generate(
     protocol: ProtocolNames,
     seed: int = 0,
     room: OptionalText = None,
+    family: OptionalText = None,
     profile: str = "default",
     out: OptionalPath = None,
     explain: bool = False,
@@ -26,18 +28,21 @@ def generate(
     fresh: bool = False,
     have: OptionalPath = None,
 ) -> int:
-    """Generate a laboratory for a protocol, or with --count many laboratories for one or more protocols.
+    """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
+
+    Several protocols share equipment and spaces, and the constraints of all hold.
 
     With --count, OUT receives the layout files in subfolders of 1000 and rows.jsonl, with a row for each protocol and
     seed. A protocol and seed without a layout has a row with the reason; the exit code is then 1. An interrupted
     command resumes.
 
     Args:
-        protocol: Id of a protocol, or a protocol's .json file. With --count also several, or all.
+        protocol: Ids of protocols, or their .json files, at most five for one laboratory. With --count also all.
         seed: Random seed; the same seed gives the same layout on any machine. With --count the first one.
         room: Room preset (bay_small, bay, bay_large with two exits; tight, default, roomy, two_exits of the published
-            layouts), size in meters such as 12x9, a room's .json file, or the outline of a .dxf drawing or of a ROS
-            map's .yaml file (docs/engineers.md). Default: bay.
+            layouts), size in meters such as 12x9, the .json file of a room or a floor, or the outline of a .dxf drawing
+            or of a ROS map's .yaml file (docs/engineers.md). Default: bay.
+        family: Family of floors (bay, ell, double, suite, refit) of which the seed draws one, in place of a room.
         profile: Thresholds to satisfy: default, strict, paper, or code (default, and a second exit is required).
         out: A .json file, or a folder for a file named after protocol, room and seed; by default the current folder.
             With --count a folder, which must be named.
@@ -49,9 +54,7 @@ def generate(
             that the protocol requires and the inventory lacks; otherwise list what the layout places in addition.
     """
     if count is None:
-        if len(protocol) != 1:
-            raise OptionError(f"{len(protocol)} protocols; name one, or say how many layouts of each with --count")
-        return _generate_one(protocol[0], seed, room, profile, out or Path(), explain, have)
+        return _generate_one(protocol, seed, room, family, profile, out or Path(), explain, have)
     from labgym.layouts.batch import generate_batch
 
     if explain:
@@ -61,7 +64,16 @@ def generate(
     if out is None:
         raise OptionError("--count needs a folder for the layouts: name it with --out")
     batch = generate_batch(
-        protocol, count, out, seed, room, profile, shard=shard, executor=execution.options(), fresh=fresh
+        protocol,
+        count,
+        out,
+        seed,
+        room,
+        profile,
+        shard=shard,
+        executor=execution.options(),
+        fresh=fresh,
+        family=family,
     )
     written(out)
     print(batch.summary)
@@ -69,35 +81,47 @@ def generate(
 
 
 def _generate_one(
-    protocol: str, seed: int, room: str | None, profile: str, out: Path, explain: bool, have: Path | None
+    names: Sequence[str],
+    seed: int,
+    room: str | None,
+    family: str | None,
+    profile: str,
+    out: Path,
+    explain: bool,
+    have: Path | None,
 ) -> int:
     from labgym import layouts
     from labgym.exchange.inventory import lacking, read_inventory, to_acquire
 
-    resolved, catalog = protocols.resolve(protocol), Catalog.load()
+    resolved, catalog = [protocols.resolve(name) for name in names], Catalog.load()
     inventory = None if have is None else read_inventory(have, catalog)
     if inventory is not None:
-        lacks = lacking([resolved], inventory, catalog)
+        lacks = lacking(resolved, inventory, catalog)
         if lacks:
             return complaints([lack.message for lack in lacks])
-    place = _room(room)
-    layout = layouts.generate(resolved, seed=seed, room=place, profile=profile)
-    note = layout.provenance.options.get("note")
-    if note:
-        print(f"note: {layout.provenance.options['furnishing']} furnishing only: {note}", file=sys.stderr)
+    place, floor = _place(room)
+    layout = layouts.generate(resolved, seed=seed, room=place, profile=profile, floor=floor, family=family)
+    options = layout.provenance.options
+    if options.get("note"):
+        print(f"note: {options['furnishing']} furnishing only: {options['note']}", file=sys.stderr)
+    stopped = options.get("attempts", {}).get("stopped", 0)
+    if stopped:
+        print(f"note: {stopped} attempts reached the solver's effort limit before one succeeded", file=sys.stderr)
     if inventory is not None:
         for lack in to_acquire((placement.asset for placement in layout.placements), inventory):
             print(f"note: {lack.message}", file=sys.stderr)
     if explain:
-        for placement, reason in layouts.reasons(resolved, seed=seed, room=place, profile=profile).items():
+        why = layouts.reasons(resolved, seed=seed, room=place, profile=profile, floor=floor, family=family)
+        for placement, reason in why.items():
             print(f"{placement}: {reason}")
     return written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
 
 
-def _room(room: str | None) -> Room | str | None:
-    """Return the room in a drawing or a ROS map; other arguments unchanged."""
+def _place(room: str | None) -> tuple[Room | str | None, Floor | None]:
+    """Return the room or the floor in a drawing or a ROS map; other arguments unchanged, as a room."""
     if room is None or not room.lower().endswith((".dxf", ".yaml", ".yml")):
-        return room
+        return room, None
     from labgym.exchange.formats import read_floor
 
-    return read_floor(room).room
+    floor = read_floor(room)
+    return (floor.room, None) if floor.is_rectangle else (None, floor)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,10 +19,11 @@ from labgym.assets import Catalog
 from labgym.documents import Record, canonical_hash, document_error, json_bytes, read_json
 from labgym.errors import DocumentError, InfeasibleError, OptionError, SearchLimitError
 from labgym.layouts.floor import IDENTIFIER
-from labgym.layouts.generate import GENERATOR, MAX_SEED, generate_assessed, resolve_request
+from labgym.layouts.generate import FURNISHER, GENERATOR, MAX_SEED, generate_assessed, resolve_request
 from labgym.layouts.model import Layout, Room
 from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.sites import at_seed
 from labgym.protocols import Protocol
 from labgym.protocols import protocols as library
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
@@ -105,6 +106,7 @@ def generate_batch(
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
     progress: bool = True,
+    family: str | None = None,
 ) -> Batch:
     """Generate `count` layouts of each protocol, with the seeds from `seed` on, and write them into a folder.
 
@@ -121,16 +123,19 @@ def generate_batch(
         executor: where the shards run.
         fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
+        family: name of a family of floors, in place of a room; each seed draws a floor.
 
     Raises:
-        UnknownNameError: no such protocol, room preset or profile.
+        UnknownNameError: no such protocol, room preset, family or profile.
         OptionError: a count, seed or shard size out of range, a protocol named twice, or the folder holds something
             else or is in use.
         LabgymError: workers died, or have another version of labgym or another catalog.
     """
     _check_range("count", count, MAX_COUNT)
     _check_range("shard", shard, PER_FOLDER)
-    requests = [resolve_request(protocol, seed, room, profile, catalog, ()) for protocol in _resolved(protocols)]
+    requests = [
+        resolve_request(protocol, seed, room, profile, catalog, (), family=family) for protocol in _resolved(protocols)
+    ]
     _check(requests, count)
     shards = tuple(_shards(requests, count, shard))
     with RunFolder.open(out, _identity(requests, count, shard), fresh) as folder:
@@ -230,7 +235,7 @@ def _check(requests: list[Request], count: int) -> None:
     if last > MAX_SEED:
         raise OptionError(f"the last seed is {last}, expected at most {MAX_SEED}")
     for request in requests:
-        longest = f"{request.protocol.id}-{request.room.name}-{last}"
+        longest = f"{request.protocol.id}-{request.floor.name}-{last}"
         if re.match(IDENTIFIER, longest) is None:
             raise OptionError(
                 f"{longest!r} cannot be a layout's name (letters, digits, '_', '.', '-', at most 80): rename the room"
@@ -249,12 +254,21 @@ def _identity(requests: list[Request], count: int, shard: int) -> RunIdentity:
         protocols={request.protocol.id: canonical_hash(request.protocol.to_json()) for request in requests},
         count=count,
         seed=first.seed,
-        room=first.room.model_dump(mode="json"),
+        room=_place(first),
         profile=first.profile.name,
         catalog=first.catalog.digest,
         generator=GENERATOR,
         shard=shard,
     )
+
+
+def _place(request: Request) -> Any:
+    """What the floors of a batch depend on, as plain data."""
+    if request.family:
+        return {"family": request.family, "furnisher": FURNISHER}
+    if request.style is not None:
+        return {"floor": request.floor.model_dump(mode="json"), "furnisher": FURNISHER}
+    return request.room.model_dump(mode="json")
 
 
 def _shards(requests: list[Request], count: int, size: int) -> Iterator[Shard]:
@@ -280,7 +294,7 @@ def make_shard(index: int, positions: range, count: int, requests: dict[int, Req
     rows = []
     for position in positions:
         request = requests[position // count]
-        row, content = _generated(replace(request, seed=request.seed + position % count), position)
+        row, content = _generated(at_seed(request, request.seed + position % count), position)
         rows.append(row)
         if row.file is not None:
             files[row.file] = content
@@ -289,7 +303,7 @@ def make_shard(index: int, positions: range, count: int, requests: dict[int, Req
 
 
 def _generated(request: Request, position: int) -> tuple[BatchRow, bytes]:
-    basis: dict[str, Any] = {"protocol": request.protocol.id, "seed": request.seed, "room": request.room.name}
+    basis: dict[str, Any] = {"protocol": request.protocol.id, "seed": request.seed, "room": request.floor.name}
     try:
         layout, assessment = generate_assessed(request)
     except InfeasibleError as error:

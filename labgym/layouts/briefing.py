@@ -37,8 +37,8 @@ def write_brief(request: Request, furnishing: Furnishing, generator: np.random.G
     full = furnishing == "full"
     return Brief(
         units=units if full else tuple(replace(unit, front=min(unit.front, TIGHT_FRONT)) for unit in units),
-        separations=tuple(_separations(cabinets, contents, request.profile)),
-        nearness=tuple(_nearness(units, request.habits)),
+        separations=tuple(separations_of(cabinets, contents, request.profile)),
+        nearness=tuple(nearness_of(units, request.habits)),
         contents=contents,
         fixed={placement.id: placement for placement in request.fixed},
         wall_assets={
@@ -50,8 +50,8 @@ def write_brief(request: Request, furnishing: Furnishing, generator: np.random.G
     )
 
 
-def _nearness(units: Sequence[Unit], habits: Habits) -> Iterable[Nearness]:
-    """The habits of neighborhood that concern this room; the first unit of each kind counts."""
+def nearness_of(units: Sequence[Unit], habits: Habits) -> Iterable[Nearness]:
+    """Yield the habits of neighborhood that concern some units; the first unit of each kind counts."""
     first: dict[str, str] = {}
     for unit in units:
         first.setdefault(unit.asset.name, unit.id)
@@ -60,10 +60,10 @@ def _nearness(units: Sequence[Unit], habits: Habits) -> Iterable[Nearness]:
             yield Nearness(first[pair.first], first[pair.second], pair.weight)
 
 
-def _separations(
+def separations_of(
     cabinets: Sequence[Cabinet], contents: Mapping[str, tuple[Content, ...]], profile: Profile
 ) -> Iterable[Separation]:
-    """Flammables from heat sources, and incompatible cabinets from each other."""
+    """Yield the distances of flammables from heat sources, and of incompatible cabinets from each other."""
     for unit_id, items in contents.items():
         bands = [band for item in items if (band := heat_band(item.asset, profile)) is not None]
         for cabinet in cabinets:

@@ -16,7 +16,7 @@ from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_surface, 
 from labgym.layouts.model import FLOOR, Layout, Placement
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.zones import door_pose
+from labgym.layouts.surroundings import main_door
 
 STOOLS = 4
 """Maximum number of stools."""
@@ -144,10 +144,10 @@ class _Dresser:
 
     def _point(self, neighbor: str) -> tuple[float, float] | None:
         """Position of the first door or of the first placement of an asset, or None."""
-        room = self.layout.room
-        if neighbor == "door" and room.doors:
-            x, y, _ = door_pose(room, room.doors[0])
-            return x, y
+        if neighbor == "door":
+            door = main_door(self.layout.floor)
+            if door is not None:
+                return door
         placement = self.layout.find(neighbor)
         return None if placement is None else (placement.position[0], placement.position[1])
 

@@ -10,22 +10,19 @@ import numpy as np
 
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
-from labgym.layouts.model import FLOOR, WALL, Door, Layout, Placement, Room
+from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS, Profile
-from labgym.layouts.rules.zones import HEADROOM, INTRUSION, door_area, door_pose, front_zone
+from labgym.layouts.rules.zones import HEADROOM, INTRUSION, front_zone
 from labgym.layouts.stocking import BENCH_MARGIN
+from labgym.layouts.surroundings import BRACKET, building, door_areas, door_openings, inside, wall_poses
 from labgym.layouts.tabletop import Item, Spot, pack
 from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
 
-BRACKET = 0.01
-"""Gap between a wall-mounted object and its wall, meters."""
 ELBOW = 0.03
 """Gap to all other objects, meters."""
 WORKING_HEIGHT = 0.35
 """Free height between a worktop and wall-mounted objects, meters: a gooseneck tap, a flask on its stand."""
-WALL_STEP = 0.05
-"""Spacing of the places tried along a wall, meters."""
 BATCH = 32
 """Places that are checked together: most searches end with the first few."""
 
@@ -54,8 +51,7 @@ class Keepouts:
             if placement.support == FLOOR and layout.asset(placement.id).clearance > 0.0
         ]
         zones += [_surroundings(layout.box(p.id)) for p in layout.placements if layout.asset(p.id).subtype == "shower"]
-        doors = [door_area(layout.room, door) for door in layout.room.doors]
-        return cls(tuple(doors), tuple(stands), tuple(zones))
+        return cls(tuple(door_areas(layout.floor)), tuple(stands), tuple(zones))
 
 
 def _surroundings(shower: OrientedBox) -> OrientedBox:
@@ -119,12 +115,12 @@ def on_wall(
     Args:
         height: of its bottom, meters; the asset's mount height by default.
     """
-    room, bottom = layout.room, asset.mount_height if height is None else height
+    bottom = asset.mount_height if height is None else height
     top = bottom + asset.size.height
-    candidates = [_wall_pose(room, asset, wall, along) for wall, along in _wall_places(room, asset)]
+    candidates = wall_poses(layout.floor, asset, top)
     candidates.sort(key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
     boxes = [OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, bottom, top) for x, y, yaw in candidates]
-    doors = [_opening(room, door) for door in room.doors]
+    doors = door_openings(layout.floor)
     if BRACKET + asset.size.depth > INTRUSION:
         doors += keepouts.doors
     barred = [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones]
@@ -147,20 +143,19 @@ def on_floor(
     size = asset.size
     boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in poses]
     barred = [*keepouts.doors, *keepouts.stands, *(() if in_front else keepouts.zones)]
-    room, standing = layout.room, _boxes(layout)
+    floor, standing = layout.floor, [*_boxes(layout), *building(layout.floor)]
     for some in _batched(boxes, BATCH):
         reach = [box if in_front else front_zone(box, asset.clearance) for box in some]
         free = zip(some, _free(some, [*standing, *barred]), _free(reach, standing), strict=True)
         for box, is_free, is_served in free:
-            x0, y0, x1, y1 = box.bounds()
-            if is_free and is_served and x0 >= 0.0 and y0 >= 0.0 and x1 <= room.width and y1 <= room.depth:
+            if is_free and is_served and inside(floor, box):
                 return _placement(layout, asset, (box.x, box.y, 0.0), box.yaw, FLOOR, None)
     return None
 
 
 def along_walls(layout: Layout, asset: Asset, near: tuple[float, float]) -> list[tuple[float, float, float]]:
     """Return floor poses (x, y, yaw) with the back to a wall, nearest to a point first."""
-    poses = [_wall_pose(layout.room, asset, wall, along) for wall, along in _wall_places(layout.room, asset)]
+    poses = wall_poses(layout.floor, asset, asset.size.height)
     return sorted(poses, key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
 
 
@@ -184,32 +179,6 @@ def _free(boxes: Sequence[OrientedBox], obstacles: Sequence[OrientedBox]) -> lis
     ]
     hits = pairwise_penetration(BoxArray.of(grown), BoxArray.of(obstacles)) > 0.0
     return [not row.any() for row in hits]
-
-
-def _wall_places(room: Room, asset: Asset) -> list[tuple[str, float]]:
-    places = []
-    for wall in ("front", "back", "left", "right"):
-        length = room.width if wall in ("front", "back") else room.depth
-        margin = asset.size.width / 2.0 + 0.05
-        count = int(max(length - 2.0 * margin, 0.0) / WALL_STEP) + 1
-        places += [(wall, margin + WALL_STEP * k) for k in range(count)]
-    return places
-
-
-def _wall_pose(room: Room, asset: Asset, wall: str, along: float) -> tuple[float, float, float]:
-    inset = BRACKET + asset.size.depth / 2.0
-    return {
-        "front": (along, inset, 0.0),
-        "back": (along, room.depth - inset, math.pi),
-        "left": (inset, along, -math.pi / 2.0),
-        "right": (room.width - inset, along, math.pi / 2.0),
-    }[wall]
-
-
-def _opening(room: Room, door: Door) -> OrientedBox:
-    """The doorway and the wall next to it that its frame takes."""
-    x, y, yaw = door_pose(room, door)
-    return OrientedBox(x, y, door.width + 0.2, 0.6, yaw, 0.0, door.height + 0.15)
 
 
 def _worktops(layout: Layout) -> list[OrientedBox]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -10,41 +10,49 @@ from typing import Any
 import labgym
 from labgym.assets import Catalog
 from labgym.errors import InfeasibleError, OptionError
+from labgym.layouts.combination import combination
 from labgym.layouts.dressing import dress
+from labgym.layouts.floor import Floor
 from labgym.layouts.habits import Habits
 from labgym.layouts.infeasibility import smallest_preset
+from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance, Room
 from labgym.layouts.optimise import optimise
 from labgym.layouts.propose import ProceduralProposer, Proposer
 from labgym.layouts.refine import refine
 from labgym.layouts.request import Request
-from labgym.layouts.rooms import resolve_room
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.thresholds import profile as resolve_profile
+from labgym.layouts.sites import resolve_site
 from labgym.protocols import Protocol
 from labgym.protocols import resolve as resolve_protocol
 
 GENERATOR = 2
-"""Version of the generator. It rises whenever the same arguments give another layout."""
+"""Version of the generator of single rooms. It rises whenever the same arguments give another layout."""
+FURNISHER = 1
+"""The same of what furnishes floors space by space."""
 MAX_SEED = 2**53 - 1
 
 
 def generate(
-    protocol: Protocol | str | Path,
+    protocol: Protocol | str | Path | Sequence[Protocol | str | Path],
     seed: int = 0,
     room: Room | str | Path | None = None,
     profile: str | Profile = "default",
     proposer: Proposer | None = None,
     catalog: Catalog | None = None,
     fixed: Iterable[Placement] = (),
+    floor: Floor | str | Path | None = None,
+    family: str | None = None,
 ) -> Layout:
-    """Return a laboratory for a protocol: proposed, optimized, refined for navigation, and dressed.
+    """Return a laboratory for one or more protocols: proposed, optimized, refined for navigation, and dressed.
 
-    The same arguments give a layout with the same hash in any process.
+    The same arguments give a layout with the same hash in any process. One protocol in a room is furnished by the roles
+    of its four walls; a floor, a family, or several protocols are furnished space by space, along any wall.
 
     Args:
-        protocol: a protocol, its id in the library, or its .json file.
+        protocol: a protocol, its id in the library, or its .json file; or up to five of them, which share equipment.
         seed: 0 to 2^53 - 1, the integers that JSON represents exactly.
         room: a room, a preset, a size such as "12x9", a room file, or None for the preset "bay" (8 x 8 m, two doors).
         profile: thresholds to satisfy.
@@ -52,14 +60,17 @@ def generate(
         catalog: source of every asset; `Catalog.load()` by default.
         fixed: floor and wall objects that stay where they are, such as a sink or a pillar. One of an asset that the
             laboratory needs takes that role; the others are obstacles.
+        floor: a floor of any shape or its .json file, in place of a room.
+        family: name of a family of floors, of which the seed draws one, in place of a room.
 
     Raises:
-        UnknownNameError: no such protocol, room preset or profile.
-        OptionError: a seed out of range, not a room, or a fixed object that does not stand on the floor or a wall.
-        InfeasibleError: the room cannot hold the protocol; names the conflicts and the smallest preset that fits.
+        UnknownNameError: no such protocol, room preset, family or profile.
+        OptionError: a seed out of range, not a room, more than one of room, floor and family, or a fixed object that
+            does not stand on the floor or a wall.
+        InfeasibleError: the room cannot hold the protocols; names the conflicts and the smallest preset that fits.
         SearchLimitError: the search ended at its effort limit without a layout; one may exist.
     """
-    request = resolve_request(protocol, seed, room, profile, catalog, fixed)
+    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family)
     return generate_assessed(request, proposer)[0]
 
 
@@ -69,33 +80,39 @@ def generate_assessed(request: Request, proposer: Proposer | None = None) -> tup
     Raises:
         InfeasibleError, SearchLimitError: as `generate`.
     """
-    proposer = proposer if proposer is not None else ProceduralProposer()
+    proposer = proposer if proposer is not None else default_proposer(request)
     layout = proposer.propose(request)
     layout = optimise(layout, request.protocol, request.profile)
     layout = refine(layout, request.protocol, request.profile)
     layout = dress(layout, request)
     assessment = _verified(layout, request)
-    options: dict[str, Any] = {
-        "room": request.room.name,
-        "profile": request.profile.name,
-        **layout.provenance.options,
-    }
+    options: dict[str, Any] = {"room": request.floor.name, "profile": request.profile.name}
+    options |= {"family": request.family} if request.family else {}
+    options |= layout.provenance.options
+    version = {"generator": str(GENERATOR)} if request.style is None else {"furnisher": str(FURNISHER)}
     provenance = Provenance(
         generator=type(proposer).__name__,
         seed=request.seed,
         options=options,
-        versions={"labgym": labgym.__version__, "generator": str(GENERATOR), "ortools": _version("ortools")},
+        versions={"labgym": labgym.__version__, **version, "ortools": _version("ortools")},
     )
     return layout.replace(provenance=provenance), assessment
 
 
+def default_proposer(request: Request) -> ProceduralProposer | FloorProposer:
+    """Return the proposer for a request: by the roles of four walls, or space by space."""
+    return ProceduralProposer() if request.style is None else FloorProposer()
+
+
 def reasons(
-    protocol: Protocol | str | Path,
+    protocol: Protocol | str | Path | Sequence[Protocol | str | Path],
     seed: int = 0,
     room: Room | str | Path | None = None,
     profile: str | Profile = "default",
     catalog: Catalog | None = None,
     fixed: Iterable[Placement] = (),
+    floor: Floor | str | Path | None = None,
+    family: str | None = None,
 ) -> dict[str, str]:
     """Return why each object of a generated layout is there, by placement id.
 
@@ -104,16 +121,19 @@ def reasons(
     Raises:
         UnknownNameError, OptionError, InfeasibleError: as `generate`.
     """
-    return ProceduralProposer().plan(resolve_request(protocol, seed, room, profile, catalog, fixed)).reasons()
+    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family)
+    return default_proposer(request).plan(request).reasons()
 
 
 def resolve_request(
-    protocol: Protocol | str | Path,
+    protocol: Protocol | str | Path | Sequence[Protocol | str | Path],
     seed: int,
     room: Room | str | Path | None,
     profile: str | Profile,
     catalog: Catalog | None,
     fixed: Iterable[Placement],
+    floor: Floor | str | Path | None = None,
+    family: str | None = None,
 ) -> Request:
     """Return the request that the arguments of `generate` describe.
 
@@ -122,14 +142,21 @@ def resolve_request(
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
         raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
+    several = [protocol] if isinstance(protocol, (Protocol, str, Path)) else list(protocol)
+    resolved = tuple(resolve_protocol(one) for one in several)
+    catalog = catalog if catalog is not None else Catalog.load()
+    site = resolve_site(seed, room, floor, family, always=len(resolved) > 1)
     return Request(
-        protocol=resolve_protocol(protocol),
-        room=resolve_room(room),
+        protocol=combination(resolved, catalog),
+        floor=site.floor,
         profile=resolve_profile(profile),
         seed=seed,
-        catalog=catalog if catalog is not None else Catalog.load(),
+        catalog=catalog,
         habits=Habits.published(),
         fixed=tuple(_pinned(placement) for placement in fixed),
+        several=resolved if len(resolved) > 1 else (),
+        style=site.style,
+        family=family or "",
     )
 
 
@@ -155,8 +182,9 @@ def _verified(layout: Layout, request: Request) -> Assessment:
     if assessment.missing:
         problems.append(f"not placed: {', '.join(assessment.missing)}")
     if problems:
-        what = f"the proposed layout of protocol {protocol.id!r} in room {layout.room.name!r} could not be repaired"
-        raise InfeasibleError(what, problems, smallest_preset(request), remedy="try another seed")
+        what = f"the proposed layout of protocol {protocol.id!r} on floor {layout.floor.name!r} could not be repaired"
+        smallest = smallest_preset(request) if request.style is None else None
+        raise InfeasibleError(what, problems, smallest, remedy="try another seed")
     return assessment
 
 

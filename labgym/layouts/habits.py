@@ -17,6 +17,8 @@ from labgym.layouts.brief import Furnishing, Stance
 
 Side = Literal["front", "back", "store", "work"]
 """A wall by its role: `store` and `work` are the two side walls; the seed decides which of them is the left one."""
+Use = Literal["laboratory", "instrument", "store", "write-up", "corridor"]
+"""Use of a space."""
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Span = tuple[Share, Share]
 
@@ -91,6 +93,20 @@ class Dressing(Record):
     seated: tuple[str, ...]
 
 
+class RoomHabit(Record):
+    """What a space of some use is filled with beyond what protocol and safety require.
+
+    Attributes:
+        walls: rows along the walls.
+        islands: free-standing benches, without which nothing stands in the open.
+        backs: wall benches that may stand back to back in the open.
+    """
+
+    walls: tuple[str, ...] = ()
+    islands: tuple[str, ...] = ()
+    backs: tuple[str, ...] = ()
+
+
 class Habits(Document):
     """All planning habits.
 
@@ -101,6 +117,9 @@ class Habits(Document):
         islands: free-standing benches, largest first. peninsula: the bench with one end at a wall.
         homes: where an instrument of a category stands when the protocol does not say. default_home: else.
         cabinets: by storage class, in the order in which the cabinets are planned.
+        uses: uses of the spaces in which a kind of furniture stands, best first; laboratories if it is absent.
+        together: furniture that stands in the space of the first hood.
+        rooms: by the use of a space.
     """
 
     SCHEMA: ClassVar[str] = "labgym.habits/1"
@@ -115,6 +134,9 @@ class Habits(Document):
     default_home: str
     cabinets: dict[StorageClass, StorageCabinet]
     near: tuple[Neighbors, ...]
+    uses: dict[str, tuple[Use, ...]]
+    together: tuple[str, ...]
+    rooms: dict[Use, RoomHabit]
     dressing: Dressing
 
     @classmethod

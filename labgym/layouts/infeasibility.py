@@ -105,7 +105,7 @@ def clashes(request: Request, brief: Brief) -> list[str]:
 def smallest_preset(request: Request) -> str | None:
     """Return the name of the smallest room preset that holds a protocol's required furniture, or None."""
     for name, room in room_presets().items():
-        trial = replace(request, room=room, fixed=())
+        trial = replace(request, floor=room.floor, fixed=())
         if room_conflicts(trial):
             continue
         for attempt in range(PRESET_TRIES):

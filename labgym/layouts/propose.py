@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 import typing
 from collections import Counter
 from collections.abc import Mapping
@@ -11,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from labgym.geometry import OrientedBox
-from labgym.layouts.brief import LEVELS, Brief, Furnishing
+from labgym.layouts.assembly import Plan, shortest_drive
+from labgym.layouts.brief import LEVELS, Furnishing
 from labgym.layouts.briefing import write_brief
-from labgym.layouts.floor_plan import Pose, solve
+from labgym.layouts.floor_plan import solve
 from labgym.layouts.infeasibility import (
     attempts_used_up,
     clashes,
@@ -24,14 +23,12 @@ from labgym.layouts.infeasibility import (
     room_conflicts,
     search_stopped,
 )
-from labgym.layouts.model import FLOOR, Layout, Placement, Provenance, Room
+from labgym.layouts.model import Layout, Room
 from labgym.layouts.request import Request
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import MARGIN, narrow_ways
 from labgym.layouts.rules.facility import placing_issues
 from labgym.layouts.walls import choose_walls
-from labgym.navigation import goal_pairs
-from labgym.protocols import Protocol
 
 ATTEMPTS = 6
 """Number of briefs tried at each level of furnishing before the next."""
@@ -53,28 +50,6 @@ class Proposer(typing.Protocol):
 
     def propose(self, request: Request) -> Layout:
         """Return a layout that holds everything the protocol requires; it may violate rules."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A furnished brief and a pose for each of its units, from which a layout is assembled.
-
-    Attributes:
-        note: why the room is not fully furnished; empty if it is.
-    """
-
-    request: Request
-    brief: Brief
-    poses: Mapping[str, Pose]
-    note: str = ""
-
-    def layout(self) -> Layout:
-        """Return the layout: furniture at its poses with its contents."""
-        return _assembled(self)[0]
-
-    def reasons(self) -> dict[str, str]:
-        """Return why each placement is there, by placement id."""
-        return _assembled(self)[1]
 
 
 @dataclass(frozen=True)
@@ -175,65 +150,3 @@ def _errors(plan: Plan) -> list[str]:
     ]
     issues = [issue for issue in placing_issues(arrangement) if not fixed.issuperset(issue.ids)]
     return [issue.message for issue in issues if issue.severity == "error"] + narrow
-
-
-def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
-    """The layout of a plan, and the reason of each placement by id."""
-    placements: list[Placement] = []
-    reasons: dict[str, str] = {}
-    counts: dict[str, int] = {}
-    fixed = plan.brief.fixed
-    for unit in plan.brief.units:
-        pose = plan.poses[unit.id]
-        position = _rounded(pose.x, pose.y, 0.0)
-        placement = Placement(id=unit.id, asset=unit.asset.name, position=position, yaw=pose.yaw, support=FLOOR)
-        placements.append(fixed.get(unit.id, placement))
-        reasons[unit.id] = unit.reason
-    for placement_id in plan.brief.wall_assets:
-        placements.append(fixed[placement_id])
-        reasons[placement_id] = "fixed by the request"
-    for unit in plan.brief.units:
-        pose = plan.poses[unit.id]
-        frame = OrientedBox(pose.x, pose.y, unit.width, unit.depth, pose.yaw)
-        for content in plan.brief.contents.get(unit.id, ()):
-            surface, name = unit.asset.surfaces[content.slot], content.asset.name
-            x, y = frame.to_world(surface.x + content.spot.x, surface.y + content.spot.y)
-            counts[name] = counts.get(name, 0) + 1
-            while f"{name}_{counts[name]}" in fixed:
-                counts[name] += 1
-            placements.append(
-                Placement(
-                    id=f"{name}_{counts[name]}",
-                    asset=name,
-                    position=_rounded(x, y, surface.z),
-                    yaw=pose.yaw + content.spot.yaw,
-                    support=unit.id,
-                    slot=content.slot,
-                )
-            )
-            reasons[placements[-1].id] = content.reason
-    request, level = plan.request, plan.brief.furnishing
-    protocol, room, seed = request.protocol, request.room, request.seed
-    layout = Layout(
-        id=f"{protocol.id}-{room.name}-{seed}"[:80],
-        protocols=(protocol,),
-        floor=room.floor,
-        placements=tuple(placements),
-        catalog=request.catalog,
-        provenance=Provenance(
-            generator="procedural",
-            seed=seed,
-            options={"furnishing": level} if level == "full" else {"furnishing": level, "note": plan.note},
-        ),
-    )
-    return layout, reasons
-
-
-def shortest_drive(layout: Layout, protocol: Protocol) -> float:
-    """Return the shortest straight-line distance between consecutive goal poses, meters; inf without drives."""
-    lengths = [math.dist(pair.start[:2], pair.goal[:2]) for pair in goal_pairs(layout, protocol)]
-    return min(lengths, default=math.inf)
-
-
-def _rounded(x: float, y: float, z: float) -> tuple[float, float, float]:
-    return round(x, 6), round(y, 6), round(z, 6)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from labgym.assets import Asset, Catalog
+from labgym.layouts.floor import Floor, Room
 from labgym.layouts.habits import Habits
-from labgym.layouts.model import Placement, Room
-from labgym.layouts.placement import resized
+from labgym.layouts.placement import Placement, resized
 from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.style import Style
 from labgym.protocols import Protocol
 
 
@@ -17,18 +18,40 @@ class Request:
     """Everything that decides a generated layout.
 
     Attributes:
+        protocol: what the laboratory is for; of several protocols, their combination.
         seed: 0 to 2^53 - 1.
         catalog: source of every asset. habits: where furniture usually stands.
         fixed: floor and wall objects that must stay where they are.
+        several: the protocols that `protocol` combines, empty if it is one.
+        style: how the floor is furnished, for floors that are furnished space by space; None for a single room whose
+            walls have roles.
+        family: name of the family that the floor is of, empty if there is none.
     """
 
     protocol: Protocol
-    room: Room
+    floor: Floor
     profile: Profile
     seed: int
     catalog: Catalog
     habits: Habits
     fixed: tuple[Placement, ...] = ()
+    several: tuple[Protocol, ...] = ()
+    style: Style | None = None
+    family: str = ""
+
+    @property
+    def room(self) -> Room:
+        """The floor as one rectangular room.
+
+        Raises:
+            LabgymError: the floor is not one rectangular room.
+        """
+        return self.floor.room
+
+    @property
+    def protocols(self) -> tuple[Protocol, ...]:
+        """The protocols that the laboratory is for."""
+        return self.several or (self.protocol,)
 
     def fixed_asset(self, placement: Placement) -> Asset:
         """Return the catalog entry of a fixed object, with the object's size if it has one.

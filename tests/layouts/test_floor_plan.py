@@ -84,7 +84,7 @@ def test_a_thing_too_high_for_its_shelf_is_left_out():
 @pytest.mark.parametrize("name", sorted(protocols()))
 def test_no_cabinet_holds_two_reagents_that_must_not_meet(name):
     protocol, catalog = protocols()[name], Catalog.load()
-    cabinets = plan_cabinets(Request(protocol, ROOM, profile("default"), 0, catalog, Habits.published()))
+    cabinets = plan_cabinets(Request(protocol, ROOM.floor, profile("default"), 0, catalog, Habits.published()))
     stored = [reagent.name for cabinet in cabinets for reagent in cabinet.reagents]
     assert sorted(stored) == sorted(use.name for use in protocol.reagents)
     for cabinet in cabinets:

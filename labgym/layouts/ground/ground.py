@@ -1,0 +1,170 @@
+"""The ground of a space: its boundary as segments of wall, its gates, and where no furniture may stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.geometry import BoxArray, OrientedBox, compose, pairwise_penetration, relative
+from labgym.layouts.floor import Doorway, Floor, Space, Wall
+from labgym.layouts.ground.backing import PARALLEL, LocalWall, backed, faces
+from labgym.layouts.ground.outline import Span, missing, outline
+from labgym.layouts.ground.segments import Gate, Pose, Segment
+from labgym.layouts.rules.building import swing_area
+
+SHORTEST = 0.3
+"""Length of the shortest segment, meters: nothing stands against less."""
+BEYOND = 2.0
+"""Thickness of the boxes that stand for what is outside the bounds, meters."""
+SAMPLE = 0.05
+"""Spacing of the points that tell where an oblique wall borders a space, meters."""
+NEAR = 0.12
+"""Distance of these points from the wall, meters: the region's staircase along it is finer."""
+TOLERANCE = 1e-6
+"""Overlaps smaller than this are none, meters."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What a space offers to furniture. Its frame has its origin at the corner of the region's bounds.
+
+    Attributes:
+        space, use: id and use of the space.
+        frame: pose of the ground's frame in the floor's.
+        width, depth: bounds of the region, meters.
+        area: of the region, square meters.
+        segments: stretches of wall, at least `SHORTEST` long.
+        gates: doors and passages.
+        outside: boxes that fill what is not the region: beyond the bounds, missing corners, walls.
+        solid: columns and walls. leaves: of interior doors as they stand.
+        clear: areas without furniture, which people and robots may cross.
+        ceiling: height, meters.
+    """
+
+    space: str
+    use: str
+    frame: Pose
+    width: float
+    depth: float
+    area: float
+    segments: tuple[Segment, ...]
+    gates: tuple[Gate, ...]
+    outside: tuple[OrientedBox, ...]
+    solid: tuple[OrientedBox, ...]
+    leaves: tuple[OrientedBox, ...]
+    clear: tuple[OrientedBox, ...]
+    ceiling: float
+
+    @classmethod
+    def of(cls, floor: Floor, space: Space) -> Ground:
+        """Return the ground of a space of a floor."""
+        x0, y0 = min(r.x0 for r in space.region), min(r.y0 for r in space.region)
+        spans = [Span(r.x0 - x0, r.y0 - y0, r.x1 - x0, r.y1 - y0) for r in space.region]
+        width, depth = max(s.x1 for s in spans), max(s.y1 for s in spans)
+        frame = compose(space.frame, (x0, y0, 0.0))
+        walls = [_local(wall, frame) for wall in floor.walls]
+        holes = missing(spans)
+        segments = [backed(segment, walls) for segment in (*_straight(spans), *_oblique(walls, spans))]
+        gates = [_gate(way, space.id, frame) for way in floor.doorways if space.id in way.spaces]
+        solid = [*floor.wall_boxes, *(part.box for part in floor.parts if part.kind == "column")]
+        leaves = [part.box for part in floor.parts if part.kind == "leaf"]
+        clear = [k.box for k in floor.keep_outs]
+        bounds = OrientedBox(width / 2.0, depth / 2.0, width, depth, 0.0)
+        return cls(
+            space=space.id,
+            use=space.use,
+            frame=frame,
+            width=width,
+            depth=depth,
+            area=width * depth - sum((h.x1 - h.x0) * (h.y1 - h.y0) for h in holes),
+            segments=tuple(segments),
+            gates=tuple(gates),
+            outside=(*_around(width, depth), *(_box(hole) for hole in holes)),
+            solid=tuple(_within(bounds, [_moved(box, frame) for box in solid])),
+            leaves=tuple(_within(bounds, [_moved(box, frame) for box in leaves])),
+            clear=tuple(_within(bounds, [_moved(box, frame) for box in clear])),
+            ceiling=space.ceiling,
+        )
+
+    def to_floor(self, pose: Pose) -> Pose:
+        """Return a pose of the ground's frame in the floor's."""
+        return compose(self.frame, pose)
+
+    def to_ground(self, box: OrientedBox) -> OrientedBox:
+        """Return a box of the floor's frame in the ground's."""
+        return _moved(box, self.frame)
+
+
+def _local(wall: Wall, frame: Pose) -> LocalWall:
+    yaw = math.atan2(wall.end[1] - wall.start[1], wall.end[0] - wall.start[0])
+    x, y, turned = relative(frame, (*wall.start, yaw))
+    return LocalWall(x, y, turned, math.dist(wall.start, wall.end), wall.thickness, wall.openings)
+
+
+def _gate(way: Doorway, space: str, frame: Pose) -> Gate:
+    return Gate(*relative(frame, way.side(space)), way.width, _moved(swing_area(way, space), frame))
+
+
+def _straight(spans: Sequence[Span]) -> Iterator[Segment]:
+    """The edges of a region that are long enough to stand against."""
+    for number, edge in enumerate(outline(spans)):
+        if edge.length >= SHORTEST:
+            yield Segment(f"s{number}", edge.x, edge.y, math.atan2(edge.dy, edge.dx), edge.length)
+
+
+def _oblique(walls: Sequence[LocalWall], spans: Sequence[Span]) -> Iterator[Segment]:
+    """The stretches of the faces of oblique walls that border a region."""
+    for number, wall in enumerate(walls):
+        if abs(math.sin(2.0 * wall.yaw)) < 2.0 * PARALLEL:
+            continue
+        for side, face in zip("lr", faces(wall), strict=True):
+            alongs = np.arange(SAMPLE / 2.0, wall.length, SAMPLE)
+            points = np.array([face.point(along, NEAR) for along in alongs])
+            near = np.zeros(len(points), dtype=np.bool_)
+            for span in spans:
+                in_x = (points[:, 0] >= span.x0) & (points[:, 0] <= span.x1)
+                near |= in_x & (points[:, 1] >= span.y0) & (points[:, 1] <= span.y1)
+            for first, last in _runs_of(near):
+                start, end = alongs[first] - SAMPLE / 2.0, alongs[last - 1] + SAMPLE / 2.0
+                if end - start >= SHORTEST:
+                    x, y = face.point(float(start))
+                    yield Segment(f"o{number}{side}{first}", x, y, face.yaw, float(end - start), straight=False)
+
+
+def _runs_of(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    steps = np.diff(np.pad(mask, 1).astype(np.int8))
+    return list(zip(np.flatnonzero(steps == 1).tolist(), np.flatnonzero(steps == -1).tolist(), strict=True))
+
+
+def _moved(box: OrientedBox, frame: Pose) -> OrientedBox:
+    x, y, yaw = relative(frame, (box.x, box.y, box.yaw))
+    return replace(box, x=x, y=y, yaw=yaw)
+
+
+def _within(bounds: OrientedBox, boxes: Sequence[OrientedBox]) -> list[OrientedBox]:
+    """The boxes that reach into the bounds."""
+    if not boxes:
+        return []
+    depths = pairwise_penetration(BoxArray.of(boxes), BoxArray.of([bounds]))[:, 0]
+    return [box for box, depth in zip(boxes, depths, strict=True) if depth > TOLERANCE]
+
+
+def _around(width: float, depth: float) -> list[OrientedBox]:
+    """Boxes around the bounds of a region, which stand for everything beyond."""
+    x, y, half = width / 2.0, depth / 2.0, BEYOND / 2.0
+    long, high = width + 2.0 * BEYOND, depth + 2.0 * BEYOND
+    return [
+        OrientedBox(x, -half, long, BEYOND, 0.0),
+        OrientedBox(x, depth + half, long, BEYOND, 0.0),
+        OrientedBox(-half, y, BEYOND, high, 0.0),
+        OrientedBox(width + half, y, BEYOND, high, 0.0),
+    ]
+
+
+def _box(span: Span) -> OrientedBox:
+    width, depth = span.x1 - span.x0, span.y1 - span.y0
+    return OrientedBox((span.x0 + span.x1) / 2.0, (span.y0 + span.y1) / 2.0, width, depth, 0.0)

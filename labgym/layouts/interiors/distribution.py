@@ -1,0 +1,60 @@
+"""Which piece of furniture stands in which space of a floor: by the use of the space, and by the wall it has left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from labgym.layouts.brief import Unit
+from labgym.layouts.ground import Ground
+from labgym.layouts.habits import Habits, Use
+
+DEFAULT: tuple[Use, ...] = ("laboratory",)
+CORNER = 0.9
+"""Length that a row on the next wall takes at one end of a segment, meters."""
+RANK, CROWDED = 1.5, 4.0
+"""Cost of each step down the list of uses, and of a space whose walls are full; noise of up to 1 comes on top."""
+OVERFLOW = 100.0
+"""Cost of a space without enough wall: more than all other costs together."""
+
+
+def distribute(
+    units: Sequence[Unit], grounds: Sequence[Ground], habits: Habits, generator: np.random.Generator
+) -> dict[str, list[Unit]]:
+    """Return the units of each space, by its id.
+
+    Greedy, hoods first, then what stands with the first hood, then the longest unit. Corridors stay clear.
+    """
+    usable = [ground for ground in grounds if ground.use != "corridor" and ground.segments] or list(grounds)
+    shares: dict[str, list[Unit]] = {ground.space: [] for ground in grounds}
+    lengths = {ground.space: wall_length(ground) for ground in usable}
+    used = dict.fromkeys(lengths, 0.0)
+    first_hood: Ground | None = None
+    for unit in sorted(units, key=lambda unit: _order(unit, habits)):
+        longest = {g.space: max((s.length for s in g.segments), default=0.0) for g in usable}
+        uses = habits.uses.get(unit.asset.name, DEFAULT)
+        noise = generator.uniform(0.0, 1.0, len(usable))
+        costs = []
+        for index, ground in enumerate(usable):
+            share = (used[ground.space] + unit.width) / max(lengths[ground.space], 0.1)
+            rank = uses.index(ground.use) if ground.use in uses else len(uses) + (ground.use != "laboratory")
+            overflow = OVERFLOW if share > 1.0 or longest[ground.space] < unit.width else 0.0
+            costs.append(RANK * rank + CROWDED * share**2 + overflow + noise[index])
+        chosen = usable[int(np.argmin(costs))]
+        if unit.asset.name in habits.together and first_hood is not None:
+            chosen = first_hood
+        if unit.asset.fume_hood and first_hood is None:
+            first_hood = chosen
+        shares[chosen.space].append(unit)
+        used[chosen.space] += unit.width
+    return shares
+
+
+def wall_length(ground: Ground) -> float:
+    """Return the length of wall that furniture can use, meters; corners are counted once."""
+    return sum(max(sum(b - a for a, b in segment.free(2.0)) - CORNER, 0.0) for segment in ground.segments)
+
+
+def _order(unit: Unit, habits: Habits) -> tuple[bool, bool, float, str]:
+    return not unit.asset.fume_hood, unit.asset.name not in habits.together, -unit.width, unit.id

@@ -1,0 +1,198 @@
+"""Fills a space beyond what protocol and safety require: further pieces, benches in the open, rows along the walls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from labgym.assets import Asset, Catalog
+from labgym.geometry import OrientedBox, distance
+from labgym.layouts.brief import Unit
+from labgym.layouts.ground import Segment
+from labgym.layouts.habits import RoomHabit
+from labgym.layouts.interiors.blocks import blocks_of, place_block
+from labgym.layouts.interiors.room import Room
+from labgym.layouts.interiors.standing import WALL_GAP, Intervals
+from labgym.layouts.style import Style
+
+MISSES = 5
+"""Number of pieces in a row that find no place before a wall counts as full, and of blocks for the open floor."""
+HOOD_FRONT = 1.5
+"""Free depth in front of a hood, meters."""
+SAME_WALL = 0.7
+"""Probability that a piece joins a row instead of standing anywhere along a wall."""
+NEAR_TRIES = 12
+"""Random places of which the one nearest to a piece's neighbor is taken."""
+
+
+@dataclass
+class Names:
+    """Ids for new pieces: an asset's name and the next free number.
+
+    Attributes:
+        taken: ids that exist.
+    """
+
+    taken: set[str] = field(default_factory=set)
+
+    def next(self, asset: Asset) -> str:
+        """Return an id for one more piece of an asset."""
+        number = 1
+        while f"{asset.name}_{number}" in self.taken:
+            number += 1
+        self.taken.add(f"{asset.name}_{number}")
+        return f"{asset.name}_{number}"
+
+
+def add_pieces(
+    room: Room, units: Sequence[Unit], partners: Mapping[str, Iterable[str]], generator: np.random.Generator
+) -> list[Unit]:
+    """Place units along the walls, near their partners if they have some; return those without a place."""
+    left = []
+    for unit in units:
+        near = [room.feet[other] for other in partners.get(unit.id, ()) if other in room.feet]
+        if not any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, near, generator)):
+            left.append(unit)
+    return left
+
+
+def fill(
+    room: Room,
+    catalog: Catalog,
+    habits: RoomHabit,
+    peninsula: str,
+    style: Style,
+    names: Names,
+    generator: np.random.Generator,
+) -> None:
+    """Add free-standing benches and rows of furniture along the walls, as much as the style asks for.
+
+    Args:
+        habits: what a space of this use is filled with. peninsula: the bench with one end at a wall.
+    """
+    if habits.islands:
+        _fill_open(room, catalog, habits, peninsula, style, names, generator)
+    if habits.walls:
+        _fill_walls(room, [catalog.get(name) for name in habits.walls], style, names, generator)
+
+
+def _fill_open(
+    room: Room,
+    catalog: Catalog,
+    habits: RoomHabit,
+    peninsula: str,
+    style: Style,
+    names: Names,
+    generator: np.random.Generator,
+) -> None:
+    wanted, taken, misses = style.islands * room.ground.area, 0.0, 0
+    while misses < MISSES and taken < wanted:
+        kind = style.kinds[int(generator.integers(len(style.kinds)))]
+        added = (
+            _add_peninsula(room, catalog.get(peninsula), style, names, generator)
+            if kind == "peninsula"
+            else _add_block(room, catalog, habits, kind, style, names, generator)
+        )
+        taken += added
+        misses = 0 if added else misses + 1
+
+
+def _add_block(
+    room: Room,
+    catalog: Catalog,
+    habits: RoomHabit,
+    kind: str,
+    style: Style,
+    names: Names,
+    generator: np.random.Generator,
+) -> float:
+    """Add a block of a kind, a large one if it fits, and return its area, 0 if none fits; square meters."""
+    blocks = blocks_of(kind, catalog, habits.islands, habits.backs)
+    first = int(generator.integers(len(blocks)))
+    for block in blocks[first:]:
+        feet = place_block(room, block, style, kind == "oblique", generator)
+        if feet is None:
+            continue
+        units = [_unit(part.asset, names, f"{kind.replace('_', ' ')} bench") for part in block.parts]
+        stances = [replace(unit, stance="island") for unit in units]
+        if room.add(list(zip(stances, feet, strict=True))):
+            return block.width * block.depth
+        names.taken -= {unit.id for unit in units}
+    return 0.0
+
+
+def _add_peninsula(room: Room, asset: Asset, style: Style, names: Names, generator: np.random.Generator) -> float:
+    """Add a bench with one short end at a wall and return its area, 0 if it fits nowhere; square meters."""
+    length, depth, aisle = asset.size.width, asset.size.depth, style.aisle
+    unit = replace(_unit(asset, names, "peninsula bench"), stance="peninsula")
+    room_for = replace(unit, width=depth + 2.0 * aisle, depth=length + style.neck, front=0.0)
+    for segment, along in _draws(room, room_for, generator):
+        x, y = segment.point(along + aisle + depth / 2.0, WALL_GAP + length / 2.0)
+        turn = math.pi / 2.0 if generator.random() < 0.5 else -math.pi / 2.0
+        foot = OrientedBox(x, y, length, depth, segment.yaw + turn)
+        if room.add([(unit, foot)]):
+            return length * depth
+    names.taken.discard(unit.id)
+    return 0.0
+
+
+def _fill_walls(
+    room: Room, assets: Sequence[Asset], style: Style, names: Names, generator: np.random.Generator
+) -> None:
+    length = sum(segment.length for segment in room.ground.segments)
+    used = sum(unit.width for unit in room.units.values() if unit.stance == "wall")
+    misses = 0
+    while misses < MISSES and used < style.walls * length:
+        asset = assets[int(generator.integers(len(assets)))]
+        unit = _unit(asset, names, "fills free wall")
+        if any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, (), generator)):
+            used += unit.width
+            misses = 0
+        else:
+            names.taken.discard(unit.id)
+            misses += 1
+
+
+def _unit(asset: Asset, names: Names, reason: str) -> Unit:
+    front = max(asset.clearance, HOOD_FRONT if asset.fume_hood else 0.0)
+    return Unit(names.next(asset), asset, asset.size.width, asset.size.depth, front, reason=reason)
+
+
+def _wall_feet(
+    room: Room, unit: Unit, near: Sequence[OrientedBox], generator: np.random.Generator
+) -> Iterator[OrientedBox]:
+    """Yield footprints of a unit along the walls that are free, a few at most; the nearest to others first."""
+    feet = []
+    for segment, along in _draws(room, unit, generator):
+        if segment.straight:
+            feet.append(segment.box(along, WALL_GAP, unit.width, unit.depth))
+        else:
+            feet.append(room.standing.oblique_foot(segment, along, unit))
+    if near:
+        feet.sort(key=lambda foot: min(distance(foot, other) for other in near))
+    yield from feet[:3]
+
+
+def _draws(room: Room, unit: Unit, generator: np.random.Generator) -> list[tuple[Segment, float]]:
+    """Random places of a unit along the walls."""
+    options: list[tuple[Segment, Intervals]] = []
+    for segment in room.ground.segments:
+        intervals = room.standing.places(segment, unit)
+        if intervals:
+            options.append((segment, intervals))
+    if not options:
+        return []
+    weights = np.array([sum(high - low for low, high in intervals) + 0.5 for _, intervals in options])
+    draws = []
+    for _ in range(NEAR_TRIES):
+        segment, intervals = options[int(generator.choice(len(options), p=weights / weights.sum()))]
+        low, high = intervals[int(generator.integers(len(intervals)))]
+        if generator.random() < SAME_WALL:
+            along = low if generator.random() < 0.5 else high
+        else:
+            along = float(generator.uniform(low, high))
+        draws.append((segment, along))
+    return draws

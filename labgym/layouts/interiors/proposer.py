@@ -1,0 +1,307 @@
+"""The proposer for floors: furniture spread over the spaces, and each space furnished in its own frame."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from labgym.errors import InfeasibleError, SearchLimitError
+from labgym.geometry import OrientedBox
+from labgym.layouts.assembly import Plan
+from labgym.layouts.brief import Brief, Content, Separation, Unit
+from labgym.layouts.briefing import nearness_of, separations_of
+from labgym.layouts.cabinets import Cabinet, plan_cabinets
+from labgym.layouts.floor_plan import Pose
+from labgym.layouts.ground import Ground
+from labgym.layouts.habits import RoomHabit
+from labgym.layouts.interiors.distribution import distribute, wall_length
+from labgym.layouts.interiors.filling import Names, add_pieces, fill
+from labgym.layouts.interiors.furnisher import ATTEMPTS, Outcome, furnish
+from labgym.layouts.interiors.room import Room
+from labgym.layouts.interiors.standing import Distances
+from labgym.layouts.model import WALL, Layout
+from labgym.layouts.pieces import Piece, clear_around, front_of, further_pieces, pieces, with_fixed
+from labgym.layouts.request import Request
+from labgym.layouts.rules.zones import INTRUSION
+from labgym.layouts.stocking import stock
+from labgym.layouts.style import Style
+from labgym.layouts.surroundings import grounds as grounds_of
+
+DISTRIBUTIONS = 4
+"""Number of distributions over the spaces that are tried."""
+EXTRA_BENCHES = 6
+"""Most benches that are added because the instruments do not fit on the others."""
+BENCH = "LabBench1800"
+
+
+@dataclass(frozen=True)
+class FloorProposer:
+    """Laboratory planning habits by the use of each space, a constraint solver, and a seed; offline, deterministic."""
+
+    def propose(self, request: Request) -> Layout:
+        """Return a layout without geometric or chemical violations.
+
+        Raises:
+            InfeasibleError: the floor cannot hold what the protocols require.
+            SearchLimitError: the search ended without a plan and without a proof of infeasibility.
+        """
+        return self.plan(request).layout()
+
+    def plan(self, request: Request) -> Plan:
+        """Return the first plan in which ways lead to everything, filled as the request's style asks for.
+
+        Raises:
+            InfeasibleError, SearchLimitError: as `propose`.
+        """
+        grounds = grounds_of(request.floor)
+        _check(request, grounds)
+        entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
+        attempts: Counter[str] = Counter()
+        for attempt in range(DISTRIBUTIONS):
+            generator = np.random.default_rng([request.seed, entropy, attempt])
+            needs = _needs(request, generator)
+            last = attempt == DISTRIBUTIONS - 1
+            rooms, outcome = _furnished(request, needs, grounds, last, generator)
+            attempts += outcome.attempts
+            if rooms is not None:
+                left = _fill(request, needs, rooms, generator)
+                return _plan(request, needs, rooms, left, attempts)
+        raise _failure(request, needs, grounds, outcome, attempts)
+
+
+@dataclass(frozen=True)
+class _Needs:
+    """What the floor must hold.
+
+    Attributes:
+        required: units in the order in which they are placed in the layout. further: pieces for more than that.
+        contents: what each required unit holds.
+    """
+
+    required: tuple[Unit, ...]
+    further: tuple[Unit, ...]
+    contents: Mapping[str, tuple[Content, ...]]
+    separations: tuple[Separation, ...]
+
+
+def _needs(request: Request, generator: np.random.Generator) -> _Needs:
+    """What the protocols, safety and habit require, and what stands on each piece of it.
+
+    Raises:
+        InfeasibleError: something fits on no surface or shelf.
+    """
+    cabinets = plan_cabinets(request)
+    units = [_unit(request, piece) for piece in pieces(request, cabinets, "required")]
+    units = with_fixed(request, units)
+    contents = _stocked(request, cabinets, units, generator)
+    further = [_unit(request, piece) for level in ("reduced", "full") for piece in further_pieces(request, level)]
+    present = {unit.id for unit in units}
+    return _Needs(
+        required=tuple(units),
+        further=tuple(unit for unit in further if unit.id not in present),
+        contents=contents,
+        separations=tuple(separations_of(cabinets, contents, request.profile)),
+    )
+
+
+def _stocked(
+    request: Request, cabinets: Sequence[Cabinet], units: list[Unit], generator: np.random.Generator
+) -> dict[str, tuple[Content, ...]]:
+    """What each unit holds; benches are added to the units as long as instruments have no place."""
+    for number in range(EXTRA_BENCHES + 1):
+        try:
+            return stock(request, cabinets, units, generator)
+        except InfeasibleError:
+            if number == EXTRA_BENCHES:
+                raise
+            ids = {unit.id for unit in units}
+            name = next(name for k in range(1, 100) if (name := f"{BENCH}_{k}") not in ids)
+            units.append(_unit(request, Piece(name, request.catalog.get(BENCH), "surface for instruments")))
+    raise AssertionError
+
+
+def _unit(request: Request, piece: Piece) -> Unit:
+    size = piece.asset.size
+    front, clear = front_of(request, piece), clear_around(piece.asset)
+    return Unit(piece.id, piece.asset, size.width, size.depth, front, clear=clear, reason=piece.reason)
+
+
+def _furnished(
+    request: Request, needs: _Needs, grounds: Sequence[Ground], last: bool, generator: np.random.Generator
+) -> tuple[dict[str, Room] | None, Outcome]:
+    """The spaces with what is required, None and the outcome of the first that cannot hold its share."""
+    fixed = {placement.id: placement for placement in request.fixed}
+    free = [unit for unit in needs.required if unit.id not in fixed]
+    shares = distribute(free, grounds, request.habits, generator)
+    nearness = tuple(nearness_of(needs.required, request.habits))
+    standing = _standing(request, needs, grounds)
+    boxes = {unit.id: _to_floor(ground, foot) for ground in grounds for unit, foot in standing[ground.space]}
+    rooms: dict[str, Room] = {}
+    total = Outcome(None)
+    for ground in sorted(grounds, key=lambda ground: -len(shares[ground.space])):
+        here = {unit.id for unit in shares[ground.space]}
+        outcome = furnish(
+            ground,
+            shares[ground.space],
+            standing[ground.space],
+            _remote(ground, here, needs.separations, boxes),
+            needs.separations,
+            nearness,
+            _hood_walls(ground, request.style),
+            request.seed,
+            generator,
+            attempts=ATTEMPTS,
+            thorough=last or len(grounds) == 1,
+        )
+        total.attempts += outcome.attempts
+        if outcome.room is None:
+            total.proven = outcome.proven and len(grounds) == 1
+            return None, total
+        rooms[ground.space] = outcome.room
+        boxes |= {unit_id: _to_floor(ground, foot) for unit_id, foot in outcome.room.feet.items()}
+    return {ground.space: rooms[ground.space] for ground in grounds}, total
+
+
+def _standing(request: Request, needs: _Needs, grounds: Sequence[Ground]) -> dict[str, list[tuple[Unit, OrientedBox]]]:
+    """The fixed objects of each space, with their footprints in its ground's frame."""
+    units = {unit.id: unit for unit in needs.required}
+    standing: dict[str, list[tuple[Unit, OrientedBox]]] = {ground.space: [] for ground in grounds}
+    for placement in request.fixed:
+        asset = request.fixed_asset(placement)
+        if placement.support == WALL and asset.size.depth <= INTRUSION:
+            continue
+        x, y, _ = placement.position
+        box = OrientedBox(x, y, asset.size.width, asset.size.depth, placement.yaw)
+        space = request.floor.space_at(x, y)
+        unit = units.get(placement.id, Unit(placement.id, asset, asset.size.width, asset.size.depth, 0.0))
+        for ground in grounds:
+            if space is not None and ground.space == space.id:
+                standing[ground.space].append((unit, ground.to_ground(box)))
+    return standing
+
+
+def _remote(
+    ground: Ground, here: set[str], separations: Sequence[Separation], boxes: Mapping[str, OrientedBox]
+) -> dict[str, Distances]:
+    """What units of a space keep away from that stands already, in the frame of its ground."""
+    apart: dict[str, list[tuple[OrientedBox, float]]] = {}
+    for rule in separations:
+        for unit, other in ((rule.first, rule.second), (rule.second, rule.first)):
+            if unit in here and other in boxes:
+                apart.setdefault(unit, []).append((ground.to_ground(boxes[other]), rule.distance))
+    return dict(apart)
+
+
+def _hood_walls(ground: Ground, style: Style | None) -> frozenset[str]:
+    walls = {wall for space, wall in (style.hood_walls if style is not None else ()) if space == ground.space}
+    return frozenset(segment.id for segment in ground.segments if walls.intersection(segment.walls))
+
+
+def _fill(request: Request, needs: _Needs, rooms: Mapping[str, Room], generator: np.random.Generator) -> list[Unit]:
+    """Add further pieces and fill all spaces; return the further pieces that found no place."""
+    habits, style = request.habits, request.style if request.style is not None else Style()
+    partners: dict[str, list[str]] = {}
+    for near in nearness_of((*needs.required, *needs.further), habits):
+        partners.setdefault(near.first, []).append(near.second)
+        partners.setdefault(near.second, []).append(near.first)
+    left = []
+    for unit in needs.further:
+        uses = habits.uses.get(unit.asset.name, ("laboratory",))
+        able = [room for use in uses for room in rooms.values() if room.ground.use == use]
+        able += [room for room in rooms.values() if room.ground.use not in (*uses, "corridor")]
+        able.sort(key=lambda room: not any(other in room.feet for other in partners.get(unit.id, ())))
+        if all(add_pieces(room, [unit], partners, generator) for room in able):
+            left.append(unit)
+    names = Names({unit.id for unit in (*needs.required, *needs.further)})
+    for room in rooms.values():
+        habit = habits.rooms.get(room.ground.use, RoomHabit())
+        fill(room, request.catalog, habit, habits.peninsula, style, names, generator)
+    return left
+
+
+def _plan(
+    request: Request, needs: _Needs, rooms: Mapping[str, Room], left: Sequence[Unit], attempts: Counter[str]
+) -> Plan:
+    poses: dict[str, Pose] = {}
+    for room in rooms.values():
+        for unit_id, foot in room.feet.items():
+            poses[unit_id] = Pose(*room.ground.to_floor((foot.x, foot.y, foot.yaw)))
+    fixed = {placement.id: placement for placement in request.fixed}
+    poses |= {p.id: Pose(p.position[0], p.position[1], p.yaw) for p in request.fixed}
+    on_walls = {p.id: request.fixed_asset(p) for p in request.fixed if p.support == WALL}
+    units = {unit.id: unit for room in rooms.values() for unit in room.units.values() if unit.id not in on_walls}
+    first = [unit.id for unit in (*needs.required, *needs.further) if unit.id in units]
+    brief = Brief(
+        units=tuple(units[unit_id] for unit_id in dict.fromkeys((*first, *units))),
+        contents=needs.contents,
+        fixed=fixed,
+        wall_assets=on_walls,
+        hoods=tuple(unit.id for unit in units.values() if unit.asset.fume_hood),
+        furnishing="reduced" if left else "full",
+    )
+    style = request.style if request.style is not None else Style()
+    options: dict[str, object] = {"style": {k: v for k, v in asdict(style).items() if k != "hood_walls"}}
+    if attempts:
+        options["attempts"] = dict(sorted(attempts.items()))
+    return Plan(request, brief, poses, _note(left), options)
+
+
+def _to_floor(ground: Ground, foot: OrientedBox) -> OrientedBox:
+    x, y, yaw = ground.to_floor((foot.x, foot.y, foot.yaw))
+    return OrientedBox(x, y, foot.width, foot.depth, yaw)
+
+
+def _note(left: Sequence[Unit]) -> str:
+    return f"no place for {', '.join(unit.id for unit in left)}" if left else ""
+
+
+def _check(request: Request, grounds: Sequence[Ground]) -> None:
+    """Refuse a floor that is unsuitable for any furniture.
+
+    Raises:
+        InfeasibleError: no space for laboratory work, or none that is high enough for a hood.
+    """
+    conflicts = []
+    if all(ground.use == "corridor" for ground in grounds):
+        conflicts.append("all spaces are corridors: give one the use 'laboratory'")
+    highest = max(ground.ceiling for ground in grounds)
+    units = [_unit(request, piece) for piece in pieces(request, plan_cabinets(request), "required")]
+    tall = {unit.asset.name: unit.asset.size.height for unit in units if unit.asset.size.height > highest}
+    conflicts += [
+        f"{name} is {height:.2f} m high, but the ceiling is {highest:.2f} m: raise the ceiling"
+        for name, height in sorted(tall.items())
+    ]
+    if conflicts:
+        raise InfeasibleError(_where(request, "cannot hold"), conflicts, None, remedy="change the floor")
+
+
+def _failure(
+    request: Request, needs: _Needs, grounds: Sequence[Ground], outcome: Outcome, attempts: Counter[str]
+) -> InfeasibleError:
+    """The error for a floor without a plan: infeasible if that is proved, else a search that ended."""
+    needed = sum(unit.width for unit in needs.required)
+    offered = sum(wall_length(ground) for ground in grounds if ground.use != "corridor")
+    demand = (
+        f"{len(needs.required)} pieces are {needed:.1f} m wide together; the walls between doors, without corners, are "
+        f"{offered:.1f} m long"
+    )
+    if outcome.proven:
+        return InfeasibleError(_where(request, "cannot hold"), [demand], None, remedy="enlarge the floor")
+    words = {
+        "infeasible": "had no plan on the walls that they chose",
+        "stopped": "reached the solver's effort limit",
+        "closed": "cut a door or a place of work off",
+    }
+    tried = [f"{attempts[word]} attempts {text}" for word, text in words.items() if attempts[word]]
+    what = f"no plan was found for {_where(request, 'with')}; a layout may exist"
+    return SearchLimitError(what, [*tried, demand], None, remedy="try another seed or a larger floor")
+
+
+def _where(request: Request, verb: str) -> str:
+    names = ", ".join(repr(protocol.id) for protocol in request.protocols)
+    noun = "protocol" if len(request.protocols) == 1 else "protocols"
+    return f"floor {request.floor.name!r} {verb} {noun} {names}"

@@ -1,0 +1,58 @@
+"""A space while it is being furnished: what stands where, what stays free, and which ways remain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from labgym.geometry import OrientedBox
+from labgym.layouts.brief import Unit
+from labgym.layouts.ground import Ground
+from labgym.layouts.interiors.lattice import Lattice
+from labgym.layouts.interiors.standing import Standing, strips
+from labgym.layouts.interiors.ways import Ways
+from labgym.layouts.rules.zones import front_zone
+
+
+@dataclass
+class Room:
+    """The state of a space, in the frame of its ground.
+
+    Attributes:
+        feet: footprints of the units placed so far, by id.
+    """
+
+    ground: Ground
+    standing: Standing = field(init=False)
+    ways: Ways = field(init=False)
+    lattice: Lattice = field(init=False)
+    units: dict[str, Unit] = field(default_factory=dict)
+    feet: dict[str, OrientedBox] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.standing = Standing(self.ground)
+        self.ways = Ways(self.ground, [*self.ground.outside, *self.ground.solid])
+        self.lattice = Lattice(self.ground.width, self.ground.depth)
+        self.lattice.add(self.standing.building_bounds, self.standing.free_bounds)
+
+    def add(self, placed: Sequence[tuple[Unit, OrientedBox]]) -> bool:
+        """Add units that belong together, unless they cut a gate or a place of work off; return whether they were."""
+        feet = [foot for _, foot in placed]
+        if not self.ways.add(feet, [foot for unit, foot in placed if unit.front > 0.0]):
+            return False
+        self._record(placed)
+        return True
+
+    def add_anyway(self, unit: Unit, foot: OrientedBox) -> None:
+        """Add a unit that stands there whatever it blocks."""
+        if not self.ways.add([foot], [foot] if unit.front > 0.0 else []):
+            self.ways.add([foot], [], check=False)
+        self._record([(unit, foot)])
+
+    def _record(self, placed: Sequence[tuple[Unit, OrientedBox]]) -> None:
+        for unit, foot in placed:
+            self.standing.add(foot, unit.front, unit.clear)
+            fronts = [front_zone(foot, unit.front)] if unit.front > 0.0 else []
+            self.lattice.add(strips([foot]), strips(fronts))
+            self.units[unit.id] = unit
+            self.feet[unit.id] = foot

@@ -1,0 +1,139 @@
+"""Chooses a stretch of wall for each unit of a space before the constraint program is solved, which makes it fast."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from labgym.geometry import OrientedBox
+from labgym.layouts.brief import Nearness, Separation, Unit
+from labgym.layouts.ground import Segment
+from labgym.layouts.interiors.program import Option, Stand
+from labgym.layouts.interiors.standing import Distances, Intervals, Standing
+
+CROWDED = 3.0
+"""Cost of a full segment; it grows with the square of the share that is used. Noise of up to 1 is set against it."""
+HOSTILE = 0.7
+"""Cost of sharing a segment with a unit that must stay at a distance."""
+NEIGHBOR = 0.6
+"""Bonus for sharing a segment with a unit that should be near."""
+OVERFLOW = 100.0
+"""Cost of a segment that is too short: more than all other costs together."""
+CORNER = 0.9
+"""Length that a row on the next wall takes at one end of a segment, meters."""
+OBLIQUE_UNITS = 2
+"""Most units of the first pass on one oblique segment."""
+
+Places = dict[str, list[tuple[Segment, Intervals]]]
+
+
+def all_places(
+    standing: Standing, units: Sequence[Unit], apart: Mapping[str, Distances], hood_walls: Collection[str]
+) -> Places:
+    """Return the segments on which each unit can stand, with the places along them, by unit id.
+
+    Args:
+        apart: boxes from which units keep a distance, by unit id.
+        hood_walls: ids of the segments for hoods; any segment if none of them has a place.
+    """
+    places: Places = {}
+    for unit in units:
+        options = []
+        for segment in standing.ground.segments:
+            intervals = standing.places(segment, unit, apart.get(unit.id, ()))
+            if intervals:
+                options.append((segment, intervals))
+        if unit.asset.fume_hood:
+            options = [option for option in options if option[0].id in hood_walls] or options
+        places[unit.id] = options
+    return places
+
+
+def stand_oblique(
+    standing: Standing, units: Sequence[Unit], places: Places, generator: np.random.Generator
+) -> dict[str, OrientedBox]:
+    """Return footprints of units along oblique walls, one after the other; they are obstacles for all that follow."""
+    feet: dict[str, OrientedBox] = {}
+    segments = {s.id: s for options in places.values() for s, _ in options if not s.straight}
+    for segment in segments.values():
+        able = [unit for unit in units if unit.id not in feet and any(s is segment for s, _ in places[unit.id])]
+        for index in generator.permutation(len(able))[:OBLIQUE_UNITS]:
+            unit = able[index]
+            intervals = standing.places(segment, unit)
+            if intervals:
+                along = intervals[int(generator.integers(len(intervals)))][0]
+                foot = standing.oblique_foot(segment, along, unit)
+                standing.add(foot, unit.front, unit.clear)
+                feet[unit.id] = foot
+    return feet
+
+
+def choose_segments(
+    units: Sequence[Unit],
+    places: Places,
+    separations: Sequence[Separation],
+    nearness: Sequence[Nearness],
+    generator: np.random.Generator,
+) -> list[Stand]:
+    """Return each unit with one straight segment.
+
+    Greedy: a hood draws its segment with equal chances, then the longest unit comes first. Crowded segments and those
+    with a unit that must stay away cost much, neighbors attract, and noise makes seeds differ.
+    """
+    used: dict[str, float] = {}
+    chosen: dict[str, str] = {}
+    stands: dict[str, Stand] = {}
+    partners = _partners(separations), _partners(nearness)
+    for unit in sorted(units, key=lambda unit: (not unit.asset.fume_hood, -unit.width, unit.id)):
+        options = [option for option in places[unit.id] if option[0].straight]
+        if not options:
+            stands[unit.id] = Stand(unit, ())
+            continue
+        noise = generator.uniform(0.0, 1.0, len(options))
+        costs = []
+        for index, (segment, intervals) in enumerate(options):
+            length = max(sum(high - low for low, high in intervals) + unit.width - CORNER, 0.1)
+            share = (used.get(segment.id, 0.0) + unit.width) / length
+            cost = noise[index] + (OVERFLOW if share > 1.0 else 0.0)
+            if not unit.asset.fume_hood:
+                hostile = sum(chosen.get(other) == segment.id for other in partners[0].get(unit.id, ()))
+                friends = sum(chosen.get(other) == segment.id for other in partners[1].get(unit.id, ()))
+                cost += CROWDED * share**2 + HOSTILE * hostile - NEIGHBOR * friends
+            costs.append(cost)
+        segment, intervals = options[int(np.argmin(costs))]
+        chosen[unit.id] = segment.id
+        used[segment.id] = used.get(segment.id, 0.0) + unit.width
+        stands[unit.id] = Stand(unit, (Option(segment, tuple(intervals), draw_place(intervals, generator)),))
+    return [stands[unit.id] for unit in units]
+
+
+def every_segment(units: Sequence[Unit], places: Places, generator: np.random.Generator) -> list[Stand]:
+    """Return each unit with all its straight segments, between which the program chooses."""
+    return [
+        Stand(
+            unit,
+            tuple(
+                Option(segment, tuple(intervals), draw_place(intervals, generator))
+                for segment, intervals in places[unit.id]
+                if segment.straight
+            ),
+        )
+        for unit in units
+    ]
+
+
+def draw_place(intervals: Intervals, generator: np.random.Generator) -> float:
+    """Return a random place in intervals, each as likely as it is long."""
+    lengths = np.array([high - low for low, high in intervals]) + 1e-3
+    index = int(generator.choice(len(intervals), p=lengths / lengths.sum()))
+    low, high = intervals[index]
+    return float(generator.uniform(low, high))
+
+
+def _partners(pairs: Sequence[Separation] | Sequence[Nearness]) -> dict[str, set[str]]:
+    partners: dict[str, set[str]] = {}
+    for pair in pairs:
+        partners.setdefault(pair.first, set()).add(pair.second)
+        partners.setdefault(pair.second, set()).add(pair.first)
+    return partners

@@ -1,0 +1,108 @@
+"""Whether wide ways join the gates of a space with every place of work while the space is being furnished.
+
+The clearance is exact at the points of a lattice, and the margin covers what lies between them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.geometry import OrientedBox
+from labgym.layouts.ground import Ground
+from labgym.layouts.rules.clearance import lower_to_boxes
+from labgym.layouts.rules.thresholds import EGRESS_WIDTH
+from labgym.navigation import goal_pose
+
+FINE, COARSE = 0.025, 0.05
+"""Spacing of the lattice, meters; the coarse one above `LARGE`."""
+LARGE = 150.0
+"""Bounds above which a space is large, square meters."""
+NICHE = 0.30
+"""A way leads to furniture narrower than itself if it passes this near to the place in front, meters."""
+REACH = 0.6
+"""Clearances are measured up to this value, meters."""
+
+Array = NDArray[np.float64]
+
+
+class Ways:
+    """The clearance of a space's floor, which falls as furniture is added."""
+
+    def __init__(self, ground: Ground, solid: Sequence[OrientedBox]) -> None:
+        """Start with the building alone."""
+        self.step = FINE if ground.width * ground.depth <= LARGE else COARSE
+        self.radius = EGRESS_WIDTH / 2.0 + self.step / 2.0
+        self.xs = np.arange(math.floor(ground.width / self.step) + 1) * self.step
+        self.ys = np.arange(math.floor(ground.depth / self.step) + 1) * self.step
+        self.clearance: Array = np.full((len(self.ys), len(self.xs)), REACH)
+        inside = self.radius + self.step
+        self.entries = [self._node(*_inside(gate.x, gate.y, gate.yaw, inside)) for gate in ground.gates]
+        self.places: list[tuple[int, int, float]] = []
+        lower_to_boxes(self.clearance, self.xs, self.ys, solid, REACH)
+        self.entries = self._largest_group()
+
+    def add(self, boxes: Sequence[OrientedBox], places: Sequence[OrientedBox], check: bool = True) -> bool:
+        """Add furniture if all gates and places of work stay joined, and return whether it was added.
+
+        Args:
+            boxes: footprints of the furniture.
+            places: those of them that someone works in front of.
+            check: whether ways matter.
+        """
+        before = self.clearance.copy(), list(self.places)
+        lower_to_boxes(self.clearance, self.xs, self.ys, boxes, REACH)
+        for box in places:
+            x, y, _ = goal_pose(box)
+            self.places.append((*self._node(x, y), NICHE if box.width < EGRESS_WIDTH else 0.0))
+        if not check or self.joined:
+            return True
+        self.clearance, self.places = before
+        return False
+
+    @property
+    def joined(self) -> bool:
+        """Whether a disc as wide as a way out moves between all gates and places of work."""
+        wide = (self.clearance >= self.radius - 1e-9).astype(np.uint8)
+        _, labels = cv2.connectedComponents(wide, connectivity=4, ltype=cv2.CV_32S)
+        entries = {self._label(labels, row, column) for row, column in self.entries}
+        if len(entries) > 1 or 0 in entries:
+            return False
+        reached = labels == entries.pop() if entries else labels > 0
+        if not self.places:
+            return True
+        if not reached.any():
+            return False
+        gaps = cv2.distanceTransform((~reached).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * self.step
+        return all(
+            self.clearance[row, column] > 0.0 and gaps[row, column] - self.radius <= niche + self.step / 2.0
+            for row, column, niche in self.places
+        )
+
+    def _largest_group(self) -> list[tuple[int, int]]:
+        """The gates that the empty space joins; in a narrow building it may not join all."""
+        wide = (self.clearance >= self.radius - 1e-9).astype(np.uint8)
+        _, labels = cv2.connectedComponents(wide, connectivity=4, ltype=cv2.CV_32S)
+        groups: dict[int, list[tuple[int, int]]] = {}
+        for entry in self.entries:
+            groups.setdefault(self._label(labels, *entry), []).append(entry)
+        groups.pop(0, None)
+        return max(groups.values(), key=len, default=[])
+
+    def _label(self, labels: NDArray[np.int32], row: int, column: int) -> int:
+        """The label at a point, or the nearest one within two steps."""
+        near = labels[max(row - 2, 0) : row + 3, max(column - 2, 0) : column + 3]
+        here = int(labels[row, column])
+        return here or int(near.max(initial=0))
+
+    def _node(self, x: float, y: float) -> tuple[int, int]:
+        rows, columns = self.clearance.shape
+        return min(max(round(y / self.step), 0), rows - 1), min(max(round(x / self.step), 0), columns - 1)
+
+
+def _inside(x: float, y: float, yaw: float, depth: float) -> tuple[float, float]:
+    return x - math.sin(yaw) * depth, y + math.cos(yaw) * depth

@@ -1,0 +1,94 @@
+"""Where a layout is generated: a room, a floor, or a floor drawn from a family; and how it is furnished."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from labgym.documents import Document, read_json
+from labgym.errors import OptionError
+from labgym.layouts.floor import Floor, Room
+from labgym.layouts.floors import draw_floor
+from labgym.layouts.request import Request
+from labgym.layouts.rooms import resolve_room
+from labgym.layouts.style import Style
+
+STYLE_STREAM = 0x57
+"""Sub-stream of the seed from which the style of a floor without a family is drawn."""
+
+
+class FloorFile(Document, Floor):
+    """A floor file: the fields of `Floor`."""
+
+    SCHEMA: ClassVar[str] = "labgym.floor/1"
+
+    def floor(self) -> Floor:
+        """Return the floor."""
+        return Floor(**{name: getattr(self, name) for name in Floor.model_fields})
+
+
+@dataclass(frozen=True)
+class Site:
+    """A floor and how it is furnished; without a style it is one room whose walls have roles."""
+
+    floor: Floor
+    style: Style | None
+
+
+def resolve_site(
+    seed: int,
+    room: Room | str | Path | None,
+    floor: Floor | str | Path | None,
+    family: str | None,
+    always: bool = False,
+) -> Site:
+    """Return the site that the arguments of `generate` describe.
+
+    Args:
+        seed: draws a floor of the family, and the style.
+        room: a room or what names one; a file may also hold a floor.
+        floor: a floor or its .json file.
+        family: name of a family of floors.
+        always: whether a single room gets a style too.
+
+    Raises:
+        UnknownNameError: no such room preset or family.
+        DocumentError: a file holds neither a room nor a floor.
+        OptionError: more than one of room, floor and family.
+    """
+    named = [name for name, value in (("room", room), ("floor", floor), ("family", family)) if value is not None]
+    if len(named) > 1:
+        raise OptionError(f"{' and '.join(named)} exclude each other: give one of room, floor and family")
+    if floor is None and isinstance(room, (str, Path)) and _is_floor_file(room):
+        floor, room = room, None
+    generator = np.random.default_rng([seed, STYLE_STREAM])
+    if family is not None:
+        return _drawn(family, seed, generator)
+    if floor is not None:
+        resolved = floor if isinstance(floor, Floor) else FloorFile.load(floor).floor()
+        return Site(resolved, Style.draw(generator))
+    return Site(resolve_room(room).floor, Style.draw(generator) if always else None)
+
+
+def at_seed(request: Request, seed: int) -> Request:
+    """Return a request with another seed: it draws another floor of the family, and another style."""
+    if request.style is None:
+        return replace(request, seed=seed)
+    floor = None if request.family else request.floor
+    site = resolve_site(seed, None, floor, request.family or None)
+    return replace(request, seed=seed, floor=site.floor, style=site.style)
+
+
+def _drawn(family: str, seed: int, generator: np.random.Generator) -> Site:
+    draw = draw_floor(family, seed)
+    return Site(draw.floor, Style.of(draw.style).varied(generator))
+
+
+def _is_floor_file(path: str | Path) -> bool:
+    if not str(path).endswith(".json"):
+        return False
+    data = read_json(path)
+    return isinstance(data, dict) and data.get("schema") == FloorFile.SCHEMA

@@ -1,0 +1,71 @@
+"""How densely and how regularly a floor is furnished."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from labgym.layouts.floors import FamilyStyle
+
+AISLE, NECK = (0.95, 1.5), (0.75, 1.2)
+"""Ranges of the clear widths of a floor that is of no family, meters."""
+OBLIQUE = (0.17, 0.52)
+WALLS, ISLANDS, TIGHT = (0.4, 0.8), (0.04, 0.14), (0.2, 0.8)
+"""Ranges of the angle of oblique benches, and of what a floor varies in besides; assumptions."""
+KINDS = ("island", "island", "double_island", "peninsula", "oblique")
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a floor is furnished.
+
+    Attributes:
+        aisle: clear width along the sides of free-standing benches, meters.
+        neck: clear width at their ends, meters.
+        walls: share of the wall length that furniture takes.
+        islands: share of the floor area that free-standing benches take.
+        kinds: kinds of free-standing benches that occur: island, double_island, peninsula, oblique.
+        oblique: angle of oblique benches to the axes of their space, radians.
+        hood_walls: pairs of a space and the index of a wall that may carry hoods; empty for any wall.
+        tight: probability that a bench stands as near to its neighbors as aisle and neck allow.
+    """
+
+    aisle: float = 1.2
+    neck: float = 1.0
+    walls: float = 0.65
+    islands: float = 0.1
+    kinds: tuple[str, ...] = ("island",)
+    oblique: float = 0.0
+    tight: float = 0.5
+    hood_walls: tuple[tuple[str, int], ...] = ()
+
+    @classmethod
+    def draw(cls, generator: np.random.Generator) -> Style:
+        """Return a random style for a floor that is of no family."""
+        return cls(
+            aisle=round(float(generator.uniform(*AISLE)), 2),
+            neck=round(float(generator.uniform(*NECK)), 2),
+            kinds=KINDS,
+            oblique=round(float(generator.uniform(*OBLIQUE)), 3),
+        ).varied(generator)
+
+    @classmethod
+    def of(cls, style: FamilyStyle) -> Style:
+        """Return the style that a family asks for."""
+        return cls(
+            aisle=style.aisle,
+            neck=style.maintenance_aisle,
+            kinds=style.islands,
+            oblique=style.oblique,
+            hood_walls=tuple((each.space, each.wall) for each in style.hood_walls),
+        )
+
+    def varied(self, generator: np.random.Generator) -> Style:
+        """Return the style with other shares of walls, floor and tight places."""
+        return replace(
+            self,
+            walls=round(float(generator.uniform(*WALLS)), 2),
+            islands=round(float(generator.uniform(*ISLANDS)), 3),
+            tight=round(float(generator.uniform(*TIGHT)), 2),
+        )
