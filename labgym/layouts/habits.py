@@ -14,11 +14,10 @@ from labgym.artefacts import artefacts
 from labgym.assets.model import StorageClass
 from labgym.documents import Document, Record
 from labgym.layouts.brief import Furnishing, Stance
+from labgym.layouts.ground import Use
 
 Side = Literal["front", "back", "store", "work"]
 """A wall by its role: `store` and `work` are the two side walls; the seed decides which of them is the left one."""
-Use = Literal["laboratory", "instrument", "store", "write-up", "corridor"]
-"""Use of a space."""
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Span = tuple[Share, Share]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from labgym.layouts.ground.outline import Span, missing, outline
 from labgym.layouts.ground.segments import Gate, Pose, Segment
 from labgym.layouts.rules.building import swing_area
 
+Use = Literal["laboratory", "instrument", "store", "write-up", "corridor"]
+"""Use of a space."""
 SHORTEST = 0.3
 """Length of the shortest segment, meters: nothing stands against less."""
 BEYOND = 2.0
@@ -46,7 +49,7 @@ class Ground:
     """
 
     space: str
-    use: str
+    use: Use
     frame: Pose
     width: float
     depth: float

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from labgym.layouts.brief import Unit
-from labgym.layouts.ground import Ground
-from labgym.layouts.habits import Habits, Use
+from labgym.layouts.ground import Ground, Use
+from labgym.layouts.habits import Habits
 
 DEFAULT: tuple[Use, ...] = ("laboratory",)
 CORNER = 0.9

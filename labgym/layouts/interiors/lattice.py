@@ -44,7 +44,7 @@ class Lattice:
             return np.zeros((0, 2))
         clear = _sums(padded, rows + 2 * gy, columns + 2 * gx) == 0
         clear &= _sums(self.free, rows, columns) == 0
-        return np.argwhere(clear)[:, ::-1] * CELL
+        return np.asarray(np.argwhere(clear)[:, ::-1] * CELL, dtype=np.float64)
 
 
 def _mark(cells: NDArray[np.int32], bounds: Array) -> None:

@@ -145,9 +145,9 @@ class _Program:
         choices = []
         for number, option in enumerate(stand.options):
             intervals = [(math.ceil(a * CM - 1e-6), math.floor(b * CM + 1e-6)) for a, b in option.places]
-            intervals = [[low, high] for low, high in intervals if low <= high]
+            intervals = [(low, high) for low, high in intervals if low <= high]
             name = f"{stand.unit.id}.{number}"
-            place = self.model.new_int_var_from_domain(self.domain.from_intervals(intervals or [[0, 0]]), name)
+            place = self.model.new_int_var_from_domain(self.domain.from_intervals(intervals or [(0, 0)]), name)
             chosen = self.model.new_bool_var(f"{name}.chosen") if len(stand.options) > 1 else None
             if not intervals and chosen is not None:
                 self.model.add(chosen == 0)

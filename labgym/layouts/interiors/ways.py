@@ -37,8 +37,8 @@ class Ways:
         """Start with the building alone."""
         self.step = FINE if ground.width * ground.depth <= LARGE else COARSE
         self.radius = EGRESS_WIDTH / 2.0 + self.step / 2.0
-        self.xs = np.arange(math.floor(ground.width / self.step) + 1) * self.step
-        self.ys = np.arange(math.floor(ground.depth / self.step) + 1) * self.step
+        self.xs: Array = np.arange(math.floor(ground.width / self.step) + 1, dtype=np.float64) * self.step
+        self.ys: Array = np.arange(math.floor(ground.depth / self.step) + 1, dtype=np.float64) * self.step
         self.clearance: Array = np.full((len(self.ys), len(self.xs)), REACH)
         inside = self.radius + self.step
         self.entries = [self._node(*_inside(gate.x, gate.y, gate.yaw, inside)) for gate in ground.gates]
@@ -67,8 +67,7 @@ class Ways:
     @property
     def joined(self) -> bool:
         """Whether a disc as wide as a way out moves between all gates and places of work."""
-        wide = (self.clearance >= self.radius - 1e-9).astype(np.uint8)
-        _, labels = cv2.connectedComponents(wide, connectivity=4, ltype=cv2.CV_32S)
+        labels = self._components()
         entries = {self._label(labels, row, column) for row, column in self.entries}
         if len(entries) > 1 or 0 in entries:
             return False
@@ -85,13 +84,18 @@ class Ways:
 
     def _largest_group(self) -> list[tuple[int, int]]:
         """The gates that the empty space joins; in a narrow building it may not join all."""
-        wide = (self.clearance >= self.radius - 1e-9).astype(np.uint8)
-        _, labels = cv2.connectedComponents(wide, connectivity=4, ltype=cv2.CV_32S)
+        labels = self._components()
         groups: dict[int, list[tuple[int, int]]] = {}
         for entry in self.entries:
             groups.setdefault(self._label(labels, *entry), []).append(entry)
         groups.pop(0, None)
         return max(groups.values(), key=len, default=[])
+
+    def _components(self) -> NDArray[np.int32]:
+        """Labels of the regions in which a disc as wide as a way out moves, 0 where it does not fit."""
+        wide = (self.clearance >= self.radius - 1e-9).astype(np.uint8)
+        _, labels = cv2.connectedComponents(wide, connectivity=4, ltype=cv2.CV_32S)
+        return np.asarray(labels, dtype=np.int32)
 
     def _label(self, labels: NDArray[np.int32], row: int, column: int) -> int:
         """The label at a point, or the nearest one within two steps."""
