@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from labgym.assets import Asset
-from labgym.geometry import OrientedBox
+from labgym.geometry import OrientedBox, to_world
 from labgym.layouts.floor import Door, Floor, Room
 from labgym.layouts.ground import Gate, Ground
 from labgym.layouts.rules.zones import door_area, door_pose
@@ -36,15 +36,17 @@ def wall_poses(floor: Floor, asset: Asset, top: float) -> list[Pose]:
     if floor.is_rectangle:
         room = floor.room
         return [_wall_pose(room, asset, wall, along) for wall, along in _wall_places(room, asset)]
-    return [
-        ground.to_floor((box.x, box.y, box.yaw))
-        for ground in grounds(floor)
-        if top <= ground.ceiling
-        for segment in ground.segments
-        for low, high in segment.free(top)
-        for along in np.arange(low + MARGIN, high - asset.size.width - MARGIN, WALL_STEP).tolist()
-        for box in (segment.box(along, BRACKET, asset.size.width, asset.size.depth),)
-    ]
+    width, inset = asset.size.width, BRACKET + asset.size.depth / 2.0
+    poses: list[Pose] = []
+    for ground in grounds(floor):
+        for segment in ground.segments if top <= ground.ceiling else ():
+            yaw = ground.to_floor((0.0, 0.0, segment.yaw))[2]
+            for low, high in segment.free(top):
+                middles = np.arange(low + MARGIN + width / 2.0, high - MARGIN - width / 2.0, WALL_STEP)
+                points = [segment.point(along, inset) for along in middles.tolist()]
+                if points:
+                    poses += [(x, y, yaw) for x, y in to_world(points, ground.frame).tolist()]
+    return poses
 
 
 def door_areas(floor: Floor) -> list[OrientedBox]:

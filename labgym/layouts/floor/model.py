@@ -48,15 +48,21 @@ class Floor(Growing):
 
     @model_validator(mode="after")
     def _check_parts(self) -> Self:
+        _ = self._checked  # once: the validator also runs for every layout that takes an existing floor
+        return self
+
+    @cached_property
+    def _checked(self) -> bool:
+        """True, once all checks have passed."""
         if self.is_rectangle:
-            return self
+            return True
         ids = [part.id for parts in (self.spaces, self.columns, self.keep_outs) for part in parts]
         check_counts(self.walls, self.spaces, ids)
         check_overlaps(self.spaces, self.wall_boxes)
         check_doorways(self.doorways, self.wall_boxes, [part.box for part in self.parts if part.kind == "column"])
         check_access(self.spaces, self.doorways)
         check_enclosed(self.spaces, self.wall_boxes)
-        return self
+        return True
 
     @classmethod
     def rectangle(
