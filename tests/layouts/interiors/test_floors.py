@@ -83,7 +83,7 @@ def test_furniture_overlaps_nothing_and_ways_lead_from_every_exit_to_every_goal(
 
 def test_hoods_stand_on_every_wall_as_named_from_the_main_door():
     sides: Counter[str] = Counter()
-    for seed in range(60):
+    for seed in range(36):
         try:
             layout = FloorProposer().propose(request("bay", seed))
         except InfeasibleError:
