@@ -263,7 +263,7 @@ def _identity(requests: list[Request], count: int, shard: int) -> RunIdentity:
 
 
 def _place(request: Request) -> Any:
-    """What the floors of a batch depend on, as plain data."""
+    """Return the data on which the floors of a batch depend."""
     if request.family:
         return {"family": request.family, "furnisher": FURNISHER}
     if request.style is not None:

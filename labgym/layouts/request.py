@@ -25,7 +25,7 @@ class Request:
         several: the protocols that `protocol` combines, empty if it is one.
         style: how the floor is furnished, for floors that are furnished space by space; None for a single room whose
             walls have roles.
-        family: name of the family that the floor is of, empty if there is none.
+        family: name of the family that the floor is of; empty for other floors.
     """
 
     protocol: Protocol

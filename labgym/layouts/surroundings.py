@@ -1,4 +1,4 @@
-"""What the walls of a floor offer to accessories: places along them, doors to keep clear, and what is inside."""
+"""Places for accessories along the walls of a floor, doors to keep clear, and the limits of the floor."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def main_door(floor: Floor) -> tuple[float, float] | None:
 
 
 def building(floor: Floor) -> tuple[OrientedBox, ...]:
-    """Return what is solid beside the walls of a single room, which `inside` covers: columns, walls between spaces."""
+    """Return the solid parts of a floor; nothing for a single room, whose sides `inside` covers."""
     return () if floor.is_rectangle else floor.solids
 
 

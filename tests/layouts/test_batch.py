@@ -106,7 +106,7 @@ def test_an_empty_folder_and_an_unfinished_batch_are_refused(tmp_path: Path) -> 
     ("words", "message"),
     [
         (("sub_01", "--count", "2"), "--out"),
-        (("sub_01", "red_03", "--out", "x"), "--count"),
+        (("sub_01", "sub_01", "--out", "x"), "named twice"),
         (("sub_01", "sub_01", "--count", "2", "--out", "x"), "named twice"),
         (("sub_01", "--count", "0", "--out", "x"), "count is 0"),
         (("sub_01", "--count", "2", "--shard", "0", "--out", "x"), "shard is 0"),

@@ -33,7 +33,7 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Ground:
-    """What a space offers to furniture. Its frame has its origin at the corner of the region's bounds.
+    """A space as furniture sees it: walls, doors and limits. Its frame has its origin at the corner of the region's bounds.
 
     Attributes:
         space, use: id and use of the space.

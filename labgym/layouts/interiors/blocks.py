@@ -75,7 +75,7 @@ def blocks_of(kind: str, catalog: Catalog, names: tuple[str, ...], benches: tupl
 def place_block(
     room: Room, block: Block, style: Style, oblique: bool, generator: np.random.Generator
 ) -> list[OrientedBox] | None:
-    """Return footprints of a block's parts at a free place in the open, None if there is none."""
+    """Return footprints of a block's parts at a free place in the open; None if it fits nowhere."""
     if oblique and style.oblique > 0.0:
         return _oblique(room, block, style, generator)
     for quarter in generator.permutation(2):

@@ -24,7 +24,7 @@ QUICK, THOROUGH = 0.05, 1.0
 
 @dataclass
 class Outcome:
-    """What happened while the required furniture of a space was placed.
+    """Result of placing the required furniture of a space.
 
     Attributes:
         room: the space with its required furniture, None if no plan was found.

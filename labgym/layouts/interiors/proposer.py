@@ -75,7 +75,7 @@ class FloorProposer:
 
 @dataclass(frozen=True)
 class _Needs:
-    """What the floor must hold.
+    """The furniture that a floor must hold.
 
     Attributes:
         required: units in the order in which they are placed in the layout. further: pieces for more than that.
@@ -89,7 +89,7 @@ class _Needs:
 
 
 def _needs(request: Request, generator: np.random.Generator) -> _Needs:
-    """What the protocols, safety and habit require, and what stands on each piece of it.
+    """Return the furniture that protocols, safety and habit require, and its contents.
 
     Raises:
         InfeasibleError: something fits on no surface or shelf.
@@ -111,7 +111,7 @@ def _needs(request: Request, generator: np.random.Generator) -> _Needs:
 def _stocked(
     request: Request, cabinets: Sequence[Cabinet], units: list[Unit], generator: np.random.Generator
 ) -> dict[str, tuple[Content, ...]]:
-    """What each unit holds; benches are added to the units as long as instruments have no place."""
+    """Return the contents of each unit; add benches to the units as long as instruments have no place."""
     for number in range(EXTRA_BENCHES + 1):
         try:
             return stock(request, cabinets, units, generator)
@@ -187,7 +187,7 @@ def _standing(request: Request, needs: _Needs, grounds: Sequence[Ground]) -> dic
 def _remote(
     ground: Ground, here: set[str], separations: Sequence[Separation], boxes: Mapping[str, OrientedBox]
 ) -> dict[str, Distances]:
-    """What units of a space keep away from that stands already, in the frame of its ground."""
+    """Return the boxes of other spaces from which units of a space keep a distance, in the frame of its ground."""
     apart: dict[str, list[tuple[OrientedBox, float]]] = {}
     for rule in separations:
         for unit, other in ((rule.first, rule.second), (rule.second, rule.first)):

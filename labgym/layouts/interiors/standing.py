@@ -1,4 +1,4 @@
-"""What stands in a space while it is being furnished, and where along its walls there is still a place."""
+"""Objects in a space that is being furnished, and the places along its walls that remain."""
 
 from __future__ import annotations
 
