@@ -15,7 +15,7 @@ from labgym.layouts.brief import Furnishing, Stance, Unit, Wall
 from labgym.layouts.cabinets import Cabinet
 from labgym.layouts.habits import Side
 from labgym.layouts.model import Room
-from labgym.layouts.pieces import Piece, clear_around, front_of, pieces, with_fixed
+from labgym.layouts.pieces import WallPiece, clear_around, front_of, pieces, with_fixed
 from labgym.layouts.request import Request
 from labgym.layouts.rules.zones import door_span
 
@@ -71,7 +71,7 @@ def _filling_units(
         number = 1 + sum(unit.asset.name == name for unit in filling)
         while f"{name}_{number}" in ids:
             number += 1
-        piece = Piece(f"{name}_{number}", request.catalog.get(name), "fills free wall")
+        piece = WallPiece(f"{name}_{number}", request.catalog.get(name), "fills free wall")
         unit = _wall_unit(request, piece, sides, generator)
         if used + unit.width <= FILLED * offered:
             filling.append(unit)
@@ -79,7 +79,7 @@ def _filling_units(
     return filling
 
 
-def _wall_unit(request: Request, piece: Piece, sides: Sides, generator: np.random.Generator) -> Unit:
+def _wall_unit(request: Request, piece: WallPiece, sides: Sides, generator: np.random.Generator) -> Unit:
     """Return the unit of a piece with the habits of its kind."""
     asset, habit = piece.asset, request.habits.of(piece.asset.name)
     place = generator.random()

@@ -17,7 +17,7 @@ GOAL_FRONT = 1.0
 
 
 @dataclass(frozen=True)
-class Piece:
+class WallPiece:
     """A piece of furniture that stands against a wall.
 
     Attributes:
@@ -32,25 +32,25 @@ class Piece:
     least_front: float = 0.0
 
 
-def pieces(request: Request, cabinets: Sequence[Cabinet], furnishing: Furnishing) -> Iterator[Piece]:
+def pieces(request: Request, cabinets: Sequence[Cabinet], furnishing: Furnishing) -> Iterator[WallPiece]:
     """Yield locations, the furniture of a level and of those below it, cabinets and floor instruments."""
     yield from _locations(request)
     for level in reversed(LEVELS[LEVELS.index(furnishing) :]):
         yield from further_pieces(request, level)
     for cabinet in cabinets:
         names = ", ".join(asset.name for asset in cabinet.reagents)
-        yield Piece(cabinet.id, cabinet.asset, f"stores {names} (storage class {cabinet.asset.storage_class})")
+        yield WallPiece(cabinet.id, cabinet.asset, f"stores {names} (storage class {cabinet.asset.storage_class})")
     yield from _floor_instruments(request)
 
 
-def further_pieces(request: Request, level: Furnishing) -> Iterator[Piece]:
+def further_pieces(request: Request, level: Furnishing) -> Iterator[WallPiece]:
     """Yield the furniture that a room gets from one level of furnishing on."""
     for piece in request.habits.furniture:
         if piece.level == level:
-            yield Piece(f"{piece.asset}_1", request.catalog.get(piece.asset), piece.reason)
+            yield WallPiece(f"{piece.asset}_1", request.catalog.get(piece.asset), piece.reason)
 
 
-def front_of(request: Request, piece: Piece) -> float:
+def front_of(request: Request, piece: WallPiece) -> float:
     """Return the free depth that a piece needs in front, meters: habit, or the catalog's clearance."""
     clear = request.habits.of(piece.asset.name).clear
     return max(piece.least_front, piece.asset.clearance if clear is None else clear)
@@ -83,7 +83,7 @@ def with_fixed(request: Request, units: Sequence[Unit]) -> list[Unit]:
     return merged
 
 
-def _locations(request: Request) -> Iterator[Piece]:
+def _locations(request: Request) -> Iterator[WallPiece]:
     """A piece for every location of the protocol and every location that a laboratory always has."""
     protocol, always = request.protocol, request.habits.always
     for name in dict.fromkeys((*always, *protocol.locations)):
@@ -91,13 +91,13 @@ def _locations(request: Request) -> Iterator[Piece]:
         reasons = [f"location of step {', '.join(map(str, steps))}"] if steps else []
         reasons += [f"every laboratory has one ({always[name]})"] if name in always else []
         reason = "; ".join(reasons) or "location of the protocol"
-        yield Piece(f"{name}_1", request.catalog.get(name), reason, GOAL_FRONT)
+        yield WallPiece(f"{name}_1", request.catalog.get(name), reason, GOAL_FRONT)
 
 
-def _floor_instruments(request: Request) -> Iterator[Piece]:
+def _floor_instruments(request: Request) -> Iterator[WallPiece]:
     counts: dict[str, int] = {}
     for name in request.protocol.instruments:
         asset = request.catalog.find(name)
         if asset.placing == "floor":
             counts[asset.name] = counts.get(asset.name, 1) + 1
-            yield Piece(f"{asset.name}_{counts[asset.name]}", asset, "instrument of the protocol")
+            yield WallPiece(f"{asset.name}_{counts[asset.name]}", asset, "instrument of the protocol")

@@ -9,7 +9,7 @@ import numpy as np
 
 from labgym.assets import Asset, Catalog
 from labgym.geometry import OrientedBox, rotate
-from labgym.layouts.interiors.room import Room
+from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.standing import SIDE_GAP
 from labgym.layouts.style import Style
 
@@ -18,7 +18,7 @@ TRIES = 120
 
 
 @dataclass(frozen=True)
-class Part:
+class Bench:
     """A bench of a block: its pose (x, y, yaw) in the block's frame, whose origin is the middle."""
 
     asset: Asset
@@ -31,30 +31,30 @@ class Part:
 class Block:
     """Benches that stand together: sides in meters, worked at along the width."""
 
-    parts: tuple[Part, ...]
+    benches: tuple[Bench, ...]
     width: float
     depth: float
 
     def feet(self, x: float, y: float, yaw: float) -> list[OrientedBox]:
-        """Return the footprints of the parts if the block's middle and orientation are (x, y, yaw)."""
+        """Return the footprints of the benches if the block's middle and orientation are (x, y, yaw)."""
         feet = []
-        for part in self.parts:
-            dx, dy = rotate(part.x, part.y, yaw)
-            feet.append(OrientedBox(x + dx, y + dy, part.asset.size.width, part.asset.size.depth, yaw + part.yaw))
+        for bench in self.benches:
+            dx, dy = rotate(bench.x, bench.y, yaw)
+            feet.append(OrientedBox(x + dx, y + dy, bench.asset.size.width, bench.asset.size.depth, yaw + bench.yaw))
         return feet
 
 
 def island(asset: Asset, count: int = 1) -> Block:
     """Return one island, or several end to end."""
     pitch = asset.size.width + SIDE_GAP
-    parts = tuple(Part(asset, (k - (count - 1) / 2.0) * pitch, 0.0, 0.0) for k in range(count))
-    return Block(parts, count * pitch - SIDE_GAP, asset.size.depth)
+    benches = tuple(Bench(asset, (k - (count - 1) / 2.0) * pitch, 0.0, 0.0) for k in range(count))
+    return Block(benches, count * pitch - SIDE_GAP, asset.size.depth)
 
 
 def back_to_back(asset: Asset) -> Block:
     """Return two wall benches with their backs together."""
     shift = (asset.size.depth + SIDE_GAP) / 2.0
-    return Block((Part(asset, 0.0, shift, 0.0), Part(asset, 0.0, -shift, math.pi)), asset.size.width, 4.0 * shift)
+    return Block((Bench(asset, 0.0, shift, 0.0), Bench(asset, 0.0, -shift, math.pi)), asset.size.width, 4.0 * shift)
 
 
 def blocks_of(kind: str, catalog: Catalog, names: tuple[str, ...], benches: tuple[str, ...]) -> list[Block]:
@@ -73,9 +73,9 @@ def blocks_of(kind: str, catalog: Catalog, names: tuple[str, ...], benches: tupl
 
 
 def place_block(
-    room: Room, block: Block, style: Style, oblique: bool, generator: np.random.Generator
+    room: Interior, block: Block, style: Style, oblique: bool, generator: np.random.Generator
 ) -> list[OrientedBox] | None:
-    """Return footprints of a block's parts at a free place in the open; None if it fits nowhere."""
+    """Return footprints of a block's benches at a free place in the open; None if it fits nowhere."""
     if oblique and style.oblique > 0.0:
         return _oblique(room, block, style, generator)
     for quarter in generator.permutation(2):
@@ -96,7 +96,7 @@ def place_block(
     return None
 
 
-def _oblique(room: Room, block: Block, style: Style, generator: np.random.Generator) -> list[OrientedBox] | None:
+def _oblique(room: Interior, block: Block, style: Style, generator: np.random.Generator) -> list[OrientedBox] | None:
     ground = room.ground
     xs, ys = generator.uniform(0.0, ground.width, TRIES), generator.uniform(0.0, ground.depth, TRIES)
     turns = generator.choice((-1.0, 1.0), TRIES) * style.oblique + generator.integers(4, size=TRIES) * math.pi / 2.0

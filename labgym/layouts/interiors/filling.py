@@ -14,7 +14,7 @@ from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.habits import RoomHabit
 from labgym.layouts.interiors.blocks import blocks_of, place_block
-from labgym.layouts.interiors.room import Room
+from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.standing import WALL_GAP, Intervals
 from labgym.layouts.style import Style
 
@@ -48,7 +48,7 @@ class Names:
 
 
 def add_pieces(
-    room: Room, units: Sequence[Unit], partners: Mapping[str, Iterable[str]], generator: np.random.Generator
+    room: Interior, units: Sequence[Unit], partners: Mapping[str, Iterable[str]], generator: np.random.Generator
 ) -> list[Unit]:
     """Place units along the walls, near their partners if they have some; return those without a place."""
     left = []
@@ -60,7 +60,7 @@ def add_pieces(
 
 
 def fill(
-    room: Room,
+    room: Interior,
     catalog: Catalog,
     habits: RoomHabit,
     peninsula: str,
@@ -80,7 +80,7 @@ def fill(
 
 
 def _fill_open(
-    room: Room,
+    room: Interior,
     catalog: Catalog,
     habits: RoomHabit,
     peninsula: str,
@@ -101,7 +101,7 @@ def _fill_open(
 
 
 def _add_block(
-    room: Room,
+    room: Interior,
     catalog: Catalog,
     habits: RoomHabit,
     kind: str,
@@ -116,7 +116,7 @@ def _add_block(
         feet = place_block(room, block, style, kind == "oblique", generator)
         if feet is None:
             continue
-        units = [_unit(part.asset, names, f"{kind.replace('_', ' ')} bench") for part in block.parts]
+        units = [_unit(bench.asset, names, f"{kind.replace('_', ' ')} bench") for bench in block.benches]
         stances = [replace(unit, stance="island") for unit in units]
         if room.add(list(zip(stances, feet, strict=True))):
             return block.width * block.depth
@@ -124,7 +124,7 @@ def _add_block(
     return 0.0
 
 
-def _add_peninsula(room: Room, asset: Asset, style: Style, names: Names, generator: np.random.Generator) -> float:
+def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, generator: np.random.Generator) -> float:
     """Add a bench with one short end at a wall and return its area, 0 if it fits nowhere; square meters."""
     length, depth, aisle = asset.size.width, asset.size.depth, style.aisle
     unit = replace(_unit(asset, names, "peninsula bench"), stance="peninsula")
@@ -140,7 +140,7 @@ def _add_peninsula(room: Room, asset: Asset, style: Style, names: Names, generat
 
 
 def _fill_walls(
-    room: Room, assets: Sequence[Asset], style: Style, names: Names, generator: np.random.Generator
+    room: Interior, assets: Sequence[Asset], style: Style, names: Names, generator: np.random.Generator
 ) -> None:
     length = sum(segment.length for segment in room.ground.segments)
     used = sum(unit.width for unit in room.units.values() if unit.stance == "wall")
@@ -162,7 +162,7 @@ def _unit(asset: Asset, names: Names, reason: str) -> Unit:
 
 
 def _wall_feet(
-    room: Room, unit: Unit, near: Sequence[OrientedBox], generator: np.random.Generator
+    room: Interior, unit: Unit, near: Sequence[OrientedBox], generator: np.random.Generator
 ) -> Iterator[OrientedBox]:
     """Yield footprints of a unit along the walls that are free, a few at most; the nearest to others first."""
     feet = []
@@ -176,7 +176,7 @@ def _wall_feet(
     yield from feet[:3]
 
 
-def _draws(room: Room, unit: Unit, generator: np.random.Generator) -> list[tuple[Segment, float]]:
+def _draws(room: Interior, unit: Unit, generator: np.random.Generator) -> list[tuple[Segment, float]]:
     """Random places of a unit along the walls."""
     options: list[tuple[Segment, Intervals]] = []
     for segment in room.ground.segments:

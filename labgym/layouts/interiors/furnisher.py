@@ -11,8 +11,8 @@ import numpy as np
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Nearness, Separation, Unit
 from labgym.layouts.ground import Ground
+from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.program import plan_walls
-from labgym.layouts.interiors.room import Room
 from labgym.layouts.interiors.siting import all_places, choose_segments, every_segment, stand_oblique
 from labgym.layouts.interiors.standing import Distances
 
@@ -32,7 +32,7 @@ class Outcome:
         proven: whether it is proved that the furniture does not fit.
     """
 
-    room: Room | None
+    room: Interior | None
     attempts: Counter[str] = field(default_factory=Counter)
     proven: bool = False
 
@@ -66,7 +66,7 @@ def furnish(
     outcome = Outcome(None)
     for attempt in range(attempts + thorough):
         last = attempt == attempts
-        room = Room(ground)
+        room = Interior(ground)
         for unit, foot in standing:
             room.add_anyway(unit, foot)
         places = all_places(room.standing, units, apart, hood_walls)
@@ -86,7 +86,7 @@ def furnish(
                 last and plan.status == "infeasible" and not any(not segment.straight for segment in ground.segments)
             )
             continue
-        room = Room(ground)
+        room = Interior(ground)
         for unit, foot in standing:
             room.add_anyway(unit, foot)
         by_id = {unit.id: unit for unit in units}

@@ -21,10 +21,10 @@ from labgym.layouts.habits import RoomHabit
 from labgym.layouts.interiors.distribution import distribute, wall_length
 from labgym.layouts.interiors.filling import Names, add_pieces, fill
 from labgym.layouts.interiors.furnisher import ATTEMPTS, Outcome, furnish
-from labgym.layouts.interiors.room import Room
+from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.standing import Distances
 from labgym.layouts.model import WALL, Layout
-from labgym.layouts.pieces import Piece, clear_around, front_of, further_pieces, pieces, with_fixed
+from labgym.layouts.pieces import WallPiece, clear_around, front_of, further_pieces, pieces, with_fixed
 from labgym.layouts.request import Request
 from labgym.layouts.rules.zones import INTRUSION
 from labgym.layouts.stocking import stock
@@ -120,11 +120,11 @@ def _stocked(
                 raise
             ids = {unit.id for unit in units}
             name = next(name for k in range(1, 100) if (name := f"{BENCH}_{k}") not in ids)
-            units.append(_unit(request, Piece(name, request.catalog.get(BENCH), "surface for instruments")))
+            units.append(_unit(request, WallPiece(name, request.catalog.get(BENCH), "surface for instruments")))
     raise AssertionError
 
 
-def _unit(request: Request, piece: Piece) -> Unit:
+def _unit(request: Request, piece: WallPiece) -> Unit:
     size = piece.asset.size
     front, clear = front_of(request, piece), clear_around(piece.asset)
     return Unit(piece.id, piece.asset, size.width, size.depth, front, clear=clear, reason=piece.reason)
@@ -132,7 +132,7 @@ def _unit(request: Request, piece: Piece) -> Unit:
 
 def _furnished(
     request: Request, needs: _Needs, grounds: Sequence[Ground], last: bool, generator: np.random.Generator
-) -> tuple[dict[str, Room] | None, Outcome]:
+) -> tuple[dict[str, Interior] | None, Outcome]:
     """The spaces with what is required, None and the outcome of the first that cannot hold its share."""
     fixed = {placement.id: placement for placement in request.fixed}
     free = [unit for unit in needs.required if unit.id not in fixed]
@@ -140,7 +140,7 @@ def _furnished(
     nearness = tuple(nearness_of(needs.required, request.habits))
     standing = _standing(request, needs, grounds)
     boxes = {unit.id: _to_floor(ground, foot) for ground in grounds for unit, foot in standing[ground.space]}
-    rooms: dict[str, Room] = {}
+    rooms: dict[str, Interior] = {}
     total = Outcome(None)
     for ground in sorted(grounds, key=lambda ground: -len(shares[ground.space])):
         here = {unit.id for unit in shares[ground.space]}
@@ -201,7 +201,7 @@ def _hood_walls(ground: Ground, style: Style | None) -> frozenset[str]:
     return frozenset(segment.id for segment in ground.segments if walls.intersection(segment.walls))
 
 
-def _fill(request: Request, needs: _Needs, rooms: Mapping[str, Room], generator: np.random.Generator) -> list[Unit]:
+def _fill(request: Request, needs: _Needs, rooms: Mapping[str, Interior], generator: np.random.Generator) -> list[Unit]:
     """Add further pieces and fill all spaces; return the further pieces that found no place."""
     habits, style = request.habits, request.style if request.style is not None else Style()
     partners: dict[str, list[str]] = {}
@@ -224,7 +224,7 @@ def _fill(request: Request, needs: _Needs, rooms: Mapping[str, Room], generator:
 
 
 def _plan(
-    request: Request, needs: _Needs, rooms: Mapping[str, Room], left: Sequence[Unit], attempts: Counter[str]
+    request: Request, needs: _Needs, rooms: Mapping[str, Interior], left: Sequence[Unit], attempts: Counter[str]
 ) -> Plan:
     poses: dict[str, Pose] = {}
     for room in rooms.values():

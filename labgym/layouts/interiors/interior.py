@@ -10,12 +10,12 @@ from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.lattice import Lattice
 from labgym.layouts.interiors.standing import Standing, strips
-from labgym.layouts.interiors.ways import Ways
+from labgym.layouts.interiors.wide_ways import WideWays
 from labgym.layouts.rules.zones import front_zone
 
 
 @dataclass
-class Room:
+class Interior:
     """The state of a space, in the frame of its ground.
 
     Attributes:
@@ -24,14 +24,14 @@ class Room:
 
     ground: Ground
     standing: Standing = field(init=False)
-    ways: Ways = field(init=False)
+    ways: WideWays = field(init=False)
     lattice: Lattice = field(init=False)
     units: dict[str, Unit] = field(default_factory=dict)
     feet: dict[str, OrientedBox] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.standing = Standing(self.ground)
-        self.ways = Ways(self.ground, [*self.ground.outside, *self.ground.solid])
+        self.ways = WideWays(self.ground, [*self.ground.outside, *self.ground.solid])
         self.lattice = Lattice(self.ground.width, self.ground.depth)
         self.lattice.add(self.standing.building_bounds, self.standing.free_bounds)
 

@@ -30,7 +30,7 @@ REACH = 0.6
 Array = NDArray[np.float64]
 
 
-class Ways:
+class WideWays:
     """The clearance of a space's floor, which falls as furniture is added."""
 
     def __init__(self, ground: Ground, solid: Sequence[OrientedBox]) -> None:
