@@ -33,7 +33,9 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Ground:
-    """A space as furniture sees it: walls, doors and limits. Its frame has its origin at the corner of the region's bounds.
+    """Walls, doors and limits of a space as furniture sees them.
+
+    The frame has its origin at the corner of the region's bounds.
 
     Attributes:
         space, use: id and use of the space.
