@@ -2,61 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
-import shapely
 
 from labgym.geometry import to_world
 from labgym.layouts.floor import Doorway, Floor, Space
 from labgym.navigation.clearance import Obstacles
-from labgym.scenes.camera import EYE_HEIGHT, WIDE, Array, View, fitted, subtended
-from labgym.scenes.cutaway import CACHED, near_walls
+from labgym.scenes.camera import EYE_HEIGHT, WIDE, Array, View, subtended
 from labgym.scenes.floor_covering import region_outline
-from labgym.scenes.wall_faces import upper, wall_name
+from labgym.scenes.overview import overview
 
-BEARINGS = (
-    -62.0,
-    -75.0,
-    -83.0,
-    -90.0,
-    -97.0,
-    -105.0,
-    -118.0,
-    -28.0,
-    -15.0,
-    -7.0,
-    0.0,
-    7.0,
-    15.0,
-    28.0,
-    62.0,
-    75.0,
-    83.0,
-    90.0,
-    97.0,
-    105.0,
-    118.0,
-    152.0,
-    165.0,
-    173.0,
-    180.0,
-    187.0,
-    195.0,
-    208.0,
-)
-"""Directions from which the overview may look at a floor, degrees, the best first."""
-PITCHES = (38.0, 45.0, 52.0, 60.0)
-"""Angles above the horizontal from which the overview may look, degrees, the best first."""
-FRONT, FRONTAL = -90.0, 30.0
-"""Direction of the front of a floor, and the angle from it up to which a camera is in front, degrees."""
-STRAIGHT, ASIDE, STEEP = 0.06, 0.10, 0.004
-"""What looking along an axis, looking from elsewhere than from the front, and a degree of pitch cost: shares of the
-picture that the floor has to fill more."""
-OVERVIEW_FOVY, DOOR_FOVY, SPACE_FOVY, WIDEST = 34.0, 62.0, 64.0, 85.0
+DOOR_FOVY, SPACE_FOVY, WIDEST = 62.0, 64.0, 85.0
 """Vertical fields of view, degrees."""
 HIGH = 40.0
 """Least height of the camera that looks straight down, meters."""
@@ -89,34 +47,6 @@ def floor_views(floor: Floor, tall: Obstacles) -> dict[str, View]:
     return cameras
 
 
-@lru_cache(maxsize=CACHED)
-def overview(floor: Floor) -> View:
-    """Return the view from outside and above in which the floor fills most of a wide picture.
-
-    The upper parts of the walls that would hide a space are not drawn in it.
-    """
-    outline = region_outline([*(box for space in floor.spaces for box in space.boxes), *(w.box for w in floor.walls)])
-    rings = [
-        np.array(ring.coords)[:, :2]
-        for part in shapely.get_parts(shapely.orient_polygons(outline))
-        for ring in (part.exterior, *part.interiors)
-    ]
-    ground = [np.column_stack([ring, np.zeros(len(ring))]) for ring in rings]
-
-    def share(direction: tuple[float, float, View]) -> float:
-        bearing, pitch, view = direction
-        # Holes run the other way round, so that the sum of signed areas is the area of the floor.
-        filled = abs(sum(_signed_area(view.project(ring)) for ring in ground)) / (4.0 * WIDE)
-        away = abs(bearing - FRONT) > FRONTAL
-        return filled - STEEP * (pitch - PITCHES[0]) - STRAIGHT * (bearing % 90.0 == 0.0) - ASIDE * away
-
-    directions = [
-        (bearing, pitch, _overview(floor, np.concatenate(ground), math.radians(bearing), math.radians(pitch)))
-        for bearing, pitch in itertools.product(BEARINGS, PITCHES)
-    ]
-    return max(directions, key=share)[2]
-
-
 def inside(floor: Floor, view: View) -> View:
     """Return a view of something in a space from within that space: nearer, and with a wider field, if need be."""
     eye, target = np.array(view.position), np.array(view.target)
@@ -135,25 +65,6 @@ def inside(floor: Floor, view: View) -> View:
     return replace(view, position=(x, y, view.position[2]), fovy=min(wider, WIDEST))
 
 
-def _overview(floor: Floor, ground: Array, bearing: float, pitch: float) -> View:
-    """Return the nearest view in a direction that holds the ground, and the walls that it draws to their tops."""
-    x0, y0, x1, y1 = floor.bounds
-    far = 1e3
-    eye = (x0 + x1) / 2.0 + far * math.cos(bearing), (y0 + y1) / 2.0 + far * math.sin(bearing)
-    hidden = near_walls(floor, *eye)
-    tops = [
-        np.column_stack([wall.box.corners(), np.full(4, wall.height)])
-        for k, wall in enumerate(floor.walls)
-        if upper(wall_name(k)) not in hidden
-    ]
-    return fitted(np.concatenate([ground, *tops]), bearing, pitch, OVERVIEW_FOVY)
-
-
-def _signed_area(ring: Array) -> float:
-    x, y = ring.T
-    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2.0
-
-
 def _from_exit(floor: Floor, doorway: Doorway) -> View:
     """Return what a person in an exit sees, who looks between straight ahead and the middle of the space."""
     space = floor.space(doorway.spaces[0])
@@ -166,14 +77,18 @@ def _from_exit(floor: Floor, doorway: Doorway) -> View:
 
 def _under_ceiling(space: Space, tall: Obstacles) -> View:
     """Return the view from a corner under the ceiling far from the middle of a space and from tall furniture."""
-    corners = [
-        (x, y) for r in space.region for x in (r.x0 + CORNER, r.x1 - CORNER) for y in (r.y0 + CORNER, r.y1 - CORNER)
-    ]
+    corners = [(x, y) for r in space.region for x in _inset(r.x0, r.x1) for y in _inset(r.y0, r.y1)]
     points, middle = to_world(corners, space.frame), _middle(space)
     blocked = tall.nearest(points) < CLOSE
     eye = points[int((np.linalg.norm(points - middle, axis=1) - SPACE_LENGTH * blocked).argmax())]
     target = (float(middle[0]), float(middle[1]), 0.8)
     return View((float(eye[0]), float(eye[1]), space.ceiling - BELOW), target, SPACE_FOVY)
+
+
+def _inset(low: float, high: float) -> tuple[float, float]:
+    """Return two places at a distance from the ends of an interval, in its middle if it is short."""
+    inset = min(CORNER, (high - low) / 2.0)
+    return low + inset, high - inset
 
 
 def _middle(space: Space) -> Array:

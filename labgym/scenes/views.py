@@ -11,7 +11,8 @@ from labgym.layouts import Layout
 from labgym.layouts.model import FLOOR
 from labgym.navigation.clearance import Obstacles
 from labgym.scenes.camera import EYE_HEIGHT, FILL, WIDE, View, subtended
-from labgym.scenes.floor_views import floor_views, inside, overview
+from labgym.scenes.floor_views import floor_views, inside
+from labgym.scenes.overview import overview
 
 __all__ = ["View", "picture_view", "view", "views"]
 
