@@ -19,7 +19,7 @@ from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, SHOWER_RADIUS
 from labgym.layouts.rules.zones import HEADROOM, front_zone
 from labgym.navigation import OBSTACLE_HEIGHT, goal_pose
 
-TRIES = 40
+TRIES = 100
 """Poses tried for each object."""
 GAP = 0.03
 """Least gap to everything else, meters."""
@@ -29,6 +29,8 @@ PULLED = (0.04, 0.55)
 """Range of the distance of an object from the furniture in front of which it stands, meters."""
 PARKED = 0.12
 """An object along an edge is at most this far from it, meters."""
+AISLE = 0.6
+"""A point with less clearance than this is in an aisle up to 1.2 m wide, or near an edge; meters."""
 ASKEW = 0.3
 """Largest angle by which an object stands askew, radians."""
 
@@ -124,10 +126,10 @@ class _Scatter:
         return *box.to_world(along, side * reach), box.yaw + self._askew()
 
     def _somewhere(self, kind: Kind, asset: Asset) -> tuple[float, float, float] | None:
-        """A pose along an edge of the free floor, or anywhere on it."""
+        """A pose along an edge of the free floor, or in an aisle."""
         short, edge = asset.size.short / 2.0 + GAP, kind.stance == "edge"
         values = self.ways.values
-        rows, columns = np.nonzero((values > short) & (values < (short + PARKED if edge else np.inf)))
+        rows, columns = np.nonzero((values > short) & (values < (short + PARKED if edge else AISLE)))
         if not len(rows):
             return None
         pick = int(self.generator.integers(len(rows)))
