@@ -93,7 +93,7 @@ class Dressing(Record):
 
 
 class RoomHabit(Record):
-    """What a space of some use is filled with beyond what protocol and safety require.
+    """Furniture of a space of some use, beyond what protocol and safety require.
 
     Attributes:
         walls: rows along the walls.

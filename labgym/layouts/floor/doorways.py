@@ -30,7 +30,7 @@ class Doorway:
         wall: index of its wall in the floor.
         opening: the opening of that wall.
         x, y, yaw: its middle on the wall's middle line; the front is toward the first of its spaces.
-        spaces: ids of the spaces before and behind it; "outside" (always the second) where there is none.
+        spaces: ids of the spaces before and behind it; "outside", always the second, for an exit.
         gaps: distances of those spaces from the faces of the wall, meters; 0 for the outside.
         thickness: thickness of the wall, meters.
         opens_forward: whether the leaf of a door opens toward the first of its spaces.

@@ -65,7 +65,7 @@ def _spans(polygons: Array, start: Array, end: Array, reach: float) -> Array:
         start, end: (e, 2), edges of counter-clockwise polygons, whose outside is on the right.
 
     Returns:
-        (e, n, 2): meters from the start of the edge; inf and -inf where there is none.
+        (e, n, 2): meters from the start of the edge; inf and -inf for a polygon that lies elsewhere.
     """
     along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
     outward = np.column_stack([along[:, 1], -along[:, 0]])

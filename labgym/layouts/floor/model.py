@@ -134,13 +134,13 @@ class Floor(Growing):
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """What is solid, with its kind: walls, sills, lintels, leaves, panes, columns."""
+        """Solid parts with their kinds: walls, sills, lintels, leaves, panes, columns."""
         ceiling = max(space.ceiling for space in self.spaces)
         return tuple(solid_parts(self.walls, self._extensions, self.doorways, self.columns, ceiling))
 
     @cached_property
     def solids(self) -> tuple[OrientedBox, ...]:
-        """What stops a robot or a ray, without furniture.
+        """Boxes that stop a robot or a ray, without furniture.
 
         Walls are cut at their openings; leaves, panes and columns are solid. Exits are filled, so that nothing leaves
         the floor.

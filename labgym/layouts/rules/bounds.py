@@ -35,7 +35,7 @@ class BoundsFault:
 def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     """Return every fault, in the order room, surface, height; an object with several faults counts as one OB.
 
-    A wall-mounted object may be at any height, but must lie inside the room and have a side along a wall, beside its
+    A wall-mounted object may be at any height, but must lie inside the room and have a side along a wall, off its
     openings.
     """
     if not len(arrangement):

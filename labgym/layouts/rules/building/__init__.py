@@ -1,4 +1,4 @@
-"""What the rules read of a building: one rectangular room, or any other floor."""
+"""The view of a building that the rules have: of one rectangular room, or of any other floor."""
 
 from labgym.layouts.rules.building.interface import Building, Entrance, Workplace
 from labgym.layouts.rules.building.many_rooms import ManyRooms

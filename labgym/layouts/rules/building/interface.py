@@ -1,4 +1,4 @@
-"""What the rules read of a building: how far things reach out of its rooms, how near its walls are, and its doors."""
+"""The view of a building that the rules have: how far things reach out of rooms, how near walls are, and doors."""
 
 from __future__ import annotations
 
@@ -86,12 +86,12 @@ class Building(Protocol):
     def gaps(self, points: Array) -> Array:
         """Return the distances of points (..., 2) from the face of each of m walls, shape (m, ...).
 
-        Negative inside a wall; inf beside its ends.
+        Negative inside a wall; inf beyond its ends.
         """
         ...
 
     def over_openings(self, boxes: BoxArray) -> Array:
-        """Return how far n boxes at a wall reach over its openings, shape (n,); 0 beside them."""
+        """Return how far n boxes at a wall reach over its openings, shape (n,); 0 off them."""
         ...
 
     def ahead(self, box: OrientedBox) -> float:

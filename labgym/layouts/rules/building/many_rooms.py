@@ -154,7 +154,7 @@ class ManyRooms:
         return bool((pairwise_penetration(BoxArray.of([line]), walls) > 0.0).any())
 
     def gaps(self, points: Array) -> Array:
-        """Return the distances of points from the face of each wall, shape (m, ...); inf beside its ends."""
+        """Return the distances of points from the face of each wall, shape (m, ...); inf beyond its ends."""
         walls = BoxArray.of(self.floor.wall_boxes)
         flat = np.asarray(points, dtype=np.float64).reshape(-1, 2)
         local = np.abs(np.einsum("mnd,mkd->mnk", flat[None] - walls.centre[:, None], walls.axes()))
