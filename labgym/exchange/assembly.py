@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import ValidationError
@@ -13,7 +12,7 @@ from pydantic import ValidationError
 from labgym.documents import document_error
 from labgym.errors import DocumentError, OptionError
 from labgym.exchange.regions import region_of
-from labgym.exchange.strips import Point, Strip
+from labgym.exchange.strips import Point, Strip, around
 from labgym.layouts.floor import Column, Floor, KeepOut, Opening, Rectangle, Service, Space, Wall
 from labgym.layouts.floor.joints import extensions
 from labgym.layouts.floor.rectangles import rectangle_parts
@@ -128,7 +127,7 @@ def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness:
         if len(count) > LIMITS[what]:
             raise DocumentError(source, what, f"{len(count)} {what}; at most {LIMITS[what]} are read: split the floor")
     polygons = _nested(drawing.outlines)
-    strips = drawing.strips or [strip for polygon in polygons for strip in _around(polygon, thickness)]
+    strips = drawing.strips or [strip for polygon in polygons for strip in around(_corners(polygon), thickness)]
     if not strips:
         raise DocumentError(
             source, "walls", "no wall and no outline of a room: see docs/engineers.md for the names of layers"
@@ -285,16 +284,11 @@ def _nested(rings: Sequence[tuple[Point, ...]]) -> list[Polygon]:
     return [polygon for polygon in nested if polygon.area >= LEAST_AREA]
 
 
-def _around(polygon: Polygon, thickness: float) -> list[Strip]:
-    """Return strips outside the sides of an outline."""
+def _corners(polygon: Polygon) -> list[Point]:
+    """Return the corners of a polygon, counter-clockwise."""
     from shapely.geometry.polygon import orient
 
-    strips = []
-    for (x0, y0), (x1, y1) in pairwise(orient(polygon.simplify(1e-3)).exterior.coords):
-        length = math.hypot(x1 - x0, y1 - y0)
-        dx, dy = (y1 - y0) / length * thickness / 2.0, -(x1 - x0) / length * thickness / 2.0
-        strips.append(Strip((x0 + dx, y0 + dy), (x1 + dx, y1 + dy), thickness))
-    return strips
+    return [(x, y) for x, y, *_ in orient(polygon.simplify(1e-3)).exterior.coords[:-1]]
 
 
 def _spaces(polygons: Sequence[Polygon], tags: Sequence[Tag], ceiling: float) -> list[Space]:

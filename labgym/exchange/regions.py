@@ -44,7 +44,7 @@ def region_of(polygon: Polygon, yaw: float | None = None) -> tuple[Frame, tuple[
     """
     from shapely.affinity import rotate
 
-    yaw = _direction(polygon) if yaw is None else yaw
+    yaw = direction(polygon) if yaw is None else yaw
     turned = rotate(polygon, -yaw, (0.0, 0.0), use_radians=True)
     columns = _columns(turned)
     slabs = _joined(columns)
@@ -69,7 +69,7 @@ def region_of(polygon: Polygon, yaw: float | None = None) -> tuple[Frame, tuple[
     return (_tidy(frame[0]), _tidy(frame[1]), frame[2]), rectangles
 
 
-def _direction(polygon: Polygon) -> float:
+def direction(polygon: Polygon) -> float:
     """Return the direction of the sides of a polygon, by length, in (-pi/4, pi/4]; 0 unless it exceeds 0.1 mrad."""
     lengths: dict[int, float] = {}
     angles: dict[int, float] = {}

@@ -37,6 +37,17 @@ class RosMap:
     resolution: float
     origin: tuple[float, float, float]
 
+    def sampled(self, cells: NDArray[np.bool_], points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return the values of the cells that contain points (n, 2) of the map's frame; False outside, shape (n,)."""
+        x, y, yaw = self.origin
+        dx, dy = points[:, 0] - x, points[:, 1] - y
+        columns = np.floor((dx * math.cos(yaw) + dy * math.sin(yaw)) / self.resolution).astype(int)
+        rows = np.floor((dy * math.cos(yaw) - dx * math.sin(yaw)) / self.resolution).astype(int)
+        inside = (rows >= 0) & (rows < cells.shape[0]) & (columns >= 0) & (columns < cells.shape[1])
+        values = np.zeros(len(points), dtype=np.bool_)
+        values[inside] = cells[rows[inside], columns[inside]]
+        return values
+
 
 def open_ros_map(path: str | Path) -> RosMap:
     """Return the map that a map.yaml describes, interpreted as map_server does in its modes trinary and scale.

@@ -1,4 +1,4 @@
-"""Reads floors from maps of ROS: the outer walls with their doors."""
+"""Reads floors from maps of ROS: the outer walls with their doors, and inner walls."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from labgym.errors import DocumentError, OptionError
 from labgym.exchange.assembly import Drawing, Mark, assemble
+from labgym.exchange.regions import direction
 from labgym.exchange.ros_files import RosMap, open_ros_map
-from labgym.exchange.strips import Point, Strip
+from labgym.exchange.ros_partitions import THICKEST, partitions
+from labgym.exchange.strips import Point, around
 from labgym.layouts.floor import Floor
 
 if TYPE_CHECKING:
@@ -28,8 +30,8 @@ DOOR = (0.6, 4.0)
 """Least and largest width of a gap in a wall that is read as a door, meters."""
 STRAIGHT = 1.5
 """Deviation from a straight line that a wall may have, cells."""
-SNAP = math.radians(10.0)
-"""Sides within this angle of the main direction are parallel to it."""
+SNAP = math.radians(1.5)
+"""Sides within this angle of the main direction are parallel to it; short ones within the error of their direction."""
 SHORT = 10.0
 """Length below which a side in another direction is left out, cells."""
 WALLED = 0.5
@@ -40,15 +42,15 @@ Array = NDArray[np.float64]
 
 
 def read_ros_map(path: str | Path, thickness: float | None = None) -> Floor:
-    """Read the floor of a map of ROS as one space: its outer walls, with gaps of 0.6 to 4 m as doors.
+    """Read the floor of a map of ROS: its outer walls, with gaps of 0.6 to 4 m as doors, and inner walls.
 
-    The outer boundary of the known cells is the outer face of the walls. Sides within 10 degrees of the main direction
-    are made parallel to it; positions are accurate to about a cell. What stands inside is not read, since a map does
-    not tell walls from furniture.
+    The outer boundary of the known cells is the outer face of the walls. Sides near the main direction are made
+    parallel to it; positions are accurate to about a cell. `partitions` says which structures inside are
+    walls; everything else inside is taken for furniture and not read.
 
     Args:
         path: the map.yaml, next to its image.
-        thickness: of the walls, meters; by default what the map shows, 0.05 to 0.5 m.
+        thickness: of the walls, meters; by default what the map shows, 0.05 to 0.8 m.
 
     Raises:
         DocumentError: a file is missing, too large or damaged, or the map shows no closed floor.
@@ -66,12 +68,19 @@ def read_ros_map(path: str | Path, thickness: float | None = None) -> Floor:
     inner = boundary.buffer(-thickness, join_style="mitre").simplify(grid.resolution / 10.0)
     if inner.geom_type != "Polygon" or inner.area < LEAST_AREA:
         raise DocumentError(path, "", f"the walls enclose no floor of {LEAST_AREA:g} m² or more")
-    drawing = Drawing(outlines=[tuple((x, y) for x, y in inner.exterior.coords[:-1])])
-    for start, end in _sides(inner):
-        drawing.strips.append(_outside(start, end, thickness))
+    drawing = Drawing()
+    sides = list(_sides(inner))
+    drawing.strips += around([start for start, _ in sides], thickness)
+    for start, end in sides:
         drawing.marks += [[mark] for mark in _doors(grid, start, end, thickness)]
     if not drawing.marks:
         raise DocumentError(path, "", f"the outer walls have no gap of {DOOR[0]:g} to {DOOR[1]:g} m: draw a door")
+    walls, passages = partitions(grid, inner, direction(inner), max(THICKEST, thickness + 1.01 * grid.resolution))
+    if walls:
+        drawing.strips += walls
+        drawing.marks += [[passage] for passage in passages]
+    else:
+        drawing.outlines.append(tuple((x, y) for x, y in inner.exterior.coords[:-1]))
     return assemble(drawing, path, path.parent.name if path.stem == "map" else path.stem)
 
 
@@ -148,16 +157,15 @@ def _straightened(contour: Array, corners: Array) -> list[_Side]:
     ends = np.roll(corners, -1, axis=0)
     vectors = ends - corners
     lengths, angles = np.hypot(*vectors.T), np.arctan2(vectors[:, 1], vectors[:, 0])
-    turns = 4.0 * angles
-    main = math.atan2(float((lengths * np.sin(turns)).sum()), float((lengths * np.cos(turns)).sum())) / 4.0
-    main = 0.0 if abs(main) < math.radians(0.5) else main
+    main = _main_direction(angles, lengths)
     sides: list[_Side] = []
     for index, angle in enumerate(angles.tolist()):
         off = (angle - main + math.pi / 4.0) % (math.pi / 2.0) - math.pi / 4.0
-        if abs(off) > SNAP and lengths[index] < SHORT:
+        aligned = abs(off) <= max(SNAP, math.atan2(STRAIGHT, float(lengths[index])))
+        if not aligned and lengths[index] < SHORT:
             continue
         points = _between(contour, places[index], places[(index + 1) % len(places)])
-        snapped = angle - off if abs(off) <= SNAP else angle
+        snapped = angle - off if aligned else angle
         side = _Side(points.mean(axis=0), snapped, corners[index], ends[index])
         if sides and _continues(sides[-1], side):
             sides[-1] = _joined(sides[-1], side)
@@ -166,6 +174,17 @@ def _straightened(contour: Array, corners: Array) -> list[_Side]:
     if len(sides) > 1 and _continues(sides[-1], sides[0]):
         sides[0] = _joined(sides.pop(), sides[0])
     return sides
+
+
+def _main_direction(angles: Array, lengths: Array) -> float:
+    """Return the direction in (-pi/4, pi/4] along or across which most of the boundary runs; 0 within half a degree."""
+    turned = (angles + math.pi / 4.0) % (math.pi / 2.0) - math.pi / 4.0
+    apart = np.abs((turned[:, None] - turned[None] + math.pi / 4.0) % (math.pi / 2.0) - math.pi / 4.0)
+    near = apart <= SNAP
+    best = int((near @ lengths).argmax())
+    turns, weights = 4.0 * angles[near[best]], lengths[near[best]]
+    main = math.atan2(float(weights @ np.sin(turns)), float(weights @ np.cos(turns))) / 4.0
+    return 0.0 if abs(main) < math.radians(0.5) else main
 
 
 def _corners(sides: list[_Side]) -> Array:
@@ -211,14 +230,14 @@ def _walled(grid: RosMap, boundary: Polygon) -> float:
     for cells in (0.5, 1.5):
         inside = boundary.buffer(-cells * grid.resolution, join_style="mitre").exterior
         points = np.array([inside.interpolate(inside.project(ring.interpolate(each))).coords[0] for each in along])
-        hits.append(_sample(grid.occupied, grid, points))
+        hits.append(grid.sampled(grid.occupied, points))
     return float((hits[0] | hits[1]).mean())
 
 
 def _wall_thickness(grid: RosMap, boundary: Polygon) -> float:
     """Return the depth of occupied cells behind the outer boundary that is least but not rare, meters."""
     depths: list[int] = []
-    steps = round(0.6 / grid.resolution)
+    steps = round(0.9 / grid.resolution)
     for start, end in _sides(boundary):
         length = math.dist(start, end)
         inward = (-(end[1] - start[1]) / length, (end[0] - start[0]) / length)
@@ -226,13 +245,13 @@ def _wall_thickness(grid: RosMap, boundary: Polygon) -> float:
             share = along / length
             x, y = start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
             at = (np.arange(steps) + 0.5) * grid.resolution
-            line = _sample(grid.occupied, grid, np.column_stack([x + at * inward[0], y + at * inward[1]]))
+            line = grid.sampled(grid.occupied, np.column_stack([x + at * inward[0], y + at * inward[1]]))
             if line[0] and not line.all():
                 depths.append(int(np.argmin(line)))
     if not depths:
         return THICKNESS
     least = float(np.percentile(depths, 10.0)) * grid.resolution
-    return min(max(round(least / grid.resolution) * grid.resolution, 0.05), 0.5)
+    return min(max(round(least / grid.resolution) * grid.resolution, 0.05), 0.8)
 
 
 def _doors(grid: RosMap, start: Point, end: Point, thickness: float) -> Iterator[Mark]:
@@ -244,7 +263,7 @@ def _doors(grid: RosMap, start: Point, end: Point, thickness: float) -> Iterator
     free = np.zeros(len(along), dtype=np.bool_)
     for share in (0.3, 0.5, 0.7):
         x, y = start[0] + share * thickness * uy, start[1] - share * thickness * ux
-        free |= _sample(grid.free, grid, np.column_stack([x + along * ux, y + along * uy]))
+        free |= grid.sampled(grid.free, np.column_stack([x + along * ux, y + along * uy]))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(np.int8)))
     for low, high in zip(edges[::2] * step, edges[1::2] * step, strict=True):
         if DOOR[0] <= high - low <= DOOR[1]:
@@ -259,25 +278,6 @@ def _sides(polygon: Polygon) -> Iterator[tuple[Point, Point]]:
     for (x0, y0, *_), (x1, y1, *_) in pairwise(orient(polygon).exterior.coords):
         if math.hypot(x1 - x0, y1 - y0) > 1e-6:
             yield (x0, y0), (x1, y1)
-
-
-def _outside(start: Point, end: Point, thickness: float) -> Strip:
-    """Return the wall along a side, on its right."""
-    length = math.dist(start, end)
-    dx, dy = (end[1] - start[1]) / length * thickness / 2.0, -(end[0] - start[0]) / length * thickness / 2.0
-    return Strip((start[0] + dx, start[1] + dy), (end[0] + dx, end[1] + dy), thickness)
-
-
-def _sample(cells: NDArray[np.bool_], grid: RosMap, points: Array) -> NDArray[np.bool_]:
-    """Return the values of the cells that contain points (n, 2) of the map's frame; False outside, shape (n,)."""
-    x, y, yaw = grid.origin
-    dx, dy = points[:, 0] - x, points[:, 1] - y
-    columns = np.floor((dx * math.cos(yaw) + dy * math.sin(yaw)) / grid.resolution).astype(int)
-    rows = np.floor((dy * math.cos(yaw) - dx * math.sin(yaw)) / grid.resolution).astype(int)
-    inside = (rows >= 0) & (rows < cells.shape[0]) & (columns >= 0) & (columns < cells.shape[1])
-    values = np.zeros(len(points), dtype=np.bool_)
-    values[inside] = cells[rows[inside], columns[inside]]
-    return values
 
 
 def _to_floor(cells: Array, grid: RosMap) -> Array:

@@ -91,6 +91,39 @@ def strips(strokes: Sequence[Stroke], oriented: bool = False) -> list[Strip]:
     return found + _between(faces)
 
 
+def around(corners: Sequence[Point], thickness: float) -> list[Strip]:
+    """Return the walls outside the sides of a polygon, in their order.
+
+    A wall ends at the corners of its side; at a corner that points inwards at less than a right angle it ends earlier,
+    so that its end does not reach into the polygon.
+
+    Args:
+        corners: of the polygon, counter-clockwise, meters.
+    """
+    count = len(corners)
+    sides = [(corners[index], corners[(index + 1) % count]) for index in range(count)]
+    yaws = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in sides]
+    found = []
+    for index, ((x0, y0), (x1, y1)) in enumerate(sides):
+        yaw, length = yaws[index], math.dist((x0, y0), (x1, y1))
+        ux, uy = math.cos(yaw), math.sin(yaw)
+        start = _setback(yaws[index - 1], yaw, thickness)
+        end = length - _setback(yaw, yaws[(index + 1) % count], thickness)
+        if end - start <= SHORTEST:
+            start, end = 0.0, length
+        dx, dy = uy * thickness / 2.0, -ux * thickness / 2.0
+        points = [(x0 + at * ux + dx, y0 + at * uy + dy) for at in (start, end)]
+        found.append(Strip(points[0], points[1], thickness))
+    return found
+
+
+def _setback(before: float, after: float, thickness: float) -> float:
+    """Return by how much walls end before a corner between sides of two directions in radians, meters."""
+    turn = math.remainder(after - before, 2.0 * math.pi)
+    between = math.pi + turn  # angle between the sides on the walls' side, if the corner points inwards
+    return thickness / math.tan(between) if turn < 0.0 and 0.2 < between < math.pi / 2.0 - 1e-6 else 0.0
+
+
 def _rectangle(stroke: Stroke, oriented: bool) -> Strip | None:
     """Return the strip that a closed rectangle describes, None if a stroke is something else."""
     points = list(stroke.points)

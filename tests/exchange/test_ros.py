@@ -17,6 +17,8 @@ from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.exchange.outlines import empty_layout
 from labgym.exchange.ros_map import write_ros_map
 from labgym.exchange.ros_outline import read_ros_map
+from labgym.layouts import load_published, published
+from labgym.layouts.floors import draw_floor
 
 
 def map_server(path):
@@ -103,6 +105,33 @@ def test_the_outline_comes_back_within_a_cell(tmp_path, name, resolution):
     for place in places[0]:
         assert min(math.dist(place, other) for other in places[1]) <= 2.0 * resolution
     assert again.walls[0].thickness == pytest.approx(floor.walls[0].thickness, abs=1.01 * resolution)
+
+
+@pytest.mark.parametrize(("family", "seed"), [("double", 1), ("double", 4), ("suite", 0), ("suite", 3), ("refit", 2)])
+def test_rooms_and_passages_come_back_within_two_cells(tmp_path, family, seed):
+    floor = draw_floor(family, seed).floor
+    again = read_ros_map(write_ros_map(empty_layout(floor), tmp_path / "ros"))
+    low = [np.min([region(space).bounds[:2] for space in each.spaces], axis=0) for each in (floor, again)]
+    shift = low[0] - low[1]
+    rooms = [translate(region(space), *shift) for space in again.spaces]
+    assert len(rooms) == len(floor.spaces)
+    for space in floor.spaces:
+        own = region(space)
+        other = max(rooms, key=lambda room: room.intersection(own).area)
+        assert other.symmetric_difference(own).area < 2.0 * 0.05 * own.length
+    ways = [np.array([(way.x, way.y) for way in each.doorways]) for each in (floor, again)]
+    assert len(ways[0]) == len(ways[1])
+    apart = np.linalg.norm(ways[0][:, None] - (ways[1] + shift)[None], axis=-1)
+    assert apart.min(axis=1).max() < 0.2  # walls are up to two cells thicker than they were
+    assert len(set(apart.argmin(axis=1))) == len(ways[0])
+
+
+@pytest.mark.parametrize("name", published("test")[::5])
+def test_furnished_rooms_have_no_inner_walls(tmp_path, name):
+    layout = load_published("test", name)
+    room = read_ros_map(write_ros_map(layout, tmp_path / "ros")).room
+    assert (room.width, room.depth) == pytest.approx((layout.room.width, layout.room.depth), abs=0.051)
+    assert len(room.doors) == len(layout.room.doors)
 
 
 def test_furniture_does_not_disturb_the_outline(tmp_path):
