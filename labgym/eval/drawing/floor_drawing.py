@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shapely import Polygon
 
 from labgym.eval.drawing import palette
-from labgym.eval.drawing.plan_labels import FONT
+from labgym.eval.drawing.plan_labels import FONT, text_extent
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor, Opening, Space, Wall
 
@@ -24,6 +24,8 @@ GRID_STEP = 1.0
 SWEEP_POINTS = 24
 NAME_SIZES = (9.0, 7.5, 6.0)
 """Font sizes of the names of spaces, points; the largest that covers no furniture is taken."""
+BOLD = 1.15
+"""Width of bold text relative to regular text."""
 PLACES = 25
 """Places along each axis at which a name is tried."""
 SERVICES = {"water": "W", "gas": "G", "exhaust": "E", "power": "P"}
@@ -71,8 +73,10 @@ def swings(floor: Floor) -> list[Rectangle]:
     return bounds
 
 
-def draw_names(axes: Axes, floor: Floor, scale: float, furniture: Iterable[OrientedBox]) -> None:
+def draw_names(axes: Axes, floor: Floor, scale: float, furniture: Iterable[OrientedBox]) -> list[Rectangle]:
     """Write the name of each space where it covers no furniture, or in the middle of the space.
+
+    Returns the bounds (x0, y0, x1, y1) of the names.
 
     Args:
         scale: points of the picture per meter.
@@ -83,24 +87,26 @@ def draw_names(axes: Axes, floor: Floor, scale: float, furniture: Iterable[Orien
     from labgym.scenes.floor_covering import coverings, region_outline
 
     taken = region_outline([*furniture, *(part.box for part in floor.parts)])
+    bounds: list[Rectangle] = []
     for space, outline in zip(floor.spaces, coverings(floor), strict=True):
         free = shapely.difference(outline, taken)
         x, y, size = _name_place(space, free, scale)
         style: dict[str, Any] = {"fontsize": size, "family": FONT, "color": palette.MUTED, "weight": "bold"}
         halo = [withStroke(linewidth=2.0, foreground=palette.FLOOR)]
         axes.text(x, y, _title(space), **style, ha="center", va="center", zorder=30, path_effects=halo)
+        width, height = _half_extent(space, size, scale)
+        bounds.append((x - width, y - height, x + width, y + height))
+    return bounds
 
 
 def _name_place(space: Space, free: shapely.Geometry, scale: float) -> tuple[float, float, float]:
     """Return the middle and the font size of a space's name."""
-    from labgym.eval.drawing.plan_labels import text_extent
-
     middle = shapely.union_all([Polygon(box.corners()) for box in space.boxes]).centroid
     x0, y0, x1, y1 = free.bounds if not free.is_empty else middle.buffer(0.1).bounds
     shapely.prepare(free)
     x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(x0, x1, PLACES), np.linspace(y0, y1, PLACES)))
     for size in NAME_SIZES:
-        width, height = (length / scale / 2.0 for length in text_extent(_title(space), size))
+        width, height = _half_extent(space, size, scale)
         names = shapely.box(x - width, y - height, x + width, y + height)
         fits = shapely.contains(free, names)
         if fits.any():
@@ -108,6 +114,12 @@ def _name_place(space: Space, free: shapely.Geometry, scale: float) -> tuple[flo
             best = int(distance.argmin())
             return float(x[best]), float(y[best]), size
     return float(middle.x), float(middle.y), NAME_SIZES[-1]
+
+
+def _half_extent(space: Space, size: float, scale: float) -> tuple[float, float]:
+    """Return half of the width and half of the height of a space's name, meters."""
+    width, height = text_extent(_title(space), size)
+    return BOLD * width / scale / 2.0, height / scale / 2.0
 
 
 def _title(space: Space) -> str:

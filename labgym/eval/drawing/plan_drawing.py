@@ -148,7 +148,7 @@ def draw_objects(axes: Axes, layout: Layout, scale: float, poses: Iterable[tuple
     occupied = [_swing(floor.room, door) for door in floor.room.doors] if floor.is_rectangle else swings(floor)
     if not floor.is_rectangle:
         furniture = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
-        draw_names(axes, floor, scale, furniture)
+        occupied += draw_names(axes, floor, scale, furniture)
     for x, y, yaw in poses:
         ends = np.array([(x, y), (x + ARROW * math.cos(yaw), y + ARROW * math.sin(yaw))])
         low, high = ends.min(axis=0) - 0.13, ends.max(axis=0) + 0.13

@@ -48,7 +48,9 @@ class Panel:
         """Write the protocol's name, and the layout's id and size."""
         for line in textwrap.wrap(protocol.name if protocol else layout.id, 30)[:3]:
             self._text(line, 10.0, weight="bold", line=0.19)
-        for line in (f"{layout.id}   {floor_size(layout.floor)}", f"{len(layout.placements)} objects, grid 1 m"):
+        size, count = floor_size(layout.floor), f"{len(layout.placements)} objects, grid 1 m"
+        lines = (f"{layout.id}   {size}", count) if layout.floor.is_rectangle else (layout.id, size, count)
+        for line in lines:
             self._text(line, color=palette.MUTED)
 
     def stops(self, locations: Sequence[str]) -> None:

@@ -9,6 +9,7 @@ import furnished_floors as floors
 import numpy as np
 import pytest
 import shapely
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.image import imread
 
 from labgym.eval.drawing import palette
@@ -71,6 +72,18 @@ def test_spaces_are_named_where_their_name_covers_nothing(suite: Picture) -> Non
         x, y = suite.texts[space.id]
         assert layout.floor.space_at(x, y) == space
         assert boxes.distance(shapely.Point(x, y)) > 0.1
+
+
+def test_names_of_furniture_and_of_spaces_do_not_overlap() -> None:
+    figure = topdown(floors.furnished("suite"))
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.axes[0]
+    texts = [text for text in axes.texts if len(text.get_text()) > 1]
+    boxes = [shapely.box(*text.get_window_extent(canvas.get_renderer()).extents).buffer(-1.0) for text in texts]
+    assert len(texts) > 20
+    for k, box in enumerate(boxes):
+        for other in boxes[k + 1 :]:
+            assert not box.intersects(other)
 
 
 def test_columns_and_oblique_walls_are_drawn_in_place() -> None:
