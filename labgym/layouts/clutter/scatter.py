@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.errors import OptionError
@@ -19,8 +21,8 @@ from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, SHOWER_RADIUS
 from labgym.layouts.rules.zones import HEADROOM, front_zone
 from labgym.navigation import OBSTACLE_HEIGHT, goal_pose
 
-TRIES = 100
-"""Poses tried for each object."""
+TRIES, BATCH = 100, 20
+"""Poses tried for each object, and how many are checked together."""
 GAP = 0.03
 """Least gap to everything else, meters."""
 GOAL_GAP = 0.45
@@ -76,13 +78,15 @@ class _Scatter:
             and layout.asset(placement.id).clearance > 0.0
             and layout.asset(placement.id).subtype not in MOVABLE
         ]
-        self.goals: list[Point] = [goal_pose(box)[:2] for box, _ in self.furniture]
-        self.solids = [*layout.floor.solids, *(layout.box(p.id) for p in layout.placements)]
+        goals = [goal_pose(box)[:2] for box, _ in self.furniture]
+        self.goals = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0, 0.0, 0.0) for x, y in goals])
+        self.standing = [*layout.floor.solids, *(layout.box(p.id) for p in layout.placements)]
+        self.solids = BoxArray.of(self.standing)
         entrances = building_of(layout).entrances
-        self.barred = self._barred(entrances)
-        self.fronts = [front_zone(box, asset.clearance) for box, asset in self.furniture]
+        self.barred = BoxArray.of(self._barred(entrances))
+        self.fronts = BoxArray.of([front_zone(box, asset.clearance) for box, asset in self.furniture])
         low = [box for box in layout.floor.solids if box.z0 < OBSTACLE_HEIGHT]
-        self.ways = Ways(layout.floor, entrances, [*low, *layout.obstacles(OBSTACLE_HEIGHT)], self.goals)
+        self.ways = Ways(layout.floor, entrances, [*low, *layout.obstacles(OBSTACLE_HEIGHT)], goals)
         self.reached = self.ways.reached(self.ways.values)
         self.count = Counter(placement.asset for placement in layout.placements)
         self.names = {placement.id for placement in layout.placements}
@@ -92,11 +96,12 @@ class _Scatter:
         if kind.most is not None and sum(p.asset == kind.asset for p in self.added) >= kind.most:
             return
         asset = self.layout.catalog.get(kind.asset)
-        for x, y, yaw in self._poses(kind, asset):
-            box = OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, 0.0, asset.size.height)
-            if self._is_free(box, asset) and self._leaves_ways(box):
-                self._put(asset, box)
-                return
+        for _ in range(TRIES // BATCH):
+            boxes = self._boxes(kind, asset)
+            for box, is_free in zip(boxes, self._free(boxes, asset), strict=True):
+                if is_free and self._leaves_ways(box):
+                    self._put(asset, box)
+                    return
 
     def _put(self, asset: Asset, box: OrientedBox) -> None:
         name = asset.name
@@ -104,16 +109,27 @@ class _Scatter:
             self.count[asset.name] += 1
             name = f"{asset.name}_{self.count[asset.name]}"
         self.names.add(name)
-        self.solids.append(box)
+        self.standing.append(box)
+        self.solids = BoxArray.of(self.standing)
         self.added.append(Placement(id=name, asset=asset.name, position=(box.x, box.y, 0.0), yaw=box.yaw))
 
-    def _poses(self, kind: Kind, asset: Asset) -> Iterator[tuple[float, float, float]]:
-        """Yield random poses (x, y, yaw) for a kind."""
-        for _ in range(TRIES):
-            pose = self._before(asset) if kind.stance == "front" else self._somewhere(kind, asset)
-            if pose is not None:
-                x, y, yaw = pose
-                yield round(x, 4), round(y, 4), round(math.remainder(yaw, 2.0 * math.pi), 4)
+    def _boxes(self, kind: Kind, asset: Asset) -> list[OrientedBox]:
+        """Return boxes of an object of a kind at up to `BATCH` random poses."""
+        spots = [] if kind.stance == "front" else self._spots(kind, asset)
+        poses = [self._before(asset) if kind.stance == "front" else self._somewhere(kind, spots) for _ in range(BATCH)]
+        return [
+            OrientedBox(
+                round(pose[0], 4),
+                round(pose[1], 4),
+                asset.size.width,
+                asset.size.depth,
+                round(math.remainder(pose[2], 2.0 * math.pi), 4),
+                0.0,
+                asset.size.height,
+            )
+            for pose in poses
+            if pose is not None
+        ]
 
     def _before(self, asset: Asset) -> tuple[float, float, float] | None:
         """A pose in front of a random piece of furniture."""
@@ -125,39 +141,43 @@ class _Scatter:
         along = float(self.generator.uniform(-0.5, 0.5)) * box.width
         return *box.to_world(along, side * reach), box.yaw + self._askew()
 
-    def _somewhere(self, kind: Kind, asset: Asset) -> tuple[float, float, float] | None:
-        """A pose along an edge of the free floor, or in an aisle."""
-        short, edge = asset.size.short / 2.0 + GAP, kind.stance == "edge"
-        values = self.ways.values
-        rows, columns = np.nonzero((values > short) & (values < (short + PARKED if edge else AISLE)))
+    def _spots(self, kind: Kind, asset: Asset) -> list[Point]:
+        """Return grid points along the edges of the free floor, or in aisles, at most as many as poses are tried."""
+        short, values = asset.size.short / 2.0 + GAP, self.ways.values
+        rows, columns = np.nonzero((values > short) & (values < (short + PARKED if kind.stance == "edge" else AISLE)))
         if not len(rows):
+            return []
+        picks = self.generator.integers(len(rows), size=BATCH)
+        return [(float(x), float(y)) for x, y in self.ways.points[rows[picks], columns[picks]]]
+
+    def _somewhere(self, kind: Kind, spots: list[Point]) -> tuple[float, float, float] | None:
+        """A pose at the last of some points, which is removed."""
+        if not spots:
             return None
-        pick = int(self.generator.integers(len(rows)))
-        x, y = (float(value) for value in self.ways.points[rows[pick], columns[pick]])
+        x, y = spots.pop()
         space = self.layout.floor.space_at(x, y)
         if space is None or (space.use == "corridor" and kind.asset != "WetFloorSign"):
             return None
         quarter = float(self.generator.integers(4)) * math.pi / 2.0
-        return x, y, space.yaw + quarter + (0.0 if edge else self._askew() * 3.0)
+        return x, y, space.yaw + quarter + (0.0 if kind.stance == "edge" else self._askew() * 3.0)
 
     def _askew(self) -> float:
         return float(self.generator.uniform(-ASKEW, ASKEW))
 
-    def _is_free(self, box: OrientedBox, asset: Asset) -> bool:
-        """Whether an object overlaps nothing and stands in no area that stays clear."""
-        corners = np.vstack([box.corners(), [[box.x, box.y]]])
-        if not self.layout.floor.inside(corners).all():
-            return False
-        grown = OrientedBox(box.x, box.y, box.width + 2 * GAP, box.depth + 2 * GAP, box.yaw, box.z0, box.z1 + GAP)
-        against = [*self.solids, *self.barred, *([] if asset.subtype in LOOSE else self.fronts)]
-        if (pairwise_penetration(BoxArray.of([grown]), BoxArray.of(against)) > 0.0).any():
-            return False
-        own = asset.clearance if asset.subtype not in LOOSE else 0.0
-        if own and (pairwise_penetration(BoxArray.of([front_zone(box, own)]), BoxArray.of(self.solids)) > 0.0).any():
-            return False
-        flat = OrientedBox(box.x, box.y, box.width, box.depth, box.yaw, 0.0, 0.0)
-        points = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0, 0.0, 0.0) for x, y in self.goals])
-        return not self.goals or bool((pairwise_distance(BoxArray.of([flat]), points) >= GOAL_GAP).all())
+    def _free(self, boxes: Sequence[OrientedBox], asset: Asset) -> list[bool]:
+        """Whether each box overlaps nothing and stands in no area that stays clear."""
+        if not boxes:
+            return []
+        flat = BoxArray.of([replace(box, z0=0.0, z1=0.0) for box in boxes])
+        free = self.layout.floor.inside(flat.corners().reshape(-1, 2)).reshape(-1, 4).all(axis=1)
+        grown = [replace(b, width=b.width + 2 * GAP, depth=b.depth + 2 * GAP, z1=b.z1 + GAP) for b in boxes]
+        free &= ~_meets(grown, self.solids) & ~_meets(grown, self.barred)
+        if asset.subtype not in LOOSE:
+            free &= ~_meets(grown, self.fronts)
+            free &= ~_meets([front_zone(box, asset.clearance) for box in boxes], self.solids)
+        if len(self.goals):
+            free &= pairwise_distance(flat, self.goals).min(axis=1) >= GOAL_GAP
+        return [bool(is_free) for is_free in free]
 
     def _leaves_ways(self, box: OrientedBox) -> bool:
         """Whether every goal is still reached with an object; the ways then include it."""
@@ -182,3 +202,10 @@ class _Scatter:
                 side = 2.0 * SHOWER_RADIUS
                 barred.append(OrientedBox(box.x, box.y, side, side, box.yaw, 0.0, HEADROOM))
         return barred
+
+
+def _meets(boxes: Sequence[OrientedBox], others: BoxArray) -> NDArray[np.bool_]:
+    """Whether each box overlaps one of the others, shape (n,)."""
+    if not len(others):
+        return np.zeros(len(boxes), dtype=np.bool_)
+    return np.asarray((pairwise_penetration(BoxArray.of(boxes), others) > 0.0).any(axis=1))

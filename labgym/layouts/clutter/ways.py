@@ -46,8 +46,9 @@ class Ways:
         inside = floor.inside(self.points.reshape(-1, 2)).reshape(self.points.shape[:2])
         self.values = np.where(inside, REACH, 0.0)
         lower_to_boxes(self.values, self._xs, self._ys, obstacles, REACH)
-        self._exits = [entrance for entrance in entrances if entrance.exit]
-        self._goals = [np.argwhere(np.hypot(*(self.points - goal).transpose(2, 0, 1)) <= NEAR) for goal in goals]
+        exits = [entrance for entrance in entrances if entrance.exit]
+        self._starts = {radius: [np.nonzero(self._entry(way, radius)) for way in exits] for radius in RADII}
+        self._goals = [self._around(goal) for goal in goals]
 
     def with_box(self, box: OrientedBox) -> Array:
         """Return the clearances with another obstacle."""
@@ -61,9 +62,17 @@ class Ways:
 
     def _reached(self, values: Array, radius: float) -> frozenset[int]:
         _, labels = cv2.connectedComponents((values >= radius).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-        starts = [set(labels[self._entry(way, radius)].tolist()) - {0} for way in self._exits]
-        goals = [set(labels[tuple(nodes.T)].tolist()) - {0} for nodes in self._goals]
+        starts = [set(labels[nodes].tolist()) - {0} for nodes in self._starts[radius]]
+        goals = [set(labels[nodes].tolist()) - {0} for nodes in self._goals]
         return frozenset(k for k, near in enumerate(goals) if all(near & start for start in starts))
+
+    def _around(self, goal: Point) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Rows and columns of the grid points near a goal."""
+        rows = np.flatnonzero(np.abs(self._ys - goal[1]) <= NEAR)
+        columns = np.flatnonzero(np.abs(self._xs - goal[0]) <= NEAR)
+        square = np.ix_(rows, columns)
+        near = np.argwhere(np.hypot(*(self.points[square] - goal).transpose(2, 0, 1)) <= NEAR)
+        return rows[near[:, 0]], columns[near[:, 1]]
 
     def _entry(self, way: Entrance, radius: float) -> NDArray[np.bool_]:
         """Grid points where the disc has just come in through an exit."""
