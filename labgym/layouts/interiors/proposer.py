@@ -244,7 +244,8 @@ def _plan(
         furnishing="reduced" if left else "full",
     )
     style = request.style if request.style is not None else Style()
-    options: dict[str, object] = {"style": {k: v for k, v in asdict(style).items() if k != "hood_walls"}}
+    values = {name: value for name, value in asdict(style).items() if name != "hood_walls"}
+    options: dict[str, object] = {"style": {**values, "kinds": list(style.kinds)}}
     if attempts:
         options["attempts"] = dict(sorted(attempts.items()))
     return Plan(request, brief, poses, _note(left), options)

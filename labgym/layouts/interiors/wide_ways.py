@@ -78,7 +78,8 @@ class WideWays:
             return False
         gaps = cv2.distanceTransform((~reached).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * self.step
         return all(
-            self.clearance[row, column] > 0.0 and gaps[row, column] - self.radius <= max(niche - self.step, self.step / 2.0)
+            self.clearance[row, column] > 0.0
+            and gaps[row, column] - self.radius <= max(niche - self.step, self.step / 2.0)
             for row, column, niche in self.places
         )
 

@@ -9,11 +9,14 @@ from shapely import Point, Polygon, unary_union
 
 from labgym.errors import InfeasibleError, OptionError
 from labgym.geometry import OrientedBox
-from labgym.layouts import Layout, generate
+from labgym.layouts import Layout, generate, reasons
+from labgym.layouts.batch import folder_layouts, generate_batch
 from labgym.layouts.floor import Floor, Rectangle, Room, Space
+from labgym.layouts.floors import draw_floor
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.model import FLOOR
+from labgym.layouts.sites import FloorFile
 from labgym.navigation import goal_poses
 from labgym.protocols import protocols
 
@@ -142,3 +145,26 @@ def test_what_cannot_be_is_refused_in_one_line():
     )
     with pytest.raises(InfeasibleError, match="corridor"):
         generate("sub_01", 0, floor=corridor)
+
+
+def test_a_floor_file_is_furnished_like_the_floor_and_what_is_fixed_stays(tmp_path):
+    floor = draw_floor("ell", 3).floor
+    path = FloorFile(**{name: getattr(floor, name) for name in Floor.model_fields}).save(tmp_path / "floor.json")
+    layout = generate("sub_01", 3, floor=floor)
+    assert generate("sub_01", 3, room=path).hash == layout.hash
+    saved = Layout.load(layout.save(tmp_path / "layout.json"))
+    assert saved.provenance == layout.provenance
+    assert saved.hash == layout.hash
+    assert set(reasons("sub_01", 3, floor=floor)) <= set(layout.by_id)
+    sink = layout.find("SinkBench").model_copy(update={"id": "sink"})
+    other = generate("sub_01", 4, floor=floor, fixed=[sink])
+    assert other.placement("sink").position == sink.position
+    assert sum(placement.asset == "SinkBench" for placement in other.placements) == 1
+
+
+def test_a_batch_of_a_family_draws_a_floor_for_each_seed(tmp_path):
+    batch = generate_batch(["sub_01"], 2, tmp_path / "batch", seed=8, family="ell", progress=False)
+    layouts = list(folder_layouts(tmp_path / "batch"))
+    assert batch.layouts == 2
+    assert [layout.hash for layout in layouts] == [generate("sub_01", seed, family="ell").hash for seed in (8, 9)]
+    assert layouts[0].floor != layouts[1].floor
