@@ -72,8 +72,9 @@ def partitions(grid: RosMap, inner: Polygon, yaw: float, thickest: float = THICK
     """Return the inner walls of a map and the passages in them.
 
     An inner wall is a thin straight structure along or across a direction. It is at least 1 m long and begins at an
-    outer wall or at another inner wall, or at least 0.5 m long between two of them. Furniture along it does not
-    matter. A gap of 0.6 to 2.5 m up to the next wall is a passage.
+    outer wall or at another inner wall, or at least 0.5 m long between two of them. A gap of 0.6 to 2.5 m up to the
+    next wall is a passage. Where furniture stands against a wall the two cannot be told apart; a wall without a free
+    part of that length is not found.
 
     Args:
         inner: area between the outer walls, meters. yaw: the direction, radians.
