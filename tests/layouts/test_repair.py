@@ -124,3 +124,19 @@ def test_refinement_moves_what_blocks_the_robot(layout):
     mended = refine(spoilt, protocol)
     assert evaluate_layout(mended, protocol, navigation=True).v == 0
     assert "LabStool_99" in mended.by_id
+
+
+@pytest.mark.parametrize(("family", "seed"), [("ell", 2), ("suite", 4), ("refit", 5)])
+def test_the_optimiser_repairs_a_shaken_floor_and_leaves_furniture_in_its_spaces(family, seed):
+    layout = generate("sub_01", seed, family=family)
+    generator, spoilt = np.random.default_rng(seed), layout
+    standing = [item.id for item in layout.placements if item.support == "floor"]
+    for item in generator.choice(standing, 3, replace=False):
+        spoilt = apply(spoilt, Move(str(item), *map(float, generator.normal(0.0, 0.6, 2))))
+    before = evaluate_layout(spoilt, layout.protocol, navigation=True)
+    repaired = optimise(spoilt, layout.protocol)
+    after = evaluate_layout(repaired, layout.protocol, navigation=True)
+    assert before.cost > 0
+    assert after.cost == 0
+    for item in standing:
+        assert repaired.floor.space_at(*repaired.placement(item).position[:2]) is not None
