@@ -131,13 +131,11 @@ def document_error(source: object, error: ValidationError) -> DocumentError:
     return DocumentError(source, field, " ".join(first["msg"].removeprefix("Value error, ").split()) + value + more)
 
 
-def read_json(path: str | Path, max_bytes: int = MAX_BYTES, max_elements: int = MAX_ELEMENTS) -> Any:
-    """Read a JSON file within bounds of size, depth, magnitude and number of values.
+def read_bytes(path: str | Path, max_bytes: int) -> bytes:
+    """Return the content of a file of at most `max_bytes` bytes.
 
     Raises:
-        DocumentError: the file is missing, not a regular file, too large, not UTF-8 or not JSON; a number is not
-            finite or exceeds 1e9 in magnitude (2^53 for integers); the nesting exceeds 32 levels; or there are more
-            than `max_elements` values.
+        DocumentError: the file is missing, not a regular file, unreadable or larger.
     """
     path = Path(path)
     if not path.is_file():
@@ -149,6 +147,18 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES, max_elements: int = 
         raise DocumentError(path, "", f"cannot be read ({error.strerror})") from None
     if len(raw) > max_bytes:
         raise DocumentError(path, "", f"the file is larger than {max_bytes} bytes")
+    return raw
+
+
+def read_json(path: str | Path, max_bytes: int = MAX_BYTES, max_elements: int = MAX_ELEMENTS) -> Any:
+    """Read a JSON file within bounds of size, depth, magnitude and number of values.
+
+    Raises:
+        DocumentError: the file is missing, not a regular file, too large, not UTF-8 or not JSON; a number is not
+            finite or exceeds 1e9 in magnitude (2^53 for integers); the nesting exceeds 32 levels; or there are more
+            than `max_elements` values.
+    """
+    raw = read_bytes(path, max_bytes)
     return parse_json(raw, path, max_elements)
 
 

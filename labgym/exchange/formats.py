@@ -48,13 +48,13 @@ def compile_layout(layout: Layout, out: Path, names: Sequence[str]) -> list[Path
         OptionError: a format occurs twice, or the path does not suit it.
         LabgymError: a folder exists and holds other files.
     """
-    known = formats()
+    table = formats()
     if len(set(names)) != len(names):
         raise OptionError(f"formats {', '.join(names)}: each may be named once")
     if len(names) == 1:
-        return [known[names[0]].write(layout, out)]
+        return [table[names[0]].write(layout, out)]
     return [
-        known[name].write(layout, out / (f"{layout.id}{known[name].suffix}" if known[name].suffix else name))
+        table[name].write(layout, out / (f"{layout.id}{table[name].suffix}" if table[name].suffix else name))
         for name in names
     ]
 

@@ -13,7 +13,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from labgym.assets import Catalog
-from labgym.documents import Document, Record
+from labgym.documents import Document, Record, read_bytes
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.protocols import Protocol
 
@@ -159,15 +159,7 @@ def _rows(path: Path) -> list[list[str]]:
 
 
 def _text(path: Path) -> str:
-    if not path.is_file():
-        raise DocumentError(path, "", "no such file" if not path.exists() else "not a regular file")
-    try:
-        with path.open("rb") as stream:
-            raw = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise DocumentError(path, "", f"cannot be read ({error.strerror})") from None
-    if len(raw) > MAX_BYTES:
-        raise DocumentError(path, "", f"the file is larger than {MAX_BYTES} bytes")
+    raw = read_bytes(path, MAX_BYTES)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.documents import read_bytes
 from labgym.errors import DocumentError, MissingDependencyError
 
 MAX_YAML = 64 * 1024
@@ -80,7 +81,7 @@ def _fields(path: Path) -> Mapping[str, Any]:
         import yaml
     except ImportError:
         raise MissingDependencyError("pyyaml", "a map of ROS", "cad") from None
-    raw = _content(path, MAX_YAML)
+    raw = read_bytes(path, MAX_YAML)
     try:
         data = yaml.safe_load(raw.decode("utf-8"))
     except UnicodeDecodeError:
@@ -149,16 +150,3 @@ def _finite(value: Any, name: str, path: Path) -> float:
     if not isinstance(value, int | float) or not abs(value) < 1e9 or not math.isfinite(value):
         raise DocumentError(path, name, f"expected a number, got {str(value)[:40]!r}")
     return float(value)
-
-
-def _content(path: Path, most: int) -> bytes:
-    if not path.is_file():
-        raise DocumentError(path, "", "no such file" if not path.exists() else "not a regular file")
-    try:
-        with path.open("rb") as stream:
-            raw = stream.read(most + 1)
-    except OSError as error:
-        raise DocumentError(path, "", f"cannot be read ({error.strerror})") from None
-    if len(raw) > most:
-        raise DocumentError(path, "", f"the file is larger than {most} bytes")
-    return raw

@@ -76,19 +76,19 @@ def strips(strokes: Sequence[Stroke], oriented: bool = False) -> list[Strip]:
     Raises:
         OptionError: there are more than 2000 single lines.
     """
-    found: list[Strip] = []
+    walls: list[Strip] = []
     faces: list[tuple[Point, Point]] = []
     for stroke in strokes:
         rectangle = _rectangle(stroke, oriented)
         if rectangle is not None:
-            found.append(rectangle)
+            walls.append(rectangle)
         elif stroke.width >= THICKNESS[0]:
-            found += [Strip(a, b, min(stroke.width, THICKNESS[1]), stroke.height) for a, b in stroke.segments()]
+            walls += [Strip(a, b, min(stroke.width, THICKNESS[1]), stroke.height) for a, b in stroke.segments()]
         else:
             faces += stroke.segments()
     if len(faces) > MOST_FACES:
         raise OptionError(f"{len(faces)} lines of walls; at most {MOST_FACES} are read: draw closed rectangles")
-    return found + _between(faces)
+    return walls + _between(faces)
 
 
 def around(corners: Sequence[Point], thickness: float) -> list[Strip]:
@@ -103,7 +103,7 @@ def around(corners: Sequence[Point], thickness: float) -> list[Strip]:
     count = len(corners)
     sides = [(corners[index], corners[(index + 1) % count]) for index in range(count)]
     yaws = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in sides]
-    found = []
+    walls = []
     for index, ((x0, y0), (x1, y1)) in enumerate(sides):
         yaw, length = yaws[index], math.dist((x0, y0), (x1, y1))
         ux, uy = math.cos(yaw), math.sin(yaw)
@@ -113,8 +113,8 @@ def around(corners: Sequence[Point], thickness: float) -> list[Strip]:
             start, end = 0.0, length
         dx, dy = uy * thickness / 2.0, -ux * thickness / 2.0
         points = [(x0 + at * ux + dx, y0 + at * uy + dy) for at in (start, end)]
-        found.append(Strip(points[0], points[1], thickness))
-    return found
+        walls.append(Strip(points[0], points[1], thickness))
+    return walls
 
 
 def _setback(before: float, after: float, thickness: float) -> float:
@@ -163,7 +163,7 @@ def _between(faces: Sequence[tuple[Point, Point]]) -> list[Strip]:
             if high - low > SHORTEST:
                 candidates.append((gap, i, j, low, high))
     taken: dict[int, list[tuple[float, float]]] = {}
-    found: list[Strip] = []
+    walls: list[Strip] = []
     for _, i, j, low, high in sorted(candidates):
         (a, b), (c, d) = faces[i], faces[j]
         length = math.dist(a, b)
@@ -171,13 +171,13 @@ def _between(faces: Sequence[tuple[Point, Point]]) -> list[Strip]:
         for start, end in _free([*taken.get(i, []), *_seen_from(faces[i], faces[j], taken.get(j, []))], low, high):
             p, q = _along(a, u, start), _along(a, u, end)
             opposite = _foot(p, c, d), _foot(q, c, d)
-            found.append(Strip(_middle(p, opposite[0]), _middle(q, opposite[1]), math.dist(p, opposite[0])))
+            walls.append(Strip(_middle(p, opposite[0]), _middle(q, opposite[1]), math.dist(p, opposite[0])))
             taken.setdefault(i, []).append((start, end))
             other = math.dist(c, d)
             v = ((d[0] - c[0]) / other, (d[1] - c[1]) / other)
             ends = sorted(v[0] * (e[0] - c[0]) + v[1] * (e[1] - c[1]) for e in opposite)
             taken.setdefault(j, []).append((ends[0], ends[1]))
-    return found
+    return walls
 
 
 def _free(taken: Iterable[tuple[float, float]], low: float, high: float) -> Iterable[tuple[float, float]]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from labgym.documents import read_bytes
 from labgym.errors import DocumentError, OptionError
 from labgym.exchange.dxf.library import load_ezdxf
 
@@ -140,15 +141,7 @@ def block_name(insert: DXFEntity) -> str:
 
 
 def _content(path: Path) -> bytes:
-    if not path.is_file():
-        raise DocumentError(path, "", "no such file" if not path.exists() else "not a regular file")
-    try:
-        with path.open("rb") as stream:
-            raw = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise DocumentError(path, "", f"cannot be read ({error.strerror})") from None
-    if len(raw) > MAX_BYTES:
-        raise DocumentError(path, "", f"the file is larger than {MAX_BYTES} bytes: keep only walls, doors and outlines")
+    raw = read_bytes(path, MAX_BYTES)
     if raw.startswith(b"AutoCAD Binary DXF"):
         raise DocumentError(path, "", "a binary DXF file: save it as DXF text")
     if raw.count(b"\n") + raw.count(b"\r") > MAX_LINES:

@@ -55,10 +55,10 @@ def add_clutter(layout: Layout, level: int, generator: np.random.Generator) -> L
         return layout
     rooms = [space for space in layout.floor.spaces if space.use != "corridor"]
     area = sum((r.x1 - r.x0) * (r.y1 - r.y0) for space in rooms for r in space.region)
-    wanted = max(1, round(DENSITY[level] * area / 10.0 * float(generator.uniform(0.7, 1.3))))
+    count = max(1, round(DENSITY[level] * area / 10.0 * float(generator.uniform(0.7, 1.3))))
     scatter = _Scatter(layout, generator)
     weights = np.array([kind.weights[level - 1] for kind in KINDS])
-    for index in generator.choice(len(KINDS), wanted, p=weights / weights.sum()):
+    for index in generator.choice(len(KINDS), count, p=weights / weights.sum()):
         scatter.add(KINDS[int(index)])
     options = {**layout.provenance.options, "clutter": level}
     provenance = layout.provenance.model_copy(update={"options": options})

@@ -90,11 +90,11 @@ def _join(
 ) -> list[str]:
     """Add a door, a passage or a door and a passage to the shared wall; return their kinds."""
     shared = between(openings.sides, plots[0].id, plots[1].id)
-    wanted: list[Literal["door", "passage"]] = ["door", "passage"]
+    kinds: list[Literal["door", "passage"]] = ["door", "passage"]
     if not chance(generator, 0.2):
-        wanted = [wanted[int(generator.integers(2))]]
+        kinds = [kinds[int(generator.integers(2))]]
     added: list[str] = []
-    for kind in wanted:
+    for kind in kinds:
         width = uniform(generator, PASSAGE if kind == "passage" else ranges.door, 0.05)
         into = plots[int(generator.integers(2))].id
         places = openings.places(shared, width, into)

@@ -123,13 +123,13 @@ def _levels(outline: Outline) -> list[float]:
     """Heights between which strips run: all corners, and points along oblique edges."""
     corners = sorted(y for _, y in outline)
     levels = {corners[0], corners[-1]}
-    wanted = list(corners)
+    heights = list(corners)
     for (x0, y0), (x1, y1) in closed(outline):
         rise = min(abs(x1 - x0), abs(y1 - y0))
         if rise > STRAIGHT:
             count = max(1, math.floor(rise / STEP))
-            wanted += [y0 + (y1 - y0) * k / count for k in range(1, count)]
-    for y in wanted:
+            heights += [y0 + (y1 - y0) * k / count for k in range(1, count)]
+    for y in heights:
         if min(abs(y - level) for level in levels) >= STEP:
             levels.add(y)
     return sorted(levels)

@@ -50,12 +50,12 @@ def with_limits(ranges: RANGES, family: str, overrides: Mapping[str, Any]) -> RA
         UnknownNameError: the family has no parameter of that name.
         OptionError: a value is neither a number nor a pair (least, greatest).
     """
-    known = {each.name: each for each in fields(ranges)}
+    parameters = {each.name: each for each in fields(ranges)}
     changes: dict[str, Any] = {}
     for name, value in overrides.items():
-        if name not in known:
-            raise UnknownNameError(f"parameter of the family {family!r}", name, known)
-        changes[name] = _checked(family, known[name], getattr(ranges, name), value)
+        if name not in parameters:
+            raise UnknownNameError(f"parameter of the family {family!r}", name, parameters)
+        changes[name] = _checked(family, parameters[name], getattr(ranges, name), value)
     return replace(ranges, **changes)
 
 
