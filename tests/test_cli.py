@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 
 import pytest
-from runs.killing import hear_interrupts
 
 import labgym
 from labgym.assets import Catalog
@@ -19,6 +18,7 @@ from labgym.cli.training import ablate_app, card_app, train_app
 from labgym.layouts import Door, Floor, Layout, Placement, load_published, published
 from labgym.policies import policy_names
 from labgym.protocols import protocols
+from runs.killing import hear_interrupts
 
 COMMANDS = ("run", "assets", "protocols", "generate", "score", "compile", "view", "eval", "serve", "report", "doctor")
 NAME = published("test")[0]

@@ -4,7 +4,6 @@ import signal
 from pathlib import Path
 
 import pytest
-from runs import examples, killing
 
 from labgym.assets.forge import Options, OwnAssets
 from labgym.assets.forge.annotating import _entries, annotate_file
@@ -12,6 +11,7 @@ from labgym.errors import OptionError
 from labgym.runs import ExecutorOptions, Shard
 from labgym.runs.lock import only_writer
 from labgym.temporary import PREFIX
+from runs import examples, killing
 
 NAMES = ("beaker one", "beaker two", "beaker three", "beaker four", "beaker five")
 

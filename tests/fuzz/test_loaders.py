@@ -37,7 +37,9 @@ class Zygote:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         paths = [str(TESTS.parent), str(TESTS), os.environ.get("PYTHONPATH", "")]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "OMP_NUM_THREADS": "1"}
+        # One thread, as in the process that labgym starts to read USD: threads do not survive the fork for a loader.
+        threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PXR_WORK_THREAD_LIMIT": "1"}
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), **threads}
         self._log = (folder / "log").open("w")
         command = [sys.executable, "-m", "fuzz.harness"]
         self._process = subprocess.Popen(

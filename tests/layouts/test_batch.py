@@ -6,7 +6,6 @@ import signal
 from pathlib import Path
 
 import pytest
-from runs import killing
 
 from labgym.cli import main
 from labgym.envs.tasks import resolve_layouts
@@ -15,6 +14,7 @@ from labgym.layouts import Layout, Room, generate
 from labgym.layouts.batch import BatchRow, folder_layouts, generate_batch, make_shard, read_rows
 from labgym.layouts.generate import resolve_request
 from labgym.runs import ExecutorOptions
+from runs import killing
 
 WORDS = ("generate", "sub_01", "red_03", "--count", "4", "--shard", "2", "--room", "bay_small")
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import mujoco
 import pytest
-from runs import killing
 
 from labgym.artefacts import artefacts
 from labgym.cli import main
@@ -20,6 +19,7 @@ from labgym.pipeline.run import RunOutcome, report_folder, run_pipeline
 from labgym.policies import make_policy
 from labgym.protocols import protocols
 from labgym.runs.manifest import RunManifest
+from runs import killing
 
 PROTOCOL = "sub_02"
 LAYOUT = f"test-{PROTOCOL}"

@@ -12,7 +12,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import shapely
-from runs import killing
 from scipy.ndimage import distance_transform_edt
 
 from labgym.cli import main
@@ -31,6 +30,7 @@ from labgym.policies.data.read import pictures
 from labgym.policies.data.situations import STRIDES, TURN, Situations, resampled
 from labgym.runs import ExecutorOptions
 from labgym.scenes import RayScene
+from runs import killing
 
 OPTIONS = DataOptions(samples=24, seed=5, shard=12, layout=6, drive=3)
 
@@ -149,7 +149,7 @@ def test_a_file_that_is_not_what_the_manifest_records_is_refused(
         (folder / name).write_bytes(changed[damage])
     for read in (load_dataset, lambda folder: list(pictures(folder, 24))):
         if read is load_dataset or name.startswith("samples"):
-            with pytest.raises(DocumentError, match=r"parquet: (its content is not|missing).*labgym data$"):
+            with pytest.raises(DocumentError, match=r"parquet: (its SHA-256 is not the one in|missing).*labgym data$"):
                 read(folder)
 
 

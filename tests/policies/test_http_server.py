@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 import shapely
 from laboratories import small_laboratory
-from runs.killing import hear_interrupts
 
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE
@@ -32,6 +31,7 @@ from labgym.policies.http.forms import encode_form
 from labgym.policies.http.served import Frame, resampled_view, rolled_out
 from labgym.policies.http.server import MAX_BATCH, MAX_BODY, NavigationServer
 from labgym.policies.http.wire import encode_color, encode_depth, intrinsic_matrix
+from runs.killing import hear_interrupts
 
 K = intrinsic_matrix(640, 360, ROBOT.camera_hfov).tolist()
 

@@ -8,7 +8,6 @@ import sys
 
 import numpy as np
 import pytest
-from runs import killing
 
 from labgym.envs.sensors import IMAGE_SHAPE, Camera, Lidar
 from labgym.envs.tasks import Task
@@ -24,6 +23,7 @@ from labgym.policies.ppo.inputs import SIZES, SPEED, STATE, TRAIL, DriveMemory
 from labgym.policies.ppo.practice import REWARD_SCALE, PracticeEnv
 from labgym.policies.ppo.surroundings import Surroundings
 from labgym.scenes import RayScene
+from runs import killing
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")

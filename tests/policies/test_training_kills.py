@@ -4,9 +4,9 @@ import signal
 from pathlib import Path
 
 import pytest
-from runs import killing
 
 from labgym.policies.data import DataOptions, make_dataset
+from runs import killing
 
 PROGRAM = str(Path(__file__).with_name("tiny_training.py"))
 WATCHED = {"iplanner": "history.jsonl", "navdp": "history.jsonl", "ppo": "times.jsonl"}

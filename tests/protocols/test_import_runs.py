@@ -4,7 +4,6 @@ import signal
 from pathlib import Path
 
 import pytest
-from runs import killing
 
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
@@ -12,6 +11,7 @@ from labgym.protocols.experiments import read_experiments
 from labgym.protocols.importers import Source, read
 from labgym.protocols.importers.run import import_experiments
 from labgym.runs import ExecutorOptions
+from runs import killing
 
 XDL = """<Synthesis><Metadata product="{product}"/><Hardware><Component id="reactor" type="reactor"/></Hardware>
 <Reagents><Reagent name="ethanol"/></Reagents><Procedure><Add vessel="reactor" reagent="ethanol" volume="{volume} mL"/>

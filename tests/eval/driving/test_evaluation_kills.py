@@ -7,9 +7,9 @@ import signal
 from pathlib import Path
 
 import pytest
-from runs import killing
 
 from labgym.eval.driving.suites import Suite
+from runs import killing
 
 LAYOUTS = ("val-alk_01", "val-con_01", "val-cyc_01")
 SUITE = Suite(name="kills", split="val", layouts=LAYOUTS, max_steps=20)

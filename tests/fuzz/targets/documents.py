@@ -19,6 +19,7 @@ from fuzz.mutation import mutated_json
 from fuzz.target import Case, Target
 from labgym.documents import Document
 from labgym.layouts import Layout, load_published, published
+from labgym.layouts.sites import FloorFile
 
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGED = re.compile(
@@ -69,6 +70,8 @@ def _prepare(kind: type[Document]) -> Callable[[Random | None], Case]:
         old = load_published("val", published("val")[0])
         rooms = Layout(id="rooms", floor=two_rooms(), placements=old.placements[:2])
         seeds = [old.upgraded().to_json(), old.to_json(), rooms.to_json()]
+    if kind is FloorFile:
+        seeds = [FloorFile(**dict(two_rooms())).to_json()]
     seeds = [_trimmed(kind, data) for data in seeds] or [_sample_of(kind)]
 
     def make(rng: Random | None) -> Case:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 from laboratories import small_laboratory
-from runs.killing import hear_interrupts
 
 from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import Drive, drive_layout
@@ -19,6 +18,7 @@ from labgym.eval.driving.suites import Suite
 from labgym.geometry import rotate
 from labgym.navigation import goal_pairs
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits
+from runs.killing import hear_interrupts
 
 HERE = Path(__file__).parent
 BRIEF = Suite(name="brief", max_steps=6)
