@@ -73,7 +73,7 @@ def partitions(grid: RosMap, inner: Polygon, yaw: float, thickest: float = THICK
 
     An inner wall is a thin straight structure along or across a direction. It is at least 1 m long and begins at an
     outer wall or at another inner wall, or at least 0.5 m long between two of them. A gap of 0.6 to 2.5 m up to the
-    next wall is a passage. Where furniture stands against a wall the two cannot be told apart; a wall without a free
+    next wall is a passage. Where furniture stands against a wall the two cannot be distinguished; a wall without a free
     part of that length is not found.
 
     Args:

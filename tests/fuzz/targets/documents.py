@@ -71,7 +71,7 @@ def _prepare(kind: type[Document]) -> Callable[[Random | None], Case]:
         rooms = Layout(id="rooms", floor=two_rooms(), placements=old.placements[:2])
         seeds = [old.upgraded().to_json(), old.to_json(), rooms.to_json()]
     if kind is FloorFile:
-        seeds = [FloorFile(**dict(two_rooms())).to_json()]
+        seeds = [FloorFile(**two_rooms().model_dump()).to_json()]
     seeds = [_trimmed(kind, data) for data in seeds] or [_sample_of(kind)]
 
     def make(rng: Random | None) -> Case:
