@@ -181,7 +181,12 @@ def _mismatch(names: Iterable[str]) -> list[str]:
     names = list(names)
     if not names:
         return []
-    return [f"{SUMMARY} does not match the rows in {', '.join(names)}; the figures shown are computed from the rows"]
+    return [f"{SUMMARY} does not match the rows in {in_one_line(names)}; the figures shown are computed from the rows"]
+
+
+def in_one_line(metrics: Iterable[str]) -> str:
+    """Return the names of metrics, separated by commas; a name from a file may hold control characters."""
+    return ", ".join(name if name.isprintable() else repr(name) for name in metrics)
 
 
 def _incomplete(

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from labgym.documents import document_error, parse_json, read_json
 from labgym.errors import DocumentError
 from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.driving.evaluation import summary_differences
+from labgym.eval.driving.evaluation import in_one_line, summary_differences
 from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.submission.published import Published
@@ -117,7 +117,7 @@ def summary_problems(
         return
     names = summary_differences(summary, summary.recomputed(rows), exactly)
     if names:
-        yield f"{SUMMARY} does not match the rows in {', '.join(name[:80] for name in names[:10])}"
+        yield f"{SUMMARY} does not match the rows in {in_one_line(name[:80] for name in names[:10])}"
 
 
 def _identity_problems(identity: RunIdentity, summary: NavigationSummary, published: Published) -> Iterator[str]:
