@@ -35,6 +35,7 @@ from labgym.layouts import Layout
 from labgym.layouts.floors import FAMILIES, FloorDraw, draw_floor
 from labgym.layouts.floors.ranges import BuildingRanges, described
 from labgym.layouts.rooms import RoomFile
+from labgym.layouts.sites import FloorFile
 from labgym.layouts.splits import Manifest
 from labgym.layouts.version1 import Layout1
 from labgym.llm.replay import RecordedReply
@@ -73,6 +74,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     Layout1,
     Layout,
     RoomFile,
+    FloorFile,
     Inventory,
     Manifest,
     Suite,

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 
 import ezdxf
 import pytest
 from laboratories import island_laboratory, put
 
 from labgym.cli import main
+from labgym.errors import DocumentError
+from labgym.exchange.fixed import read_fixed
 from labgym.layouts import Layout, load_published, published
 
 NAME = published("test")[0]
@@ -101,7 +104,7 @@ def test_an_outline_is_a_layout_that_can_be_furnished(call, tmp_path):
     assert Layout.load(tmp_path / "lab.json").room.name == "plan"
 
 
-def test_an_inventory_that_lacks_something_stops_generation(call, tmp_path):
+def test_what_an_inventory_lacks_is_listed_or_refused(call, tmp_path):
     assert call("compile", NAME, "--out", "have.csv", "--format", "bom")[0] == 0
     with (tmp_path / "have.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
@@ -110,13 +113,58 @@ def test_an_inventory_that_lacks_something_stops_generation(call, tmp_path):
     (tmp_path / "less.csv").write_text(
         "asset,count\n" + "".join(f"{row['asset']},{row['count']}\n" for row in rows if row["asset"] != location)
     )
-    code, out, err = call("generate", protocol.id, "--have", "less.csv", "--out", "lab.json")
-    assert (code, out) == (1, "")
-    assert err == f"labgym: failed: {location}: protocol {protocol.id} requires 1, the inventory has 0: add 1\n"
+    room = ("--room", "12x9")
+    code, out, err = call("generate", protocol.id, *room, "--have", "less.csv", "--only-have", "--out", "lab.json")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert f"missing: 1 {location}" in err
     assert not (tmp_path / "lab.json").exists()
-    code, _, err = call("generate", protocol.id, "--have", "have.csv", "--out", "lab.json")
+    code, _, err = call("generate", protocol.id, *room, "--have", "less.csv", "--out", "lab.json")
     assert code == 0
-    assert all(line.startswith("note: ") for line in err.splitlines())
+    assert f"to buy: 1 {location}\n" in err
+
+
+def test_pieces_of_a_table_of_a_layout_and_of_a_drawing_stay_where_they_are(call, tmp_path):
+    (tmp_path / "fixed.csv").write_text("id,asset,x,y,yaw_deg\nsink,SinkBench,0.4,4.0,-90\n,LabRefrigerator,7.6,5,90\n")
+    assert call("generate", "sub_01", "--fixed", "fixed.csv", "--out", "lab.json")[0] == 0
+    first = Layout.load(tmp_path / "lab.json")
+    assert {p.id for p in first.placements if p.fixed} == {"sink", "LabRefrigerator_fixed_1"}
+    assert call("compile", "lab.json", "--out", "lab.dxf", "--format", "dxf")[0] == 0
+    sources = (("lab.json", 2), ("lab.dxf", sum(p.support in ("floor", "wall") for p in first.placements)))
+    for name, count in sources:
+        pieces = read_fixed(tmp_path / name)
+        assert len(pieces) == count
+        for piece in pieces:
+            assert piece.position == pytest.approx(first.placement(piece.id).position, abs=1e-3)
+            assert math.remainder(piece.yaw - first.placement(piece.id).yaw, 2.0 * math.pi) == pytest.approx(
+                0.0, abs=1e-6
+            )
+    code, _, err = call("generate", "sub_01", "--room", "lab.json", "--fixed", "lab.json", "--out", "next.json")
+    assert (code, err) == (0, "")
+    again = Layout.load(tmp_path / "next.json")
+    assert {p.id: p.position for p in again.placements if p.fixed} == {
+        p.id: p.position for p in first.placements if p.fixed
+    }
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("asset,x\nSinkBench,1\n", "no column 'y'"),
+        ("asset,x,y\nSinkBench,one,1\n", "row 2: x 'one' is not a number"),
+        ("asset,x,y\nSinkBench,,1\n", "row 2: x is empty"),
+        ("asset,x,y\nBeaker,1,1\n", "row 2: Beaker stands on furniture"),
+        ("asset,x,y\nSinkBank,1,1\n", "row 2.*nearest: SinkBench"),
+        ("asset,x,y\nSinkBench,500,1\n", "row 2.*100"),
+        ("id,asset,x,y\na b,SinkBench,5,1\n", "row 2: id 'a b'"),
+        ("id,asset,x,y\na,SinkBench,5,1\na,SinkBench,1,1\n", "row 3.*twice"),
+        ("asset,x,y\n", "no fixed piece"),
+    ],
+)
+def test_a_bad_table_of_fixed_pieces_is_one_line_that_names_the_row(tmp_path, content, words):
+    (tmp_path / "fixed.csv").write_text(content)
+    with pytest.raises(DocumentError, match=words) as caught:
+        read_fixed(tmp_path / "fixed.csv")
+    assert "\n" not in str(caught.value)
 
 
 def test_the_plan_marks_a_cabinet_in_the_doorway(call, tmp_path):

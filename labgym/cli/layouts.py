@@ -5,13 +5,17 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from labgym import protocols
 from labgym.assets import Catalog
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber, ProtocolNames
-from labgym.cli.outcome import DONE, FAILED, complaints, written
+from labgym.cli.outcome import DONE, FAILED, written
 from labgym.errors import OptionError
 from labgym.layouts import Floor, Room
+
+if TYPE_CHECKING:
+    from labgym.layouts.holdings import Holdings
 
 
 def generate(
@@ -27,6 +31,9 @@ def generate(
     execution: Execution = THIS_PROCESS,
     fresh: bool = False,
     have: OptionalPath = None,
+    only_have: bool = False,
+    extra: bool = False,
+    fixed: OptionalPath = None,
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
 
@@ -40,8 +47,8 @@ def generate(
         protocol: Ids of protocols, or their .json files, at most five for one laboratory. With --count also all.
         seed: Random seed; the same seed gives the same layout on any machine. With --count the first one.
         room: Room preset (bay_small, bay, bay_large with two exits; tight, default, roomy, two_exits of the published
-            layouts), size in meters such as 12x9, the .json file of a room or a floor, or the outline of a .dxf drawing
-            or of a ROS map's .yaml file (docs/engineers.md). Default: bay.
+            layouts), size in meters such as 12x9, the .json file of a room, a floor or a layout, or the outline of a
+            .dxf drawing or of a ROS map's .yaml file (docs/engineers.md). Default: bay.
         family: Family of floors (bay, ell, double, suite, refit) of which the seed draws one, in place of a room.
         profile: Thresholds to satisfy: default, strict, paper, or code (default, and a second exit is required).
         out: A .json file, or a folder for a file named after protocol, room and seed; by default the current folder.
@@ -50,17 +57,24 @@ def generate(
         count: Number of layouts for each protocol, with the seeds SEED to SEED+COUNT-1.
         shard: With --count, number of layouts in a shard, the unit of work and of resuming.
         fresh: With --count, move the files of the folder aside and start anew.
-        have: Inventory of what exists, a .csv file with the columns asset and count. Exit 1 with a line for each asset
-            that the protocol requires and the inventory lacks; otherwise list what the layout places in addition.
+        fixed: Pieces that stay where they are: a layout's .json file, a .csv table with the columns asset, x, y and
+            yaw, or a .dxf drawing with blocks of furniture (docs/engineers.md).
+        have: Inventory of what exists, a .csv file with the columns asset and count. It is used first; what protocols
+            and safety require beyond it is listed as to buy, and other furniture is not added.
+        only_have: With --have, refuse a laboratory for which something must be bought.
+        extra: With --have, also add furniture that neither exists nor is required.
     """
     if count is None:
-        return _generate_one(protocol, seed, room, family, profile, out or Path(), explain, have)
+        holdings = _holdings(have, only_have, extra)
+        return _generate_one(protocol, seed, room, family, profile, out or Path(), explain, holdings, fixed)
     from labgym.layouts.batch import generate_batch
 
     if explain:
         raise OptionError("--explain is for a single layout; leave out --count")
     if have is not None:
         raise OptionError("--have is for a single layout; leave out --count")
+    if fixed is not None:
+        raise OptionError("--fixed is for a single layout; leave out --count")
     if out is None:
         raise OptionError("--count needs a folder for the layouts: name it with --out")
     batch = generate_batch(
@@ -88,33 +102,47 @@ def _generate_one(
     profile: str,
     out: Path,
     explain: bool,
-    have: Path | None,
+    holdings: Holdings | None,
+    fixed: Path | None,
 ) -> int:
     from labgym import layouts
-    from labgym.exchange.inventory import lacking, read_inventory, to_acquire
+    from labgym.exchange.fixed import read_fixed
 
     resolved, catalog = [protocols.resolve(name) for name in names], Catalog.load()
-    inventory = None if have is None else read_inventory(have, catalog)
-    if inventory is not None:
-        lacks = lacking(resolved, inventory, catalog)
-        if lacks:
-            return complaints([lack.message for lack in lacks])
     place, floor = _place(room)
-    layout = layouts.generate(resolved, seed=seed, room=place, profile=profile, floor=floor, family=family)
+    pieces = () if fixed is None else read_fixed(fixed, catalog)
+    request: dict[str, Any] = {"seed": seed, "room": place, "profile": profile, "floor": floor, "family": family}
+    request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}
+    layout = layouts.generate(resolved, **request)
     options = layout.provenance.options
     if options.get("note"):
         print(f"note: {options['furnishing']} furnishing only: {options['note']}", file=sys.stderr)
     stopped = options.get("attempts", {}).get("stopped", 0)
     if stopped:
         print(f"note: {stopped} attempts reached the solver's effort limit before one succeeded", file=sys.stderr)
-    if inventory is not None:
-        for lack in to_acquire((placement.asset for placement in layout.placements), inventory):
-            print(f"note: {lack.message}", file=sys.stderr)
+    for words, key in (("to buy", "to_buy"), ("not used", "unused")):
+        counts = options.get("inventory", {}).get(key, {})
+        if counts:
+            print(f"{words}: {', '.join(f'{count} {name}' for name, count in counts.items())}", file=sys.stderr)
     if explain:
-        why = layouts.reasons(resolved, seed=seed, room=place, profile=profile, floor=floor, family=family)
+        why = layouts.reasons(resolved, **request)
         for placement, reason in why.items():
             print(f"{placement}: {reason}")
     return written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
+
+
+def _holdings(have: Path | None, only_have: bool, extra: bool) -> Holdings | None:
+    """Return what the options say about what exists."""
+    from labgym.exchange.inventory import read_inventory
+    from labgym.layouts.holdings import Holdings
+
+    if have is None:
+        if only_have or extra:
+            raise OptionError(f"--{'only-have' if only_have else 'extra'} needs an inventory: name it with --have")
+        return None
+    if only_have and extra:
+        raise OptionError("--only-have and --extra exclude each other")
+    return Holdings(read_inventory(have).counts, "none" if only_have else "any" if extra else "required")
 
 
 def _place(room: str | None) -> tuple[Room | str | None, Floor | None]:
@@ -124,4 +152,4 @@ def _place(room: str | None) -> tuple[Room | str | None, Floor | None]:
     from labgym.exchange.formats import read_floor
 
     floor = read_floor(room)
-    return (floor.room, None) if floor.is_rectangle else (None, floor)
+    return (floor.room, None) if floor.is_rectangle and not floor.services else (None, floor)

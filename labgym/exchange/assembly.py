@@ -92,6 +92,24 @@ class _Line:
         return x + along * math.cos(self.yaw), y + along * math.sin(self.yaw)
 
 
+@dataclass(frozen=True)
+class Piece:
+    """A block of furniture in a drawing: its middle in meters and its yaw.
+
+    Attributes:
+        id: empty if the drawing gives none.
+        asset: its name.
+        named: whether an attribute names the asset; otherwise the block's own name may be one.
+    """
+
+    id: str
+    asset: str
+    x: float
+    y: float
+    yaw: float
+    named: bool
+
+
 @dataclass
 class Drawing:
     """The parts of a floor in a drawing, in meters.
@@ -100,6 +118,7 @@ class Drawing:
         marks: openings; of the alternatives of each the first that lies in a wall counts.
         outlines: polygons around spaces, inside their walls; if empty, spaces are what walls enclose.
         placed: whether the drawing's coordinates are those of a floor; otherwise its lower left corner is the origin.
+        shift: of the assembled floor's coordinates against the drawing's, meters.
     """
 
     strips: list[Strip] = field(default_factory=list)
@@ -109,7 +128,9 @@ class Drawing:
     columns: list[dict[str, Any]] = field(default_factory=list)
     services: list[dict[str, Any]] = field(default_factory=list)
     keep_outs: list[dict[str, Any]] = field(default_factory=list)
+    furniture: list[Piece] = field(default_factory=list)
     placed: bool = False
+    shift: Point = (0.0, 0.0)
 
 
 def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness: float = 0.2) -> Floor:
@@ -148,7 +169,8 @@ def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness:
             "keep_outs": tuple(KeepOut(**each) for each in drawing.keep_outs),
         }
         if not drawing.placed:
-            walls, spaces, floor_parts = _at_origin(walls, spaces, floor_parts)
+            drawing.shift = _to_origin(spaces)
+            walls, spaces, floor_parts = _shifted(walls, spaces, floor_parts, *drawing.shift)
         walls, spaces = _squared(walls, spaces)
         return Floor(name=name[:80], walls=tuple(walls), spaces=tuple(spaces), **floor_parts)
     except ValidationError as error:
@@ -304,14 +326,18 @@ def _spaces(polygons: Sequence[Polygon], tags: Sequence[Tag], ceiling: float) ->
     return spaces
 
 
-def _at_origin(
-    walls: Sequence[Wall], spaces: Sequence[Space], others: dict[str, Any]
-) -> tuple[list[Wall], list[Space], dict[str, Any]]:
-    """Return the parts of a floor moved so that the lower left corner of the spaces is the origin."""
+def _to_origin(spaces: Sequence[Space]) -> Point:
+    """Return the shift that brings the lower left corner of some spaces to the origin."""
     from labgym.exchange.structure import outline
 
     bounds = [outline(space).bounds for space in spaces]
-    dx, dy = -min(each[0] for each in bounds), -min(each[1] for each in bounds)
+    return -min(each[0] for each in bounds), -min(each[1] for each in bounds)
+
+
+def _shifted(
+    walls: Sequence[Wall], spaces: Sequence[Space], others: dict[str, Any], dx: float, dy: float
+) -> tuple[list[Wall], list[Space], dict[str, Any]]:
+    """Return the parts of a floor moved by a distance."""
 
     def moved(point: Point) -> Point:
         return _tidy((point[0] + dx, point[1] + dy))

@@ -19,6 +19,7 @@ COLUMNS = (
     "asset",
     "description",
     "count",
+    "to_buy",
     "width_m",
     "depth_m",
     "height_m",
@@ -36,12 +37,14 @@ class BillLine:
     """A line of a bill of materials: placements of one asset and one size.
 
     Attributes:
+        to_buy: number of them that must be bought; None if the layout was generated without an inventory.
         where: id and support of each placement, such as "Beaker_1 on WetBench_1".
     """
 
     group: str
     asset: Asset
     count: int
+    to_buy: int | None
     where: tuple[str, ...]
 
 
@@ -52,11 +55,16 @@ def bill_of_materials(layout: Layout) -> tuple[BillLine, ...]:
         asset = layout.asset(placement.id)
         size = (asset.size.width, asset.size.depth, asset.size.height)
         pieces.setdefault((_group(asset, placement), asset.name, size), []).append(placement)
+    inventory = layout.provenance.options.get("inventory")
+    left = dict(inventory["existing"]) if inventory else {}
     lines = []
     for group, name, size in sorted(pieces, key=lambda key: (GROUPS.index(key[0]), *key[1:])):
         placements = pieces[group, name, size]
         where = tuple(_where(placement) for placement in placements)
-        lines.append(BillLine(group, layout.asset(placements[0].id), len(placements), where))
+        existing = min(left.get(name, 0), len(placements))
+        left[name] = left.get(name, 0) - existing
+        to_buy = len(placements) - existing if inventory else None
+        lines.append(BillLine(group, layout.asset(placements[0].id), len(placements), to_buy, where))
     return tuple(lines)
 
 
@@ -80,6 +88,7 @@ def _cells(line: BillLine) -> Iterable[str]:
         asset.name,
         asset.description,
         str(line.count),
+        "" if line.to_buy is None else str(line.to_buy),
         *lengths,
         f"{asset.mass:g}",
         cas or "",

@@ -34,6 +34,7 @@ class Unit:
         clear: distance that other furniture keeps on all sides, meters; 0 for the ordinary gap between neighbors.
         anchors: preferred position along each wall, 0 to 1 from the wall's start; for an island its y.
         reason: why the room has it.
+        supplies: kinds of service that it needs: water, gas, exhaust.
     """
 
     id: str
@@ -46,6 +47,7 @@ class Unit:
     anchors: Mapping[str, float] = field(default_factory=dict)
     clear: float = 0.0
     reason: str = ""
+    supplies: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

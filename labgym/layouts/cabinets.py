@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 
 from labgym.assets import Asset
 from labgym.layouts.request import Request
 from labgym.layouts.rules.separation import hazard_between
 from labgym.layouts.rules.thresholds import Profile
+
+LEAST_SHELVES = 0.8
+"""Least area of shelves of a cabinet that takes the place of the usual one, relative to it."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +43,39 @@ def plan_cabinets(request: Request) -> tuple[Cabinet, ...]:
     cabinets: list[Cabinet] = []
     for storage, kind in request.habits.cabinets.items():
         groups = _compatible_groups(by_class.get(storage, []), request.profile, kind.capacity)
-        ids = [placement.id for placement in request.fixed if placement.asset == kind.asset]
-        ids += [f"{kind.asset}_{number}" for number in range(len(ids) + 1, len(groups) + 1)]
-        for cabinet_id, group in zip(ids, groups, strict=False):
-            cabinets.append(Cabinet(cabinet_id, request.catalog.get(kind.asset), tuple(group)))
+        for (cabinet_id, asset), group in zip(_offered(request, storage, kind.asset), groups, strict=False):
+            cabinets.append(Cabinet(cabinet_id, asset, tuple(group)))
     return tuple(cabinets)
+
+
+def _offered(request: Request, storage: str, usual: str) -> Iterator[tuple[str, Asset]]:
+    """Yield ids and entries of cabinets for a storage class: fixed ones, then those that exist, then usual ones.
+
+    In a room that is furnished by the roles of its walls, fixed cabinets of another kind are obstacles.
+    """
+    alike = {usual}
+    if request.style is not None:
+        least = LEAST_SHELVES * _shelves(request.catalog.get(usual))
+        classed = [asset for asset in request.catalog if asset.storage_class == storage and asset.placing == "floor"]
+        alike |= {asset.name for asset in classed if _shelves(asset) >= least}
+    counts: Counter[str] = Counter()
+    for placement in request.fixed:
+        if placement.asset in alike:
+            counts[placement.asset] += 1
+            asset = request.catalog.get(usual) if placement.asset == usual else request.fixed_asset(placement)
+            yield placement.id, asset
+    existing = request.holdings.counts if request.holdings is not None else {}
+    for name in sorted(alike, key=lambda name: (name != usual, name)):
+        for number in range(counts[name] + 1, existing.get(name, 0) + 1):
+            counts[name] = number
+            yield f"{name}_{number}", request.catalog.get(name)
+    for number in count(counts[usual] + 1):
+        yield f"{usual}_{number}", request.catalog.get(usual)
+
+
+def _shelves(asset: Asset) -> float:
+    """Area of an asset's shelves, square meters."""
+    return sum(surface.width * surface.depth for surface in asset.surfaces)
 
 
 def conflict_between(first: Cabinet, second: Cabinet, profile: Profile) -> str | None:

@@ -59,6 +59,7 @@ class _Dresser:
         self.habits = request.habits
         self.dressing = request.habits.dressing
         self.protocol = request.protocol
+        self.holdings = request.holdings
         self.baseline: Assessment | None = None
         """Assessment that no addition may worsen; None while additions are checked stage by stage."""
 
@@ -86,7 +87,7 @@ class _Dresser:
         self._pull_up_stools()
 
     def _add(self, placement: Placement | None) -> None:
-        if placement is None:
+        if placement is None or not self._may_add(placement.asset):
             return
         layout = self.layout.replace(placements=(*self.layout.placements, placement))
         if self.baseline is not None:
@@ -94,6 +95,10 @@ class _Dresser:
             if after.cost > self.baseline.cost or after.fitness < self.baseline.fitness - 1e-9:
                 return
         self.layout = layout
+
+    def _may_add(self, name: str) -> bool:
+        """Whether one more piece of an asset exists or may be bought."""
+        return self.holdings is None or self.holdings.adds(name, (p.asset for p in self.layout.placements))
 
     def _put_on(self, name: str, support: str, slot: int) -> None:
         asset = self.catalog.get(name)
@@ -118,7 +123,8 @@ class _Dresser:
                 slot=0,
             )
             self._add(rack)
-            self._fill_shelves(rack)
+            if rack.id in self.layout.by_id:
+                self._fill_shelves(rack)
         for name in self._drawn(self.dressing.islands, *ISLAND_ITEMS):
             self._put_on(name, island.id, 0)
 

@@ -29,9 +29,13 @@ BATCH = 32
 
 @dataclass(frozen=True)
 class Keepouts:
-    """Boxes that accessories must leave free: door areas, robot poses, front zones and the shower's surroundings."""
+    """Boxes that accessories must leave free: robot poses, front zones and the shower's surroundings.
 
-    doors: tuple[OrientedBox, ...]
+    Attributes:
+        areas: the floor inside doors, and the floor's keep-outs.
+    """
+
+    areas: tuple[OrientedBox, ...]
     stands: tuple[OrientedBox, ...]
     zones: tuple[OrientedBox, ...]
 
@@ -51,7 +55,8 @@ class Keepouts:
             if placement.support == FLOOR and layout.asset(placement.id).clearance > 0.0
         ]
         zones += [_surroundings(layout.box(p.id)) for p in layout.placements if layout.asset(p.id).subtype == "shower"]
-        return cls(tuple(door_areas(layout.floor)), tuple(stands), tuple(zones))
+        areas = (*door_areas(layout.floor), *(area.box for area in layout.floor.keep_outs))
+        return cls(areas, tuple(stands), tuple(zones))
 
 
 def _surroundings(shower: OrientedBox) -> OrientedBox:
@@ -122,7 +127,7 @@ def on_wall(
     boxes = [OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, bottom, top) for x, y, yaw in candidates]
     doors = door_openings(layout.floor)
     if BRACKET + asset.size.depth > INTRUSION:
-        doors += keepouts.doors
+        doors += keepouts.areas
     barred = [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones]
     obstacles = [box for box in (*_boxes(layout), *barred) if box.z0 < top + ELBOW and box.z1 > bottom - ELBOW]
     for some in _batched(boxes, BATCH):
@@ -142,7 +147,7 @@ def on_floor(
     """
     size = asset.size
     boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in poses]
-    barred = [*keepouts.doors, *keepouts.stands, *(() if in_front else keepouts.zones)]
+    barred = [*keepouts.areas, *keepouts.stands, *(() if in_front else keepouts.zones)]
     floor, standing = layout.floor, [*_boxes(layout), *building(layout.floor)]
     for some in _batched(boxes, BATCH):
         reach = [box if in_front else front_zone(box, asset.clearance) for box in some]

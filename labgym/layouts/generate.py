@@ -14,6 +14,7 @@ from labgym.layouts.combination import combination
 from labgym.layouts.dressing import dress
 from labgym.layouts.floor import Floor
 from labgym.layouts.habits import Habits
+from labgym.layouts.holdings import Holdings
 from labgym.layouts.infeasibility import smallest_preset
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance, Room
@@ -45,6 +46,7 @@ def generate(
     fixed: Iterable[Placement] = (),
     floor: Floor | str | Path | None = None,
     family: str | None = None,
+    holdings: Holdings | None = None,
 ) -> Layout:
     """Return a laboratory for one or more protocols: proposed, optimized, refined for navigation, and dressed.
 
@@ -62,6 +64,8 @@ def generate(
             laboratory needs takes that role; the others are obstacles.
         floor: a floor of any shape or its .json file, in place of a room.
         family: name of a family of floors, of which the seed draws one, in place of a room.
+        holdings: what exists. It is used first, and what may be bought besides is limited. A room is then furnished
+            space by space, too.
 
     Raises:
         UnknownNameError: no such protocol, room preset, family or profile.
@@ -70,7 +74,7 @@ def generate(
         InfeasibleError: the room cannot hold the protocols; names the conflicts and the smallest preset that fits.
         SearchLimitError: the search ended at its effort limit without a layout; one may exist.
     """
-    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family)
+    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings)
     return generate_assessed(request, proposer)[0]
 
 
@@ -89,6 +93,7 @@ def generate_assessed(request: Request, proposer: Proposer | None = None) -> tup
     options: dict[str, Any] = {"room": request.floor.name, "profile": request.profile.name}
     options |= {"family": request.family} if request.family else {}
     options |= layout.provenance.options
+    options |= {"inventory": _accounts(layout, request.holdings)} if request.holdings is not None else {}
     version = {"generator": str(GENERATOR)} if request.style is None else {"furnisher": str(FURNISHER)}
     provenance = Provenance(
         generator=type(proposer).__name__,
@@ -97,6 +102,14 @@ def generate_assessed(request: Request, proposer: Proposer | None = None) -> tup
         versions={"labgym": labgym.__version__, **version, "ortools": _version("ortools")},
     )
     return layout.replace(provenance=provenance), assessment
+
+
+def _accounts(layout: Layout, holdings: Holdings) -> dict[str, dict[str, int]]:
+    """Return what exists of the assets that a layout places, what must be bought, and what is not used."""
+    reagents = any(layout.catalog.get(name).kind == "reagent" for name in holdings.counts)
+    placed = [p.asset for p in layout.placements if reagents or layout.asset(p.id).kind != "reagent"]
+    existing = {name: holdings.counts[name] for name in sorted(set(placed) & set(holdings.counts))}
+    return {"existing": existing, "to_buy": holdings.missing(placed), "unused": holdings.left(placed)}
 
 
 def default_proposer(request: Request) -> ProceduralProposer | FloorProposer:
@@ -113,6 +126,7 @@ def reasons(
     fixed: Iterable[Placement] = (),
     floor: Floor | str | Path | None = None,
     family: str | None = None,
+    holdings: Holdings | None = None,
 ) -> dict[str, str]:
     """Return why each object of a generated layout is there, by placement id.
 
@@ -121,7 +135,7 @@ def reasons(
     Raises:
         UnknownNameError, OptionError, InfeasibleError: as `generate`.
     """
-    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family)
+    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings)
     return default_proposer(request).plan(request).reasons()
 
 
@@ -134,6 +148,7 @@ def resolve_request(
     fixed: Iterable[Placement],
     floor: Floor | str | Path | None = None,
     family: str | None = None,
+    holdings: Holdings | None = None,
 ) -> Request:
     """Return the request that the arguments of `generate` describe.
 
@@ -145,7 +160,8 @@ def resolve_request(
     several = [protocol] if isinstance(protocol, (Protocol, str, Path)) else list(protocol)
     resolved = tuple(resolve_protocol(one) for one in several)
     catalog = catalog if catalog is not None else Catalog.load()
-    site = resolve_site(seed, room, floor, family, always=len(resolved) > 1)
+    site = resolve_site(seed, room, floor, family, always=len(resolved) > 1 or holdings is not None)
+    pinned = tuple(_pinned(placement) for placement in fixed)
     return Request(
         protocol=combination(resolved, catalog),
         floor=site.floor,
@@ -153,10 +169,11 @@ def resolve_request(
         seed=seed,
         catalog=catalog,
         habits=Habits.published(),
-        fixed=tuple(_pinned(placement) for placement in fixed),
+        fixed=pinned,
         several=resolved if len(resolved) > 1 else (),
         style=site.style,
         family=family or "",
+        holdings=None if holdings is None else holdings.including(placement.asset for placement in pinned),
     )
 
 

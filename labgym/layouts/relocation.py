@@ -70,6 +70,7 @@ def _usable(layout: Layout, placement_id: str, poses: Sequence[Pose], gap: float
     ]
     building = building_of(layout)
     zones += [entrance.area for entrance in building.entrances]
+    zones += [area.box for area in layout.floor.keep_outs]
     free = ~_hits(grown, solids, 0.0) & ~_hits(boxes, zones, INTRUSION)
     if asset.clearance > 0.0:
         fronts = [front_zone(box, asset.clearance) for box in boxes]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from labgym.assets import Asset, Catalog
 from labgym.layouts.floor import Floor, Room
 from labgym.layouts.habits import Habits
+from labgym.layouts.holdings import Holdings
 from labgym.layouts.placement import Placement, resized
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.style import Style
@@ -26,6 +27,7 @@ class Request:
         style: how the floor is furnished, for floors that are furnished space by space; None for a single room whose
             walls have roles.
         family: name of the family that the floor is of; empty for other floors.
+        holdings: what exists; None if nothing is known about it.
     """
 
     protocol: Protocol
@@ -38,6 +40,7 @@ class Request:
     several: tuple[Protocol, ...] = ()
     style: Style | None = None
     family: str = ""
+    holdings: Holdings | None = None
 
     @property
     def room(self) -> Room:

@@ -12,6 +12,7 @@ from labgym.documents import Document, read_json
 from labgym.errors import OptionError
 from labgym.layouts.floor import Floor, Room
 from labgym.layouts.floors import draw_floor
+from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import resolve_room
 from labgym.layouts.style import Style
@@ -49,7 +50,7 @@ def resolve_site(
 
     Args:
         seed: draws a floor of the family, and the style.
-        room: a room or what names one; a file may also hold a floor.
+        room: a room or what names one; a file may also hold a floor, or a layout, of which the floor counts.
         floor: a floor or its .json file.
         family: name of a family of floors.
         always: whether a single room gets a style too.
@@ -62,13 +63,14 @@ def resolve_site(
     named = [name for name, value in (("room", room), ("floor", floor), ("family", family)) if value is not None]
     if len(named) > 1:
         raise OptionError(f"{' and '.join(named)} exclude each other: give one of room, floor and family")
-    if floor is None and isinstance(room, (str, Path)) and _is_floor_file(room):
-        floor, room = room, None
+    if floor is None and isinstance(room, (str, Path)):
+        floor = _floor_of(room)
+        room = room if floor is None else None
     generator = np.random.default_rng([seed, STYLE_STREAM])
     if family is not None:
         return _drawn(family, seed, generator)
     if floor is not None:
-        resolved = floor if isinstance(floor, Floor) else FloorFile.load(floor).floor()
+        resolved = floor if isinstance(floor, Floor) else (_floor_of(floor) or FloorFile.load(floor).floor())
         return Site(resolved, Style.draw(generator))
     return Site(resolve_room(room).floor, Style.draw(generator) if always else None)
 
@@ -87,8 +89,16 @@ def _drawn(family: str, seed: int, generator: np.random.Generator) -> Site:
     return Site(draw.floor, Style.of(draw.style).varied(generator))
 
 
-def _is_floor_file(path: str | Path) -> bool:
+def _floor_of(path: str | Path) -> Floor | None:
+    """Return the floor of a floor file or of a layout file; None for a name or another file.
+
+    Raises:
+        DocumentError: the file is missing or invalid.
+    """
     if not str(path).endswith(".json"):
-        return False
+        return None
     data = read_json(path)
-    return isinstance(data, dict) and data.get("schema") == FloorFile.SCHEMA
+    schema = str(data.get("schema", "")) if isinstance(data, dict) else ""
+    if schema.startswith("labgym.layout/"):
+        return Layout.parse(data, path).floor
+    return FloorFile.load(path).floor() if schema == FloorFile.SCHEMA else None

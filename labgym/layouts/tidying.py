@@ -39,7 +39,7 @@ def _is_accessory(layout: Layout, placement: Placement) -> bool:
 def _out_of_the_way(layout: Layout, placement: Placement, keepouts: Keepouts) -> Layout:
     box = layout.box(placement.id)
     others = [layout.box(item.id) for item in _without(layout, placement.id).placements]
-    barred = [*keepouts.doors, *keepouts.stands]
+    barred = [*keepouts.areas, *keepouts.stands]
     if layout.asset(placement.id).subtype not in LOOSE:
         barred += keepouts.zones
     if not _reaches(box, others, PENETRATION) and not _reaches(box, barred, INTRUSION):

@@ -11,9 +11,9 @@ from laboratories import island_laboratory, put
 from labgym.assets import Catalog
 from labgym.errors import DocumentError
 from labgym.exchange.bill import COLUMNS, bill_of_materials, write_bill
-from labgym.exchange.inventory import lacking, read_inventory, to_acquire
+from labgym.exchange.inventory import read_inventory
 from labgym.layouts import load_published, published
-from labgym.protocols import get
+from labgym.layouts.holdings import Holdings
 
 CATALOG = Catalog.load()
 
@@ -53,8 +53,7 @@ def test_a_bill_of_materials_is_an_inventory(tmp_path):
     layout = load_published("test", published("test")[0])
     inventory = read_inventory(write_bill(layout, tmp_path / "bill.csv"))
     assert inventory.counts == dict(Counter(placement.asset for placement in layout.placements))
-    assert lacking([layout.protocol], inventory, CATALOG) == ()
-    assert to_acquire([placement.asset for placement in layout.placements], inventory) == ()
+    assert Holdings(inventory.counts).missing(placement.asset for placement in layout.placements) == {}
 
 
 @pytest.mark.parametrize(
@@ -66,30 +65,18 @@ def test_names_are_resolved_and_rows_added(tmp_path, text):
     assert read_inventory(tmp_path / "have.csv").counts == {"RotaryEvaporator": 2}
 
 
-def test_lacks_name_protocol_number_and_remedy(tmp_path):
-    protocol = get("sub_01")
-    required = Counter(CATALOG.find(name).name for name in protocol.required_assets())
-    equipment = {name: count for name, count in required.items() if CATALOG.get(name).kind != "reagent"}
-    missing, *others = equipment
-    (tmp_path / "have.csv").write_text("asset,count\n" + "".join(f"{name},{equipment[name]}\n" for name in others))
-    (lack,) = lacking([protocol], read_inventory(tmp_path / "have.csv"), CATALOG)
-    assert (lack.asset, lack.required, lack.existing) == (missing, equipment[missing], 0)
-    assert (
-        lack.message
-        == f"{missing}: protocol sub_01 requires {equipment[missing]}, the inventory has 0: add {equipment[missing]}"
-    )
-
-
-def test_protocols_share_equipment(tmp_path):
-    (tmp_path / "have.csv").write_text("asset,count\nGlassRod,0\n")
-    inventory = read_inventory(tmp_path / "have.csv")
-    both = lacking([get("sub_01"), get("red_02")], inventory, CATALOG)
-    for lack in both:
-        counts = [
-            Counter(CATALOG.find(name).name for name in get(each).required_assets())[lack.asset]
-            for each in ("sub_01", "red_02")
-        ]
-        assert lack.required == max(counts)
+def test_the_bill_says_what_must_be_bought(tmp_path):
+    layout = load_published("test", published("test")[0])
+    existing = {"FumeHood": 1, "RotaryEvaporator": 5}
+    options = {**layout.provenance.options, "inventory": {"existing": existing, "to_buy": {}, "unused": {}}}
+    listed = layout.replace(provenance=layout.provenance.model_copy(update={"options": options}))
+    lines = rows(write_bill(listed, tmp_path / "bill.csv"))
+    bought: Counter[str] = Counter()
+    for line in lines:
+        bought[line["asset"]] += int(line["to_buy"])
+    placed = Counter(placement.asset for placement in layout.placements)
+    assert bought == Counter({name: max(placed[name] - existing.get(name, 0), 0) for name in placed})
+    assert all(line["to_buy"] == "" for line in rows(write_bill(layout, tmp_path / "plain.csv")))
 
 
 @pytest.mark.parametrize(

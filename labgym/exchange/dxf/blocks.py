@@ -25,7 +25,7 @@ ATTRIBUTES: dict[str, tuple[str, ...]] = {
     PASSAGE: ("KIND", "WIDTH", "HEIGHT", "SILL", "STATE", "ANGLE", "SWING", "HINGE"),
     COLUMN: ("ID",),
     KEEP_OUT: ("ID", "REASON"),
-    SERVICE: ("KIND", "Z"),
+    SERVICE: ("KIND", "Z", "REACH", "REQUIRED"),
     SPACE_TAG: ("ID", "USE", "CEILING"),
 }
 """Invisible attributes of each block."""

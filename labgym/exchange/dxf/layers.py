@@ -37,6 +37,8 @@ COLORS = {
 """AutoCAD color index of each layer."""
 
 _WORDS = {
+    KEEP_OUTS: r"FLOR-KEEP|KEEP-?OUT",
+    SERVICES: r"FLOR-SERV|SERV.{0,10}(?:WATER|GAS|EXHAUST|POWER)",
     SPACE_TAGS: r"AREA-IDEN|SPACE-?TAG|ROOM-?TAG",
     WALL_FILL: r"-PATT|HATCH|SCHRAFF",
     DIMENSIONS: r"ANNO|DIMS?\b|BEMASS|COTES?\b",
@@ -46,10 +48,15 @@ _WORDS = {
     COLUMNS: r"COLS|COLUMN|ST(?:Ü|UE)TZE|POTEAU|PILLAR|柱",
     SPACES: r"AREA|ROOM|SPACE|RAUM|PI[EÈ]CE|OUTLINE|房间",
     WALLS: r"WALL|W(?:A|Ä|AE)ND|MUR(?:S|O|$|[^A-Z])|墙",
-    SERVICES: r"FLOR-SERV",
-    KEEP_OUTS: r"FLOR-KEEP|KEEP-?OUT",
 }
+_KINDS = re.compile(r"WATER|GAS|EXHAUST|POWER", re.IGNORECASE)
 _PATTERNS = {layer: re.compile(words, re.IGNORECASE) for layer, words in _WORDS.items()}
+
+
+def service_kind(names: Iterable[str]) -> str | None:
+    """Return the kind of service that a layer names, None if none of some layers does."""
+    matches = (_KINDS.search(name) for name in names)
+    return next((match[0].lower() for match in matches if match), None)
 
 
 def role(names: Iterable[str], blocks: Iterable[str] = ()) -> str | None:

@@ -7,12 +7,18 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from labgym.errors import DocumentError, LabgymError, OptionError
-from labgym.exchange.assembly import Drawing, Mark, Tag, assemble
+from pydantic import ValidationError
+
+from labgym.assets import Catalog
+from labgym.documents import document_error
+from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
+from labgym.exchange.assembly import Drawing, Mark, Piece, Tag, assemble
 from labgym.exchange.dxf import blocks, layers
 from labgym.exchange.dxf.opening import FAULTS, Context, block_name, entities, meters_per_unit, open_drawing
 from labgym.exchange.strips import Point, Stroke, strips
+from labgym.layouts import Placement
 from labgym.layouts.floor import Floor
+from labgym.layouts.model import FLOOR, WALL
 
 if TYPE_CHECKING:
     from ezdxf.entities.dxfentity import DXFEntity
@@ -44,9 +50,51 @@ def read_dxf(path: str | Path, unit: str | None = None, thickness: float = WALL_
         OptionError: the unit is unknown, or the thickness is out of range.
         MissingDependencyError: ezdxf is not installed.
     """
+    return _read(Path(path), unit, thickness)[0]
+
+
+def read_furniture(path: str | Path, catalog: Catalog, unit: str | None = None) -> list[Placement]:
+    """Return the furniture of a DXF drawing, in the frame of the floor that `read_dxf` reads from it.
+
+    A block is a piece of furniture if it has the attribute ASSET, or if its name is an asset's on a layer of furniture;
+    its middle is the piece's, and its y axis points to the piece's front.
+
+    Raises:
+        DocumentError: as `read_dxf`, or an attribute names no asset.
+        OptionError, MissingDependencyError: as `read_dxf`.
+    """
+    _, parts = _read(Path(path), unit, WALL_THICKNESS)
+    pieces: list[Placement] = []
+    for number, piece in enumerate(parts.furniture, start=1):
+        try:
+            asset = catalog.find(piece.asset)
+        except UnknownNameError as error:
+            if piece.named:
+                raise DocumentError(path, f"block {piece.asset[:40]!r}", str(error)) from None
+            continue
+        if asset.placing not in ("floor", "wall"):
+            continue
+        x, y = piece.x + parts.shift[0], piece.y + parts.shift[1]
+        wall = asset.placing == "wall"
+        try:
+            pieces.append(
+                Placement(
+                    id=piece.id or f"{asset.name}_fixed_{number}",
+                    asset=asset.name,
+                    position=(round(x, 6), round(y, 6), asset.mount_height if wall else 0.0),
+                    yaw=math.remainder(piece.yaw, 2.0 * math.pi),
+                    support=WALL if wall else FLOOR,
+                )
+            )
+        except ValidationError as error:
+            raise document_error(f"{path}: block {piece.asset[:40]!r}", error) from None
+    return pieces
+
+
+def _read(path: Path, unit: str | None, thickness: float) -> tuple[Floor, Drawing]:
+    """Return the floor of a drawing, and the parts from which it is assembled."""
     if not 0.05 <= thickness <= 1.0:
         raise OptionError(f"wall thickness {thickness:g} m must be 0.05 to 1 m")
-    path = Path(path)
     drawing = open_drawing(path)
     scale = meters_per_unit(drawing, path, unit)
     collector = _Collector(scale)
@@ -62,7 +110,7 @@ def read_dxf(path: str | Path, unit: str | None = None, thickness: float = WALL_
         raise DocumentError(path, "", f"a damaged DXF drawing ({type(error).__name__})") from None
     parts = collector.drawing
     parts.strips = walls
-    return assemble(parts, path, path.stem or "drawing", thickness)
+    return assemble(parts, path, path.stem or "drawing", thickness), parts
 
 
 class _Collector:
@@ -77,13 +125,17 @@ class _Collector:
         """Add an entity that is drawn in a context of layers and blocks."""
         if any(name in blocks.ATTRIBUTES for name in context.blocks):
             return  # read with its block
+        role = layers.role(context.layers, context.blocks)
         if entity.dxftype() == "INSERT":
             self._add_block(entity)  # type: ignore[arg-type]
+            self._add_furniture(entity, role == layers.FURNITURE)  # type: ignore[arg-type]
             return
-        role = layers.role(context.layers, context.blocks)
+        if role == layers.SERVICES and entity.dxftype() in ("POINT", "CIRCLE"):
+            self._add_service(context, entity)
+            return
         if role == layers.DOORS and entity.dxftype() == "ARC":
             self.drawing.marks.append(self._door(entity))
-        elif role in (layers.WALLS, layers.SPACES, layers.WINDOWS, layers.COLUMNS):
+        elif role in (layers.WALLS, layers.SPACES, layers.WINDOWS, layers.COLUMNS, layers.KEEP_OUTS):
             stroke = self._stroke(entity)
             if stroke is not None:
                 self._add_stroke(role, stroke)
@@ -98,13 +150,29 @@ class _Collector:
             if role == layers.WINDOWS and box:
                 self.drawing.marks.append([Mark(box[0].start, box[0].end, "window", fields=WINDOW_FIELDS)])
             elif role == layers.COLUMNS:
-                self._add_column(stroke.points)
+                self.drawing.columns.append({"id": f"column_{len(self.drawing.columns) + 1}", **_extent(stroke.points)})
+            elif role == layers.KEEP_OUTS:
+                number = f"keep_out_{len(self.drawing.keep_outs) + 1}"
+                self.drawing.keep_outs.append({"id": number, **_extent(stroke.points)})
 
-    def _add_column(self, points: tuple[Point, ...]) -> None:
-        a, b, c, _ = points
-        fields = {"x": (a[0] + c[0]) / 2.0, "y": (a[1] + c[1]) / 2.0, "yaw": math.atan2(b[1] - a[1], b[0] - a[0])}
-        number = f"column_{len(self.drawing.columns) + 1}"
-        self.drawing.columns.append({"id": number, **fields, "width": math.dist(a, b), "depth": math.dist(b, c)})
+    def _add_service(self, context: Context, entity: Any) -> None:
+        """Add a point or a circle on a layer that names a kind of service."""
+        kind = layers.service_kind(context.layers)
+        if kind is not None:
+            place = entity.dxf.location if entity.dxftype() == "POINT" else entity.ocs().to_wcs(entity.dxf.center)
+            x, y = self._point(place)
+            self.drawing.services.append({"kind": kind, "x": x, "y": y})
+
+    def _add_furniture(self, insert: Insert, furniture: bool) -> None:
+        """Add a block that may be a piece of furniture."""
+        values = {attribute.dxf.tag: str(attribute.dxf.text) for attribute in insert.attribs}
+        name = values.get("ASSET") or (block_name(insert) if furniture else "")
+        if name:
+            x, y = self._point(insert.dxf.insert)
+            yaw = math.radians(insert.dxf.get("rotation", 0.0))
+            yaw += math.pi if insert.dxf.get("yscale", 1.0) < 0.0 else 0.0  # a mirror image looks the other way
+            piece = Piece(values.get("ID", ""), name, x, y, yaw, named="ASSET" in values)
+            self.drawing.furniture.append(piece)
 
     def _add_block(self, insert: Insert) -> None:
         """Add a block of labgym with its attributes; other blocks count by their content."""
@@ -147,6 +215,8 @@ class _Collector:
             self.drawing.keep_outs.append({**fields, **place, **extent})
         elif name == blocks.SERVICE:
             fields = {"kind": values.get("KIND", ""), "z": _number(values.get("Z", "0"))}
+            fields |= {"reach": _number(values["REACH"])} if values.get("REACH") else {}
+            fields |= {"required": True} if values.get("REQUIRED", "").casefold() == "yes" else {}
             self.drawing.services.append({**fields, **place})
 
     def _door(self, arc: Any) -> list[Mark]:
@@ -191,6 +261,14 @@ class _Collector:
 
 WINDOW_FIELDS: dict[str, Any] = {"height": 1.2, "sill": 0.9}
 """Height and sill of windows in flat drawings, meters."""
+
+
+def _extent(points: tuple[Point, ...]) -> dict[str, float]:
+    """Return the middle, the yaw and the sides of a quadrilateral."""
+    a, b, c, _ = points
+    yaw = math.atan2(b[1] - a[1], b[0] - a[0])
+    middle = {"x": (a[0] + c[0]) / 2.0, "y": (a[1] + c[1]) / 2.0}
+    return {**middle, "yaw": yaw, "width": math.dist(a, b), "depth": math.dist(b, c)}
 
 
 def _opening_fields(values: Mapping[str, str]) -> dict[str, Any]:

@@ -121,6 +121,8 @@ def _draw_structure(model: Modelspace, floor: Floor) -> None:
         blocks.insert(model, blocks.KEEP_OUT, layers.KEEP_OUTS, (area_.x, area_.y), values, scale, rotation)
     for service in floor.services:
         point: dict[str, object] = {"KIND": service.kind, "Z": service.z}
+        point |= {"REACH": service.reach} if service.reach is not None else {}
+        point |= {"REQUIRED": "yes"} if service.required else {}
         blocks.insert(model, blocks.SERVICE, layers.SERVICES, (service.x, service.y), point)
 
 

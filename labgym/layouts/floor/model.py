@@ -23,6 +23,9 @@ from labgym.layouts.floor.solids import Part, solid_parts
 from labgym.layouts.floor.spaces import Column, KeepOut, Service, Space
 from labgym.layouts.floor.walls import Wall
 
+SERVED = 0.6
+"""A service point serves the spaces that it is at most this far outside of: it may be in their walls, meters."""
+
 
 class Floor(Growing):
     """Walls, the spaces that they enclose, and what is fixed in them.
@@ -170,6 +173,21 @@ class Floor(Growing):
                 local = np.abs(to_local(points, (box.x, box.y, box.yaw)))
                 within |= (local[:, 0] <= box.width / 2.0) & (local[:, 1] <= box.depth / 2.0)
         return within
+
+    def services_of(self, space_id: str) -> tuple[Service, ...]:
+        """Return the service points in a space, in the walls around it, and on their other sides."""
+        return self._services.get(space_id, ())
+
+    @cached_property
+    def _services(self) -> dict[str, tuple[Service, ...]]:
+        if not self.services:
+            return {}
+        points = np.array([(service.x, service.y) for service in self.services])
+        near = {space.id: space.contains(points, SERVED).tolist() for space in self.spaces}
+        return {
+            name: tuple(service for service, is_near in zip(self.services, served, strict=True) if is_near)
+            for name, served in near.items()
+        }
 
     def space_at(self, x: float, y: float) -> Space | None:
         """Return the space that contains a point, None in walls, in doorways and outside."""

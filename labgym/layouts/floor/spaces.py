@@ -138,13 +138,23 @@ class Column(Record):
     depth: Annotated[float, Field(ge=0.05, le=5.0)]
 
 
-class Service(Record):
-    """A point where a supply is available, meters."""
+class Service(Growing):
+    """A point where a supply is available, meters.
+
+    Attributes:
+        reach: distance in the plan within which furniture can be connected; None for that of the kind.
+        required: whether all furniture that needs this kind must stand within reach of a point of it; else it stands
+            there if it can.
+    """
+
+    ADDED: ClassVar[frozenset[str]] = frozenset({"reach", "required"})
 
     kind: Literal["water", "gas", "exhaust", "power"]
     x: Coordinate
     y: Coordinate
     z: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
+    reach: Annotated[float, Field(ge=0.1, le=50.0)] | None = None
+    required: bool = False
 
 
 class KeepOut(Record):

@@ -16,6 +16,7 @@ from labgym.layouts.ground.backing import PARALLEL, LocalWall, backed, faces
 from labgym.layouts.ground.outline import Span, missing, outline
 from labgym.layouts.ground.segments import Gate, Pose, Segment
 from labgym.layouts.rules.building.many_rooms import swing_area
+from labgym.layouts.rules.supplies import Supplies
 
 Use = Literal["laboratory", "instrument", "store", "write-up", "corridor"]
 """Use of a space."""
@@ -48,6 +49,7 @@ class Ground:
         solid: columns and walls. leaves: of interior doors as they stand.
         clear: areas without furniture, which people and robots may cross.
         ceiling: height, meters.
+        supplies: service points in the space and its walls.
     """
 
     space: str
@@ -63,6 +65,7 @@ class Ground:
     leaves: tuple[OrientedBox, ...]
     clear: tuple[OrientedBox, ...]
     ceiling: float
+    supplies: Supplies
 
     @classmethod
     def of(cls, floor: Floor, space: Space) -> Ground:
@@ -93,6 +96,7 @@ class Ground:
             leaves=tuple(_within(bounds, [_moved(box, frame) for box in leaves])),
             clear=tuple(_within(bounds, [_moved(box, frame) for box in clear])),
             ceiling=space.ceiling,
+            supplies=Supplies.of(floor, space).moved(frame),
         )
 
     def to_floor(self, pose: Pose) -> Pose:

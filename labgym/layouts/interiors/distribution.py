@@ -9,12 +9,15 @@ import numpy as np
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Ground, Use
 from labgym.layouts.habits import Habits
+from labgym.layouts.interiors.supply import lacking
 
 DEFAULT: tuple[Use, ...] = ("laboratory",)
 CORNER = 0.9
 """Length that a row on the next wall takes at one end of a segment, meters."""
 RANK, CROWDED = 1.5, 4.0
 """Cost of each step down the list of uses, and of a space whose walls are full; noise of up to 1 comes on top."""
+DRY = 5.0
+"""Cost of a space without a service that a piece needs and another space may have."""
 OVERFLOW = 100.0
 """Cost of a space without enough wall: more than all other costs together."""
 
@@ -39,10 +42,11 @@ def distribute(
         for index, ground in enumerate(usable):
             share = (used[ground.space] + unit.width) / max(lengths[ground.space], 0.1)
             rank = uses.index(ground.use) if ground.use in uses else len(uses) + (ground.use != "laboratory")
-            overflow = OVERFLOW if share > 1.0 or longest[ground.space] < unit.width else 0.0
-            costs.append(RANK * rank + CROWDED * share**2 + overflow + noise[index])
+            lacks, required = lacking(unit, ground)
+            overflow = OVERFLOW if share > 1.0 or longest[ground.space] < unit.width or required else 0.0
+            costs.append(RANK * rank + CROWDED * share**2 + DRY * lacks + overflow + noise[index])
         chosen = usable[int(np.argmin(costs))]
-        if unit.asset.name in habits.together and first_hood is not None:
+        if unit.asset.name in habits.together and first_hood is not None and not lacking(unit, first_hood)[1]:
             chosen = first_hood
         if unit.asset.fume_hood and first_hood is None:
             first_hood = chosen

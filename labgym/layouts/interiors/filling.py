@@ -13,9 +13,11 @@ from labgym.geometry import OrientedBox, distance
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.habits import RoomHabit
-from labgym.layouts.interiors.blocks import blocks_of, place_block
+from labgym.layouts.interiors.blocks import blocks_of, island, place_block
 from labgym.layouts.interiors.interior import Interior
-from labgym.layouts.interiors.standing import WALL_GAP, Intervals
+from labgym.layouts.interiors.standing import WALL_GAP
+from labgym.layouts.interiors.supply import Options, preferred, supplied
+from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.style import Style
 
 MISSES = 5
@@ -54,9 +56,26 @@ def add_pieces(
     left = []
     for unit in units:
         near = [room.feet[other] for other in partners.get(unit.id, ()) if other in room.feet]
-        if not any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, near, generator)):
+        supplies = room.ground.supplies
+        options = preferred(_options(room, unit), unit, supplies)
+        if not any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, near, generator)):
             left.append(unit)
     return left
+
+
+def add_piece(
+    room: Interior, asset: Asset, free_standing: bool, style: Style, names: Names, generator: np.random.Generator
+) -> bool:
+    """Place one more piece of furniture along a wall, or in the open, and return whether it found a place."""
+    unit = _unit(asset, names, "exists")
+    if free_standing:
+        feet = place_block(room, island(asset), style, False, generator)
+        added = feet is not None and room.add([(replace(unit, stance="island"), feet[0])])
+    else:
+        added = not add_pieces(room, [unit], {}, generator)
+    if not added:
+        names.taken.discard(unit.id)
+    return added
 
 
 def fill(
@@ -129,7 +148,7 @@ def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, gen
     length, depth, aisle = asset.size.width, asset.size.depth, style.aisle
     unit = replace(_unit(asset, names, "peninsula bench"), stance="peninsula")
     room_for = replace(unit, width=depth + 2.0 * aisle, depth=length + style.neck, front=0.0)
-    for segment, along in _draws(room, room_for, generator):
+    for segment, along in _draws(_options(room, room_for), generator):
         x, y = segment.point(along + aisle + depth / 2.0, WALL_GAP + length / 2.0)
         turn = math.pi / 2.0 if generator.random() < 0.5 else -math.pi / 2.0
         foot = OrientedBox(x, y, length, depth, segment.yaw + turn)
@@ -148,7 +167,8 @@ def _fill_walls(
     while misses < MISSES and used < style.walls * length:
         asset = assets[int(generator.integers(len(assets)))]
         unit = _unit(asset, names, "fills free wall")
-        if any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, (), generator)):
+        options = supplied(_options(room, unit), unit, room.ground.supplies)
+        if any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, (), generator)):
             used += unit.width
             misses = 0
         else:
@@ -158,15 +178,23 @@ def _fill_walls(
 
 def _unit(asset: Asset, names: Names, reason: str) -> Unit:
     front = max(asset.clearance, HOOD_FRONT if asset.fume_hood else 0.0)
-    return Unit(names.next(asset), asset, asset.size.width, asset.size.depth, front, reason=reason)
+    return Unit(
+        names.next(asset),
+        asset,
+        asset.size.width,
+        asset.size.depth,
+        front,
+        reason=reason,
+        supplies=supplies_of(asset),
+    )
 
 
 def _wall_feet(
-    room: Interior, unit: Unit, near: Sequence[OrientedBox], generator: np.random.Generator
+    room: Interior, unit: Unit, options: Options, near: Sequence[OrientedBox], generator: np.random.Generator
 ) -> Iterator[OrientedBox]:
     """Yield footprints of a unit along the walls that are free, a few at most; the nearest to others first."""
     feet = []
-    for segment, along in _draws(room, unit, generator):
+    for segment, along in _draws(options, generator):
         if segment.straight:
             feet.append(segment.box(along, WALL_GAP, unit.width, unit.depth))
         else:
@@ -176,13 +204,18 @@ def _wall_feet(
     yield from feet[:3]
 
 
-def _draws(room: Interior, unit: Unit, generator: np.random.Generator) -> list[tuple[Segment, float]]:
-    """Random places of a unit along the walls."""
-    options: list[tuple[Segment, Intervals]] = []
+def _options(room: Interior, unit: Unit) -> Options:
+    """The free places of a unit along the walls."""
+    options: Options = []
     for segment in room.ground.segments:
         intervals = room.standing.places(segment, unit)
         if intervals:
             options.append((segment, intervals))
+    return options
+
+
+def _draws(options: Options, generator: np.random.Generator) -> list[tuple[Segment, float]]:
+    """Random places among those along the walls."""
     if not options:
         return []
     weights = np.array([sum(high - low for low, high in intervals) + 0.5 for _, intervals in options])

@@ -18,6 +18,8 @@ from labgym.layouts.interiors.standing import Distances
 
 ATTEMPTS = 6
 """Number of choices of walls that are tried before the solver chooses them."""
+FREE_ATTEMPTS = 2
+"""Number of them, the last ones, in which furniture may stand beyond the reach of services that are not required."""
 QUICK, THOROUGH = 0.05, 1.0
 """Deterministic search time with walls chosen beforehand, and with walls left to the solver."""
 
@@ -69,13 +71,14 @@ def furnish(
         room = Interior(ground)
         for unit, foot in standing:
             room.add_anyway(unit, foot)
-        places = all_places(room.standing, units, apart, hood_walls)
+        near = attempt < attempts - FREE_ATTEMPTS
+        places = all_places(room.standing, units, apart, hood_walls, near)
         feet = {} if last else stand_oblique(room.standing, units, places, generator)
         upright = [unit for unit in units if unit.id not in feet]
         if feet:
-            places = all_places(room.standing, upright, apart, hood_walls)
+            places = all_places(room.standing, upright, apart, hood_walls, near)
         if last:
-            stands = every_segment(upright, places, generator)
+            stands = every_segment(upright, places, ground.supplies, generator)
         else:
             stands = choose_segments(upright, places, separations, nearness, generator)
         effort = THOROUGH if last else QUICK

@@ -26,11 +26,16 @@ GAP_LIMIT = 0.3
 
 @dataclass(frozen=True)
 class Option:
-    """A segment on which a unit may stand, the intervals of places along it, and the place it prefers; meters."""
+    """A segment on which a unit may stand, the intervals of places along it, and the place it prefers; meters.
+
+    Attributes:
+        cost: of choosing it, as a distance from the preferred place, meters.
+    """
 
     segment: Segment
     places: tuple[tuple[float, float], ...]
     anchor: float
+    cost: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -169,6 +174,8 @@ class _Program:
             if choice.chosen is not None:
                 bound.only_enforce_if(choice.chosen)
         self.terms.append(distance)
+        if choice.option.cost > 0.0 and choice.chosen is not None:
+            self.terms.append(_cm(choice.option.cost) * choice.chosen)
 
     def _rows(self) -> None:
         """Units on one segment do not overlap."""

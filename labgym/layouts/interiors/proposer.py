@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -17,15 +17,17 @@ from labgym.layouts.briefing import nearness_of, separations_of
 from labgym.layouts.cabinets import Cabinet, plan_cabinets
 from labgym.layouts.floor_plan import Pose
 from labgym.layouts.ground import Ground
-from labgym.layouts.habits import RoomHabit
+from labgym.layouts.habits import Habits, RoomHabit
 from labgym.layouts.interiors.distribution import distribute, wall_length
-from labgym.layouts.interiors.filling import Names, add_pieces, fill
+from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill
 from labgym.layouts.interiors.furnisher import ATTEMPTS, Outcome, furnish
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.standing import Distances
 from labgym.layouts.model import WALL, Layout
 from labgym.layouts.pieces import WallPiece, clear_around, front_of, further_pieces, pieces, with_fixed
 from labgym.layouts.request import Request
+from labgym.layouts.rules.supplies import supplies_of
+from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.layouts.rules.zones import INTRUSION
 from labgym.layouts.stocking import stock
 from labgym.layouts.style import Style
@@ -35,7 +37,7 @@ DISTRIBUTIONS = 4
 """Number of distributions over the spaces that are tried."""
 EXTRA_BENCHES = 6
 """Most benches that are added because the instruments do not fit on the others."""
-BENCH = "LabBench1800"
+BENCHES = ("LabBench1800", "LabBench", "LabBench1200")
 
 
 @dataclass(frozen=True)
@@ -98,10 +100,13 @@ def _needs(request: Request, generator: np.random.Generator) -> _Needs:
     units = [_unit(request, piece) for piece in pieces(request, cabinets, "required")]
     units = with_fixed(request, units)
     contents = _stocked(request, cabinets, units, generator)
+    _check_holdings(request, units, contents)
     further = [_unit(request, piece) for level in ("reduced", "full") for piece in further_pieces(request, level)]
     present = {unit.id for unit in units}
+    if request.holdings is not None:
+        further = [unit for unit in further if request.holdings.adds(unit.asset.name, (u.asset.name for u in units))]
     return _Needs(
-        required=tuple(units),
+        required=tuple(_supplied(unit, contents.get(unit.id, ())) for unit in units),
         further=tuple(unit for unit in further if unit.id not in present),
         contents=contents,
         separations=tuple(separations_of(cabinets, contents, request.profile)),
@@ -118,16 +123,45 @@ def _stocked(
         except InfeasibleError:
             if number == EXTRA_BENCHES:
                 raise
-            ids = {unit.id for unit in units}
-            name = next(name for k in range(1, 100) if (name := f"{BENCH}_{k}") not in ids)
-            units.append(_unit(request, WallPiece(name, request.catalog.get(BENCH), "surface for instruments")))
+            asset = request.catalog.get(_bench(request, units))
+            name = Names({unit.id for unit in units}).next(asset)
+            units.append(_unit(request, WallPiece(name, asset, "surface for instruments")))
     raise AssertionError
+
+
+def _bench(request: Request, units: Sequence[Unit]) -> str:
+    """Return the bench for more instruments: the first of the usual ones that exists, else the first."""
+    existing = {} if request.holdings is None else request.holdings.left(unit.asset.name for unit in units)
+    return next((name for name in BENCHES if name in existing), BENCHES[0])
+
+
+def _check_holdings(request: Request, units: Sequence[Unit], contents: Mapping[str, tuple[Content, ...]]) -> None:
+    """Check that everything required exists if nothing may be bought.
+
+    Raises:
+        InfeasibleError: names what must be bought.
+    """
+    if request.holdings is None or request.holdings.purchases != "none":
+        return
+    things = [unit.asset for unit in units] + [content.asset for each in contents.values() for content in each]
+    listed = any(request.catalog.get(name).kind == "reagent" for name in request.holdings.counts)
+    missing = request.holdings.missing(thing.name for thing in things if thing.kind != "reagent" or listed)
+    if missing:
+        names = ", ".join(f"{count} {name}" for name, count in missing.items())
+        what = _where(request, "cannot be furnished from what exists for")
+        raise InfeasibleError(what, [f"missing: {names}"], None, remedy="buy them, or allow purchases")
 
 
 def _unit(request: Request, piece: WallPiece) -> Unit:
     size = piece.asset.size
     front, clear = front_of(request, piece), clear_around(piece.asset)
-    return Unit(piece.id, piece.asset, size.width, size.depth, front, clear=clear, reason=piece.reason)
+    unit = Unit(piece.id, piece.asset, size.width, size.depth, front, clear=clear, reason=piece.reason)
+    return _supplied(unit, ())
+
+
+def _supplied(unit: Unit, contents: Sequence[Content]) -> Unit:
+    """Return a unit with the services that it and its contents need."""
+    return replace(unit, supplies=supplies_of(unit.asset, [content.asset for content in contents]))
 
 
 def _furnished(
@@ -210,17 +244,49 @@ def _fill(request: Request, needs: _Needs, rooms: Mapping[str, Interior], genera
         partners.setdefault(near.second, []).append(near.first)
     left = []
     for unit in needs.further:
-        uses = habits.uses.get(unit.asset.name, ("laboratory",))
-        able = [room for use in uses for room in rooms.values() if room.ground.use == use]
-        able += [room for room in rooms.values() if room.ground.use not in (*uses, "corridor")]
+        able = _able(habits, rooms, unit.asset.name)
         able.sort(key=lambda room: not any(other in room.feet for other in partners.get(unit.id, ())))
         if all(add_pieces(room, [unit], partners, generator) for room in able):
             left.append(unit)
     names = Names({unit.id for unit in (*needs.required, *needs.further)})
+    if request.holdings is not None:
+        _add_existing(request, needs, rooms, style, names, generator)
+        if request.holdings.purchases != "any":
+            return left
     for room in rooms.values():
         habit = habits.rooms.get(room.ground.use, RoomHabit())
         fill(room, request.catalog, habit, habits.peninsula, style, names, generator)
     return left
+
+
+def _able(habits: Habits, rooms: Mapping[str, Interior], name: str) -> list[Interior]:
+    """The spaces in which an asset may stand, those of its uses first."""
+    uses = habits.uses.get(name, ("laboratory",))
+    able = [room for use in uses for room in rooms.values() if room.ground.use == use]
+    return able + [room for room in rooms.values() if room.ground.use not in (*uses, "corridor")]
+
+
+def _add_existing(
+    request: Request,
+    needs: _Needs,
+    rooms: Mapping[str, Interior],
+    style: Style,
+    names: Names,
+    generator: np.random.Generator,
+) -> None:
+    """Place the furniture that exists beyond what is required, the largest pieces first, as far as it finds a place."""
+    if request.holdings is None:
+        return
+    placed = [unit.asset.name for room in rooms.values() for unit in room.units.values()]
+    placed += [content.asset.name for contents in needs.contents.values() for content in contents]
+    left = [(request.catalog.get(name), count) for name, count in request.holdings.left(placed).items()]
+    assets = [a for a, count in left if a.placing == "floor" and a.subtype not in MOVABLE for _ in range(count)]
+    full: set[str] = set()
+    for asset in sorted(assets, key=lambda asset: (-asset.size.width * asset.size.depth, asset.name)):
+        able = _able(request.habits, rooms, asset.name)
+        free = request.habits.of(asset.name).stance != "wall"
+        if asset.name not in full and not any(add_piece(room, asset, free, style, names, generator) for room in able):
+            full.add(asset.name)
 
 
 def _plan(

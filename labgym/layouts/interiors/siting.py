@@ -11,6 +11,8 @@ from labgym.layouts.brief import Nearness, Separation, Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.interiors.program import Option, Stand
 from labgym.layouts.interiors.standing import Distances, Intervals, Standing
+from labgym.layouts.interiors.supply import preferred, required, supplied
+from labgym.layouts.rules.supplies import Supplies
 
 CROWDED = 3.0
 """Cost of a full segment; it grows with the square of the share that is used. Noise of up to 1 is set against it."""
@@ -22,6 +24,8 @@ OVERFLOW = 100.0
 """Cost of a segment that is too short: more than all other costs together."""
 CORNER = 0.9
 """Length that a row on the next wall takes at one end of a segment, meters."""
+FAR = 3.0
+"""Cost of a place beyond the reach of what a unit needs: as much as this distance from where it was drawn, meters."""
 OBLIQUE_UNITS = 2
 """Most units of the first pass on one oblique segment."""
 
@@ -29,13 +33,19 @@ Places = dict[str, list[tuple[Segment, Intervals]]]
 
 
 def all_places(
-    standing: Standing, units: Sequence[Unit], apart: Mapping[str, Distances], hood_walls: Collection[str]
+    standing: Standing,
+    units: Sequence[Unit],
+    apart: Mapping[str, Distances],
+    hood_walls: Collection[str],
+    near_supplies: bool = True,
 ) -> Places:
     """Return the segments on which each unit can stand, with the places along them, by unit id.
 
     Args:
         apart: boxes from which units keep a distance, by unit id.
         hood_walls: ids of the segments for hoods; any segment if none of them has a place.
+        near_supplies: whether a unit stands within reach of what it needs if it can; else only where the floor requires
+            it.
     """
     places: Places = {}
     for unit in units:
@@ -46,7 +56,8 @@ def all_places(
                 options.append((segment, intervals))
         if unit.asset.fume_hood:
             options = [option for option in options if option[0].id in hood_walls] or options
-        places[unit.id] = options
+        supplies = standing.ground.supplies
+        places[unit.id] = (preferred if near_supplies else required)(options, unit, supplies)
     return places
 
 
@@ -60,7 +71,8 @@ def stand_oblique(
         able = [unit for unit in units if unit.id not in feet and any(s is segment for s, _ in places[unit.id])]
         for index in generator.permutation(len(able))[:OBLIQUE_UNITS]:
             unit = able[index]
-            intervals = standing.places(segment, unit)
+            able_at = next(intervals for s, intervals in places[unit.id] if s is segment)
+            intervals = [place for place in standing.places(segment, unit) if place in able_at]
             if intervals:
                 along = intervals[int(generator.integers(len(intervals)))][0]
                 foot = standing.oblique_foot(segment, along, unit)
@@ -108,19 +120,25 @@ def choose_segments(
     return [stands[unit.id] for unit in units]
 
 
-def every_segment(units: Sequence[Unit], places: Places, generator: np.random.Generator) -> list[Stand]:
-    """Return each unit with all its straight segments, between which the program chooses."""
-    return [
-        Stand(
-            unit,
-            tuple(
-                Option(segment, tuple(intervals), draw_place(intervals, generator))
-                for segment, intervals in places[unit.id]
-                if segment.straight
-            ),
-        )
-        for unit in units
-    ]
+def every_segment(
+    units: Sequence[Unit], places: Places, supplies: Supplies, generator: np.random.Generator
+) -> list[Stand]:
+    """Return each unit with all its straight segments, between which the program chooses.
+
+    Places beyond the reach of what a unit needs are separate options, at a cost.
+    """
+    stands = []
+    for unit in units:
+        straight = [option for option in places[unit.id] if option[0].straight]
+        near = supplied(straight, unit, supplies)
+        options = [
+            Option(segment, tuple(intervals), draw_place(intervals, generator), 0.0 if near is straight else FAR)
+            for segment, intervals in straight
+        ]
+        if near is not straight:
+            options += [Option(s, tuple(intervals), draw_place(intervals, generator)) for s, intervals in near]
+        stands.append(Stand(unit, tuple(options)))
+    return stands
 
 
 def draw_place(intervals: Intervals, generator: np.random.Generator) -> float:

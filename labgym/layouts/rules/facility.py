@@ -16,6 +16,7 @@ from labgym.layouts.model import FLOOR, WALL, Layout, Room
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.building import Building, OneRoom
 from labgym.layouts.rules.egress import narrow_ways
+from labgym.layouts.rules.supplies import SOURCES, unsupplied
 from labgym.layouts.rules.thresholds import (
     BACK_GAP,
     CORROSIVE_HEIGHT,
@@ -111,14 +112,38 @@ def _exits(building: Building, profile: Profile) -> list[FacilityIssue]:
 
 
 def placing_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return the errors of placing: blocked door areas, keep-outs and fronts, furniture off walls, a crowded shower."""
+    """Return the issues of placing.
+
+    They are blocked door areas, keep-outs and fronts, furniture off walls, a crowded shower, and furniture beyond the
+    reach of a service.
+    """
     return [
         *_door_areas(arrangement),
         *_keep_outs(arrangement),
         *_backs(arrangement),
         *_fronts(arrangement),
         *_shower_spaces(arrangement),
+        *supply_issues(arrangement),
     ]
+
+
+def supply_issues(arrangement: Arrangement) -> list[FacilityIssue]:
+    """Return an issue for each piece beyond the reach of water, gas or exhaust; an error where the floor requires it.
+
+    Floors without service points of a kind are not judged for it.
+    """
+    issues = []
+    for piece in unsupplied(arrangement):
+        source = SOURCES[piece.kind]
+        severity: Severity = "error" if piece.required else "warning"
+        if math.isinf(piece.beyond):
+            message = f"{piece.id} needs {piece.kind}, but {piece.space!r} has no such point: add one"
+            issues.append(_issue("supply", (piece.id,), None, 0.0, message, source, severity))
+        else:
+            gap = piece.beyond
+            message = f"{piece.id} is {gap:.2f} m beyond the reach of {piece.kind}: move it, or add a point near it"
+            issues.append(_issue("supply", (piece.id,), gap, 0.0, message, source, severity))
+    return issues
 
 
 def egress_issues(arrangement: Arrangement) -> list[FacilityIssue]:

@@ -56,6 +56,16 @@ MOVABLE = LOOSE | {"container", "spill", "fire"}
 SHOWER_RADIUS = 0.41
 """Radius that stays clear around the center of an emergency shower, meters (16 in: ANSI/ISEA Z358.1-2014, 4.1.4)."""
 
+WATER_REACH = 2.44
+"""Distance of a sink from a water point with its drain, meters: a trap arm of 2 in with a slope of 1:48 is at most 8 ft
+long (IPC 704.1 and table 909.1; UPC table 1002.2 allows 1.52 m)."""
+
+GAS_REACH = 1.83
+"""Distance of a burner or a gas cylinder from a gas point, meters: connectors have at most 6 ft (IFGC 411.1.3.1)."""
+
+EXHAUST_REACH = 3.0
+"""Distance of a fume hood from an exhaust point, meters (assumption: one offset of the duct below the ceiling)."""
+
 ONE_SIDED = 1.2
 """Furniture from this depth on is used from both sides, meters; shallower pieces have their back against a wall."""
 
