@@ -19,6 +19,7 @@ from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.layouts import Layout, Placement
 from labgym.scenes.building import building_patches, floor_patches
+from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh
 from labgym.scenes.mjcf import to_mjcf
@@ -70,12 +71,13 @@ def write_glb(layout: Layout, path: str | Path) -> Path:
     scene = trimesh.Scene()
     # In glTF y points up and z towards the viewer.
     up = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    for patch in (*floor_patches(layout.floor), *building_patches(layout.floor)):
+    added = (patch for installation in installations(layout) for patch in installation.patches)
+    for patch in (*floor_patches(layout.floor), *building_patches(layout.floor), *added):
         mesh = _painted(patch.vertices, patch.faces, patch.material)
         scene.add_geometry(mesh, node_name=patch.name, geom_name=patch.name, transform=up)
     names: dict[Asset, str] = {}
     for placement in layout.placements:
-        asset = layout.asset(placement.id)
+        asset = drawn_asset(layout, placement.id)
         local, pose = asset_mesh(asset), up @ _pose(placement)
         asset_name = names.setdefault(asset, asset.name if asset.name not in names.values() else placement.id)
         for index in np.unique(local.material):

@@ -19,6 +19,7 @@ from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
 from labgym.scenes.cutaway import hanging_on
+from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.patches import join, visible
 from labgym.scenes.rectangle import room_covering
 
@@ -96,7 +97,7 @@ def asset_mesh(asset: Asset) -> AssetMesh:
 
 
 def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
-    """Return the visible faces of a layout: floor, walls as seen from inside, and all parts of all placements.
+    """Return the visible faces of a layout: floor, walls as seen from inside, placements and their installations.
 
     Args:
         hidden: walls, or upper parts of walls, to leave out, together with the placements mounted on them.
@@ -108,10 +109,16 @@ def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
     for index, placement in enumerate(layout.placements):
         if hidden and hanging_on(layout, placement) in hidden:
             continue
-        local = asset_mesh(layout.asset(placement.id))
+        local = asset_mesh(drawn_asset(layout, placement.id))
         meshes.append((_placed(local.vertices, placement), local.faces))
         materials.append(local.material)
         owners.append(np.full(len(local.faces), index))
+    index_of = {placement.id: index for index, placement in enumerate(layout.placements)}
+    for installation in installations(layout):
+        for patch in visible(installation.patches, hidden):
+            meshes.append((patch.vertices, patch.faces))
+            materials.append(np.full(len(patch.faces), _MATERIAL_INDEX[patch.material]))
+            owners.append(np.full(len(patch.faces), index_of[installation.owner]))
     vertices, faces = join(meshes)
     return SceneMesh(vertices, faces, np.concatenate(materials), np.concatenate(owners))
 

@@ -19,6 +19,7 @@ from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
 from labgym.scenes.finishes import JOINTS, floor_material
+from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.mesh import asset_mesh
 from labgym.scenes.patches import Array, Faces, Patch
 from labgym.scenes.views import View, views
@@ -67,7 +68,8 @@ def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
     set_looks(scene.spec, layout.floor)
     scene.add_floor(layout.floor)
     for placement in layout.placements:
-        scene.add_asset(placement.id, layout.asset(placement.id), placement.position, placement.yaw)
+        scene.add_asset(placement.id, drawn_asset(layout, placement.id), placement.position, placement.yaw)
+    scene.add_installations(layout)
     for name, view in views(layout).items():
         add_camera(scene.spec, name, view)
     return scene.spec
@@ -105,6 +107,12 @@ class SpecBuilder:
                 self._add_patch(patch, self._material(patch.material))
         for wall, box in building_solids(floor).items():
             self.add_solid(self.spec.worldbody, f"{wall}/solid", box)
+
+    def add_installations(self, layout: Layout) -> None:
+        """Add the visible installations of a layout to the world body, one geom for each material of each."""
+        for installation in installations(layout) if self._visible else ():
+            for patch in installation.patches:
+                self._add_patch(patch, self._material(patch.material))
 
     def add_asset(self, name: str, asset: Asset, position: Vector, yaw: float) -> None:
         """Add an asset as a static body with visible parts and solid boxes."""

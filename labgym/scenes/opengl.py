@@ -14,6 +14,7 @@ from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.scenes.building import building_patches
 from labgym.scenes.cutaway import hanging_on, hidden_walls
+from labgym.scenes.fittings import installations
 from labgym.scenes.mjcf import COLLISION_GROUP, add_camera, to_mjcf
 from labgym.scenes.views import picture_view
 
@@ -91,7 +92,8 @@ def render_opengl(layout: Layout, width: int = 1280, height: int = 720, camera: 
     add_camera(spec, PICTURE, place)
     model = spec.compile()
     hidden = hidden_walls(layout.floor, place.position)
-    for patch in building_patches(layout.floor):
+    mounted = (patch for installation in installations(layout) for patch in installation.patches)
+    for patch in (*building_patches(layout.floor), *mounted):
         if patch.wall in hidden:
             model.geom(patch.name).group = COLLISION_GROUP
     for placement in layout.placements:

@@ -157,6 +157,21 @@ FINISHES: dict[str, SurfaceMaterial] = {
 
 MATERIALS.update(FINISHES)
 
+SUPPLIES: dict[str, SurfaceMaterial] = {
+    "duct_steel": SurfaceMaterial((0.70, 0.72, 0.74, 1.0), specular=0.5, shininess=0.5, reflectance=0.05),
+    "trunking": _satin(0.84, 0.86, 0.87),
+    "socket_plate": _satin(0.97, 0.97, 0.96),
+    "copper": SurfaceMaterial((0.72, 0.45, 0.30, 1.0), specular=0.6, shininess=0.6),
+    "cable_black": _matt(0.09, 0.09, 0.10),
+    "cable_gray": _matt(0.45, 0.47, 0.49),
+    "hose_red": _matt(0.62, 0.20, 0.15),
+    "hose_clear": _glass(0.88, 0.91, 0.92, 0.72),
+    "sink_black": _satin(0.13, 0.14, 0.15),
+}
+"""Materials of ducts, sockets, cables and hoses, which only the scenes of floors with services have."""
+
+MATERIALS.update(SUPPLIES)
+
 COATINGS = {
     "yellow": "safety_yellow",
     "red": "safety_red",

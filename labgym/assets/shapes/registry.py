@@ -12,6 +12,10 @@ Builder = Callable[[Asset], Iterable[Part]]
 
 SHAPES: dict[str, Builder] = {}
 """Builder of each shape name."""
+EMPTY = "empty"
+"""Shape parameter of a vessel without its content."""
+LIQUIDS = frozenset({"blue_liquid", "yellow_liquid", "clear_liquid"})
+"""Materials of the content of vessels."""
 
 
 def shape(name: str) -> Callable[[Builder], Builder]:
@@ -33,7 +37,8 @@ def build(asset: Asset) -> tuple[Part, ...]:
     """
     if asset.shape.name not in SHAPES:
         raise UnknownNameError("shape", asset.shape.name, SHAPES)
-    return tuple(SHAPES[asset.shape.name](asset))
+    parts = tuple(SHAPES[asset.shape.name](asset))
+    return tuple(part for part in parts if part.material not in LIQUIDS) if flag(asset, EMPTY) else parts
 
 
 def extents(asset: Asset) -> tuple[float, float, float]:

@@ -64,11 +64,11 @@ def _surfaces(floor: Floor) -> list[tuple[str, str, Array, Faces]]:
     surfaces: list[tuple[str, str, Array, Faces]] = []
     for patch in (*floor_patches(floor), *building_patches(floor)):
         # Blocks that abut would be a mesh with points in the same place.
-        surfaces += [(patch.name, patch.material, patch.vertices, faces) for faces in _connected(patch.faces)]
+        surfaces += [(patch.name, patch.material, patch.vertices, faces) for faces in connected(patch.faces)]
     return surfaces
 
 
-def _connected(faces: Faces) -> list[Faces]:
+def connected(faces: Faces) -> list[Faces]:
     """Return the groups of faces that are connected by shared vertices, in the order of their first faces."""
     edges = faces[:, [0, 1, 1, 2]].reshape(-1, 2)
     count = int(faces.max()) + 1

@@ -11,8 +11,10 @@ from labgym.assets import Asset
 from labgym.assets.usd import asset_layer, write_labels, write_layer
 from labgym.layouts import Layout
 from labgym.layouts.model import WALL
+from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder
 from labgym.scenes.usd.cameras import write_cameras
+from labgym.scenes.usd.fittings import fittings_layer
 from labgym.scenes.usd.lights import write_lights
 from labgym.scenes.usd.names import identifiers, write_note
 from labgym.scenes.usd.room import room_layer
@@ -20,6 +22,7 @@ from labgym.scenes.views import views
 
 STAGE_FILE = "scene.usda"
 ROOM_FILE = "room.usdc"
+FITTINGS_FILE = "fittings.usdc"
 ASSET_FOLDER = "assets"
 ROOT = "/Laboratory"
 GRAVITY = 9.81
@@ -29,8 +32,9 @@ def write_usd(layout: Layout, folder: str | Path) -> Path:
     """Write a layout as `folder/scene.usda`, `folder/room.usdc` and `folder/assets`; return the stage's path.
 
     The stage is in meters, z up. `/Laboratory` has these children: `Room`, with visible and collision geometry of
-    floor and walls; `Placements`, with one prim for each placement that references its asset (wall-mounted ones are
-    kinematic); `Lights`; and `Cameras`, one for each view of `labgym.scenes.views`. Prims have semantic labels
+    floor and walls; `Fittings`, from `folder/fittings.usdc`, with the visible geometry of ducts, sockets and cables if
+    the floor has them; `Placements`, with one prim for each placement that references its asset (wall-mounted ones
+    are kinematic); `Lights`; and `Cameras`, one for each view of `labgym.scenes.views`. Prims have semantic labels
     (taxonomies `class`, `category` and `instance`). The folder can be moved; its references are relative.
     The files are written to a temporary folder, which then replaces an earlier stage.
 
@@ -40,15 +44,18 @@ def write_usd(layout: Layout, folder: str | Path) -> Path:
     """
     folder = Path(folder)
     files = _asset_files(layout)
-    with whole_folder(folder, (STAGE_FILE, ROOM_FILE, ASSET_FOLDER), "USD stage of labgym") as fresh:
+    with whole_folder(folder, (STAGE_FILE, ROOM_FILE, FITTINGS_FILE, ASSET_FOLDER), "USD stage of labgym") as fresh:
         for asset, file in files.items():
             write_layer(asset_layer(asset), fresh / file)
         write_layer(room_layer(layout.floor), fresh / ROOM_FILE)
-        _write_stage(layout, files, fresh / STAGE_FILE)
+        added = installations(layout)
+        if added:
+            write_layer(fittings_layer(added), fresh / FITTINGS_FILE)
+        _write_stage(layout, files, fresh / STAGE_FILE, bool(added))
     return folder / STAGE_FILE
 
 
-def _write_stage(layout: Layout, files: Mapping[Asset, str], path: Path) -> None:
+def _write_stage(layout: Layout, files: Mapping[Asset, str], path: Path, fitted: bool) -> None:
     from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
     stage = Usd.Stage.CreateNew(str(path))
@@ -68,6 +75,8 @@ def _write_stage(layout: Layout, files: Mapping[Asset, str], path: Path) -> None
     write_lights(stage, f"{ROOT}/Lights", layout.floor)
     write_cameras(stage, f"{ROOT}/Cameras", views(layout))
     UsdGeom.Xform.Define(stage, f"{ROOT}/Room").GetPrim().GetReferences().AddReference(f"./{ROOM_FILE}")
+    if fitted:
+        UsdGeom.Xform.Define(stage, f"{ROOT}/Fittings").GetPrim().GetReferences().AddReference(f"./{FITTINGS_FILE}")
     _write_placements(stage, layout, files)
     stage.GetRootLayer().Save()
 
@@ -81,7 +90,7 @@ def _write_placements(stage: Any, layout: Layout, files: Mapping[Asset, str]) ->
     for name, placement in zip(names, layout.placements, strict=True):
         pose = UsdGeom.Xform.Define(stage, f"{path}/{name}")
         prim = pose.GetPrim()
-        prim.GetReferences().AddReference(f"./{files[layout.asset(placement.id)]}")
+        prim.GetReferences().AddReference(f"./{files[drawn_asset(layout, placement.id)]}")
         prim.SetInstanceable(True)
         pose.AddTranslateOp().Set(Gf.Vec3d(*placement.position))
         pose.AddRotateZOp(UsdGeom.XformOp.PrecisionDouble).Set(math.degrees(placement.yaw))
@@ -94,7 +103,7 @@ def _write_placements(stage: Any, layout: Layout, files: Mapping[Asset, str]) ->
 
 def _asset_files(layout: Layout) -> dict[Asset, str]:
     """Return the file of each asset, relative to the stage; each size of a resized asset has a separate file."""
-    assets = dict.fromkeys(layout.asset(placement.id) for placement in layout.placements)
+    assets = dict.fromkeys(drawn_asset(layout, placement.id) for placement in layout.placements)
     return {
         asset: f"{ASSET_FOLDER}/{name}.usdc"
         for asset, name in zip(assets, identifiers([asset.name for asset in assets]), strict=True)

@@ -1,0 +1,45 @@
+"""What joins furniture and devices with the building: ducts, trunking, sockets, taps, cables, hoses, chains.
+
+These parts are visible only: they have no solids. They follow from the layout alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from labgym.layouts import Layout
+from labgym.scenes.fittings.cables import cables
+from labgym.scenes.fittings.cylinders import cylinders
+from labgym.scenes.fittings.ducts import ducts
+from labgym.scenes.fittings.evaporators import evaporator_hoses
+from labgym.scenes.fittings.hosts import Host, hosts
+from labgym.scenes.fittings.installation import Installation
+from labgym.scenes.fittings.outlets import Outlet, supplies
+from labgym.scenes.fittings.scope import has_fittings
+from labgym.scenes.fittings.sinks import sinks
+from labgym.scenes.fittings.stored_glass import drawn_asset
+
+__all__ = ["Installation", "drawn_asset", "has_fittings", "installations"]
+
+
+def installations(layout: Layout) -> tuple[Installation, ...]:
+    """Return the installations of a layout, in the order of their furniture; none for a plain rectangular room."""
+    if not has_fittings(layout.floor):
+        return ()
+    return tuple(installation for host in hosts(layout) for installation in _of(host))
+
+
+def _of(host: Host) -> Iterator[Installation]:
+    yield from ducts(host)
+    yield from cylinders(host)
+    basins = list(sinks(host))
+    for sink in basins:
+        yield host.installation("sink", sink.parts)
+    built_in = [sink.box for sink in basins]
+    outlets: list[Outlet] = []
+    for supply in supplies(host, built_in):
+        outlets += supply.outlets
+        if supply.parts:
+            yield host.installation(supply.kind, supply.parts, supply.wall)
+    yield from cables(host, outlets, built_in)
+    yield from evaporator_hoses(host)

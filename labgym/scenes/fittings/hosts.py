@@ -1,0 +1,167 @@
+"""Furniture with what stands on it and the wall behind it: what installations are planned from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from labgym.assets import Asset
+from labgym.assets.shapes import Part
+from labgym.geometry import OrientedBox, rotate, to_local
+from labgym.layouts import Layout, Placement
+from labgym.layouts.floor import Floor
+from labgym.layouts.ground import without
+from labgym.layouts.model import FLOOR
+from labgym.scenes.fittings.installation import Installation, Kind, moved
+from labgym.scenes.rectangle import nearest_wall
+from labgym.scenes.wall_faces import upper, wall_name
+
+NEAR = 0.12
+"""Largest distance between a piece of furniture and the wall behind it, meters."""
+ALIGNED = math.cos(math.radians(1.0))
+"""Cosine of the largest angle between the back of furniture and the wall behind it."""
+FRAME = 0.08
+"""Width of wall around an opening that its frame takes, meters."""
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Item:
+    """An object on a piece of furniture, with its bounding box in the furniture's frame."""
+
+    id: str
+    asset: Asset
+    box: OrientedBox
+
+
+@dataclass(frozen=True)
+class Backing:
+    """A wall behind a piece of furniture, in the furniture's frame.
+
+    Attributes:
+        wall: name of the wall, or of its upper part, as pictures hide it.
+        gap: distance between the furniture's back and the wall, meters.
+        span: interval along x in which the wall stands.
+        openings: interval along x and interval of heights of each opening with its frame.
+    """
+
+    wall: str
+    gap: float
+    span: Interval
+    openings: tuple[tuple[Interval, Interval], ...]
+
+    def free(self, interval: Interval, low: float, high: float) -> list[Interval]:
+        """Return the parts of an interval along x where the wall has no opening between two heights, meters."""
+        within = max(interval[0], self.span[0]), min(interval[1], self.span[1])
+        if within[0] >= within[1]:
+            return []
+        cut = [x for x, z in self.openings if z[0] < high and z[1] > low]
+        return without(within, cut)
+
+
+@dataclass(frozen=True)
+class Host:
+    """A piece of furniture or equipment on the floor.
+
+    Attributes:
+        use: use of the space that it stands in. ceiling: height of that space, meters.
+        items: everything on or in it. backing: the wall behind it, None if there is none.
+    """
+
+    placement: Placement
+    asset: Asset
+    use: str
+    ceiling: float
+    items: tuple[Item, ...]
+    backing: Backing | None
+
+    @property
+    def half(self) -> tuple[float, float]:
+        """Half its width and half its depth, meters."""
+        return self.asset.size.width / 2.0, self.asset.size.depth / 2.0
+
+    def free(self, box: OrientedBox) -> bool:
+        """Whether no item overlaps an upright box that is aligned with the furniture."""
+        return not any(overlap(box, item.box) for item in self.items)
+
+    def installation(self, kind: Kind, parts: Iterable[Part], wall: str = "", owner: str = "") -> Installation:
+        """Return parts of its frame as an installation.
+
+        Args:
+            owner: id of the placement that the parts belong to, by default the furniture.
+        """
+        x, y, z = self.placement.position
+        return Installation(owner or self.placement.id, kind, moved(parts, x, y, z, self.placement.yaw), wall)
+
+
+def hosts(layout: Layout) -> Iterator[Host]:
+    """Yield everything that stands on the floor inside a space, in the layout's order."""
+    for placement in layout.placements:
+        if placement.support != FLOOR:
+            continue
+        space = layout.floor.space_at(*placement.position[:2])
+        if space is not None:
+            asset = layout.asset(placement.id)
+            items = tuple(_items(layout, placement, layout.box(placement.id)))
+            yield Host(placement, asset, space.use, space.ceiling, items, _backing(layout.floor, placement, asset))
+
+
+def _items(layout: Layout, carrier: Placement, host: OrientedBox) -> Iterator[Item]:
+    for child in layout.children(carrier.id):
+        box = layout.box(child.id)
+        x, y = host.to_local(box.x, box.y)
+        local = OrientedBox(x, y, box.width, box.depth, box.yaw - host.yaw, box.z0 - host.z0, box.z1 - host.z0)
+        yield Item(child.id, layout.asset(child.id), local)
+        yield from _items(layout, child, host)
+
+
+def _backing(floor: Floor, placement: Placement, asset: Asset) -> Backing | None:
+    """Return the wall that the back of an object stands along and that covers most of its width."""
+    x, y, _ = placement.position
+    best: Backing | None = None
+    for index, wall in enumerate(floor.walls):
+        turn = placement.yaw - wall.yaw
+        along, across = to_local([(x, y)], (*wall.start, wall.yaw))[0].tolist()
+        side = math.copysign(1.0, across)
+        if math.cos(turn) * side < ALIGNED:
+            continue
+        gap = abs(across) - wall.thickness / 2.0 - asset.size.depth / 2.0
+        if not -0.02 <= gap <= NEAR:
+            continue
+        span = _interval(side, along, 0.0, wall.length)
+        openings = tuple(
+            (_interval(side, along, a - FRAME, b + FRAME), (opening.sill - FRAME, opening.top + FRAME))
+            for opening in wall.openings
+            for a, b in (opening.span,)
+        )
+        name = nearest_wall(floor.room, x, y) if floor.is_rectangle else upper(wall_name(index))
+        backing = Backing(name, max(gap, 0.0), span, openings)
+        if best is None or _covered(span, asset) > _covered(best.span, asset):
+            best = backing
+    return best if best is not None and _covered(best.span, asset) > 0.0 else None
+
+
+def _interval(side: float, along: float, low: float, high: float) -> Interval:
+    """Return an interval along a wall as one along x of an object with its back to it, at `along` on the wall."""
+    ends = sorted((side * (low - along), side * (high - along)))
+    return ends[0], ends[1]
+
+
+def _covered(span: Interval, asset: Asset) -> float:
+    half = asset.size.width / 2.0
+    return min(span[1], half) - max(span[0], -half)
+
+
+def overlap(first: OrientedBox, second: OrientedBox) -> bool:
+    """Whether the axis-aligned bounds of two boxes overlap."""
+    x0, y0, x1, y1 = first.bounds()
+    a0, b0, a1, b1 = second.bounds()
+    return x0 < a1 and a0 < x1 and y0 < b1 and b0 < y1 and first.z0 < second.z1 and second.z0 < first.z1
+
+
+def beside(box: OrientedBox, x: float, y: float) -> tuple[float, float]:
+    """Return a point of an item's frame in the frame of its furniture."""
+    dx, dy = rotate(x, y, box.yaw)
+    return box.x + dx, box.y + dy
