@@ -11,7 +11,7 @@ from labgym.assets.archive import Geometry, Piece
 from labgym.assets.forge.naming import name_words
 from labgym.assets.meshes import MeshPart, PhysicalMesh
 from labgym.assets.shapes import MATERIALS
-from labgym.assets.shapes.materials import FINISHES
+from labgym.assets.shapes.materials import FINISHES, SUPPLIES
 
 SUBSTANCES: dict[str, tuple[str, ...]] = {
     "glass": ("glass", "borosilicate", "pyrex", "duran", "quartz", "glas", "verre", "vidrio", "玻璃", "石英"),
@@ -96,6 +96,6 @@ def _nearest(color: tuple[float, ...]) -> str:
     alike = [
         name
         for name, known in MATERIALS.items()
-        if (known.rgba[3] < CLEAR) == clear and known.emission == 0.0 and name not in FINISHES
+        if (known.rgba[3] < CLEAR) == clear and known.emission == 0.0 and name not in FINISHES and name not in SUPPLIES
     ]
     return min(alike, key=lambda name: (math.dist(MATERIALS[name].rgba[:3], color[:3]), name))

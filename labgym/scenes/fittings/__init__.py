@@ -1,4 +1,4 @@
-"""What joins furniture and devices with the building: ducts, trunking, sockets, taps, cables, hoses, chains.
+"""Installations that join furniture and devices with the building: ducts, trunking, taps, cables, hoses, chains.
 
 These parts are visible only: they have no solids. They follow from the layout alone.
 """

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from labgym.assets.shapes.parts import Vector
 from labgym.geometry import OrientedBox
-from labgym.scenes.fittings.hosts import Host, Item, beside, overlap
+from labgym.scenes.fittings.hosts import Host, Item, overlap
 from labgym.scenes.fittings.installation import Installation
 from labgym.scenes.fittings.outlets import PLUG, Outlet, plug
 from labgym.scenes.fittings.sweep import hose, rounded_path
@@ -73,11 +73,11 @@ def _exits(box: OrientedBox) -> Iterator[tuple[Point, Point]]:
     """Yield where a cable may touch the worktop next to a device, and where it leaves the device; the back first."""
     width, depth = box.width / 2.0, box.depth / 2.0
     for share in (0.6, -0.6, 0.0):
-        yield beside(box, share * width, -depth - STEP_OUT), beside(box, share * width, -depth + 0.004)
+        yield box.to_world(share * width, -depth - STEP_OUT), box.to_world(share * width, -depth + 0.004)
     for side in (-1.0, 1.0):
         for share in (-0.7, 0.0):
-            start = beside(box, side * (width + STEP_OUT), share * depth)
-            yield start, beside(box, side * (width - 0.004), share * depth)
+            start = box.to_world(side * (width + STEP_OUT), share * depth)
+            yield start, box.to_world(side * (width - 0.004), share * depth)
 
 
 def _clear(host: Host, built_in: Sequence[OrientedBox], start: Point, end: Point) -> bool:

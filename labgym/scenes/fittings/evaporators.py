@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from labgym.assets.shapes.parts import ALONG_Y, Part, Vector, block, cylinder, rod
-from labgym.scenes.fittings.hosts import Host, Item, beside
+from labgym.scenes.fittings.hosts import Host, Item
 from labgym.scenes.fittings.installation import Installation, moved
 from labgym.scenes.fittings.outlets import DEEP, RISE, TALL
 from labgym.scenes.fittings.sweep import curve, hose
@@ -33,7 +33,7 @@ def evaporator_hoses(host: Host) -> Iterator[Installation]:
 
 
 def _on_jacket(item: Item, height: float, side: float = -1.0) -> Vector:
-    x, y = beside(item.box, CONDENSER_X, side * JACKET)
+    x, y = item.box.to_world(CONDENSER_X, side * JACKET)
     return x, y, item.box.z0 + height
 
 
@@ -45,7 +45,7 @@ def _water(host: Host, item: Item) -> Iterator[Part]:
     low = host.asset.size.height + RISE
     face, z = -host.half[1] + DEEP, low + TALL / 2.0
     height = item.asset.size.height
-    middle = beside(item.box, CONDENSER_X, 0.0)[0]
+    middle = item.box.to_world(CONDENSER_X, 0.0)[0]
     if not backing.free((middle - TAPS, middle + TAPS), low, low + TALL):
         return
     for side, level in ((-1.0, height * HEAD + 0.05), (1.0, height - 0.07)):
@@ -70,7 +70,7 @@ def _vacuum(host: Host, item: Item) -> Iterator[Part]:
     reachable = []
     for pump in pumps:
         size = pump.asset.size
-        x, y = beside(pump.box, 0.39 * size.width, 0.15 * size.depth)
+        x, y = pump.box.to_world(0.39 * size.width, 0.15 * size.depth)
         inlet = (x, y, pump.box.z0 + 0.69 * size.height)
         distance = ((x - top[0]) ** 2 + (y - top[1]) ** 2) ** 0.5
         if distance <= PUMP_REACH:

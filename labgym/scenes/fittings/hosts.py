@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from labgym.assets import Asset
 from labgym.assets.shapes import Part
-from labgym.geometry import OrientedBox, rotate, to_local
+from labgym.geometry import OrientedBox, to_local
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Floor
 from labgym.layouts.ground import without
@@ -67,7 +67,7 @@ class Host:
 
     Attributes:
         use: use of the space that it stands in. ceiling: height of that space, meters.
-        items: everything on or in it. backing: the wall behind it, None if there is none.
+        items: everything on or in it. backing: the wall behind it, or None.
     """
 
     placement: Placement
@@ -159,9 +159,3 @@ def overlap(first: OrientedBox, second: OrientedBox) -> bool:
     x0, y0, x1, y1 = first.bounds()
     a0, b0, a1, b1 = second.bounds()
     return x0 < a1 and a0 < x1 and y0 < b1 and b0 < y1 and first.z0 < second.z1 and second.z0 < first.z1
-
-
-def beside(box: OrientedBox, x: float, y: float) -> tuple[float, float]:
-    """Return a point of an item's frame in the frame of its furniture."""
-    dx, dy = rotate(x, y, box.yaw)
-    return box.x + dx, box.y + dy

@@ -156,7 +156,7 @@ def _turrets(host: Host, built_in: Sequence[OrientedBox]) -> Iterator[Supply]:
 def _free_place(
     host: Host, built_in: Sequence[OrientedBox], preferred: float, half: float, taken: list[float]
 ) -> float | None:
-    """The free place on the middle line that is nearest to a preferred one, None if there is none."""
+    """The free place on the middle line that is nearest to a preferred one, or None."""
     width, depth, height = TURRET
     top, reach = host.asset.size.height, half - width / 2.0 - 0.03
     steps = int(2.0 * reach / 0.02)
