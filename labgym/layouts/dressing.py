@@ -31,20 +31,27 @@ SHELF_ITEMS = (2, 5)
 """Least and greatest number of objects drawn for an island and for a shelf."""
 
 
-def dress(layout: Layout, request: Request) -> Layout:
-    """Return the layout with accessories added. Existing objects stay; no violation is added. Deterministic."""
+def dress(layout: Layout, before: Assessment, request: Request) -> tuple[Layout, Assessment]:
+    """Return the layout with accessories added, and its assessment with navigation.
+
+    Existing objects stay; no violation is added. Deterministic.
+
+    Args:
+        before: the assessment of the layout with navigation.
+    """
     protocol, profile = request.protocol, request.profile
     dresser = _Dresser(layout, request, np.random.default_rng([request.seed, len(layout.placements)]))
-    before = evaluate_layout(layout, protocol, profile, navigation=True)
+    after = before
     stages: tuple[Callable[[], None], ...] = (dresser.dress_surfaces, dresser.dress_walls, dresser.dress_floor)
     for stage in stages:
         undressed = dresser.layout
         stage()
-        after = evaluate_layout(dresser.layout, protocol, profile, navigation=True)
+        after = evaluate_layout(dresser.layout, protocol, profile, navigation=True, earlier=after)
         if after.cost > before.cost or after.fitness < before.fitness - 1e-9:
             dresser.layout, dresser.baseline = undressed, before
             stage()
-    return dresser.layout
+            after = evaluate_layout(dresser.layout, protocol, profile, navigation=True, earlier=after)
+    return dresser.layout, after
 
 
 class _Dresser:
@@ -91,7 +98,7 @@ class _Dresser:
             return
         layout = self.layout.replace(placements=(*self.layout.placements, placement))
         if self.baseline is not None:
-            after = evaluate_layout(layout, self.protocol, self.profile, navigation=True)
+            after = evaluate_layout(layout, self.protocol, self.profile, navigation=True, earlier=self.baseline)
             if after.cost > self.baseline.cost or after.fitness < self.baseline.fitness - 1e-9:
                 return
         self.layout = layout

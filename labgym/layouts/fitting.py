@@ -14,7 +14,7 @@ from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS, Profile
 from labgym.layouts.rules.zones import HEADROOM, INTRUSION, front_zone
 from labgym.layouts.stocking import BENCH_MARGIN
-from labgym.layouts.surroundings import BRACKET, building, door_areas, door_openings, inside, wall_poses
+from labgym.layouts.surroundings import BRACKET, Pose, building, door_areas, door_openings, inside, wall_poses
 from labgym.layouts.tabletop import Item, Spot, pack
 from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
@@ -124,14 +124,15 @@ def on_wall(
     top = bottom + asset.size.height
     candidates = wall_poses(layout.floor, asset, top)
     candidates.sort(key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
-    boxes = [OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, bottom, top) for x, y, yaw in candidates]
     doors = door_openings(layout.floor)
     if BRACKET + asset.size.depth > INTRUSION:
         doors += keepouts.areas
     barred = [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones]
     obstacles = [box for box in (*_boxes(layout), *barred) if box.z0 < top + ELBOW and box.z1 > bottom - ELBOW]
-    for some in _batched(boxes, BATCH):
-        for box, is_free in zip(some, _free(some, obstacles), strict=True):
+    barriers = BoxArray.of(obstacles)
+    for some in _batched(candidates, BATCH):
+        boxes = [OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, bottom, top) for x, y, yaw in some]
+        for box, is_free in zip(boxes, _free(boxes, barriers), strict=True):
             if is_free:
                 return _placement(layout, asset, (box.x, box.y, bottom), box.yaw, WALL, None)
     return None
@@ -146,12 +147,13 @@ def on_floor(
         in_front: whether it may stand in a front zone, as a stool does; otherwise its own front must be free too.
     """
     size = asset.size
-    boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in poses]
     barred = [*keepouts.areas, *keepouts.stands, *(() if in_front else keepouts.zones)]
     floor, standing = layout.floor, [*_boxes(layout), *building(layout.floor)]
-    for some in _batched(boxes, BATCH):
-        reach = [box if in_front else front_zone(box, asset.clearance) for box in some]
-        free = zip(some, _free(some, [*standing, *barred]), _free(reach, standing), strict=True)
+    solid, barriers = BoxArray.of(standing), BoxArray.of([*standing, *barred])
+    for some in _batched(list(poses), BATCH):
+        boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in some]
+        reach = [box if in_front else front_zone(box, asset.clearance) for box in boxes]
+        free = zip(boxes, _free(boxes, barriers), _free(reach, solid), strict=True)
         for box, is_free, is_served in free:
             if is_free and is_served and inside(floor, box):
                 return _placement(layout, asset, (box.x, box.y, 0.0), box.yaw, FLOOR, None)
@@ -164,25 +166,25 @@ def along_walls(layout: Layout, asset: Asset, near: tuple[float, float]) -> list
     return sorted(poses, key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
 
 
-def _batched(boxes: Sequence[OrientedBox], size: int) -> Iterator[Sequence[OrientedBox]]:
+def _batched(poses: Sequence[Pose], size: int) -> Iterator[Sequence[Pose]]:
     """Yield consecutive parts of a sequence, at most `size` long."""
-    for start in range(0, len(boxes), size):
-        yield boxes[start : start + size]
+    for start in range(0, len(poses), size):
+        yield poses[start : start + size]
 
 
 def _boxes(layout: Layout) -> list[OrientedBox]:
     return [layout.box(placement.id) for placement in layout.placements]
 
 
-def _free(boxes: Sequence[OrientedBox], obstacles: Sequence[OrientedBox]) -> list[bool]:
+def _free(boxes: Sequence[OrientedBox], obstacles: BoxArray) -> list[bool]:
     """Whether each box keeps the gap to all obstacles."""
-    if not boxes or not obstacles:
+    if not boxes or not len(obstacles):
         return [True] * len(boxes)
     grown = [
         OrientedBox(b.x, b.y, b.width + 2 * ELBOW, b.depth + 2 * ELBOW, b.yaw, b.z0 - ELBOW, b.z1 + ELBOW)
         for b in boxes
     ]
-    hits = pairwise_penetration(BoxArray.of(grown), BoxArray.of(obstacles)) > 0.0
+    hits = pairwise_penetration(BoxArray.of(grown), obstacles) > 0.0
     return [not row.any() for row in hits]
 
 

@@ -18,11 +18,11 @@ from labgym.layouts.holdings import Holdings
 from labgym.layouts.infeasibility import smallest_preset
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance, Room
-from labgym.layouts.optimise import optimise
+from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.propose import ProceduralProposer, Proposer
-from labgym.layouts.refine import refine
+from labgym.layouts.refine import refine_assessed
 from labgym.layouts.request import Request
-from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.sites import resolve_site
@@ -86,10 +86,10 @@ def generate_assessed(request: Request, proposer: Proposer | None = None) -> tup
     """
     proposer = proposer if proposer is not None else default_proposer(request)
     layout = proposer.propose(request)
-    layout = optimise(layout, request.protocol, request.profile)
-    layout = refine(layout, request.protocol, request.profile)
-    layout = dress(layout, request)
-    assessment = _verified(layout, request)
+    layout, assessment = optimise_assessed(layout, request.protocol, request.profile)
+    layout, assessment = refine_assessed(layout, assessment, request.protocol)
+    layout, assessment = dress(layout, assessment, request)
+    _verify(assessment, request)
     options: dict[str, Any] = {"room": request.floor.name, "profile": request.profile.name}
     options |= {"family": request.family} if request.family else {}
     options |= layout.provenance.options
@@ -186,23 +186,21 @@ def _pinned(placement: Placement) -> Placement:
     return placement.model_copy(update={"fixed": True})
 
 
-def _verified(layout: Layout, request: Request) -> Assessment:
-    """Return the assessment of a layout without violations and facility errors that has all that is required.
+def _verify(assessment: Assessment, request: Request) -> None:
+    """Check that a layout has no violation and no facility error, and all that is required.
 
     Raises:
         InfeasibleError: it violates a rule or lacks a required asset.
     """
-    protocol, profile = request.protocol, request.profile
-    assessment = evaluate_layout(layout, protocol, profile, navigation=True)
     problems = [violation.message for violation in assessment.violations.items]
     problems += [issue.message for issue in assessment.errors]
     if assessment.missing:
         problems.append(f"not placed: {', '.join(assessment.missing)}")
     if problems:
-        what = f"the proposed layout of protocol {protocol.id!r} on floor {layout.floor.name!r} could not be repaired"
+        protocol, floor = request.protocol.id, assessment.arrangement.layout.floor.name
+        what = f"the proposed layout of protocol {protocol!r} on floor {floor!r} could not be repaired"
         smallest = smallest_preset(request) if request.style is None else None
         raise InfeasibleError(what, problems, smallest, remedy="try another seed")
-    return assessment
 
 
 def _version(package: str) -> str:

@@ -344,12 +344,24 @@ class Layout(Document):
         catalog = changes.pop("catalog", self._catalog)
         fields = {name: getattr(self, name) for name in type(self).model_fields}
         layout = Layout(**{**fields, **changes}, catalog=catalog)
+        if catalog is self._catalog:
+            layout._take_over(self)
         unchanged = layout.floor == self.floor and layout.protocols == self.protocols
         if unchanged and all(placement.size is None and not placement.fixed for placement in layout.placements):
             layout._version_1 = self._version_1
         elif self._version_1 is not None and "protocols" not in changes:
             _ = self.protocol  # a protocol that is known by its id only would be lost
         return layout
+
+    def _take_over(self, other: Layout) -> None:
+        """Keep what another layout of the same catalog has computed for placements that both have."""
+        for placement in self.placements:
+            name = placement.id
+            if other.by_id.get(name) is placement:
+                if name in other._assets:
+                    self._assets[name] = other._assets[name]
+                if name in other._boxes:
+                    self._boxes[name] = other._boxes[name]
 
     def upgraded(self) -> Layout:
         """Return the layout as version 2, with the library's protocol embedded; version 2 layouts are unchanged.

@@ -31,6 +31,19 @@ def optimise(
 ) -> Layout:
     """Return a layout at least as good, by L' = Adjust(FastRepair(L)) until no update is accepted.
 
+    Arguments and rules as `optimise_assessed`.
+    """
+    return optimise_assessed(layout, protocol, profile, adjuster)[0]
+
+
+def optimise_assessed(
+    layout: Layout,
+    protocol: Protocol | None = None,
+    profile: str | Profile = "default",
+    adjuster: Adjuster | None = None,
+) -> tuple[Layout, Assessment]:
+    """Return a layout at least as good, and its assessment with navigation.
+
     An update is accepted if the cost falls, or stays and the fitness F rises (LabBuilder, algorithm 1). The cost is
     v(L) plus the facility errors: furniture away from its wall, a blocked front or door area, a crowded emergency
     shower, and no way 0.90 m wide to a door. v never exceeds that of the given layout. Fixed objects never move.
@@ -49,18 +62,20 @@ def optimise(
             layout, current = update
         if level == "room" and (current.errors or current.collisions):
             layout, current = _rearrange(layout, current, start.v, protocol)
-    return _with_ways(original, layout, protocol, profile)
+    return _with_ways(original, start, layout, current, protocol)
 
 
-def _with_ways(original: Layout, layout: Layout, protocol: Protocol | None, profile: str | Profile) -> Layout:
+def _with_ways(
+    original: Layout, start: Assessment, layout: Layout, current: Assessment, protocol: Protocol | None
+) -> tuple[Layout, Assessment]:
     """The optimised layout after its ways were cleared too, the original if that has fewer violations."""
-    current = evaluate_layout(layout, protocol, profile, navigation=True)
+    current = current.with_navigation(protocol)
     if current.cost == 0:
-        return layout
-    most = evaluate_layout(original, protocol, profile, navigation=True).v
-    layout, current = _rearrange(layout, current, most, protocol)
-    layout, current = _clear_ways(layout, current, most, protocol)
-    return layout if current.v <= most else original
+        return layout, current
+    start = start.with_navigation(protocol)
+    layout, current = _rearrange(layout, current, start.v, protocol)
+    layout, current = _clear_ways(layout, current, start.v, protocol)
+    return (layout, current) if current.v <= start.v else (original, start)
 
 
 def _update(

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from labgym.geometry import OrientedBox, penetration, wrap_angle
 from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Command, Move, Place, Rotate, apply, may_move
-from labgym.layouts.optimise import optimise
+from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.building import building_of
-from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.navigation import PLANNING_RADIUS, STAND_OFF, Transition, goal_pose
 from labgym.protocols import Protocol
@@ -32,7 +32,12 @@ def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default
     after each accepted update the optimizer repairs what it broke. No update that adds a violation is accepted. Fixed
     objects never move. Deterministic.
     """
-    current = evaluate_layout(layout, protocol, profile, navigation=True)
+    return refine_assessed(layout, evaluate_layout(layout, protocol, profile, navigation=True), protocol)[0]
+
+
+def refine_assessed(layout: Layout, current: Assessment, protocol: Protocol) -> tuple[Layout, Assessment]:
+    """Return the layout of `refine` and its assessment, given the assessment of a layout with navigation."""
+    profile = current.profile
     for _ in range(ITERATIONS):
         failures = [transition for transition in current.transitions or () if not transition.feasible]
         if not failures:
@@ -45,13 +50,12 @@ def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default
         if best_command is None:
             break
         layout = apply(layout, best_command)
-        repaired = optimise(layout, protocol, profile)
-        current = evaluate_layout(repaired, protocol, profile, navigation=True)
+        repaired, current = optimise_assessed(layout, protocol, profile)
         if best.better_than(current):
             current = best
         else:
             layout = repaired
-    return layout
+    return layout, current
 
 
 def _commands(layout: Layout, failures: list[Transition]) -> list[Command]:

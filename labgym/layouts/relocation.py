@@ -74,7 +74,7 @@ def _usable(layout: Layout, placement_id: str, poses: Sequence[Pose], gap: float
     free = ~_hits(grown, solids, 0.0) & ~_hits(boxes, zones, INTRUSION)
     if asset.clearance > 0.0:
         fronts = [front_zone(box, asset.clearance) for box in boxes]
-        inside = np.array([building.covers(front) for front in fronts])
+        inside = building.covers(fronts)
         free &= ~_hits(fronts, [layout.box(other.id) for other in heavy], INTRUSION) & inside
     candidates = [pose for pose, is_free in zip(poses, free, strict=True) if is_free]
     return tuple(_spread(layout, placement_id, candidates, most))

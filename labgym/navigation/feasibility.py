@@ -28,6 +28,8 @@ Method = Literal["grid", "exact"]
 """
 METHODS: tuple[Method, ...] = ("grid", "exact")
 
+Leg = tuple[str, str, Pose | None, Pose | None]
+"""Names of two consecutive locations, and their goal poses; None for a location that is not placed."""
 Failure = Literal["missing", "outside_room", "endpoint_invalid", "unreachable"]
 End = Literal["start", "goal"]
 
@@ -51,6 +53,11 @@ class Transition:
     goal: Pose | None
     failure: Failure | None
     ends: tuple[End, ...] = ()
+
+    @property
+    def leg(self) -> Leg:
+        """The locations and poses that the verdict is on."""
+        return self.start_location, self.goal_location, self.start, self.goal
 
     @property
     def feasible(self) -> bool:
@@ -102,16 +109,21 @@ def transitions(
     """
     protocol = resolve_protocol(plan, protocol)
     space, floor = _free_positions(plan, radius, resolution, method), Barriers.of(plan)
+    return tuple(_judge(floor, space, (here, there), start, goal) for here, there, start, goal in legs(plan, protocol))
+
+
+def legs(plan: FloorPlan, protocol: Protocol) -> list[Leg]:
+    """Return every transition of a protocol but those of zero length."""
     poses: dict[str, Pose | None] = {
         location: location_pose(plan, location) if plan.find(location) is not None else None
         for location in protocol.locations
     }
-    verdicts: list[Transition] = []
-    for here, there in pairwise(protocol.route):
-        start, goal = poses[here], poses[there]
-        if start is None or goal is None or not same_place(start, goal):
-            verdicts.append(_judge(floor, space, (here, there), start, goal))
-    return tuple(verdicts)
+    steps = ((here, there, poses[here], poses[there]) for here, there in pairwise(protocol.route))
+    return [
+        (here, there, start, goal)
+        for here, there, start, goal in steps
+        if start is None or goal is None or not same_place(start, goal)
+    ]
 
 
 class _FreePositions(Interface):

@@ -79,7 +79,7 @@ def test_the_free_depth_in_front_and_the_clear_zones_agree():
             turned = rotate(touched, -solid.yaw, origin=(solid.x, solid.y), use_radians=True)
             assert MANY.ahead(solid) == pytest.approx(max(turned.bounds[1] - solid.y - solid.depth / 2, 0.0), abs=1e-6)
         zone = front_zone(solid, 0.9)
-        assert MANY.covers(zone) == ONE.covers(zone)
+        assert MANY.covers([zone]).tolist() == ONE.covers([zone]).tolist()
         checked += 1
     assert checked > 100
 

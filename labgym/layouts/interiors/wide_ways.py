@@ -6,7 +6,7 @@ The clearance is exact at the points of a lattice, and the margin covers what li
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import cv2
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.ground import Ground
-from labgym.layouts.rules.clearance import lower_to_boxes
+from labgym.layouts.rules.clearance import cells_to, lower_to_boxes
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH
 from labgym.navigation import goal_pose
 
@@ -71,17 +71,17 @@ class WideWays:
         entries = {self._label(labels, row, column) for row, column in self.entries}
         if len(entries) > 1 or 0 in entries:
             return False
-        reached = labels == entries.pop() if entries else labels > 0
-        if not self.places:
-            return True
-        if not reached.any():
-            return False
-        gaps = cv2.distanceTransform((~reached).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * self.step
+        reached = entries or range(1, int(labels.max(initial=0)) + 1)
         return all(
-            self.clearance[row, column] > 0.0
-            and gaps[row, column] - self.radius <= max(niche - self.step, self.step / 2.0)
+            self.clearance[row, column] > 0.0 and self._near(labels, reached, row, column, niche)
             for row, column, niche in self.places
         )
+
+    def _near(self, labels: NDArray[np.int32], reached: Collection[int], row: int, column: int, niche: float) -> bool:
+        """Whether the disc, somewhere in the regions `reached`, covers a point or passes within its niche."""
+        play = max(niche - self.step, self.step / 2.0)
+        cells = cells_to(labels, reached, row, column, (play + self.radius) / self.step + 1.0)
+        return bool(cells * self.step - self.radius <= play)
 
     def _largest_group(self) -> list[tuple[int, int]]:
         """The gates that the empty space joins; in a narrow building it may not join all."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,23 @@ def lower_to_boxes(values: Array, xs: Array, ys: Array, boxes: Iterable[Oriented
         outside = np.hypot(np.maximum(out_x, 0.0), np.maximum(out_y, 0.0))
         distance = outside + np.minimum(np.maximum(out_x, out_y), 0.0)
         values[rows, columns] = np.minimum(values[rows, columns], distance)
+
+
+def cells_to(labels: NDArray[np.integer], wanted: Collection[int], row: int, column: int, reach: float) -> np.float32:
+    """Return the distance from a cell to the nearest cell with one of some labels, in cells.
+
+    Args:
+        labels: label of each cell, (ny, nx).
+        reach: distance in cells up to which the result is exact; beyond, it is greater than `reach`.
+    """
+    if int(labels[row, column]) in wanted:
+        return np.float32(0.0)
+    span = math.ceil(reach)
+    top, left = max(row - span, 0), max(column - span, 0)
+    window = labels[top : row + span + 1, left : column + span + 1]
+    rows, columns = np.nonzero(np.isin(window, list(wanted)))
+    squares = (rows + (top - row)) ** 2 + (columns + (left - column)) ** 2
+    return np.sqrt(np.float32(squares.min())) if len(squares) else np.float32(np.inf)
 
 
 def _window(low: float, high: float, reach: float, step: float) -> slice:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
@@ -19,7 +19,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.model import FLOOR, WALL, Floor, Room
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.building import Building, Entrance, ManyRooms, OneRoom
-from labgym.layouts.rules.clearance import lower_to_boxes
+from labgym.layouts.rules.clearance import cells_to, lower_to_boxes
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH, MOVABLE, PROTRUSION
 from labgym.layouts.rules.zones import HEADROOM
 from labgym.navigation import goal_pose
@@ -81,8 +81,8 @@ def _narrow_ways(
     narrow = []
     for entrance in exits:
         joined = building.joined(entrance.space)
-        gap = field.gap(entrance, radius)
-        missed = [place for place in places if place.space in joined and not place.reached(field, gap)]
+        area = field.area(entrance, radius)
+        missed = [place for place in places if place.space in joined and not area.serves(place)]
         if missed:
             widest = _widest(field, entrance, missed)
             narrow.append(NarrowWay(entrance.label, tuple(place.id for place in missed), widest))
@@ -98,9 +98,6 @@ class _Place:
     x: float
     y: float
     reach: float
-
-    def reached(self, field: _Clearance, gap: Array) -> bool:
-        return bool(gap[field.node(self.x, self.y)] <= self.reach + STEP)
 
 
 def _places(arrangement: Arrangement, width: float) -> list[_Place]:
@@ -130,8 +127,8 @@ def _widest(field: _Clearance, entrance: Entrance, places: Sequence[_Place]) -> 
     low, high = -MARGIN, WIDEST / 2.0
     while high - low > 0.005:
         middle = (low + high) / 2.0
-        gap = field.gap(entrance, middle)
-        if all(place.reached(field, gap) for place in places):
+        area = field.area(entrance, middle)
+        if all(area.serves(place) for place in places):
             low = middle
         else:
             high = middle
@@ -166,17 +163,25 @@ class _Clearance:
             return 0.0
         return float(self.values[self.node(x, y)])
 
-    def gap(self, entrance: Entrance, radius: float) -> Array:
-        """Return the distance to what a disc covers that moves freely from an exit, (ny, nx) meters; inf if nowhere."""
-        free = (self.values >= radius - 1e-9).astype(np.uint8)
-        _, labels = cv2.connectedComponents(free, connectivity=4, ltype=cv2.CV_32S)
+    def area(self, entrance: Entrance, radius: float) -> _Area:
+        """Return where a disc moves freely from an exit."""
+        labels = self._regions(radius)
         rows, columns, entry = self._entry(entrance, radius)
         starts = np.unique(labels[rows, columns][entry])
-        reached = np.isin(labels, starts[starts > 0])
-        if not reached.any():
-            return np.full(self.values.shape, np.inf)
-        distance = cv2.distanceTransform((~reached).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        return np.asarray(np.maximum(distance * STEP - radius, 0.0))
+        return _Area(self, labels, frozenset(starts[starts > 0].tolist()), radius)
+
+    def _regions(self, radius: float) -> NDArray[np.int32]:
+        """Return labels of the regions in which a disc moves freely, (ny, nx), 0 where it does not fit."""
+        if radius not in self._labels:
+            free = (self.values >= radius - 1e-9).astype(np.uint8)
+            _, labels = cv2.connectedComponents(free, connectivity=4, ltype=cv2.CV_32S)
+            self._labels[radius] = np.asarray(labels, dtype=np.int32)
+        return self._labels[radius]
+
+    @cached_property
+    def _labels(self) -> dict[float, NDArray[np.int32]]:
+        """Regions that have been computed, by the radius of the disc."""
+        return {}
 
     def _entry(self, entrance: Entrance, radius: float) -> tuple[slice, slice, NDArray[np.bool_]]:
         """Grid points where the disc has just come in through the exit: rows and columns around it, and which."""
@@ -192,6 +197,22 @@ class _Clearance:
         dy = (y0 + (rows.start + np.arange(height)) * STEP)[:, None] - y
         lateral, inward = dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw)
         return rows, columns, (np.abs(lateral) <= play) & (np.abs(inward - radius) <= 1.5 * STEP)
+
+
+@dataclass(frozen=True)
+class _Area:
+    """Where a disc of a radius moves freely: the cells of a clearance grid with one of some labels."""
+
+    field: _Clearance
+    labels: NDArray[np.int32]
+    inside: frozenset[int]
+    radius: float
+
+    def serves(self, place: _Place) -> bool:
+        """Whether the disc covers a place or comes within its reach."""
+        limit = place.reach + STEP
+        cells = cells_to(self.labels, self.inside, *self.field.node(place.x, place.y), (limit + self.radius) / STEP + 1)
+        return bool(np.maximum(cells * STEP - self.radius, 0.0) <= limit)
 
 
 def _nodes(low: float, high: float) -> Array:

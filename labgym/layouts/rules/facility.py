@@ -6,7 +6,7 @@ A broken rule is an issue. Errors are what the generator and the optimizer never
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from labgym.layouts.rules.thresholds import (
     Profile,
     Severity,
 )
-from labgym.layouts.rules.zones import HEADROOM, front_zone, standing_in
+from labgym.layouts.rules.zones import HEADROOM, front_zone, standing_in, standing_in_front
 from labgym.navigation import PLANNING_RADIUS, goal_pose, occupancy
 from labgym.navigation.grid_search import distance_field
 
@@ -218,14 +218,25 @@ def _with_open_doors(layout: Layout) -> Layout:
 
 def blocked_front(arrangement: Arrangement, row: int, depth: float) -> tuple[float, tuple[str, ...]] | None:
     """Return how much of a depth in front of an object is free, meters, and what blocks it; None if all is free."""
-    box = box_of(arrangement, row)
-    zone = front_zone(box, depth)
-    placement = arrangement.placements[row].id
-    blockers = standing_in(arrangement, zone, ignore=(placement,), space=arrangement.spaces[row])
-    if not blockers and arrangement.building.covers(zone):
-        return None
-    gaps = [distance(box, arrangement.layout.box(blocker)) for blocker in blockers]
-    return min([*gaps, arrangement.building.ahead(box)]), blockers
+    return blocked_fronts(arrangement, [row], [depth])[0]
+
+
+def blocked_fronts(
+    arrangement: Arrangement, rows: Sequence[int], depths: Sequence[float]
+) -> list[tuple[float, tuple[str, ...]] | None]:
+    """Return `blocked_front` for several objects and depths."""
+    boxes = [box_of(arrangement, row) for row in rows]
+    zones = [front_zone(box, depth) for box, depth in zip(boxes, depths, strict=True)]
+    building = arrangement.building
+    standing = standing_in_front(arrangement, list(zip(rows, zones, strict=True)))
+    blocked: list[tuple[float, tuple[str, ...]] | None] = []
+    for box, blockers, covered in zip(boxes, standing, building.covers(zones), strict=True):
+        if not blockers and covered:
+            blocked.append(None)
+            continue
+        gaps = [distance(box, arrangement.layout.box(blocker)) for blocker in blockers]
+        blocked.append((min([*gaps, building.ahead(box)]), blockers))
+    return blocked
 
 
 def back_distance(arrangement: Arrangement, row: int) -> float:
@@ -315,13 +326,17 @@ def _shows_back(other: OrientedBox, box: OrientedBox) -> bool:
 
 def _fronts(arrangement: Arrangement) -> list[FacilityIssue]:
     issues = []
-    for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True)):
-        if placement.support != FLOOR or asset.clearance <= 0.0 or asset.subtype == "seat":
+    assets = arrangement.assets
+    rows = [
+        row
+        for row, placement in enumerate(arrangement.placements)
+        if placement.support == FLOOR and assets[row].clearance > 0.0 and assets[row].subtype != "seat"
+    ]
+    blocked = blocked_fronts(arrangement, rows, [assets[row].clearance for row in rows])
+    for row, front in zip(rows, blocked, strict=True):
+        if front is None:
             continue
-        blocked = blocked_front(arrangement, row, asset.clearance)
-        if blocked is None:
-            continue
-        free, blockers = blocked
+        placement, asset, (free, blockers) = arrangement.placements[row], assets[row], front
         cause = f"move {', '.join(blockers)}" if blockers else "turn it away from the wall"
         message = f"{placement.id} needs {asset.clearance:g} m clear in front but has {free:.2f} m: {cause}"
         ids = (placement.id, *blockers)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from labgym.layouts.model import Layout
@@ -24,7 +24,8 @@ from labgym.layouts.rules.violations import (
     collision_violations,
     navigation_violations,
 )
-from labgym.navigation.feasibility import Transition, transitions
+from labgym.navigation.feasibility import Transition, legs, transitions
+from labgym.navigation.plan import OBSTACLE_HEIGHT
 from labgym.protocols import Protocol
 
 GEOMETRY_WEIGHT = 0.5
@@ -104,9 +105,23 @@ class Assessment:
         They do not count in v(L). Issues that concern fixed objects alone are left out: nothing can be moved.
         """
         egress = egress_issues(self.arrangement) if self.navigation else []
-        issues = (*placing_issues(self.arrangement), *egress)
+        issues = (*self._placing, *egress)
         fixed = {placement.id for placement in self.arrangement.placements if placement.fixed}
         return tuple(issue for issue in issues if issue.severity == "error" and not fixed.issuperset(issue.ids))
+
+    @cached_property
+    def _placing(self) -> tuple[FacilityIssue, ...]:
+        return tuple(placing_issues(self.arrangement))
+
+    def with_navigation(self, protocol: Protocol | None) -> Assessment:
+        """Return the assessment with navigation, as `evaluate_layout(..., navigation=True)`; the rest is kept."""
+        if self.navigation:
+            return self
+        moves = None if protocol is None else _transitions(self.arrangement.layout, protocol, None)
+        assessment = replace(self, transitions=moves, navigation=True)
+        if "_placing" in self.__dict__:
+            assessment.__dict__["_placing"] = self._placing
+        return assessment
 
     @property
     def cost(self) -> int:
@@ -124,7 +139,11 @@ class Assessment:
 
 
 def evaluate_layout(
-    layout: Layout, protocol: Protocol | None = None, profile: str | Profile = "default", navigation: bool = False
+    layout: Layout,
+    protocol: Protocol | None = None,
+    profile: str | Profile = "default",
+    navigation: bool = False,
+    earlier: Assessment | None = None,
 ) -> Assessment:
     """Apply every rule to a layout.
 
@@ -133,6 +152,8 @@ def evaluate_layout(
         protocol: required assets and transitions; None leaves both out.
         profile: name of the thresholds, or a profile.
         navigation: whether to plan the protocol's transitions and check egress, which takes as long as all the rest.
+        earlier: assessment of another state of the layout, whose transitions are taken over if neither floor nor
+            obstacles nor goal poses have changed. It changes no result.
 
     Raises:
         UnknownNameError: the profile, an asset or a support does not exist.
@@ -151,11 +172,18 @@ def evaluate_layout(
         storage=penalised(storage_instances(arrangement), faulty),
         glass=penalised(glass_instances(arrangement, limits), faulty),
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
-        transitions=_transitions(layout, protocol) if navigation and protocol is not None else None,
+        transitions=_transitions(layout, protocol, earlier) if navigation and protocol is not None else None,
         navigation=navigation,
     )
 
 
-def _transitions(layout: Layout, protocol: Protocol) -> tuple[Transition, ...]:
+def _transitions(layout: Layout, protocol: Protocol, earlier: Assessment | None) -> tuple[Transition, ...]:
     """Judge transitions by the grid of touchstone-v1 in a rectangular room, by exact clearance on any other floor."""
+    if earlier is not None and earlier.transitions is not None:
+        other = earlier.arrangement.layout
+        unmoved = other.floor is layout.floor and list(other.obstacles(OBSTACLE_HEIGHT)) == list(
+            layout.obstacles(OBSTACLE_HEIGHT)
+        )
+        if unmoved and legs(layout, protocol) == [move.leg for move in earlier.transitions]:
+            return earlier.transitions
     return transitions(layout, protocol, method="grid" if layout.floor.is_rectangle else "exact")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,19 +75,45 @@ def standing_in(
             from behind a closed door.
         space: index of the space that the zone is in; objects of others do not count. None counts all.
     """
-    skipped = set(ignore)
-    rows = [
-        row
-        for row, placement in enumerate(arrangement.placements)
-        if placement.support in (FLOOR, WALL)
-        and placement.id not in skipped
-        and (loose or arrangement.assets[row].subtype not in LOOSE)
-        and (space is None or arrangement.spaces[row] == space)
-    ]
+    rows = _standing(arrangement, loose)
     if not rows:
         return ()
+    skipped = set(ignore)
     depths = pairwise_penetration(arrangement.take(rows), BoxArray.of([zone]))[:, 0]
-    return tuple(arrangement.placements[rows[k]].id for k in np.flatnonzero(depths > INTRUSION))
+    hits = [rows[k] for k in np.flatnonzero(depths > INTRUSION)]
+    return tuple(
+        arrangement.placements[row].id
+        for row in hits
+        if arrangement.placements[row].id not in skipped and (space is None or arrangement.spaces[row] == space)
+    )
+
+
+def standing_in_front(arrangement: Arrangement, fronts: Sequence[tuple[int, OrientedBox]]) -> list[tuple[str, ...]]:
+    """Return, for each pair of a row and the zone in front of that object, what obstructs the zone.
+
+    As `standing_in` for one zone after the other, without the object itself and without other spaces and loose objects.
+    """
+    rows = _standing(arrangement, loose=False)
+    if not rows or not fronts:
+        return [() for _ in fronts]
+    hits = pairwise_penetration(BoxArray.of([zone for _, zone in fronts]), arrangement.take(rows)) > INTRUSION
+    return [
+        tuple(
+            arrangement.placements[rows[k]].id
+            for k in np.flatnonzero(hit)
+            if rows[k] != row and arrangement.spaces[rows[k]] == arrangement.spaces[row]
+        )
+        for (row, _), hit in zip(fronts, hits, strict=True)
+    ]
+
+
+def _standing(arrangement: Arrangement, loose: bool) -> list[int]:
+    """Return the rows of the floor and wall objects, with or without loose ones."""
+    return [
+        row
+        for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True))
+        if placement.support in (FLOOR, WALL) and (loose or asset.subtype not in LOOSE)
+    ]
 
 
 def in_room(room: Room, zone: OrientedBox) -> bool:

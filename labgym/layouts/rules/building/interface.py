@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -98,8 +99,8 @@ class Building(Protocol):
         """Return the free depth in front of a box up to a wall."""
         ...
 
-    def covers(self, zone: OrientedBox) -> bool:
-        """Whether a zone lies inside the rooms."""
+    def covers(self, zones: Sequence[OrientedBox]) -> NDArray[np.bool_]:
+        """Return which of n zones lie inside the rooms, shape (n,)."""
         ...
 
     def lined(self, footprints: BoxArray, gap: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -180,10 +181,10 @@ class ManyRooms:
         local = np.einsum("nkd,ad->nka", corners - (box.x, box.y), frame)
         return _first_ahead(local, box.width / 2.0, box.depth / 2.0)
 
-    def covers(self, zone: OrientedBox) -> bool:
-        """Whether a zone reaches into no wall, column or open leaf."""
-        outline = _outlines(BoxArray.of([zone]))
-        return bool((pairwise_penetration(outline, self._solids) <= INTRUSION).all())
+    def covers(self, zones: Sequence[OrientedBox]) -> NDArray[np.bool_]:
+        """Return which of n zones reach into no wall, column or open leaf, shape (n,)."""
+        outlines = _outlines(BoxArray.of(zones))
+        return np.asarray((pairwise_penetration(outlines, self._solids) <= INTRUSION).all(axis=1))
 
     def lined(self, footprints: BoxArray, gap: float) -> float:
         """Return the share of points on the faces of walls in rooms before which a footprint is within a gap."""

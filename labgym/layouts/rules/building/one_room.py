@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,9 +87,9 @@ class OneRoom:
             reaches.append(min(along_x, along_y))
         return float(max(min(reaches), 0.0))
 
-    def covers(self, zone: OrientedBox) -> bool:
-        """Whether a zone lies inside the room."""
-        return in_room(self.room, zone)
+    def covers(self, zones: Sequence[OrientedBox]) -> NDArray[np.bool_]:
+        """Return which of n zones lie inside the room, shape (n,)."""
+        return np.array([in_room(self.room, zone) for zone in zones], dtype=np.bool_)
 
     def lined(self, footprints: BoxArray, gap: float) -> float:
         """Return the share of the four sides that footprints line."""
