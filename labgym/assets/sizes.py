@@ -21,6 +21,8 @@ CONTAINER = Bounds(0.03, 0.50)
 CYLINDER = Bounds(0.05, 1.80)
 FLOOR_STANDING = Bounds(0.15, 3.50)
 ON_WALL = Bounds(0.01, 3.50)
+PLACED_ON_FLOOR = 10.0
+"""Greatest side of what a layout places on the floor with a size of its own, meters: rows of units as one object."""
 
 GLASS_CATEGORIES = ("glassware", "ceramic")
 _SLIPS = {
@@ -51,9 +53,15 @@ def bounds_of(kind: Kind, category: str, placing: Placing, gas: bool = False) ->
     return GLASSWARE if category in GLASS_CATEGORIES else BENCH_TOP
 
 
-def size_problem(asset: Asset) -> str | None:
-    """Return why an asset's size is implausible, with the likely unit; None if it is plausible."""
+def size_problem(asset: Asset, on_floor: bool = False) -> str | None:
+    """Return why an asset's size is implausible, with the likely unit; None if it is plausible.
+
+    Args:
+        on_floor: whether it is the size of an object that a layout places on the floor.
+    """
     allowed = bounds(asset)
+    if on_floor:
+        allowed = Bounds(allowed.least, PLACED_ON_FLOOR)
     sides = (asset.size.width, asset.size.depth, asset.size.height)
     if all(allowed.least <= side <= allowed.greatest for side in sides):
         return None

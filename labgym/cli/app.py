@@ -32,6 +32,7 @@ from labgym.cli.arguments import (
 from labgym.cli.assets import assets_app
 from labgym.cli.engineering import compile_, move, outline, view
 from labgym.cli.evaluation import compare, coverage, eval_, report
+from labgym.cli.imports import import_app
 from labgym.cli.layouts import generate
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, findings, written
 from labgym.cli.protocols import protocols_app
@@ -100,6 +101,7 @@ app.command(name="compile")(compile_)
 app.command(view)
 app.command(move)
 app.command(outline)
+app.command(import_app, name="import", help="Read laboratories that other programs wrote.")
 
 
 app.command(name="eval")(eval_)

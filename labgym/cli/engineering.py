@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from labgym.layouts.rules.facility import FacilityIssue
     from labgym.table import Table
 
-FormatName = Literal["mjcf", "usd", "glb", "dxf", "pdf", "svg", "bom", "ros"]
+FormatName = Literal["mjcf", "usd", "glb", "dxf", "pdf", "svg", "bom", "ros", "labbuilder"]
 MAX_LISTED = 20
 """Largest number of new violations that are listed."""
 
@@ -32,13 +32,13 @@ def compile_(
     """Compile a layout into a 3D scene, a drawing, a bill of materials or a robot map.
 
     The formats are mjcf (MuJoCo, the default), usd (OpenUSD with physics, extra usd), glb (glTF for viewers), dxf
-    (drawing for CAD programs, extra cad), pdf and svg (dimensioned plan at scale), bom (bill of materials, CSV), and
-    ros (map.png and map.yaml for map_server).
+    (drawing for CAD programs, extra cad), pdf and svg (dimensioned plan at scale), bom (bill of materials, CSV), ros
+    (map.png and map.yaml for map_server), and labbuilder (scene, sizes and goal pairs in LabBuilder's form).
 
     Args:
         layout: A layout's .json file, or the id of a published layout.
-        out: Folder for mjcf, usd and ros, the file for other formats. For several formats a folder, which receives a
-            subfolder or a file of each.
+        out: Folder for mjcf, usd, ros and labbuilder, the file for other formats. For several formats a folder, which
+            receives a subfolder or a file of each.
         format: Output format; repeat --format for several.
     """
     from labgym.envs.tasks import resolve_layout

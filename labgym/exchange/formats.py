@@ -35,6 +35,7 @@ def formats() -> Mapping[str, Format]:
         "svg": Format(".svg", _plan),
         "bom": Format(".csv", _bill),
         "ros": Format("", _ros),
+        "labbuilder": Format("", _labbuilder),
     }
 
 
@@ -126,3 +127,9 @@ def _ros(layout: Layout, out: Path) -> Path:
     from labgym.exchange.ros_map import write_ros_map
 
     return write_ros_map(layout, out)
+
+
+def _labbuilder(layout: Layout, out: Path) -> Path:
+    from labgym.exchange.labbuilder.writing import write_labbuilder
+
+    return write_labbuilder(layout, out)

@@ -164,9 +164,10 @@ class Layout(Document):
                 asset = self.catalog.get(placement.asset)
             except UnknownNameError as error:
                 raise DocumentError(source, f"{field}.asset", str(error)) from None
-            problem = None if placement.size is None else size_problem(resized(asset, placement.size))
-            if problem is not None:
-                raise DocumentError(source, f"{field}.size", problem)
+            if placement.size is not None:
+                problem = size_problem(resized(asset, placement.size), on_floor=placement.support == FLOOR)
+                if problem is not None:
+                    raise DocumentError(source, f"{field}.size", problem)
         for index, placement in enumerate(self.placements):
             try:
                 self._check_support(placement)
