@@ -21,8 +21,8 @@ CONTAINER = Bounds(0.03, 0.50)
 CYLINDER = Bounds(0.05, 1.80)
 FLOOR_STANDING = Bounds(0.15, 3.50)
 ON_WALL = Bounds(0.01, 3.50)
-PLACED_ON_FLOOR = 10.0
-"""Greatest side of what a layout places on the floor with a size of its own, meters: rows of units as one object."""
+PLACED_ON_FLOOR = 5.0
+"""Greatest side of an object on the floor whose size the layout states, meters: a row of units may be one object."""
 
 GLASS_CATEGORIES = ("glassware", "ceramic")
 _SLIPS = {

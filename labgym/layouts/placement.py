@@ -26,7 +26,7 @@ class Placement(Record):
         slot: index of the support's surface (a cabinet's shelf), None on floor and wall.
         fixed: whether repair and optimization must leave the object where it is.
         size: width, depth and height in meters in place of the catalog's; surfaces and cavity are scaled with it
-            along each axis, and must stay within the bounds of the asset's category (up to 10 m on the floor).
+            along each axis, and must stay within the bounds of the asset's category (up to 5 m on the floor).
     """
 
     id: Identifier

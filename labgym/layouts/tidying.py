@@ -28,7 +28,7 @@ def tidied(layout: Layout, protocol: Protocol | None) -> Layout:
 
 def hanging_place(layout: Layout, placement_id: str, protocol: Protocol | None = None) -> Place | None:
     """Return the free place on a wall that is nearest to a wall-mounted object, or None if the walls are full."""
-    return _place(_without(layout, placement_id), layout.placement(placement_id), Keepouts.of(layout, protocol))
+    return _place(layout, placement_id, Keepouts.of(layout, protocol))
 
 
 def _is_accessory(layout: Layout, placement: Placement) -> bool:
@@ -44,7 +44,7 @@ def _out_of_the_way(layout: Layout, placement: Placement, keepouts: Keepouts) ->
         barred += keepouts.zones
     if not _reaches(box, others, PENETRATION) and not _reaches(box, barred, INTRUSION):
         return layout
-    place = _place(_without(layout, placement.id), placement, keepouts)
+    place = _place(layout, placement.id, keepouts)
     return layout if place is None else apply(layout, place)
 
 
@@ -55,10 +55,11 @@ def _reaches(box: OrientedBox, others: Sequence[OrientedBox], depth: float) -> b
     return bool((pairwise_penetration(BoxArray.of([box]), BoxArray.of(others)) > depth).any())
 
 
-def _place(rest: Layout, placement: Placement, keepouts: Keepouts) -> Place | None:
+def _place(layout: Layout, placement_id: str, keepouts: Keepouts) -> Place | None:
     """The free place nearest to a placement, in the layout without it."""
+    placement, asset = layout.placement(placement_id), layout.asset(placement_id)
+    rest = _without(layout, placement_id)
     near, height = (placement.position[0], placement.position[1]), placement.position[2]
-    asset = rest.catalog.get(placement.asset)
     if placement.support == WALL:
         target = on_wall(rest, asset, keepouts, near, height)
     else:

@@ -13,7 +13,9 @@ from labgym.geometry import wrap_angle
 
 WALL_THICKNESS = 0.2
 DIGITS = 9
-"""Decimals of positions and angles: a millionth of a millimeter."""
+"""Decimals of positions in meters and of headings in radians."""
+DEGREE_DIGITS = 7
+"""Decimals of angles in degrees: 2e-9 rad."""
 
 Position = tuple[float, float, float]
 
@@ -30,12 +32,12 @@ def to_scene(x: float, y: float, z: float) -> Position:
 
 def to_radians(degrees: float) -> float:
     """Return an angle in (-pi, pi]."""
-    return wrap_angle(math.radians(round(degrees % 360.0, DIGITS)))
+    return wrap_angle(math.radians(round(degrees % 360.0, DEGREE_DIGITS)))
 
 
 def to_degrees(yaw: float) -> float:
     """Return an angle in [0, 360)."""
-    return round(math.degrees(yaw) % 360.0, DIGITS) % 360.0
+    return round(math.degrees(yaw) % 360.0, DEGREE_DIGITS) % 360.0
 
 
 def heading(yaw: float) -> float:

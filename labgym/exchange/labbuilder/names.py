@@ -15,6 +15,7 @@ EQUIVALENTS: Mapping[str, tuple[str, str]] = {
     "CryogenicCabinet": ("UltraLowFreezer", "upright freezer of about the same size"),
     "GrahamCondenser": ("RefluxCondenser", "condenser with a coil; Graham is one of its forms"),
     "GravityChromatographyColumn": ("ChromatographyColumn", "the same column without pressure"),
+    "GasChromatographyMassSpectrometer": ("GCMS", "the same instrument"),
     "InfraredSpectrophotometer": ("FTIRSpectrometer", "infrared spectrometer for the bench"),
     "ChloroperbenzoicAcid": ("MetaChloroperbenzoicAcid", "the isomer that is sold as a reagent"),
 }

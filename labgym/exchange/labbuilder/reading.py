@@ -17,7 +17,7 @@ from labgym.exchange.labbuilder.frame import WALL_THICKNESS, to_radians, to_room
 from labgym.exchange.labbuilder.names import Meaning, kind_of, meaning, unique_ids
 from labgym.exchange.labbuilder.scene import RoomSize, Scene, SceneObject, key, read_scene
 from labgym.exchange.labbuilder.sizes import SIZES_FILE, AssetSize, read_sizes
-from labgym.exchange.labbuilder.supports import Body, support_of
+from labgym.exchange.labbuilder.supports import Bodies, Body, support_of
 from labgym.layouts import Layout
 from labgym.layouts.floor import Door, Floor, Room
 from labgym.layouts.placement import Placement, resized
@@ -191,14 +191,14 @@ def _unknown(
 
 
 def _renamed(names: Sequence[str]) -> list[str]:
-    counts = {name: names.count(name) for name in dict.fromkeys(names)}
-    ids = dict(zip(unique_ids(names), names, strict=True))
-    notes = []
-    for name, count in counts.items():
-        if count > 1:
-            own = [placement_id for placement_id, of in ids.items() if of == name]
-            notes.append(f"{count} objects are called {name}: renamed {own[0]} to {own[-1]}")
-    return notes
+    ids: dict[str, list[str]] = {}
+    for name, placement_id in zip(names, unique_ids(names), strict=True):
+        ids.setdefault(name, []).append(placement_id)
+    return [
+        f"{len(own)} objects are called {name}: renamed {own[0]} to {own[-1]}"
+        for name, own in ids.items()
+        if len(own) > 1
+    ]
 
 
 def _mapped(meanings: Mapping[str, Meaning | None]) -> list[str]:
@@ -226,9 +226,9 @@ def _size_note(bodies: Sequence[Body], source: Path | None) -> str:
 
 
 def _supported(bodies: Sequence[Body], locations: Sequence[str]) -> tuple[tuple[Placement, ...], list[str]]:
-    placements, notes = [], []
+    placements, notes, index = [], [], Bodies(bodies)
     for body, location in zip(bodies, locations, strict=True):
-        support = support_of(body, location, bodies)
+        support = support_of(body, location, index)
         placements.append(body.placement.model_copy(update={"support": support.id, "slot": support.slot}))
         if support.note:
             notes.append(f"{body.placement.id}: {support.note}")

@@ -30,7 +30,25 @@ class Support:
     note: str = ""
 
 
-def support_of(item: Body, location: str, bodies: Sequence[Body]) -> Support:
+class Bodies:
+    """The objects of a scene, by id and by what a location may call them."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        self._by_id = {body.placement.id: body for body in bodies}
+        self._by_key: dict[str, list[Body]] = {}
+        self._by_name: dict[str, list[Body]] = {}
+        for body in bodies:
+            self._by_key.setdefault(key(body.placement.id), []).append(body)
+            self._by_name.setdefault(key(body.name), []).append(body)
+
+    def named(self, location: str) -> Sequence[Body]:
+        """Return the objects that a location names: by id, else by their names without case and underscores."""
+        if location in self._by_id:
+            return [self._by_id[location]]
+        return self._by_key.get(key(location)) or self._by_name.get(key(location), [])
+
+
+def support_of(item: Body, location: str, bodies: Bodies) -> Support:
     """Return what carries an object: of the objects that the location names the nearest, its surface nearest in height.
 
     An object whose location names nothing that can carry it is taken as on the floor, at its height.
@@ -39,7 +57,7 @@ def support_of(item: Body, location: str, bodies: Sequence[Body]) -> Support:
         return Support(FLOOR, note=_hovering(item))
     if key(location) == WALL:
         return Support(WALL)
-    carriers = _named(location, bodies)
+    carriers = bodies.named(location)
     able = [body for body in carriers if body.asset.surfaces and body is not item]
     if not able:
         problem = f"{carriers[0].asset.name} has no surface" if carriers else "no object has that name"
@@ -49,16 +67,6 @@ def support_of(item: Body, location: str, bodies: Sequence[Body]) -> Support:
     bottom = item.placement.position[2]
     slot = min(range(len(heights)), key=lambda index: (abs(heights[index] - bottom), index))
     return Support(carrier.placement.id, slot)
-
-
-def _named(location: str, bodies: Sequence[Body]) -> list[Body]:
-    """Return the objects that a location names: by id, else by their names without case and underscores."""
-    exact = [body for body in bodies if body.placement.id == location]
-    if exact:
-        return exact
-    wanted = key(location)
-    ids = [body for body in bodies if key(body.placement.id) == wanted]
-    return ids or [body for body in bodies if key(body.name) == wanted]
 
 
 def _distance(item: Body, carrier: Body) -> tuple[float, float]:

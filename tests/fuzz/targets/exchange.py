@@ -1,4 +1,4 @@
-"""Files of engineers: DXF drawings, ROS maps and inventories."""
+"""Files of other programs: DXF drawings, ROS maps, inventories and LabBuilder scenes."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from fuzz.mutation import mutated_bytes, mutated_file
 from fuzz.target import Case, Target
 from labgym.exchange.formats import compile_layout, read_floor
 from labgym.exchange.inventory import read_inventory
+from labgym.exchange.labbuilder.reading import read_labbuilder
 from labgym.layouts import load_published, published
 
 TABLE = 'asset,count,note\nrotovap,2,"room 3, left"\nRotaryEvaporator,1,\nMagneticStirrer,,old\n烧杯,4,\n'
@@ -25,6 +26,29 @@ def targets() -> Iterator[Target]:
     yield Target("ros map description", partial(_ros, True), partial(_read_floor, "map.yaml"), ("yaml",), share=0.5)
     yield Target("ros map image", partial(_ros, False), partial(_read_floor, "map.yaml"), ("yaml",), share=0.5)
     yield Target("inventory csv", lambda: _inventory, lambda folder: read_inventory(folder / "a.csv"), share=0.5)
+    yield Target("labbuilder scene", _scene, _read_scene, share=0.5)
+
+
+def _read_scene(folder: Path) -> None:
+    read_labbuilder(folder / "scene.json", skip_unknown=True)
+
+
+def _scene() -> Callable[[Random | None], Case]:
+    """Return the maker of scenes of a few benches and what stands on them, with their sizes; one file is damaged."""
+    layout = load_published("val", published("val")[0]).upgraded()
+    benches = [each for each in layout.placements if "Bench" in each.asset][:3]
+    loads = [child for bench in benches for child in layout.children(bench.id)]
+    with TemporaryDirectory() as place:
+        scene = compile_layout(layout.replace(placements=(*benches, *loads)), Path(place) / "out", ["labbuilder"])[0]
+        files = {path.name: path.read_bytes() for path in (scene, scene.with_name("asset_bboxes.json"))}
+
+    def make(rng: Random | None) -> Case:
+        if rng is None:
+            return files
+        name = rng.choice(sorted(files))
+        return {**files, name: mutated_file(rng, files[name].decode())}
+
+    return make
 
 
 def _read_floor(name: str, folder: Path) -> None:
