@@ -1,4 +1,4 @@
-"""What carries each object of a LabBuilder scene."""
+"""Supports of the objects of a LabBuilder scene."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Support:
-    """What carries an object: `floor`, `wall` or an id with the index of its surface; a note on what was assumed."""
+    """Support of an object: `floor`, `wall` or an id with the index of its surface; a note on what was assumed."""
 
     id: str
     slot: int | None = None
