@@ -34,6 +34,7 @@ def generate(
     only_have: bool = False,
     extra: bool = False,
     fixed: OptionalPath = None,
+    clutter: int = 0,
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
 
@@ -63,10 +64,12 @@ def generate(
             and safety require beyond it is listed as to buy, and other furniture is not added.
         only_have: With --have, refuse a laboratory for which something must be bought.
         extra: With --have, also add furniture that neither exists nor is required.
+        clutter: Level of loose objects, such as trolleys, cartons and stools pulled out: 0 (none), 1 (tidy), 2 (busy)
+            or 3 (crowded). Every goal stays reachable.
     """
     if count is None:
         holdings = _holdings(have, only_have, extra)
-        return _generate_one(protocol, seed, room, family, profile, out or Path(), explain, holdings, fixed)
+        return _generate_one(protocol, seed, room, family, profile, out or Path(), explain, holdings, fixed, clutter)
     from labgym.layouts.batch import generate_batch
 
     if explain:
@@ -88,6 +91,7 @@ def generate(
         executor=execution.options(),
         fresh=fresh,
         family=family,
+        clutter=clutter,
     )
     written(out)
     print(batch.summary)
@@ -104,6 +108,7 @@ def _generate_one(
     explain: bool,
     holdings: Holdings | None,
     fixed: Path | None,
+    clutter: int,
 ) -> int:
     from labgym import layouts
     from labgym.exchange.fixed import read_fixed
@@ -113,7 +118,7 @@ def _generate_one(
     pieces = () if fixed is None else read_fixed(fixed, catalog)
     request: dict[str, Any] = {"seed": seed, "room": place, "profile": profile, "floor": floor, "family": family}
     request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}
-    layout = layouts.generate(resolved, **request)
+    layout = layouts.generate(resolved, **request, clutter=clutter)
     options = layout.provenance.options
     if options.get("note"):
         print(f"note: {options['furnishing']} furnishing only: {options['note']}", file=sys.stderr)

@@ -56,6 +56,7 @@ class BatchRow(Record):
         objects: number of placements.
         fitness: F in [0, 1], rounded to six decimals.
         furnishing: full, reduced or required.
+        clutter: level of loose objects.
         infeasible: why no layout was generated; null if one was.
         proven: whether the room cannot hold the protocol; false if the search stopped at its effort limit.
     """
@@ -69,6 +70,7 @@ class BatchRow(Record):
     objects: int | None = None
     fitness: float | None = None
     furnishing: str | None = None
+    clutter: int | None = None
     infeasible: str | None = None
     proven: bool | None = None
 
@@ -107,6 +109,7 @@ def generate_batch(
     fresh: bool = False,
     progress: bool = True,
     family: str | None = None,
+    clutter: int = 0,
 ) -> Batch:
     """Generate `count` layouts of each protocol, with the seeds from `seed` on, and write them into a folder.
 
@@ -124,17 +127,19 @@ def generate_batch(
         fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
         family: name of a family of floors, in place of a room; each seed draws a floor.
+        clutter: level of loose objects, 0 to 3.
 
     Raises:
         UnknownNameError: no such protocol, room preset, family or profile.
-        OptionError: a count, seed or shard size out of range, a protocol named twice, or the folder holds something
-            else or is in use.
+        OptionError: a count, seed, level of clutter or shard size out of range, a protocol named twice, or the folder
+            holds something else or is in use.
         LabgymError: workers died, or have another version of labgym or another catalog.
     """
     _check_range("count", count, MAX_COUNT)
     _check_range("shard", shard, PER_FOLDER)
     requests = [
-        resolve_request(protocol, seed, room, profile, catalog, (), family=family) for protocol in _resolved(protocols)
+        resolve_request(protocol, seed, room, profile, catalog, (), family=family, clutter=clutter)
+        for protocol in _resolved(protocols)
     ]
     _check(requests, count)
     shards = tuple(_shards(requests, count, shard))
@@ -259,6 +264,7 @@ def _identity(requests: list[Request], count: int, shard: int) -> RunIdentity:
         catalog=first.catalog.digest,
         generator=GENERATOR,
         shard=shard,
+        **({"clutter": first.clutter} if first.clutter else {}),
     )
 
 
@@ -317,6 +323,7 @@ def _generated(request: Request, position: int) -> tuple[BatchRow, bytes]:
         objects=len(layout.placements),
         fitness=round(assessment.fitness, FITNESS_DIGITS),
         furnishing=layout.provenance.options["furnishing"],
+        clutter=request.clutter,
     )
     return row, json_bytes(layout.to_json())
 

@@ -7,9 +7,12 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import labgym
 from labgym.assets import Catalog
 from labgym.errors import InfeasibleError, OptionError
+from labgym.layouts.clutter import add_clutter, check_level
 from labgym.layouts.combination import combination
 from labgym.layouts.dressing import dress
 from labgym.layouts.floor import Floor
@@ -22,7 +25,7 @@ from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.propose import ProceduralProposer, Proposer
 from labgym.layouts.refine import refine_assessed
 from labgym.layouts.request import Request
-from labgym.layouts.rules.objective import Assessment
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.sites import resolve_site
@@ -33,6 +36,8 @@ GENERATOR = 2
 """Version of the generator of single rooms. It rises whenever the same arguments give another layout."""
 FURNISHER = 1
 """The same of what furnishes floors space by space."""
+CLUTTER_STREAM = 0xC1
+"""Sub-stream of the seed from which clutter is drawn."""
 MAX_SEED = 2**53 - 1
 
 
@@ -47,6 +52,7 @@ def generate(
     floor: Floor | str | Path | None = None,
     family: str | None = None,
     holdings: Holdings | None = None,
+    clutter: int = 0,
 ) -> Layout:
     """Return a laboratory for one or more protocols: proposed, optimized, refined for navigation, and dressed.
 
@@ -66,15 +72,17 @@ def generate(
         family: name of a family of floors, of which the seed draws one, in place of a room.
         holdings: what exists. It is used first, and what may be bought besides is limited. A room is then furnished
             space by space, too.
+        clutter: level of loose objects, which are added last: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded). The other
+            objects are the same at every level.
 
     Raises:
         UnknownNameError: no such protocol, room preset, family or profile.
-        OptionError: a seed out of range, not a room, more than one of room, floor and family, or a fixed object that
-            does not stand on the floor or a wall.
+        OptionError: a seed or a level of clutter out of range, not a room, more than one of room, floor and family, or
+            a fixed object that does not stand on the floor or a wall.
         InfeasibleError: the room cannot hold the protocols; names the conflicts and the smallest preset that fits.
         SearchLimitError: the search ended at its effort limit without a layout; one may exist.
     """
-    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings)
+    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, clutter)
     return generate_assessed(request, proposer)[0]
 
 
@@ -88,12 +96,15 @@ def generate_assessed(request: Request, proposer: Proposer | None = None) -> tup
     layout = proposer.propose(request)
     layout, assessment = optimise_assessed(layout, request.protocol, request.profile)
     layout, assessment = refine_assessed(layout, assessment, request.protocol)
-    layout, assessment = dress(layout, assessment, request)
+    tidy, assessment = dress(layout, assessment, request)
+    layout = add_clutter(tidy, request.clutter, np.random.default_rng([request.seed, CLUTTER_STREAM]))
+    if request.clutter:
+        assessment = evaluate_layout(layout, request.protocol, request.profile, navigation=True, earlier=assessment)
     _verify(assessment, request)
     options: dict[str, Any] = {"room": request.floor.name, "profile": request.profile.name}
     options |= {"family": request.family} if request.family else {}
     options |= layout.provenance.options
-    options |= {"inventory": _accounts(layout, request.holdings)} if request.holdings is not None else {}
+    options |= {"inventory": _accounts(tidy, request.holdings)} if request.holdings is not None else {}
     version = {"generator": str(GENERATOR)} if request.style is None else {"furnisher": str(FURNISHER)}
     provenance = Provenance(
         generator=type(proposer).__name__,
@@ -130,7 +141,7 @@ def reasons(
 ) -> dict[str, str]:
     """Return why each object of a generated layout is there, by placement id.
 
-    Takes the arguments of `generate`. Accessories, which no protocol requires, are not listed.
+    Takes the arguments of `generate`. Accessories and clutter, which no protocol requires, are not listed.
 
     Raises:
         UnknownNameError, OptionError, InfeasibleError: as `generate`.
@@ -149,6 +160,7 @@ def resolve_request(
     floor: Floor | str | Path | None = None,
     family: str | None = None,
     holdings: Holdings | None = None,
+    clutter: int = 0,
 ) -> Request:
     """Return the request that the arguments of `generate` describe.
 
@@ -157,6 +169,7 @@ def resolve_request(
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
         raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
+    check_level(clutter)
     several = [protocol] if isinstance(protocol, (Protocol, str, Path)) else list(protocol)
     resolved = tuple(resolve_protocol(one) for one in several)
     catalog = catalog if catalog is not None else Catalog.load()
@@ -174,6 +187,7 @@ def resolve_request(
         style=site.style,
         family=family or "",
         holdings=None if holdings is None else holdings.including(placement.asset for placement in pinned),
+        clutter=clutter,
     )
 
 

@@ -28,6 +28,7 @@ class Request:
             walls have roles.
         family: name of the family that the floor is of; empty for other floors.
         holdings: what exists; None if nothing is known about it.
+        clutter: level of loose objects, 0 to 3.
     """
 
     protocol: Protocol
@@ -41,6 +42,7 @@ class Request:
     style: Style | None = None
     family: str = ""
     holdings: Holdings | None = None
+    clutter: int = 0
 
     @property
     def room(self) -> Room:

@@ -113,6 +113,7 @@ def test_an_empty_folder_and_an_unfinished_batch_are_refused(tmp_path: Path) -> 
         (("sub_01", "--count", "2", "--explain", "--out", "x"), "--explain"),
         (("sub_01", "--count", "2", "--seed", str(2**53 - 1), "--out", "x"), "last seed"),
         (("sub_01", "--count", "2", "--workers", "0", "--out", "x"), "workers is 0"),
+        (("sub_01", "--count", "2", "--clutter", "4", "--out", "x"), "0 to 3"),
     ],
 )
 def test_bad_arguments_are_one_line(words, message, capsys, tmp_path, monkeypatch) -> None:
@@ -122,6 +123,19 @@ def test_bad_arguments_are_one_line(words, message, capsys, tmp_path, monkeypatc
     assert message in errors
     assert len(errors.splitlines()) == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_the_level_of_clutter_is_in_the_rows_and_in_the_identity(batch: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "used"
+    assert (
+        main(["generate", "sub_01", "--count", "1", "--room", "bay_small", "--clutter", "2", "--out", str(folder)]) == 0
+    )
+    row = next(read_rows(folder))
+    assert row.clutter == 2
+    assert row.hash == generate("sub_01", 0, "bay_small", clutter=2).hash
+    assert next(read_rows(batch)).clutter == 0
+    with pytest.raises(OptionError, match=r"clutter.*--fresh"):
+        generate_batch(["sub_01"], 1, folder, room="bay_small", clutter=1, progress=False)
 
 
 def test_another_seed_needs_another_folder(batch: Path) -> None:

@@ -11,7 +11,7 @@ import shapely
 from shapely.geometry import Point, Polygon
 
 from labgym.errors import OptionError
-from labgym.layouts import Layout, Placement, load_published, published
+from labgym.layouts import Layout, Placement, generate, load_published, published
 from labgym.layouts.clutter import LEVELS, add_clutter
 from labgym.layouts.floors import draw_floor
 from labgym.layouts.rules.objective import evaluate_layout
@@ -166,3 +166,19 @@ def test_crowded_floors_have_necks_that_bare_ones_do_not():
         gaps = [box.distance(others) for box in boxes]
         narrower += any(0.6 <= gap < 0.9 for gap in gaps)
     assert narrower >= 2
+
+
+@pytest.mark.parametrize("site", [{"room": "bay"}, {"family": "ell"}])
+def test_generate_adds_clutter_last_and_its_provenance_makes_the_layout_again(site):
+    bare, used = (generate("sub_01", 3, **site, clutter=level) for level in (0, 3))
+    assert generate("sub_01", 3, **site).hash == bare.hash
+    assert "clutter" not in bare.provenance.options
+    assert used.placements[: len(bare.placements)] == bare.placements
+    assert len(used.placements) > len(bare.placements)
+    made = used.provenance
+    assert generate(used.protocols, made.seed, **site, clutter=made.options["clutter"]).hash == used.hash
+
+
+def test_generate_refuses_other_levels():
+    with pytest.raises(OptionError, match="0 to 3"):
+        generate("sub_01", clutter=4)

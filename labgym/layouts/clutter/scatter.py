@@ -49,8 +49,7 @@ def add_clutter(layout: Layout, level: int, generator: np.random.Generator) -> L
     Raises:
         OptionError: the level is not 0 to 3.
     """
-    if isinstance(level, bool) or level not in LEVELS:
-        raise OptionError(f"level of clutter must be 0 to {LEVELS[-1]}, got {level!r}")
+    check_level(level)
     if level == 0:
         return layout
     rooms = [space for space in layout.floor.spaces if space.use != "corridor"]
@@ -63,6 +62,16 @@ def add_clutter(layout: Layout, level: int, generator: np.random.Generator) -> L
     options = {**layout.provenance.options, "clutter": level}
     provenance = layout.provenance.model_copy(update={"options": options})
     return layout.replace(placements=(*layout.placements, *scatter.added), provenance=provenance)
+
+
+def check_level(level: int) -> None:
+    """Check a level of clutter.
+
+    Raises:
+        OptionError: it is not 0 to 3.
+    """
+    if isinstance(level, bool) or not isinstance(level, int) or level not in LEVELS:
+        raise OptionError(f"level of clutter must be 0 to {LEVELS[-1]}, got {level!r}")
 
 
 class _Scatter:
