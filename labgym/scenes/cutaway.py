@@ -14,7 +14,7 @@ from labgym.layouts.model import WALL
 from labgym.navigation.clearance import Obstacles
 from labgym.scenes.floor_covering import spaces_at
 from labgym.scenes.rectangle import nearest_wall, walls_between
-from labgym.scenes.wall_faces import upper, wall_name
+from labgym.scenes.wall_faces import column_name, upper, wall_name
 
 BEHIND = 0.03
 """Distance from the face of a wall at which a space behind it is looked up, meters."""
@@ -29,8 +29,8 @@ Point = tuple[float, float, float]
 def hidden_walls(floor: Floor, position: Point) -> tuple[str, ...]:
     """Return the walls, or their upper parts, that hide a space from a camera outside of the floor; none inside.
 
-    Of a rectangular room, the walls between the camera and the room. Of any other floor, the upper parts of the walls
-    with a space on their far side.
+    Of a rectangular room, the walls between the camera and the room. Of any other floor, the upper parts of all columns
+    and of the walls with a space on their far side.
     """
     x, y, _ = position
     if floor.is_rectangle:
@@ -38,7 +38,7 @@ def hidden_walls(floor: Floor, position: Point) -> tuple[str, ...]:
     x0, y0, x1, y1 = floor.bounds
     if x0 <= x <= x1 and y0 <= y <= y1:
         return ()
-    return near_walls(floor, x, y)
+    return (*near_walls(floor, x, y), *(upper(column_name(k)) for k in range(len(floor.columns))))
 
 
 def near_walls(floor: Floor, x: float, y: float) -> tuple[str, ...]:

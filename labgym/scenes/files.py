@@ -18,7 +18,9 @@ from labgym.assets.shapes import MATERIALS
 from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.layouts import Layout, Placement
+from labgym.layouts.floor import Finishes
 from labgym.scenes.building import building_patches, floor_patches
+from labgym.scenes.finishes import finishes_at
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh
@@ -75,11 +77,13 @@ def write_glb(layout: Layout, path: str | Path) -> Path:
     for patch in (*floor_patches(layout.floor), *building_patches(layout.floor), *added):
         mesh = _painted(patch.vertices, patch.faces, patch.material)
         scene.add_geometry(mesh, node_name=patch.name, geom_name=patch.name, transform=up)
-    names: dict[Asset, str] = {}
+    names: dict[tuple[Asset, Finishes], str] = {}
     for placement in layout.placements:
         asset = drawn_asset(layout, placement.id)
-        local, pose = asset_mesh(asset), up @ _pose(placement)
-        asset_name = names.setdefault(asset, asset.name if asset.name not in names.values() else placement.id)
+        finishes = finishes_at(layout.floor, *placement.position[:2])
+        local, pose = asset_mesh(asset, finishes), up @ _pose(placement)
+        asset_name = asset.name if asset.name not in names.values() else placement.id
+        asset_name = names.setdefault((asset, finishes), asset_name)
         for index in np.unique(local.material):
             material, faces = MATERIAL_NAMES[index], local.faces[local.material == index]
             name = f"{asset_name}/{material}"

@@ -1,7 +1,8 @@
-"""Materials of the finishes of a space, and which wall has the accent color."""
+"""Materials of the finishes of a space and of its furniture, and which wall has the accent color."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,8 +31,41 @@ ACCENTS = {
     "brick": "accent_brick",
     "graphite": "accent_graphite",
 }
+WORKTOPS = {
+    "white": "epoxy_white",
+    "gray": "worktop_gray",
+    "black": "epoxy_black",
+    "sand": "worktop_sand",
+    "slate": "worktop_slate",
+}
+FRONTS = {
+    "white": "laminate_white",
+    "oak": "front_oak",
+    "blue": "front_blue",
+    "gray": "front_gray",
+    "walnut": "front_walnut",
+    "mint": "front_mint",
+}
+EDGES = {
+    "white": "edge_blue",
+    "oak": "edge_gray",
+    "blue": "edge_gray",
+    "gray": "edge_teal",
+    "walnut": "edge_brown",
+    "mint": "edge_green",
+}
+"""Material of the edges of worktops and shelves by the finish of the fronts."""
+DOORS = {
+    "gray": "door_leaf",
+    "white": "door_white",
+    "oak": "door_oak",
+    "walnut": "door_walnut",
+    "green": "door_green",
+}
 JOINTS = {"floor_vinyl": 0.6, "floor_tile": 0.3}
 """Side of the tiles of floor coverings that have joints, meters."""
+TURNS = {"opposite": 0.0, "left": math.pi / 2.0, "door": math.pi, "right": -math.pi / 2.0}
+"""Angle from the direction into a space through its main door to that of the accent wall, radians."""
 PLAIN = WALLS["white"]
 """Material of the faces of walls that no space lies in front of."""
 OPPOSITE = 0.9
@@ -52,12 +86,32 @@ def paint(finishes: Finishes, accent: bool) -> str:
     return ACCENTS[finishes.accent] if accent and finishes.accent else WALLS[finishes.walls]
 
 
+def palette(finishes: Finishes) -> dict[str, str]:
+    """Return the materials of furniture and doors that the finishes of a space replace, each with its replacement."""
+    replaced = {
+        "epoxy_white": WORKTOPS[finishes.worktop],
+        "laminate_white": FRONTS[finishes.fronts],
+        "edge_blue": EDGES[finishes.fronts],
+        "door_leaf": DOORS[finishes.doors],
+    }
+    return {name: other for name, other in replaced.items() if other != name}
+
+
+def finishes_at(floor: Floor, x: float, y: float) -> Finishes:
+    """Return the finishes of the space at a point, or of the first space if the point is in no space."""
+    first = floor.spaces[0].finishes
+    if all(space.finishes == first for space in floor.spaces):
+        return first
+    space = floor.space_at(x, y)
+    return first if space is None else space.finishes
+
+
 @dataclass(frozen=True)
 class EndWall:
-    """The end of a space opposite its main door.
+    """The end of a space that has the accent color.
 
     Attributes:
-        direction: unit vector from the door into the space. distance: of the end along it, meters from the origin.
+        direction: unit vector towards the end. distance: of the end along it, meters from the origin.
     """
 
     direction: tuple[float, float]
@@ -72,11 +126,14 @@ class EndWall:
 
 
 def end_wall(floor: Floor, space: Space) -> EndWall | None:
-    """Return the end of a space opposite its main door: its first exit, or else its first doorway; None without one."""
+    """Return the end of a space that has the accent color; None for a space without a door.
+
+    It is the end opposite the main door, or another if the finishes name one.
+    """
     door = main_door(floor, space)
     if door is None:
         return None
-    yaw = door.side(space.id)[2]
+    yaw = door.side(space.id)[2] + TURNS[space.finishes.accent_wall]
     direction = (-np.sin(yaw), np.cos(yaw))
     corners = np.concatenate([box.corners() for box in space.boxes])
     return EndWall((float(direction[0]), float(direction[1])), float((corners @ direction).max()))

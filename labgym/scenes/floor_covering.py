@@ -40,7 +40,7 @@ def covering_patches(floor: Floor) -> tuple[Patch, ...]:
             pieces.setdefault(floor_material(floor.space(space_id).finishes), []).append(outline)
     patches = []
     for material, outlines in pieces.items():
-        vertices, faces = join([_mesh(outline) for outline in outlines])
+        vertices, faces = join([flat_mesh(outline) for outline in outlines])
         patches.append(Patch(FLOOR, f"{FLOOR}/{material}", material, vertices, faces))
     return tuple(patches)
 
@@ -96,7 +96,7 @@ def _rectangle(doorway: Doorway, half: float, across: tuple[float, float]) -> Po
     return Polygon(to_world([(-half, low), (half, low), (half, high), (-half, high)], doorway.pose))
 
 
-def _mesh(outline: Polygon) -> tuple[Array, Faces]:
+def flat_mesh(outline: Polygon) -> tuple[Array, Faces]:
     """Return triangles of a polygon at height 0, which look up."""
     triangles = [part.exterior.coords[:3] for part in shapely.constrained_delaunay_triangles(outline).geoms]
     corners = np.array(triangles, dtype=np.float64)[:, :, :2]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.assets.archive import convex_bodies
+from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS, Part, build, tessellate
 from labgym.layouts import Layout, Placement
-from labgym.layouts.floor import Floor
+from labgym.layouts.floor import Finishes, Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
 from labgym.scenes.cutaway import hanging_on
+from labgym.scenes.finishes import finishes_at, palette
 from labgym.scenes.fittings import drawn_asset, installations
-from labgym.scenes.patches import join, visible
+from labgym.scenes.patches import Patch, join, visible
 from labgym.scenes.rectangle import room_covering
 
 MATERIAL_NAMES = tuple(MATERIALS)
@@ -85,8 +87,17 @@ class AssetMesh:
 
 
 @lru_cache(maxsize=2048)
-def asset_mesh(asset: Asset) -> AssetMesh:
-    """Return an asset's mesh, computed once for each catalog entry and size."""
+def asset_mesh(asset: Asset, finishes: Finishes = Finishes()) -> AssetMesh:  # noqa: B008 (a frozen record)
+    """Return an asset's mesh in the finishes of a space, computed once for each catalog entry and size."""
+    painted = palette(finishes)
+    if painted:
+        plain = asset_mesh(asset)
+        if painted.keys().isdisjoint(part.material for part in plain.parts):
+            return plain
+        parts = tuple(replace(part, material=painted.get(part.material, part.material)) for part in plain.parts)
+        index = np.arange(len(MATERIAL_NAMES))
+        index[[_MATERIAL_INDEX[name] for name in painted]] = [_MATERIAL_INDEX[name] for name in painted.values()]
+        return replace(plain, parts=parts, material=index[plain.material])
     parts = build(asset)
     meshes = [tessellate(part) for part in parts]
     material = np.concatenate(
@@ -109,7 +120,7 @@ def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
     for index, placement in enumerate(layout.placements):
         if hidden and hanging_on(layout, placement) in hidden:
             continue
-        local = asset_mesh(drawn_asset(layout, placement.id))
+        local = asset_mesh(drawn_asset(layout, placement.id), finishes_at(layout.floor, *placement.position[:2]))
         meshes.append((_placed(local.vertices, placement), local.faces))
         materials.append(local.material)
         owners.append(np.full(len(local.faces), index))
@@ -121,6 +132,38 @@ def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
             owners.append(np.full(len(patch.faces), index_of[installation.owner]))
     vertices, faces = join(meshes)
     return SceneMesh(vertices, faces, np.concatenate(materials), np.concatenate(owners))
+
+
+def smooth_normals(mesh: SceneMesh, layout: Layout) -> NDArray[np.float32]:
+    """Return the normals of the face corners of a layout's mesh, shape (m, 3, 3); those of assets are computed once."""
+    normals = np.empty((len(mesh.faces), 3, 3), dtype=np.float32)
+    # Faces of the building come first, then those of placements in their order, then those of installations.
+    end = int(np.argmax(mesh.owner != ROOM)) if layout.placements else len(mesh.faces)
+    normals[:end] = corner_normals(mesh.vertices, mesh.faces[:end])
+    for index, placement in enumerate(layout.placements):
+        if end < len(mesh.owner) and mesh.owner[end] == index:
+            local = _asset_normals(drawn_asset(layout, placement.id))
+            cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
+            turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]], dtype=np.float32)
+            normals[end : end + len(local)] = local @ turn
+            end += len(local)
+    normals[end:] = corner_normals(mesh.vertices, mesh.faces[end:])
+    return normals
+
+
+@lru_cache(maxsize=2048)
+def _asset_normals(asset: Asset) -> NDArray[np.float32]:
+    mesh = asset_mesh(asset)
+    return corner_normals(mesh.vertices, mesh.faces).astype(np.float32)
+
+
+def with_patches(mesh: SceneMesh, patches: Iterable[Patch]) -> SceneMesh:
+    """Return a mesh with further faces of the building, which come first."""
+    added = list(patches)
+    vertices, faces = join([*((patch.vertices, patch.faces) for patch in added), (mesh.vertices, mesh.faces)])
+    materials = [np.full(len(patch.faces), _MATERIAL_INDEX[patch.material]) for patch in added]
+    owner = np.full(len(faces) - len(mesh.faces), ROOM)
+    return SceneMesh(vertices, faces, np.concatenate([*materials, mesh.material]), np.concatenate([owner, mesh.owner]))
 
 
 def solid_mesh(layout: Layout) -> SceneMesh:

@@ -16,9 +16,9 @@ from labgym.assets.shapes.tessellate import local_mesh
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
-from labgym.layouts.floor import Floor
+from labgym.layouts.floor import Finishes, Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
-from labgym.scenes.finishes import JOINTS, floor_material
+from labgym.scenes.finishes import JOINTS, finishes_at, floor_material
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.mesh import asset_mesh
 from labgym.scenes.patches import Array, Faces, Patch
@@ -68,7 +68,8 @@ def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
     set_looks(scene.spec, layout.floor)
     scene.add_floor(layout.floor)
     for placement in layout.placements:
-        scene.add_asset(placement.id, drawn_asset(layout, placement.id), placement.position, placement.yaw)
+        finishes = finishes_at(layout.floor, *placement.position[:2])
+        scene.add_asset(placement.id, drawn_asset(layout, placement.id), placement.position, placement.yaw, finishes)
     scene.add_installations(layout)
     for name, view in views(layout).items():
         add_camera(scene.spec, name, view)
@@ -114,11 +115,18 @@ class SpecBuilder:
             for patch in installation.patches:
                 self._add_patch(patch, self._material(patch.material))
 
-    def add_asset(self, name: str, asset: Asset, position: Vector, yaw: float) -> None:
-        """Add an asset as a static body with visible parts and solid boxes."""
+    def add_asset(
+        self,
+        name: str,
+        asset: Asset,
+        position: Vector,
+        yaw: float,
+        finishes: Finishes = Finishes(),  # noqa: B008 (a frozen record)
+    ) -> None:
+        """Add an asset as a static body with visible parts, in the finishes of its space, and solid boxes."""
         body = self.spec.worldbody.add_body(name=name, pos=position, quat=_yaw(yaw))
         _set_inertia(body, asset)
-        for part in asset_mesh(asset).parts if self._visible else ():
+        for part in asset_mesh(asset, finishes).parts if self._visible else ():
             self.add_part(body, part)
         bodies = convex_bodies(asset)
         for k, (vertices, faces) in enumerate(bodies):

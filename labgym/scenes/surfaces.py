@@ -49,36 +49,44 @@ def looks() -> Look:
 class Scene:
     """A mesh in two Embree scenes, opaque and translucent, with corner normals and materials."""
 
-    def __init__(self, mesh: SceneMesh) -> None:
+    def __init__(self, mesh: SceneMesh, normals: Floats | None = None) -> None:
+        """Build the scenes; `normals` are those of the face corners (m, 3, 3), if they are known."""
         self.look = looks()
+        if normals is None:
+            normals = corner_normals(mesh.vertices, mesh.faces).astype(np.float32)
         clear = self.look.opacity[mesh.material] < 0.85
-        self.opaque = Surfaces(mesh, np.flatnonzero(~clear))
-        self.clear = Surfaces(mesh, np.flatnonzero(clear))
+        self.opaque = Surfaces(mesh, np.flatnonzero(~clear), normals)
+        self.clear = Surfaces(mesh, np.flatnonzero(clear), normals)
 
 
 @dataclass(frozen=True)
 class Hits:
-    """Hits of n rays: whether one exists, distance, face normal and smooth normal towards the ray (n, 3), material."""
+    """Hits of n rays: whether one exists, distance, face normal and smooth normal towards the ray (n, 3), material.
+
+    Attributes:
+        owner: index of the placement, or `ROOM`.
+    """
 
     hit: NDArray[np.bool_]
     distance: Floats
     side: Floats
     normal: Floats
     material: NDArray[np.int64]
+    owner: NDArray[np.int64]
 
 
 class Surfaces:
     """A subset of a mesh's faces in an Embree scene."""
 
-    def __init__(self, mesh: SceneMesh, subset: NDArray[np.int64]) -> None:
+    def __init__(self, mesh: SceneMesh, subset: NDArray[np.int64], normals: Floats) -> None:
         faces = mesh.faces[subset]
         self._scene = EmbreeScene()
         self._vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
         self._empty = len(faces) == 0
         if not self._empty:
             self._mesh = TriangleMesh(self._scene, self._vertices, np.ascontiguousarray(faces, dtype=np.int32))
-            self._normals = corner_normals(mesh.vertices, faces).astype(np.float32)
-            self._material = mesh.material[subset]
+            self._normals = normals[subset]
+            self._material, self._owner = mesh.material[subset], mesh.owner[subset]
 
     def cast(self, origins: Floats, directions: Floats, reach: Floats | None = None) -> Hits:
         """Return the first hits of rays within the distances `reach` (n,)."""
@@ -86,7 +94,8 @@ class Surfaces:
         limit = np.full(count, FAR) if reach is None else reach.astype(np.float32)
         if self._empty or count == 0:
             nowhere = np.zeros((count, 3), dtype=np.float32)
-            return Hits(np.zeros(count, dtype=bool), limit, nowhere, nowhere, np.zeros(count, dtype=np.int64))
+            none = np.zeros(count, dtype=np.int64)
+            return Hits(np.zeros(count, dtype=bool), limit, nowhere, nowhere, none, none)
         result = self._scene.run(origins, directions, dists=limit.copy(), output=1)
         hit = result["primID"] >= 0
         face = np.where(hit, result["primID"], 0)
@@ -95,13 +104,14 @@ class Surfaces:
         corners = self._normals[face]
         normal = (1.0 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
         normal = facing(side, normal / np.maximum(norms(normal), 1e-9))
-        return Hits(hit, result["tfar"], side, normal, self._material[face])
+        return Hits(hit, result["tfar"], side, normal, self._material[face], self._owner[face])
 
-    def blocked(self, origins: Floats, directions: Floats) -> NDArray[np.bool_]:
-        """Return which rays hit a face, shape (n,)."""
+    def blocked(self, origins: Floats, directions: Floats, reach: Floats) -> NDArray[np.bool_]:
+        """Return which rays hit a face within the distances `reach` (n,), shape (n,)."""
         if self._empty or len(origins) == 0:
             return np.zeros(len(origins), dtype=bool)
-        return np.asarray(self._scene.run(origins, directions, query="OCCLUDED") == 0)
+        limit = np.ascontiguousarray(reach, dtype=np.float32).copy()
+        return np.asarray(self._scene.run(origins, directions, dists=limit, query="OCCLUDED") == 0)
 
 
 def norms(vectors: Floats) -> Floats:

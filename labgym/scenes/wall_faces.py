@@ -44,8 +44,13 @@ def wall_name(index: int) -> str:
     return f"wall_{index}"
 
 
+def column_name(index: int) -> str:
+    """Return the name of a column by its index in the floor."""
+    return f"column_{index}"
+
+
 def upper(name: str) -> str:
-    """Return the name of the part of a wall above `CUT`."""
+    """Return the name of the part of a wall or column above `CUT`."""
     return f"{name}/upper"
 
 
@@ -66,8 +71,8 @@ def column_patches(floor: Floor) -> Iterator[Patch]:
     for part in floor.parts:
         if part.kind == "column":
             box, reach = part.box, part.box.width / 2.0
-            grid = _Grid((-reach, reach), (0.0, SKIRTING, box.z1), np.ones((1, 2), dtype=np.bool_), (None,))
-            yield from _patches(f"column_{part.source}", (box.x, box.y, box.yaw), box.depth / 2.0, grid, colors)
+            grid = _Grid((-reach, reach), (0.0, SKIRTING, CUT, box.z1), np.ones((1, 3), dtype=np.bool_), (None,))
+            yield from _patches(column_name(part.source), (box.x, box.y, box.yaw), box.depth / 2.0, grid, colors)
 
 
 @dataclass(frozen=True)

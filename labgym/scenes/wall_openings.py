@@ -12,8 +12,10 @@ from labgym.assets.shapes.parts import block
 from labgym.geometry import to_world
 from labgym.geometry.frames import PlanarPose
 from labgym.layouts.floor import Doorway, Floor, Opening, Wall
+from labgym.scenes.finishes import DOORS
+from labgym.scenes.floor_covering import spaces_at
 from labgym.scenes.patches import Array, Faces, Patch, join
-from labgym.scenes.wall_faces import CUT, upper, wall_name
+from labgym.scenes.wall_faces import BEYOND, CUT, upper, wall_name
 
 Span = tuple[float, float]
 
@@ -25,29 +27,39 @@ RAIL = 0.03
 """Width of the frame of a pane, meters."""
 MULLION = 1.6
 """Largest width of an undivided pane, meters."""
+SILL = 0.04
+"""How far the sill of a window stands out from the wall, meters."""
+DROPS = (0.35, 0.0, 0.55, 0.2, 0.8)
+"""How far blinds are let down, as shares of the height of their windows."""
+SLAT = 0.035
+"""Spacing of the slats of a blind, meters."""
 DOUBLE = 1.3
 """A wider door has two leaves in the picture, meters."""
 
 
 def opening_patches(floor: Floor) -> Iterator[Patch]:
     """Yield frames, leaves and panes of all openings of a floor. Leaves are where the solids of the floor have them."""
-    inside = {(way.wall, way.opening): way for way in floor.doorways if way.exit}
+    ways = {(way.wall, way.opening): way for way in floor.doorways}
     leaves = {(part.source, part.opening): part.box for part in floor.parts if part.kind == "leaf"}
     for index, wall in enumerate(floor.walls):
         meshes: dict[tuple[str, str], list[tuple[Array, Faces]]] = {}
         pose = (*wall.start, wall.yaw)
         for k, opening in enumerate(wall.openings):
-            doorway = inside.get((index, opening))
+            doorway = ways.get((index, opening))
             placed = [(part, pose) for part in _frame(wall, opening)]
             if opening.kind in ("window", "glazing"):
                 placed += [(part, pose) for part in _pane(opening)]
+            if opening.kind == "window":
+                placed += [(part, pose) for part in _dressing(floor, wall, opening, index + k)]
             elif doorway is not None:
-                leaf_pose = _exit_leaf(doorway)
-                placed += [(part, leaf_pose) for part in _leaf(opening.width, 0.04, opening.height, "daylight")]
-            elif (index, k) in leaves:
-                box = leaves[index, k]
-                parts = _leaf(box.width, box.depth, box.z1, "window_glass")
-                placed += [(part, (box.x, box.y, box.yaw)) for part in parts]
+                leaf = DOORS[floor.space(doorway.spaces[0]).finishes.doors]
+                if doorway.exit:
+                    parts = _leaf(opening.width, 0.04, opening.height, "daylight", leaf)
+                    placed += [(part, _exit_leaf(doorway)) for part in parts]
+                elif (index, k) in leaves:
+                    box = leaves[index, k]
+                    parts = _leaf(box.width, box.depth, box.z1, "window_glass", leaf)
+                    placed += [(part, (box.x, box.y, box.yaw)) for part in parts]
             for part, frame in placed:
                 level = wall_name(index) if part.position[2] < CUT else upper(wall_name(index))
                 meshes.setdefault((level, part.material), []).append(_placed(part, frame))
@@ -114,7 +126,34 @@ def _exit_leaf(doorway: Doorway) -> PlanarPose:
     return x + np.sin(yaw) * depth, y - np.cos(yaw) * depth, yaw
 
 
-def _leaf(width: float, thickness: float, height: float, glass: str) -> Iterator[Part]:
+def _dressing(floor: Floor, wall: Wall, opening: Opening, number: int) -> Iterator[Part]:
+    """Yield the sill and the blind of a window towards the space in front of it, in the wall's frame.
+
+    Args:
+        number: of the window; neighbors have their blinds at different heights.
+    """
+    for side in (1.0, -1.0):
+        face = side * wall.thickness / 2.0
+        (space,) = spaces_at(floor, to_world([(opening.position, face + side * BEYOND)], (*wall.start, wall.yaw)))
+        if space < 0:
+            continue
+        (a, b), (low, top) = opening.span, (opening.sill, opening.top)
+        yield from _cut([block("plastic_white", (a - 0.04, b + 0.04), (face, face + side * SILL), (low - 0.025, low))])
+        kind = floor.spaces[space].finishes.blinds
+        drop = DROPS[number % len(DROPS)] * (top - low)
+        v = side * min(0.05, wall.thickness / 2.0 - 0.01)
+        span = (a + RAIL, b - RAIL)
+        if kind == "none" or drop == 0.0:
+            continue
+        yield from _cut([block("blind", span, (v - 0.02, v + 0.02), (top - 0.05, top))])
+        if kind == "roller":
+            yield from _cut([block("blind", span, (v - 0.001, v + 0.001), (top - drop, top - 0.05))])
+            continue
+        for z in np.arange(top - 0.09, top - drop, -SLAT).tolist():
+            yield from _cut([block("blind", span, (v - 0.011, v + 0.011), (z, z + 0.004))])
+
+
+def _leaf(width: float, thickness: float, height: float, glass: str, material: str) -> Iterator[Part]:
     """Yield the parts of a leaf of a door in its own frame: x along its width, origin in the middle of its bottom."""
     half, v = width / 2.0, (-thickness / 2.0, thickness / 2.0)
     leaves = ((-half, -0.004), (0.004, half)) if width > DOUBLE else ((-half, half),)
@@ -123,8 +162,8 @@ def _leaf(width: float, thickness: float, height: float, glass: str) -> Iterator
         wide = high - low
         pane = (low + 0.34 * wide, low + 0.66 * wide) if width > DOUBLE else (low + 0.56 * wide, low + 0.80 * wide)
         z = (0.48 * height, 0.88 * height)
-        blocks += [block("door_leaf", span, v, (0.01, height - 0.01)) for span in ((low, pane[0]), (pane[1], high))]
-        blocks += [block("door_leaf", pane, v, span) for span in ((0.01, z[0]), (z[1], height - 0.01))]
+        blocks += [block(material, span, v, (0.01, height - 0.01)) for span in ((low, pane[0]), (pane[1], high))]
+        blocks += [block(material, pane, v, span) for span in ((0.01, z[0]), (z[1], height - 0.01))]
         blocks.append(block(glass, pane, (-0.004, 0.004), z))
         for side in (-1.0, 1.0):
             face = side * thickness / 2.0

@@ -139,6 +139,9 @@ MATERIALS: dict[str, SurfaceMaterial] = {
 }
 """All materials by name."""
 
+WALL_PAINTS = ("wall_paint", "wall_cream", "wall_gray", "wall_sage", "wall_sky")
+ACCENT_PAINTS = ("wall_accent", "accent_navy", "accent_ochre", "accent_brick", "accent_graphite")
+
 FINISHES: dict[str, SurfaceMaterial] = {
     "floor_epoxy": SurfaceMaterial((0.58, 0.63, 0.66, 1.0), specular=0.5, shininess=0.7),
     "floor_tile": SurfaceMaterial((0.78, 0.75, 0.70, 1.0), specular=0.3, shininess=0.5),
@@ -152,6 +155,23 @@ FINISHES: dict[str, SurfaceMaterial] = {
     "accent_ochre": _matt(0.80, 0.63, 0.33),
     "accent_brick": _matt(0.66, 0.40, 0.33),
     "accent_graphite": _matt(0.34, 0.36, 0.39),
+    "worktop_gray": _satin(0.62, 0.64, 0.65),
+    "worktop_sand": _satin(0.79, 0.74, 0.64),
+    "worktop_slate": _satin(0.30, 0.34, 0.38),
+    "front_oak": _satin(0.76, 0.60, 0.42),
+    "front_walnut": _satin(0.44, 0.31, 0.22),
+    "front_blue": _satin(0.62, 0.73, 0.82),
+    "front_gray": _satin(0.55, 0.58, 0.60),
+    "front_mint": _satin(0.68, 0.80, 0.74),
+    "edge_gray": _satin(0.36, 0.39, 0.42),
+    "edge_brown": _satin(0.33, 0.24, 0.18),
+    "edge_green": _satin(0.22, 0.46, 0.36),
+    "door_white": _satin(0.90, 0.90, 0.88),
+    "door_oak": _satin(0.73, 0.56, 0.37),
+    "door_walnut": _satin(0.41, 0.28, 0.20),
+    "door_green": _satin(0.40, 0.52, 0.46),
+    "studio": _matt(0.66, 0.68, 0.71),
+    "blind": _matt(0.88, 0.87, 0.83),
 }
 """Materials of finishes that only some spaces have; no part of an asset is matched with them."""
 

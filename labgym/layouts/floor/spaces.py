@@ -40,18 +40,30 @@ class Rectangle(Record):
         return self
 
 
-class Finishes(Record):
-    """Surfaces of a space.
+class Finishes(Growing):
+    """Surfaces of a space and of the furniture in it.
 
     Attributes:
         floor: covering of the floor.
         walls: color of the walls.
-        accent: color of one wall, opposite the main door; None for the color of the others.
+        accent: color of one wall; None for the color of the others.
+        accent_wall: the wall with the accent color, seen from the main door: its opposite, left, right or own wall.
+        worktop: material of worktops.
+        fronts: material of the doors and drawers of benches and cupboards.
+        doors: material of the leaves of doors.
+        blinds: kind of blinds in windows.
     """
+
+    ADDED: ClassVar[frozenset[str]] = frozenset({"accent_wall", "worktop", "fronts", "doors", "blinds"})
 
     floor: Literal["vinyl", "epoxy", "tile", "terrazzo", "concrete"] = "vinyl"
     walls: Literal["white", "cream", "gray", "sage", "sky"] = "white"
     accent: Literal["teal", "navy", "ochre", "brick", "graphite"] | None = "teal"
+    accent_wall: Literal["opposite", "left", "right", "door"] = "opposite"
+    worktop: Literal["white", "gray", "black", "sand", "slate"] = "white"
+    fronts: Literal["white", "oak", "blue", "gray", "walnut", "mint"] = "white"
+    doors: Literal["gray", "white", "oak", "walnut", "green"] = "gray"
+    blinds: Literal["none", "roller", "slats"] = "none"
 
 
 class Space(Growing):

@@ -21,13 +21,29 @@ NARROWEST_PANE, WIDEST_PANE = 0.9, 3.0
 """Least and greatest width of a glazed part (assumption)."""
 PANEL = (0.76, 0.91)
 """Width and depth of the floor that stays free before an electrical panel (NFPA 70, 110.26)."""
-TRAINED = {
+TRAINED: dict[str, tuple[str | None, ...]] = {
     "floor": ("vinyl", "epoxy", "tile"),
     "walls": ("white", "cream", "gray"),
     "accent": ("teal", "navy", "ochre", None),
+    "accent_wall": ("opposite", "left", "right", "door"),
+    "worktop": ("white", "gray", "black"),
+    "fronts": ("white", "oak", "blue", "gray"),
+    "doors": ("gray", "white", "oak"),
+    "blinds": ("none", "roller"),
 }
-HELD_OUT = {"floor": ("terrazzo", "concrete"), "walls": ("sage", "sky"), "accent": ("brick", "graphite", None)}
+HELD_OUT: dict[str, tuple[str | None, ...]] = {
+    "floor": ("terrazzo", "concrete"),
+    "walls": ("sage", "sky"),
+    "accent": ("brick", "graphite", None),
+    "accent_wall": ("opposite", "left", "right", "door"),
+    "worktop": ("sand", "slate"),
+    "fronts": ("walnut", "mint"),
+    "doors": ("walnut", "green"),
+    "blinds": ("none", "slats"),
+}
 """Finishes that training draws from, and those that only held-out floors have."""
+SHELL = ("floor", "walls", "accent")
+"""Finishes that are drawn from a floor's own random generator; the others have a separate one."""
 SPACING = {"exhaust": 2.4, "water": 4.0, "gas": 4.0, "power": 3.0}
 """Distance between service points along a wall (assumption: one or two modules)."""
 LEVEL = {"water": 0.6, "gas": 1.0, "power": 1.1}
@@ -88,7 +104,11 @@ def draw_glazing(
 def draw_finishes(ranges: BuildingRanges, generator: np.random.Generator) -> Finishes:
     """Return finishes drawn from those of training, or from the held-out ones."""
     offered = HELD_OUT if ranges.held_out_finishes else TRAINED
-    picked = {name: words[int(generator.integers(len(words)))] for name, words in offered.items()}
+    (surfaces,) = generator.spawn(1)
+    picked = {}
+    for name, words in offered.items():
+        source = generator if name in SHELL else surfaces
+        picked[name] = words[int(source.integers(len(words)))]
     return Finishes.model_validate(picked)
 
 

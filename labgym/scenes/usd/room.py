@@ -12,7 +12,7 @@ from labgym.assets.usd import write_collider, write_labels, write_look, write_me
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
-from labgym.scenes.finishes import FLOORS
+from labgym.scenes.finishes import DOORS, FLOORS
 from labgym.scenes.patches import Array, Faces
 from labgym.scenes.usd.names import identifiers
 
@@ -21,11 +21,12 @@ FLOOR_THICKNESS = 0.1
 LABELS = {
     **dict.fromkeys(FLOORS.values(), "floor"),
     "door_frame": "door",
-    "door_leaf": "door",
+    **dict.fromkeys(DOORS.values(), "door"),
     "stainless": "door",
     "plastic_white": "window",
     "daylight": "window",
     "window_glass": "window",
+    "blind": "window",
 }
 """Semantic class of the building's surfaces by material; all others are walls."""
 

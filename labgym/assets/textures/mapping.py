@@ -1,0 +1,27 @@
+"""Texture coordinates: where a point of a surface lies in the square that a texture repeats over."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating]
+
+LEVEL = 0.7
+"""Least share of z in the normal of a surface that counts as level."""
+
+
+def surface_coordinates(points: Array, normals: Array, upright: bool = False) -> Array:
+    """Return the place (n, 2) of points (n, 3) on surfaces with normals (n, 3), meters.
+
+    On level surfaces it is (x, y); on upright ones the distance along the surface to the right, seen from in front,
+    and the height.
+
+    Args:
+        upright: whether to exchange the two on upright surfaces.
+    """
+    reach = np.maximum(np.hypot(normals[:, 0], normals[:, 1]), 1e-9)
+    along = (points[:, 1] * normals[:, 0] - points[:, 0] * normals[:, 1]) / reach
+    level = np.abs(normals[:, 2]) > LEVEL
+    first, second = (points[:, 2], along) if upright else (along, points[:, 2])
+    return np.stack([np.where(level, points[:, 0], first), np.where(level, points[:, 1], second)], axis=1)
