@@ -35,7 +35,7 @@ from labgym.scenes.views import View, picture_view
 LARGEST = (3840, 2160)
 """Largest picture, pixels; a larger one takes gigabytes of memory."""
 SUN_COLOR, SUN_SPREAD = (0.98, 0.93, 0.85), 0.12
-SUN_ASIDE, SUN_RISE = math.radians(48.0), math.radians(58.0)
+SUN_ASIDE, SUN_RISE = math.radians(48.0), math.radians(68.0)
 """Color and size of the sun, its angle to the side of the camera, and its height."""
 EXPOSURE = 0.84
 CHUNK = 1 << 17
@@ -210,8 +210,8 @@ class _Painter:
         footprint = hits.distance[first] * np.float32(self.pixel) / np.sqrt(np.maximum(slant, np.float32(0.05)))
         self.coats.paint(color, points, side, material, hits.owner[first], footprint)
         if lit:
-            lamp, choice, ambient = (tuple(part[: len(points)] for part in noise.pair(k)) for k in (1, 4, 2))
-            light = direct_light(scene, self.lamps, points, normals, *lamp, choice[0])
+            (u, v), (choice, _), ambient = (tuple(n[: len(points)] for n in noise.pair(k)) for k in (1, 4, 2))
+            light = direct_light(scene, self.lamps, points, normals, u, v, choice)
             light += ambient_light(scene, self.around, points, normals, *ambient)
             image.light[here] += light
             image.lit[here] += np.float32(1.0)

@@ -170,7 +170,7 @@ FINISHES: dict[str, SurfaceMaterial] = {
     "door_oak": _satin(0.73, 0.56, 0.37),
     "door_walnut": _satin(0.41, 0.28, 0.20),
     "door_green": _satin(0.40, 0.52, 0.46),
-    "studio": _matt(0.66, 0.68, 0.71),
+    "studio": _matt(0.68, 0.72, 0.76),
     "blind": _matt(0.88, 0.87, 0.83),
 }
 """Materials of finishes that only some spaces have; no part of an asset is matched with them."""

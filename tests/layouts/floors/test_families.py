@@ -273,17 +273,25 @@ def test_train_and_test_share_neither_families_nor_finishes():
     finishes = {"train": TRAINED, "test": HELD_OUT}
     families = {split: {p.family for p in populations} - {"suite"} for split, populations in SPLITS.items()}
     assert families == {"train": {"bay", "ell"}, "test": {"double", "refit"}}
-    for name in ("floor", "walls"):
-        assert not set(TRAINED[name]) & set(HELD_OUT[name])
+    absent = {None, "none"}
+    for name in ("floor", "walls", "accent", "worktop", "fronts", "doors", "blinds"):
+        assert not (set(TRAINED[name]) & set(HELD_OUT[name])) - absent
     for split in SPLITS:
         generator = np.random.default_rng(3)
         for seed in range(25):
             population = population_of(split, generator)
             draw = population.draw(seed)
             for space in draw.floor.spaces:
-                assert space.finishes.floor in finishes[split]["floor"]
+                for name, words in finishes[split].items():
+                    assert getattr(space.finishes, name) in words
             if population.family == "suite":
                 assert rooms[split][0] <= draw.parameters["rooms"] <= rooms[split][1]
+
+
+def test_finishes_vary_from_seed_to_seed():
+    for name, words in TRAINED.items():
+        seen = {getattr(draw.floor.spaces[0].finishes, name) for draw in drawn("bay")}
+        assert seen == set(words)
 
 
 def test_ranges_can_be_replaced_and_what_is_no_range_is_refused_in_one_line():
