@@ -3,7 +3,7 @@
 from labgym.layouts.generate import GENERATOR, generate, reasons
 from labgym.layouts.model import Door, Floor, Layout, Placement, Provenance, Room
 from labgym.layouts.optimise import optimise
-from labgym.layouts.refine import refine
+from labgym.layouts.refinement import refine
 from labgym.layouts.rooms import room_presets
 from labgym.layouts.splits import load_published, published, train_layout
 

@@ -23,7 +23,7 @@ from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance, Room
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.propose import ProceduralProposer, Proposer
-from labgym.layouts.refine import refine_assessed
+from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile

@@ -11,7 +11,7 @@ from labgym.layouts import generate
 from labgym.layouts.model import Placement
 from labgym.layouts.moves import Move, Rotate, Settle, Swap, apply, descendants
 from labgym.layouts.optimise import optimise
-from labgym.layouts.refine import refine
+from labgym.layouts.refinement import refine
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.protocols import protocols

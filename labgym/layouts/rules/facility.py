@@ -240,7 +240,10 @@ def blocked_fronts(
 
 
 def back_distance(arrangement: Arrangement, row: int) -> float:
-    """Return the distance between an object's back and the nearest wall along it, meters; its farther end counts."""
+    """Return the distance between an object's back and the nearest wall along it, meters; its farther end counts.
+
+    It is infinite where no wall is as long as to lie behind both ends.
+    """
     gaps = arrangement.building.gaps(box_of(arrangement, row).corners()[:2])
     return float(np.abs(gaps).max(axis=1).min())
 
@@ -289,9 +292,11 @@ def _backs(arrangement: Arrangement) -> list[FacilityIssue]:
             continue
         gap = back_distance(arrangement, row)
         if gap > BACK_GAP and not _back_to_back(arrangement, row):
-            message = f"the back of {placement.id} is {gap:.2f} m from a wall, over {BACK_GAP:g} m: move it to a wall"
+            distance = None if math.isinf(gap) else gap
+            what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {BACK_GAP:g} m"
+            message = f"the back of {placement.id} {what}: move it to a wall"
             source = "planning practice: supply lines, anchoring"
-            issues.append(_issue("back_to_wall", (placement.id,), gap, BACK_GAP, message, source, "error"))
+            issues.append(_issue("back_to_wall", (placement.id,), distance, BACK_GAP, message, source, "error"))
     return issues
 
 

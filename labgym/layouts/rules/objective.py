@@ -117,7 +117,7 @@ class Assessment:
         """Return the assessment with navigation, as `evaluate_layout(..., navigation=True)`; the rest is kept."""
         if self.navigation:
             return self
-        moves = None if protocol is None else _transitions(self.arrangement.layout, protocol, None)
+        moves = None if protocol is None else judged_transitions(self.arrangement.layout, protocol)
         assessment = replace(self, transitions=moves, navigation=True)
         if "_placing" in self.__dict__:
             assessment.__dict__["_placing"] = self._placing
@@ -172,13 +172,17 @@ def evaluate_layout(
         storage=penalised(storage_instances(arrangement), faulty),
         glass=penalised(glass_instances(arrangement, limits), faulty),
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
-        transitions=_transitions(layout, protocol, earlier) if navigation and protocol is not None else None,
+        transitions=judged_transitions(layout, protocol, earlier) if navigation and protocol is not None else None,
         navigation=navigation,
     )
 
 
-def _transitions(layout: Layout, protocol: Protocol, earlier: Assessment | None) -> tuple[Transition, ...]:
-    """Judge transitions by the grid of touchstone-v1 in a rectangular room, by exact clearance on any other floor."""
+def judged_transitions(layout: Layout, protocol: Protocol, earlier: Assessment | None = None) -> tuple[Transition, ...]:
+    """Judge a protocol's transitions: in a rectangular room on touchstone-v1's grid, elsewhere by exact clearance.
+
+    Args:
+        earlier: as in `evaluate_layout`.
+    """
     if earlier is not None and earlier.transitions is not None:
         other = earlier.arrangement.layout
         unmoved = other.floor is layout.floor and list(other.obstacles(OBSTACLE_HEIGHT)) == list(
