@@ -11,6 +11,7 @@ from labgym.assets import Catalog
 from labgym.eval import score
 from labgym.eval.scoring.layout_report import RuleScore
 from labgym.layouts import Door, Layout, Placement, Room
+from labgym.layouts.floors import draw_floor
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility import FacilityIssue, facility_issues, shower_walks
 from labgym.layouts.rules.thresholds import profile
@@ -228,3 +229,12 @@ def test_each_dimension_is_ten_times_the_mean_of_its_rules() -> None:
         own = [rule.score for rule in proxy.rules if rule.dimension == dimension]
         assert getattr(proxy, dimension) == pytest.approx(10.0 * sum(own) / len(own))
     assert proxy.total == pytest.approx(proxy.realism + proxy.layout + proxy.completeness)
+
+
+def test_furniture_behind_which_no_wall_runs_has_no_distance() -> None:
+    floor = draw_floor("suite", 4).floor
+    corner = max(floor.walls, key=lambda wall: wall.end[0] - wall.end[1]).end
+    astride = Layout(id="lab", floor=floor, placements=(put("acids", "AcidCabinet", *corner, yaw=math.pi / 4.0),))
+    issue = next(one for one in issues(astride) if one.rule == "back_to_wall")
+    assert issue.value is None
+    assert issue.message == "the back of acids faces no wall: move it to a wall"

@@ -38,7 +38,7 @@ class Translation:
 
 
 def rotation_fixes(layout: Layout, blockage: Blockage) -> tuple[Rotate, ...]:
-    """Return the turn of a piece that faces a wall: to the quarter with the most free depth in front of it.
+    """Return the turn of a piece that faces a wall: its back to that wall, or else to the greatest free depth.
 
     A piece faces a wall if the robot does not fit between the two. Nothing is suggested for a piece that is fixed, that
     faces the room, or for which no other quarter has a place for the robot.
@@ -49,11 +49,12 @@ def rotation_fixes(layout: Layout, blockage: Blockage) -> tuple[Rotate, ...]:
     building, box = building_of(layout), layout.box(root)
     if building.ahead(box) >= STAND_OFF + PLANNING_RADIUS and blockage.cause not in ("start_outside", "goal_outside"):
         return ()
-    turned = [replace(box, yaw=wrap_angle(box.yaw + quarter * math.pi / 2.0)) for quarter in (1, 2, 3)]
+    turned = [replace(box, yaw=wrap_angle(box.yaw + quarter * math.pi / 2.0)) for quarter in (2, 1, 3)]
     roomy = [candidate for candidate in turned if building.roomy(*goal_pose(candidate)[:2], PLANNING_RADIUS)]
     if not roomy:
         return ()
-    return (Rotate(root, round(max(roomy, key=building.ahead).yaw, 9)),)
+    best = roomy[0] if roomy[0] is turned[0] else max(roomy, key=building.ahead)
+    return (Rotate(root, round(best.yaw, 9)),)
 
 
 def translations(layout: Layout, blockage: Blockage) -> tuple[Translation, ...]:

@@ -242,7 +242,7 @@ def blocked_fronts(
 def back_distance(arrangement: Arrangement, row: int) -> float:
     """Return the distance between an object's back and the nearest wall along it, meters; its farther end counts.
 
-    It is infinite where no wall is as long as to lie behind both ends.
+    It is infinite if no wall runs past both ends of the back.
     """
     gaps = arrangement.building.gaps(box_of(arrangement, row).corners()[:2])
     return float(np.abs(gaps).max(axis=1).min())
