@@ -102,6 +102,7 @@ class InfeasibleError(LabgymError):
     Attributes:
         conflicts: the conflicting constraints, one sentence each.
         smallest_preset: name of the smallest room preset that fits, None if none does.
+        what: the request that cannot be satisfied. remedy: the last clause of the message.
 
     Args:
         remedy: the last clause of the message; by default it names the smallest preset.
@@ -110,13 +111,23 @@ class InfeasibleError(LabgymError):
     def __init__(
         self, what: str, conflicts: Sequence[str], smallest_preset: str | None, remedy: str | None = None
     ) -> None:
+        self.what = what
         self.conflicts = tuple(conflicts)
         self.smallest_preset = smallest_preset
         if remedy is None:
             remedy = f"smallest preset that fits: {smallest_preset}" if smallest_preset else "no preset fits"
+        self.remedy = remedy
         super().__init__(
             "; ".join([f"{what}: {self.conflicts[0]}" if self.conflicts else what, *self.conflicts[1:], remedy])
         )
+
+    def with_conflicts(self, conflicts: Sequence[str]) -> InfeasibleError:
+        """Return the same error with other conflicts."""
+        return type(self)(self.what, conflicts, self.smallest_preset, remedy=self.remedy)
+
+    def with_remedy(self, remedy: str) -> InfeasibleError:
+        """Return the same error with another last clause."""
+        return type(self)(self.what, self.conflicts, self.smallest_preset, remedy=remedy)
 
 
 class SearchLimitError(InfeasibleError):

@@ -11,7 +11,7 @@ from labgym import protocols
 from labgym.assets import Catalog
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber, ProtocolNames
 from labgym.cli.outcome import DONE, FAILED, written
-from labgym.errors import OptionError
+from labgym.errors import InfeasibleError, OptionError
 from labgym.layouts import Floor, Room
 
 if TYPE_CHECKING:
@@ -118,7 +118,13 @@ def _generate_one(
     pieces = () if fixed is None else read_fixed(fixed, catalog)
     request: dict[str, Any] = {"seed": seed, "room": place, "profile": profile, "floor": floor, "family": family}
     request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}
-    layout = layouts.generate(resolved, **request, clutter=clutter)
+    try:
+        layout = layouts.generate(resolved, **request, clutter=clutter)
+    except InfeasibleError as error:
+        from labgym.layouts.generate import resolve_request
+        from labgym.layouts.remedies import with_remedies
+
+        raise with_remedies(error, resolve_request(resolved, **request)) from None
     options = layout.provenance.options
     if options.get("note"):
         print(f"note: {options['furnishing']} furnishing only: {options['note']}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""What exists of each asset, and what may be bought in addition."""
+"""Holdings: the pieces of each asset that exist, and the purchases that are allowed."""
 
 from __future__ import annotations
 

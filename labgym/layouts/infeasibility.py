@@ -33,13 +33,18 @@ def room_conflicts(request: Request) -> list[str]:
     conflicts = [issue.message for issue in exit_issues(request.room, request.profile) if issue.severity == "error"]
     if not request.room.doors:
         conflicts.append("the room has no door: add one")
-    if request.fixed:
-        fixed = Layout(id="fixed", floor=request.room.floor, placements=request.fixed, catalog=request.catalog)
-        assessment = evaluate_layout(fixed, None, request.profile)
-        conflicts += [f"fixed: {violation.message}" for violation in assessment.violations.items]
-        issues = placing_issues(assessment.arrangement)
-        conflicts += [f"fixed: {issue.message}" for issue in issues if issue.rule == "door_area"]
-    return conflicts
+    return conflicts + fixed_conflicts(request)
+
+
+def fixed_conflicts(request: Request) -> list[str]:
+    """Return what is wrong with the fixed objects alone: outside, overlapping, in doors, keep-outs or off services."""
+    if not request.fixed:
+        return []
+    fixed = Layout(id="fixed", floor=request.floor, placements=request.fixed, catalog=request.catalog)
+    assessment = evaluate_layout(fixed, None, request.profile)
+    conflicts = [f"fixed: {violation.message}" for violation in assessment.violations.items]
+    issues = [issue for issue in placing_issues(assessment.arrangement) if issue.severity == "error"]
+    return conflicts + [f"fixed: {i.message}" for i in issues if i.rule in ("door_area", "keep_out", "supply")]
 
 
 def height_conflicts(request: Request, brief: Brief) -> list[str]:

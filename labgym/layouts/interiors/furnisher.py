@@ -32,11 +32,13 @@ class Outcome:
         room: the space with its required furniture, None if no plan was found.
         attempts: number of attempts by result: infeasible, stopped (at the effort limit), closed (a way was cut off).
         proven: whether it is proved that the furniture does not fit.
+        space: id of the space without a plan.
     """
 
     room: Interior | None
     attempts: Counter[str] = field(default_factory=Counter)
     proven: bool = False
+    space: str = ""
 
 
 def furnish(

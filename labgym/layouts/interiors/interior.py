@@ -43,11 +43,15 @@ class Interior:
         self._record(placed)
         return True
 
-    def add_anyway(self, unit: Unit, foot: OrientedBox) -> None:
-        """Add a unit that stands there whatever it blocks."""
-        if not self.ways.add([foot], [foot] if unit.front > 0.0 else []):
+    def add_anyway(self, unit: Unit, foot: OrientedBox) -> bool:
+        """Add a unit that stands there whatever it blocks; return whether ways still join all gates."""
+        joined = self.ways.add([foot], [foot] if unit.front > 0.0 else [])
+        if not joined:
+            joined = self.ways.add([foot], [])
+        if not joined:
             self.ways.add([foot], [], check=False)
         self._record([(unit, foot)])
+        return joined
 
     def _record(self, placed: Sequence[tuple[Unit, OrientedBox]]) -> None:
         for unit, foot in placed:

@@ -6,6 +6,7 @@ import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -18,10 +19,12 @@ from labgym.layouts.cabinets import Cabinet, plan_cabinets
 from labgym.layouts.floor_plan import Pose
 from labgym.layouts.ground import Ground
 from labgym.layouts.habits import Habits, RoomHabit
+from labgym.layouts.infeasibility import fixed_conflicts
 from labgym.layouts.interiors.distribution import distribute, wall_length
 from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill
 from labgym.layouts.interiors.furnisher import ATTEMPTS, Outcome, furnish
 from labgym.layouts.interiors.interior import Interior
+from labgym.layouts.interiors.obstruction import obstructions
 from labgym.layouts.interiors.standing import Distances
 from labgym.layouts.model import WALL, Layout
 from labgym.layouts.pieces import WallPiece, clear_around, front_of, further_pieces, pieces, with_fixed
@@ -35,14 +38,27 @@ from labgym.layouts.surroundings import grounds as grounds_of
 
 DISTRIBUTIONS = 4
 """Number of distributions over the spaces that are tried."""
+SHORT = 3
+"""Number of them in a short search on a floor of several spaces, in which the solver does not choose the walls."""
 EXTRA_BENCHES = 6
 """Most benches that are added because the instruments do not fit on the others."""
+GROUPS = ("separations", "front clearance")
+"""Groups of constraints that can be lifted."""
 BENCHES = ("LabBench1800", "LabBench", "LabBench1200")
 
 
 @dataclass(frozen=True)
 class FloorProposer:
-    """Laboratory planning habits by the use of each space, a constraint solver, and a seed; offline, deterministic."""
+    """Laboratory planning habits by the use of each space, a constraint solver, and a seed; offline, deterministic.
+
+    Attributes:
+        lifted: groups of constraints that are left out, to find out which of them clash: see `GROUPS`.
+        patience: whether to search to the end, or only with the attempts that come first and cost little. What a short
+            search finds, a full one finds too.
+    """
+
+    lifted: frozenset[str] = frozenset()
+    patience: Literal["full", "short"] = "full"
 
     def propose(self, request: Request) -> Layout:
         """Return a layout without geometric or chemical violations.
@@ -63,15 +79,20 @@ class FloorProposer:
         _check(request, grounds)
         entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
         attempts: Counter[str] = Counter()
-        for attempt in range(DISTRIBUTIONS):
+        several = len(grounds) > 1
+        for attempt in range(DISTRIBUTIONS if self.patience == "full" else SHORT if several else 1):
             generator = np.random.default_rng([request.seed, entropy, attempt])
-            needs = _needs(request, generator)
+            needs = _relaxed(_needs(request, generator), self.lifted)
             last = attempt == DISTRIBUTIONS - 1
+            if attempt == 0 and self.patience == "short":
+                _check_places(request, needs, grounds)
             rooms, outcome = _furnished(request, needs, grounds, last, generator)
             attempts += outcome.attempts
             if rooms is not None:
                 left = _fill(request, needs, rooms, generator)
                 return _plan(request, needs, rooms, left, attempts)
+            if attempt == 0 and self.patience == "full":
+                _check_places(request, needs, grounds)
         raise _failure(request, needs, grounds, outcome, attempts)
 
 
@@ -111,6 +132,24 @@ def _needs(request: Request, generator: np.random.Generator) -> _Needs:
         contents=contents,
         separations=tuple(separations_of(cabinets, contents, request.profile)),
     )
+
+
+def _relaxed(needs: _Needs, lifted: frozenset[str]) -> _Needs:
+    """Return the furniture without some groups of constraints."""
+    if "separations" in lifted:
+        needs = replace(needs, separations=())
+    if "front clearance" in lifted:
+        needs = replace(needs, required=tuple(replace(unit, front=0.0) for unit in needs.required))
+    return needs
+
+
+def separations_on(request: Request) -> tuple[Separation, ...]:
+    """Return the distances that the required furniture of a request must keep.
+
+    Raises:
+        InfeasibleError: something fits on no surface or shelf.
+    """
+    return _needs(request, np.random.default_rng(request.seed)).separations
 
 
 def _stocked(
@@ -172,7 +211,7 @@ def _furnished(
     free = [unit for unit in needs.required if unit.id not in fixed]
     shares = distribute(free, grounds, request.habits, generator)
     nearness = tuple(nearness_of(needs.required, request.habits))
-    standing = _standing(request, needs, grounds)
+    standing = _standing(request, needs.required, grounds)
     boxes = {unit.id: _to_floor(ground, foot) for ground in grounds for unit, foot in standing[ground.space]}
     rooms: dict[str, Interior] = {}
     total = Outcome(None)
@@ -194,15 +233,18 @@ def _furnished(
         total.attempts += outcome.attempts
         if outcome.room is None:
             total.proven = outcome.proven and len(grounds) == 1
+            total.space = ground.space
             return None, total
         rooms[ground.space] = outcome.room
         boxes |= {unit_id: _to_floor(ground, foot) for unit_id, foot in outcome.room.feet.items()}
     return {ground.space: rooms[ground.space] for ground in grounds}, total
 
 
-def _standing(request: Request, needs: _Needs, grounds: Sequence[Ground]) -> dict[str, list[tuple[Unit, OrientedBox]]]:
+def _standing(
+    request: Request, required: Sequence[Unit], grounds: Sequence[Ground]
+) -> dict[str, list[tuple[Unit, OrientedBox]]]:
     """The fixed objects of each space, with their footprints in its ground's frame."""
-    units = {unit.id: unit for unit in needs.required}
+    units = {unit.id: unit for unit in required}
     standing: dict[str, list[tuple[Unit, OrientedBox]]] = {ground.space: [] for ground in grounds}
     for placement in request.fixed:
         asset = request.fixed_asset(placement)
@@ -330,7 +372,8 @@ def _check(request: Request, grounds: Sequence[Ground]) -> None:
     """Refuse a floor that is unsuitable for any furniture.
 
     Raises:
-        InfeasibleError: no space for laboratory work, or none that is high enough for a hood.
+        InfeasibleError: no space for laboratory work, none that is high enough for a hood, or fixed objects that break
+            a rule.
     """
     conflicts = []
     if all(ground.use == "corridor" for ground in grounds):
@@ -342,8 +385,32 @@ def _check(request: Request, grounds: Sequence[Ground]) -> None:
         f"{name} is {height:.2f} m high, but the ceiling is {highest:.2f} m: raise the ceiling"
         for name, height in sorted(tall.items())
     ]
+    conflicts += fixed_conflicts(request)
+    for ground in grounds if request.fixed else ():
+        room = Interior(ground)
+        for unit, foot in _standing(request, (), grounds)[ground.space]:
+            if not room.add_anyway(unit, foot):
+                way = f"no way {2.0 * room.ways.radius:.2f} m wide between the doors of {ground.space!r}"
+                conflicts.append(f"fixed: {unit.id} leaves {way}")
+                break
     if conflicts:
         raise InfeasibleError(_where(request, "cannot hold"), conflicts, None, remedy="change the floor")
+
+
+def _check_places(request: Request, needs: _Needs, grounds: Sequence[Ground]) -> None:
+    """Refuse a floor on which some required piece would stand at no wall even if it were the only one.
+
+    Raises:
+        InfeasibleError: names the pieces; of floors with oblique walls, along which not all places are tried, no error.
+    """
+    able = [ground for ground in grounds if ground.use != "corridor"] or list(grounds)
+    if not all(segment.straight for ground in able for segment in ground.segments):
+        return
+    fixed = {placement.id for placement in request.fixed}
+    free = [unit for unit in needs.required if unit.id not in fixed]
+    obstructed = obstructions(free, able, _standing(request, needs.required, grounds))
+    if obstructed:
+        raise InfeasibleError(_where(request, "cannot hold"), obstructed, None, remedy="change the floor")
 
 
 def _failure(
@@ -365,7 +432,9 @@ def _failure(
     }
     tried = [f"{attempts[word]} attempts {text}" for word, text in words.items() if attempts[word]]
     what = f"no plan was found for {_where(request, 'with')}; a layout may exist"
-    return SearchLimitError(what, [*tried, demand], None, remedy="try another seed or a larger floor")
+    remedy = "try another seed or a larger floor"
+    where = [f"the furniture of {outcome.space!r} found no places"] if len(grounds) > 1 else []
+    return SearchLimitError(what, [*where, *tried, demand], None, remedy=remedy)
 
 
 def _where(request: Request, verb: str) -> str:

@@ -50,7 +50,7 @@ def lacking(unit: Unit, ground: Ground) -> tuple[bool, bool]:
 
 
 def _reach(segment: Segment, unit: Unit, point: Service) -> tuple[float, float]:
-    """The places along a segment from which a unit reaches a point; an empty interval if there is none."""
+    """The places along a segment from which a unit reaches a point; an empty interval if it reaches it nowhere."""
     dx, dy = point.x - segment.x, point.y - segment.y
     cosine, sine = math.cos(segment.yaw), math.sin(segment.yaw)
     along, inward = dx * cosine + dy * sine, dy * cosine - dx * sine
