@@ -19,10 +19,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from labgym.assets import AssetFile
+from labgym.assets.articulation import FOOTINGS
 from labgym.assets.forge import Annotation
 from labgym.assets.inference import Substructures
 from labgym.assets.lookalikes import Lookalikes
 from labgym.assets.reactivity import Reactivity
+from labgym.assets.shapes.joints import MECHANISMS
 from labgym.documents import Document, tagged, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError
@@ -108,12 +110,29 @@ def environment_page(environment: type) -> str:
 def pages() -> dict[Path, str]:
     """Return the contents of all generated files in docs/ by path."""
     schemas = {DOCS / "schemas" / f"{d.SCHEMA.partition('.')[2].replace('/', '-')}.json": schema(d) for d in DOCUMENTS}
-    floors = DOCS / "floors.md"
+    floors, moving = DOCS / "floors.md", DOCS / "moving-parts.md"
     return {
         **schemas,
         DOCS / "environment.md": environment_page(LabPointNavEnv),
         floors: with_tables(floors.read_text(encoding="utf-8"), parameter_tables()),
+        moving: with_tables(moving.read_text(encoding="utf-8"), moving_tables()),
     }
+
+
+def moving_tables() -> str:
+    """Return the tables of the kinds of moving parts and of the ways in which assets stand on the floor."""
+    lines = [
+        "| part | force, N | damping, N s/m | mass, kg/m² | contents, kg | source |",
+        "|---|---:|---:|---:|---:|---|",
+    ]
+    for name, part in MECHANISMS.items():
+        lines.append(
+            f"| {name} | {part.force:g} | {part.damping:g} | {part.areal_mass:g} | {part.content:g} | {part.source} |"
+        )
+    lines += ["", "| shape | friction / weight | castors | source |", "|---|---:|---|---|"]
+    for name, foot in FOOTINGS.items():
+        lines.append(f"| `{name}` | {foot.friction:g} | {'yes' if foot.castors else 'no'} | {foot.source} |")
+    return "\n".join(lines)
 
 
 def parameter_tables() -> str:

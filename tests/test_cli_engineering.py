@@ -179,3 +179,17 @@ def test_the_plan_marks_a_cabinet_in_the_doorway(call, tmp_path):
     code, out, _ = call("score", "bad.json", "--json")
     assert code == 0
     assert json.loads(out)["v"] == json.loads(call("score", "good.json", "--json")[1])["v"]
+
+
+def test_compile_interactive_writes_joints_and_refuses_formats_without_them(call, tmp_path):
+    code, _, _ = call("compile", NAME, "--out", "scene", "--interactive")
+    text = (tmp_path / "scene" / "scene.xml").read_text()
+    assert code == 0
+    assert "frictionloss" in text
+    assert "gravcomp" in text
+    code, _, error = call("compile", NAME, "--out", "x.glb", "--format", "glb", "--interactive")
+    assert (code, error.count("\n")) == (2, 1)
+    assert "format glb has no moving parts" in error
+    code, _, error = call("compile", NAME, "--out", "y", "--loose")
+    assert code == 2
+    assert "add --interactive" in error

@@ -204,12 +204,16 @@ class Asset(Record):
     def __hash__(self) -> int:
         return hash(self.digest)
 
-    def solids(self) -> tuple[OrientedBox, ...]:
-        """Return the solid boxes in the asset's frame: the bounding box or a hollow asset's shell, and the fittings."""
-        fittings = tuple(OrientedBox(f.x, f.y, f.width, f.depth, 0.0, f.z0, f.z1) for f in self.fittings)
-        return (*self._body(), *fittings)
+    def solids(self, closed: bool = True) -> tuple[OrientedBox, ...]:
+        """Return the solid boxes in the asset's frame: the bounding box or a hollow asset's shell, and the fittings.
 
-    def _body(self) -> tuple[OrientedBox, ...]:
+        Args:
+            closed: whether the front of a hollow asset with doors is solid.
+        """
+        fittings = tuple(OrientedBox(f.x, f.y, f.width, f.depth, 0.0, f.z0, f.z1) for f in self.fittings)
+        return (*self._body(closed), *fittings)
+
+    def _body(self, closed: bool) -> tuple[OrientedBox, ...]:
         size, cavity = self.size, self.cavity
         if cavity is None:
             return (OrientedBox(0.0, 0.0, size.width, size.depth, 0.0, 0.0, size.height),)
@@ -223,7 +227,7 @@ class Asset(Record):
             (right, half_width, -half_depth, half_depth, cavity.z0, cavity.z1),
             (left, right, -half_depth, back, cavity.z0, cavity.z1),
         ]
-        if not cavity.open_front:
+        if closed and not cavity.open_front:
             spans.append((left, right, front, half_depth, cavity.z0, cavity.z1))
         spans.extend(
             (left, right, back, front, surface.z - SHELL, surface.z)

@@ -28,6 +28,8 @@ def compile_(
     layout: LayoutName,
     out: Path,
     format: UseAppendAction[Annotated[tuple[FormatName, ...], arg(metavar="FORMAT")]] = (),  # noqa: A002
+    interactive: bool = False,
+    loose: bool = False,
 ) -> int:
     """Compile a layout into a 3D scene, a drawing, a bill of materials or a robot map.
 
@@ -40,11 +42,13 @@ def compile_(
         out: Folder for mjcf, usd, ros and labbuilder, the file for other formats. For several formats a folder, which
             receives a subfolder or a file of each.
         format: Output format; repeat --format for several.
+        interactive: Drawers, doors and sashes move on joints; stools, trolleys and boxes are free bodies.
+        loose: With --interactive, objects on benches and shelves are free bodies too.
     """
     from labgym.envs.tasks import resolve_layout
     from labgym.exchange.formats import compile_layout
 
-    for path in compile_layout(resolve_layout(layout), out, format or ("mjcf",)):
+    for path in compile_layout(resolve_layout(layout), out, format or ("mjcf",), interactive, loose):
         written(path)
     return DONE
 

@@ -18,16 +18,18 @@ class Format:
     Attributes:
         suffix: of the file; empty for a folder.
         write: writes a layout to a path and returns the main file.
+        write_interactive: writes it with moving parts, and with loose objects or not; None if the format has none.
     """
 
     suffix: str
     write: Callable[[Layout, Path], Path]
+    write_interactive: Callable[[Layout, Path, bool], Path] | None = None
 
 
 def formats() -> Mapping[str, Format]:
     """Return the formats by name."""
     return {
-        "mjcf": Format("", _mjcf),
+        "mjcf": Format("", _mjcf, _interactive_mjcf),
         "usd": Format("", _usd),
         "glb": Format(".glb", _glb),
         "dxf": Format(".dxf", _dxf),
@@ -39,25 +41,39 @@ def formats() -> Mapping[str, Format]:
     }
 
 
-def compile_layout(layout: Layout, out: Path, names: Sequence[str]) -> list[Path]:
+def compile_layout(
+    layout: Layout, out: Path, names: Sequence[str], interactive: bool = False, loose: bool = False
+) -> list[Path]:
     """Write a layout in one or more formats and return the main file of each.
 
     Args:
         out: for one format its file or folder; for several a folder, which gets a subfolder or a file for each.
+        interactive, loose: what moves in 3D scenes, see `labgym.scenes.to_mjcf`.
 
     Raises:
-        OptionError: a format occurs twice, or the path does not suit it.
+        OptionError: a format occurs twice, the path does not suit it, or the format has no moving parts.
         LabgymError: a folder exists and holds other files.
     """
     table = formats()
     if len(set(names)) != len(names):
         raise OptionError(f"formats {', '.join(names)}: each may be named once")
-    if len(names) == 1:
-        return [table[names[0]].write(layout, out)]
-    return [
-        table[name].write(layout, out / (f"{layout.id}{table[name].suffix}" if table[name].suffix else name))
-        for name in names
-    ]
+    if loose and not interactive:
+        raise OptionError("--loose is for interactive scenes: add --interactive")
+    paths = (
+        [out] if len(names) == 1 else [out / (f"{layout.id}{table[n].suffix}" if table[n].suffix else n) for n in names]
+    )
+    if not interactive:
+        return [table[name].write(layout, path) for name, path in zip(names, paths, strict=True)]
+    writers = [_interactive_writer(name, table) for name in names]
+    return [write(layout, path, loose) for write, path in zip(writers, paths, strict=True)]
+
+
+def _interactive_writer(name: str, table: Mapping[str, Format]) -> Callable[[Layout, Path, bool], Path]:
+    writer = table[name].write_interactive
+    if writer is None:
+        able = " and ".join(other for other, each in table.items() if each.write_interactive is not None)
+        raise OptionError(f"--interactive is for {able}; format {name} has no moving parts")
+    return writer
 
 
 def read_floor(path: str | Path, unit: str | None = None, thickness: float | None = None) -> Floor:
@@ -91,6 +107,12 @@ def _mjcf(layout: Layout, out: Path) -> Path:
     from labgym import scenes
 
     return scenes.write_mjcf(layout, out)
+
+
+def _interactive_mjcf(layout: Layout, out: Path, loose: bool) -> Path:
+    from labgym import scenes
+
+    return scenes.write_mjcf(layout, out, interactive=True, loose=loose)
 
 
 def _usd(layout: Layout, out: Path) -> Path:

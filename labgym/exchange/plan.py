@@ -167,6 +167,8 @@ def _draw_objects(axes: Axes, layout: Layout, sheet: Sheet) -> list[str]:
             style |= {"linewidth": 0.7, "zorder": 8}
         elif placement.support == WALL:
             style |= {"facecolor": "none", "edgecolor": palette.MUTED, "linestyle": (0, (2, 1.5)), "zorder": 14}
+        for part in layout.open_parts(placement.id):
+            axes.add_patch(Patch(part.corners(), **{**style, "zorder": style["zorder"] - 1}))
         axes.add_patch(Patch(box.corners(), **style))
         if placement.support == FLOOR:
             corners = box.corners()

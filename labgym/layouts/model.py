@@ -149,7 +149,7 @@ class Layout(Document):
         return layout
 
     def check_references(self, source: object = "layout") -> None:
-        """Check that ids are unique, assets exist, sizes are plausible, and every support has the slot named.
+        """Check that ids are unique, assets exist, sizes are plausible, moving parts and slots named exist.
 
         Raises:
             DocumentError: names the source and the first placement at fault.
@@ -168,11 +168,21 @@ class Layout(Document):
                 problem = size_problem(resized(asset, placement.size), on_floor=placement.support == FLOOR)
                 if problem is not None:
                     raise DocumentError(source, f"{field}.size", problem)
+            if placement.state:
+                self._check_state(placement, source, f"{field}.state")
         for index, placement in enumerate(self.placements):
             try:
                 self._check_support(placement)
             except LabgymError as error:
                 raise DocumentError(source, f"placements.{index}.support", str(error)) from None
+
+    def _check_state(self, placement: Placement, source: object, field: str) -> None:
+        from labgym.assets.articulation import check_state
+
+        try:
+            check_state(self.asset(placement.id), placement.state)
+        except LabgymError as error:
+            raise DocumentError(source, field, str(error)) from None
 
     def _check_support(self, placement: Placement) -> None:
         """Follow the supports of a placement down to the floor or a wall."""
@@ -302,9 +312,26 @@ class Layout(Document):
         return {}
 
     def solids(self, placement_id: str) -> tuple[OrientedBox, ...]:
-        """Return a placement's solid boxes in the room frame: its bounding box, or a hollow one's shell."""
+        """Return a placement's solid boxes in the room frame: its bounding box, or a hollow one's shell.
+
+        A placement with a state has separate boxes for its doors and drawers.
+        """
+        placement, asset = self.placement(placement_id), self.asset(placement_id)
+        if placement.state:
+            from labgym.assets.articulation import posed_solids
+
+            return tuple(placed_part(part, placement) for part in posed_solids(asset, placement.state))
+        return tuple(placed_part(part, placement) for part in asset.solids())
+
+    def open_parts(self, placement_id: str) -> tuple[OrientedBox, ...]:
+        """Return the solids of open drawers and doors that stand out of a placement's bounding box."""
         placement = self.placement(placement_id)
-        return tuple(placed_part(part, placement) for part in self.asset(placement_id).solids())
+        if not placement.state:
+            return ()
+        from labgym.assets.articulation import protruding
+
+        boxes = protruding(self.asset(placement_id), placement.state)
+        return tuple(placed_part(part, placement) for part in boxes)
 
     def surface(self, placement_id: str, slot: int) -> OrientedBox:
         """Return a surface of a placement as a box from its height up to its headroom (1000 m if open)."""
@@ -329,12 +356,14 @@ class Layout(Document):
         return next((placement for placement in self.placements if placement.asset == asset), None)
 
     def obstacles(self, below: float) -> Iterator[OrientedBox]:
-        """Yield bounding boxes of floor and wall objects that reach below a height in meters."""
+        """Yield bounding boxes of floor and wall objects, and their open parts, that reach below a height in meters."""
         for placement in self.placements:
             if placement.support in (FLOOR, WALL):
                 box = self.box(placement.id)
                 if box.z0 < below:
                     yield box
+                if placement.state:
+                    yield from (part for part in self.open_parts(placement.id) if part.z0 < below)
 
     def replace(self, **changes: Any) -> Layout:
         """Return a copy with some fields changed, bound to the same catalog (or to `catalog=`).
@@ -348,7 +377,7 @@ class Layout(Document):
         if catalog is self._catalog:
             layout._take_over(self)
         unchanged = layout.floor == self.floor and layout.protocols == self.protocols
-        if unchanged and all(placement.size is None and not placement.fixed for placement in layout.placements):
+        if unchanged and not any(p.size or p.fixed or p.state for p in layout.placements):
             layout._version_1 = self._version_1
         elif self._version_1 is not None and "protocols" not in changes:
             _ = self.protocol  # a protocol that is known by its id only would be lost

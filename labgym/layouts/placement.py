@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema
 
 from labgym.assets import Asset
 from labgym.assets.model import Size
-from labgym.documents import Record
 from labgym.geometry import OrientedBox, rotate
 from labgym.layouts.floor import Coordinate, Identifier
+from labgym.layouts.floor.fields import Growing
 
 FLOOR = "floor"
 WALL = "wall"
 
 
-class Placement(Record):
+def _pairs(value: Any) -> Any:
+    """Return the pairs of a mapping, sorted by name."""
+    return tuple(sorted(value.items())) if isinstance(value, Mapping) else value
+
+
+PartName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+PartStates = Annotated[
+    tuple[tuple[PartName, Share], ...],
+    Field(max_length=64),
+    BeforeValidator(_pairs),
+    PlainSerializer(dict, return_type=dict),
+    WithJsonSchema({"type": "object", "additionalProperties": {"type": "number", "minimum": 0.0, "maximum": 1.0}}),
+]
+"""Shares of the ranges of moving parts by name, as sorted pairs; a mapping in documents and as an argument."""
+
+
+class Placement(Growing):
     """One object: the center of its bottom face in the room frame, and its yaw.
 
     Attributes:
@@ -27,7 +45,11 @@ class Placement(Record):
         fixed: whether repair and optimization must leave the object where it is.
         size: width, depth and height in meters in place of the catalog's; surfaces and cavity are scaled with it
             along each axis, and must stay within the bounds of the asset's category (up to 5 m on the floor).
+        state: how far drawers, doors and sashes are open, by name: 0 closed to 1 open. Those without an entry are as
+            the shape is drawn: drawers and doors closed, the sash of a hood at its stop.
     """
+
+    ADDED: ClassVar[frozenset[str]] = frozenset({"state"})
 
     id: Identifier
     asset: Annotated[str, Field(max_length=64)]
@@ -37,6 +59,7 @@ class Placement(Record):
     slot: Annotated[int, Field(ge=0, le=63)] | None = None
     fixed: bool = False
     size: Size | None = None
+    state: PartStates = ()
 
 
 def resized(asset: Asset, size: Size) -> Asset:

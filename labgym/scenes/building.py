@@ -18,14 +18,17 @@ CACHED = 32
 """Number of floors whose faces are cached."""
 
 
-def building_patches(floor: Floor) -> tuple[Patch, ...]:
+def building_patches(floor: Floor, leaves: bool = True) -> tuple[Patch, ...]:
     """Return the visible faces of walls, doors, windows and columns, without the floor.
 
     Faces that are turned away from all spaces are left out, so that walls are transparent from outside.
+
+    Args:
+        leaves: whether to include the leaves of interior doors.
     """
     if floor.is_rectangle:
         return room_patches(floor.room, floor.spaces[0].finishes)
-    return _patches(floor)
+    return _patches(floor, leaves)
 
 
 def floor_patches(floor: Floor) -> tuple[Patch, ...]:
@@ -36,16 +39,21 @@ def floor_patches(floor: Floor) -> tuple[Patch, ...]:
     return _coverings(floor)
 
 
-def building_solids(floor: Floor) -> dict[str, OrientedBox]:
+def building_solids(floor: Floor, leaves: bool = True) -> dict[str, OrientedBox]:
     """Return the solid boxes of the building by name: those of `Floor.solids`.
 
     A rectangular room has one for each of its walls, front, back, left and right; its doors are closed.
+
+    Args:
+        leaves: whether to include the leaves of interior doors.
     """
     if floor.is_rectangle:
         return room_solids(floor.room)
     solids: dict[str, OrientedBox] = {}
     count: Counter[str] = Counter()
     for part in floor.parts:
+        if part.kind == "leaf" and not leaves:
+            continue
         stem = f"column_{part.source}" if part.kind == "column" else f"wall_{part.source}/{part.kind}"
         solids[f"{stem}_{count[stem]}"] = part.box
         count[stem] += 1
@@ -53,8 +61,8 @@ def building_solids(floor: Floor) -> dict[str, OrientedBox]:
 
 
 @lru_cache(maxsize=CACHED)
-def _patches(floor: Floor) -> tuple[Patch, ...]:
-    return (*wall_patches(floor), *opening_patches(floor), *column_patches(floor))
+def _patches(floor: Floor, leaves: bool) -> tuple[Patch, ...]:
+    return (*wall_patches(floor), *opening_patches(floor, leaves), *column_patches(floor))
 
 
 @lru_cache(maxsize=CACHED)

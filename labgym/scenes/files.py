@@ -12,6 +12,7 @@ import numpy as np
 import trimesh
 
 from labgym.assets import Asset
+from labgym.assets.articulation import State
 from labgym.assets.meshes.colors import to_linear
 from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS
@@ -31,11 +32,14 @@ SCENE_FILE = "scene.xml"
 MESH_FOLDER = "meshes"
 
 
-def write_mjcf(layout: Layout, folder: str | Path) -> Path:
+def write_mjcf(layout: Layout, folder: str | Path, interactive: bool = False, loose: bool = False) -> Path:
     """Write a layout as `folder/scene.xml` with its meshes in `folder/meshes`, and return the file's path.
 
     The folder can be moved and loads in MuJoCo 3.3 and later without plugins. The files are written to a temporary
     folder, which then replaces an earlier scene.
+
+    Args:
+        interactive, loose: what moves, see `to_mjcf`; by default nothing.
 
     Raises:
         LabgymError: the folder exists and is not a compiled scene.
@@ -43,14 +47,14 @@ def write_mjcf(layout: Layout, folder: str | Path) -> Path:
     folder = Path(folder)
     with whole_folder(folder, (SCENE_FILE, MESH_FOLDER), "compiled scene") as fresh:
         (fresh / MESH_FOLDER).mkdir()
-        for name, content in mjcf_files(layout).items():
+        for name, content in mjcf_files(layout, interactive, loose).items():
             (fresh / name).write_bytes(content)
     return folder / SCENE_FILE
 
 
-def mjcf_files(layout: Layout) -> dict[str, bytes]:
+def mjcf_files(layout: Layout, interactive: bool = False, loose: bool = False) -> dict[str, bytes]:
     """Return the files of a scene that `write_mjcf` writes: content by path relative to the scene's folder."""
-    spec = to_mjcf(layout)
+    spec = to_mjcf(layout, interactive=interactive, loose=loose)
     meshes = _move_meshes_to_files(spec)
     spec.compile()
     files = {f"{MESH_FOLDER}/{name}": content for name, content in meshes.items()}
@@ -77,13 +81,13 @@ def write_glb(layout: Layout, path: str | Path) -> Path:
     for patch in (*floor_patches(layout.floor), *building_patches(layout.floor), *added):
         mesh = _painted(patch.vertices, patch.faces, patch.material)
         scene.add_geometry(mesh, node_name=patch.name, geom_name=patch.name, transform=up)
-    names: dict[tuple[Asset, Finishes], str] = {}
+    names: dict[tuple[Asset, Finishes, State], str] = {}
     for placement in layout.placements:
-        asset = drawn_asset(layout, placement.id)
+        asset, state = drawn_asset(layout, placement.id), placement.state
         finishes = finishes_at(layout.floor, *placement.position[:2])
-        local, pose = asset_mesh(asset, finishes), up @ _pose(placement)
+        local, pose = asset_mesh(asset, finishes, state), up @ _pose(placement)
         asset_name = asset.name if asset.name not in names.values() else placement.id
-        asset_name = names.setdefault((asset, finishes), asset_name)
+        asset_name = names.setdefault((asset, finishes, state), asset_name)
         for index in np.unique(local.material):
             material, faces = MATERIAL_NAMES[index], local.faces[local.material == index]
             name = f"{asset_name}/{material}"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.assets.archive import convex_bodies
+from labgym.assets.articulation import State, posed_parts
 from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS, Part, build, tessellate
 from labgym.layouts import Layout, Placement
@@ -87,18 +88,18 @@ class AssetMesh:
 
 
 @lru_cache(maxsize=2048)
-def asset_mesh(asset: Asset, finishes: Finishes = Finishes()) -> AssetMesh:  # noqa: B008 (a frozen record)
-    """Return an asset's mesh in the finishes of a space, computed once for each catalog entry and size."""
+def asset_mesh(asset: Asset, finishes: Finishes = Finishes(), state: State = ()) -> AssetMesh:  # noqa: B008 (a frozen record)
+    """Return an asset's mesh in the finishes of a space, computed once for each catalog entry, size and state."""
     painted = palette(finishes)
     if painted:
-        plain = asset_mesh(asset)
+        plain = asset_mesh(asset, state=state)
         if painted.keys().isdisjoint(part.material for part in plain.parts):
             return plain
         parts = tuple(replace(part, material=painted.get(part.material, part.material)) for part in plain.parts)
         index = np.arange(len(MATERIAL_NAMES))
         index[[_MATERIAL_INDEX[name] for name in painted]] = [_MATERIAL_INDEX[name] for name in painted.values()]
         return replace(plain, parts=parts, material=index[plain.material])
-    parts = build(asset)
+    parts = posed_parts(asset, state) if state else build(asset)
     meshes = [tessellate(part) for part in parts]
     material = np.concatenate(
         [np.full(len(faces), _MATERIAL_INDEX[part.material]) for part, (_, faces) in zip(parts, meshes, strict=True)]
@@ -120,7 +121,8 @@ def scene_mesh(layout: Layout, hidden: Collection[str] = ()) -> SceneMesh:
     for index, placement in enumerate(layout.placements):
         if hidden and hanging_on(layout, placement) in hidden:
             continue
-        local = asset_mesh(drawn_asset(layout, placement.id), finishes_at(layout.floor, *placement.position[:2]))
+        finishes = finishes_at(layout.floor, *placement.position[:2])
+        local = asset_mesh(drawn_asset(layout, placement.id), finishes, placement.state)
         meshes.append((_placed(local.vertices, placement), local.faces))
         materials.append(local.material)
         owners.append(np.full(len(local.faces), index))

@@ -10,6 +10,7 @@ import numpy as np
 
 from labgym.assets import Asset
 from labgym.assets.archive import convex_bodies
+from labgym.assets.articulation import State, posed_solids
 from labgym.assets.shapes import MATERIALS, Part
 from labgym.assets.shapes.parts import Vector
 from labgym.assets.shapes.tessellate import local_mesh
@@ -20,6 +21,7 @@ from labgym.layouts.floor import Finishes, Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
 from labgym.scenes.finishes import JOINTS, finishes_at, floor_material
 from labgym.scenes.fittings import drawn_asset, installations
+from labgym.scenes.interactive import add_moving_scene
 from labgym.scenes.mesh import asset_mesh
 from labgym.scenes.patches import Array, Faces, Patch
 from labgym.scenes.views import View, views
@@ -46,7 +48,7 @@ _GEOMS = {
 }
 
 
-def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
+def to_mjcf(layout: Layout, visible: bool = True, interactive: bool = False, loose: bool = False) -> mujoco.MjSpec:
     """Compile a layout into an MJCF specification, without a robot: attach one with `spec.attach`.
 
     Each placement is a static body named by its id, at the layout's pose. Its visible parts are geoms of group 2 that
@@ -57,19 +59,27 @@ def to_mjcf(layout: Layout, visible: bool = True) -> mujoco.MjSpec:
 
     Args:
         visible: whether to include visible parts; without them the model is small and compiles fast.
+        interactive: whether drawers, doors and sashes are bodies `<id>/<part>` on joints of that name, whose coordinate
+            is the opening in meters or radians, interior doors bodies on hinges, and stools, trolleys, cartons, bins
+            and drums free bodies.
+        loose: whether objects on surfaces are free bodies too; only for interactive scenes.
 
     Raises:
         UnknownNameError: an asset or its shape does not exist.
-        OptionError: a placement has the id `world`, which MuJoCo reserves.
+        OptionError: a placement has the id `world`, which MuJoCo reserves, or `loose` without `interactive`.
     """
     if "world" in layout.by_id:
         raise OptionError(f"placement id 'world' of layout {layout.id!r} is reserved by MuJoCo; rename the placement")
+    if loose and not interactive:
+        raise OptionError("loose objects need an interactive scene: set interactive as well")
     scene = SpecBuilder(layout.id, visible)
     set_looks(scene.spec, layout.floor)
-    scene.add_floor(layout.floor)
-    for placement in layout.placements:
-        finishes = finishes_at(layout.floor, *placement.position[:2])
-        scene.add_asset(placement.id, drawn_asset(layout, placement.id), placement.position, placement.yaw, finishes)
+    scene.add_floor(layout.floor, leaves=not interactive)
+    if interactive:
+        add_moving_scene(scene, layout, loose)
+    for placement in () if interactive else layout.placements:
+        asset, finishes = drawn_asset(layout, placement.id), finishes_at(layout.floor, *placement.position[:2])
+        scene.add_asset(placement.id, asset, placement.position, placement.yaw, finishes, placement.state)
     scene.add_installations(layout)
     for name, view in views(layout).items():
         add_camera(scene.spec, name, view)
@@ -86,16 +96,16 @@ class SpecBuilder:
         self.visual.geom.contype, self.visual.geom.conaffinity, self.visual.geom.group = 0, 0, VISUAL_GROUP
         self.solid = self.spec.add_default("solid", self.spec.default)
         self.solid.geom.group, self.solid.geom.rgba = COLLISION_GROUP, [0.4, 0.6, 0.8, 0.4]
-        self._visible = visible
+        self.visible = visible
         self._names: set[str] = set()
 
-    def add_floor(self, floor: Floor) -> None:
-        """Add floor, walls, doors, windows and columns to the world body."""
+    def add_floor(self, floor: Floor, leaves: bool = True) -> None:
+        """Add floor, walls, doors, windows and columns to the world body, with or without leaves of interior doors."""
         (x, y), (width, depth) = _extent(floor)
         half, middle = [width / 2.0, depth / 2.0, TILE], [x, y, 0.0]
         plane = mujoco.mjtGeom.mjGEOM_PLANE
         self.spec.worldbody.add_geom(self.solid, name="floor/solid", type=plane, size=half, pos=middle)
-        if self._visible:
+        if self.visible:
             if floor.is_rectangle:
                 material = self._covering(floor_material(floor.spaces[0].finishes), mesh=False)
                 self.spec.worldbody.add_geom(
@@ -104,14 +114,14 @@ class SpecBuilder:
             else:
                 for patch in floor_patches(floor):
                     self._add_patch(patch, self._covering(patch.material, mesh=True), JOINTS.get(patch.material))
-            for patch in building_patches(floor):
+            for patch in building_patches(floor, leaves):
                 self._add_patch(patch, self._material(patch.material))
-        for wall, box in building_solids(floor).items():
+        for wall, box in building_solids(floor, leaves).items():
             self.add_solid(self.spec.worldbody, f"{wall}/solid", box)
 
     def add_installations(self, layout: Layout) -> None:
         """Add the visible installations of a layout to the world body, one geom for each material of each."""
-        for installation in installations(layout) if self._visible else ():
+        for installation in installations(layout) if self.visible else ():
             for patch in installation.patches:
                 self._add_patch(patch, self._material(patch.material))
 
@@ -122,16 +132,22 @@ class SpecBuilder:
         position: Vector,
         yaw: float,
         finishes: Finishes = Finishes(),  # noqa: B008 (a frozen record)
+        state: State = (),
     ) -> None:
-        """Add an asset as a static body with visible parts, in the finishes of its space, and solid boxes."""
+        """Add an asset as a static body with visible parts, in the finishes of its space, and solid boxes.
+
+        Args:
+            state: of its moving parts.
+        """
         body = self.spec.worldbody.add_body(name=name, pos=position, quat=_yaw(yaw))
         _set_inertia(body, asset)
-        for part in asset_mesh(asset, finishes).parts if self._visible else ():
+        for part in asset_mesh(asset, finishes, state).parts if self.visible else ():
             self.add_part(body, part)
         bodies = convex_bodies(asset)
         for k, (vertices, faces) in enumerate(bodies):
-            self._add_convex(body, f"{name}/solid/{k}", vertices, faces)
-        for k, solid in enumerate(() if bodies else asset.solids()):
+            self.add_convex(body, f"{name}/solid/{k}", vertices, faces)
+        solids = posed_solids(asset, state) if state else asset.solids()
+        for k, solid in enumerate(() if bodies else solids):
             self.add_solid(body, f"{name}/solid/{k}", solid)
 
     def add_part(self, body: mujoco.MjsBody, part: Part) -> None:
@@ -157,7 +173,8 @@ class SpecBuilder:
             size=[box.width / 2.0, box.depth / 2.0, (box.z1 - box.z0) / 2.0],
         )
 
-    def _add_convex(self, body: mujoco.MjsBody, name: str, vertices: Array, faces: Faces) -> None:
+    def add_convex(self, body: mujoco.MjsBody, name: str, vertices: Array, faces: Faces) -> None:
+        """Add a solid convex mesh, in the body's frame."""
         mesh = f"convex_{_content_hash(vertices, faces)}"
         if mesh not in self._names:
             self._mesh(mesh, vertices, faces)

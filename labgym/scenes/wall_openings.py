@@ -37,10 +37,14 @@ DOUBLE = 1.3
 """A wider door has two leaves in the picture, meters."""
 
 
-def opening_patches(floor: Floor) -> Iterator[Patch]:
-    """Yield frames, leaves and panes of all openings of a floor. Leaves are where the solids of the floor have them."""
+def opening_patches(floor: Floor, leaves: bool = True) -> Iterator[Patch]:
+    """Yield frames, leaves and panes of all openings of a floor. Leaves are where the solids of the floor have them.
+
+    Args:
+        leaves: whether to include the leaves of interior doors.
+    """
     ways = {(way.wall, way.opening): way for way in floor.doorways}
-    leaves = {(part.source, part.opening): part.box for part in floor.parts if part.kind == "leaf"}
+    inner = {(part.source, part.opening): part.box for part in floor.parts if leaves and part.kind == "leaf"}
     for index, wall in enumerate(floor.walls):
         meshes: dict[tuple[str, str], list[tuple[Array, Faces]]] = {}
         pose = (*wall.start, wall.yaw)
@@ -52,13 +56,13 @@ def opening_patches(floor: Floor) -> Iterator[Patch]:
             if opening.kind == "window":
                 placed += [(part, pose) for part in _dressing(floor, wall, opening, index + k)]
             elif doorway is not None:
-                leaf = DOORS[floor.space(doorway.spaces[0]).finishes.doors]
+                material = leaf_material(floor, doorway)
                 if doorway.exit:
-                    parts = _leaf(opening.width, 0.04, opening.height, "daylight", leaf)
+                    parts = leaf_parts(opening.width, 0.04, opening.height, "daylight", material)
                     placed += [(part, _exit_leaf(doorway)) for part in parts]
-                elif (index, k) in leaves:
-                    box = leaves[index, k]
-                    parts = _leaf(box.width, box.depth, box.z1, "window_glass", leaf)
+                elif (index, k) in inner:
+                    box = inner[index, k]
+                    parts = leaf_parts(box.width, box.depth, box.z1, "window_glass", material)
                     placed += [(part, (box.x, box.y, box.yaw)) for part in parts]
             for part, frame in placed:
                 level = wall_name(index) if part.position[2] < CUT else upper(wall_name(index))
@@ -153,7 +157,12 @@ def _dressing(floor: Floor, wall: Wall, opening: Opening, number: int) -> Iterat
             yield from _cut([block("blind", span, (v - 0.011, v + 0.011), (z, z + 0.004))])
 
 
-def _leaf(width: float, thickness: float, height: float, glass: str, material: str) -> Iterator[Part]:
+def leaf_material(floor: Floor, doorway: Doorway) -> str:
+    """Return the material of the leaf of a door."""
+    return DOORS[floor.space(doorway.spaces[0]).finishes.doors]
+
+
+def leaf_parts(width: float, thickness: float, height: float, glass: str, material: str) -> Iterator[Part]:
     """Yield the parts of a leaf of a door in its own frame: x along its width, origin in the middle of its bottom."""
     half, v = width / 2.0, (-thickness / 2.0, thickness / 2.0)
     leaves = ((-half, -0.004), (0.004, half)) if width > DOUBLE else ((-half, half),)

@@ -61,6 +61,11 @@ def added(layout, cluttered):
     return cluttered.placements[len(layout.placements) :]
 
 
+def closed(placements):
+    """The placements with all drawers and doors closed."""
+    return tuple(p.model_copy(update={"state": ()}) for p in placements)
+
+
 def reachable(layout):
     """For each exit, the goals of the floor furniture that a disc reaches, by polygons."""
     obstacles = [*layout.floor.solids, *layout.obstacles(TALL)]
@@ -97,6 +102,21 @@ def test_objects_overlap_nothing_and_stay_inside(cluttered):
                 assert footprint.distance(polygon(other)) > 0.02
 
 
+def test_open_parts_overlap_nothing_and_stay_inside_and_off_doors(cluttered):
+    _, after, _ = cluttered
+    floor = shapely.union_all([polygon(box) for space in after.floor.spaces for box in space.boxes]).buffer(0.061)
+    parts = [(p.id, box) for p in after.placements for box in after.open_parts(p.id)]
+    standing = [*parts, *((p.id, after.box(p.id)) for p in after.placements), *(("", s) for s in after.floor.solids)]
+    doors = [Point(way.side(s)[:2]) for way in after.floor.doorways for s in way.spaces if s != "outside"]
+    for owner, box in parts:
+        outline = polygon(box)
+        assert floor.covers(outline)
+        assert all(outline.distance(door) > 0.45 for door in doors)
+        for other, solid in standing:
+            if other != owner and solid.z0 < box.z1 and box.z0 < solid.z1:
+                assert outline.intersection(polygon(solid)).area < 1e-6
+
+
 def test_the_robot_still_reaches_every_goal_from_every_exit(cluttered):
     before, after, _ = cluttered
     for old, new in zip(reachable(before), reachable(after), strict=True):
@@ -123,7 +143,7 @@ def test_no_rule_is_broken_and_ways_out_are_judged_without_loose_objects(clutter
 
 def test_what_was_there_stays_and_the_level_is_recorded(cluttered, tmp_path):
     before, after, level = cluttered
-    assert after.placements[: len(before.placements)] == before.placements
+    assert closed(after.placements[: len(before.placements)]) == before.placements
     assert after.provenance.options["clutter"] == level
     again = add_clutter(before, level, np.random.default_rng([level, 11]))
     assert again.hash == after.hash
@@ -145,6 +165,18 @@ def test_higher_levels_have_more_objects_of_more_kinds():
     assert counts[0] == 0
     assert counts[0] < counts[1] < counts[2] < counts[3]
     assert kinds[3] >= 7
+
+
+def test_higher_levels_have_more_drawers_and_doors_open():
+    layouts = [load_published("test", name) for name in published("test")[:6]]
+    counts = []
+    for level in LEVELS:
+        each = [add_clutter(layout, level, np.random.default_rng([k, level])) for k, layout in enumerate(layouts)]
+        counts.append(sum(len(p.state) for layout in each for p in layout.placements))
+    assert counts[0] == 0
+    assert counts[1] < counts[3]
+    assert min(counts[1:]) > 0
+    assert counts[3] > len(layouts)
 
 
 def test_level_0_changes_nothing_and_other_levels_are_refused():
@@ -173,7 +205,7 @@ def test_generate_adds_clutter_last_and_its_provenance_makes_the_layout_again(si
     bare, used = (generate("sub_01", 3, **site, clutter=level) for level in (0, 3))
     assert generate("sub_01", 3, **site).hash == bare.hash
     assert "clutter" not in bare.provenance.options
-    assert used.placements[: len(bare.placements)] == bare.placements
+    assert closed(used.placements[: len(bare.placements)]) == bare.placements
     assert len(used.placements) > len(bare.placements)
     made = used.provenance
     assert generate(used.protocols, made.seed, **site, clutter=made.options["clutter"]).hash == used.hash

@@ -56,7 +56,7 @@ def test_a_published_file_keeps_its_version_its_hash_and_its_bytes(split, entry,
 
 def test_a_field_added_to_rooms_and_placements_changes_no_version_1_hash(monkeypatch):
     class WiderPlacement(Placement):
-        state: str = "shut"
+        mood: str = "shut"
 
     class WiderRoom(Room):
         finish: float = 0.5
@@ -65,7 +65,7 @@ def test_a_field_added_to_rooms_and_placements_changes_no_version_1_hash(monkeyp
     layout = load_published("test", entry.id)
     room = WiderRoom(**{name: getattr(layout.room, name) for name in Room.model_fields})
     placements = tuple(
-        WiderPlacement(**{name: getattr(placement, name) for name in Placement.model_fields}, state="open")
+        WiderPlacement(**{name: getattr(placement, name) for name in Placement.model_fields}, mood="open")
         for placement in layout.placements
     )
     assert version1.hash_of(version1.Version1Fields(layout.protocol_id, room), placements) == entry.hash
@@ -167,13 +167,13 @@ def test_the_hash_rounds_to_a_tenth_of_a_millimetre_and_leaves_out_labels():
 
 def test_a_field_added_with_a_default_changes_no_version_2_hash():
     class WiderPlacement(Placement):
-        state: str = "shut"
+        mood: str = "shut"
         notes: dict[str, str] = Field(default_factory=dict)
 
     wider = tuple(WiderPlacement(**dict(placement)) for placement in (BENCH, ACETONE))
     layout = small().model_copy(update={"placements": wider})
     assert layout.hash == small().hash
-    opened = (wider[0].model_copy(update={"state": "open"}), wider[1])
+    opened = (wider[0].model_copy(update={"mood": "open"}), wider[1])
     assert small().model_copy(update={"placements": opened}).hash != small().hash
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from itertools import pairwise
 
 from labgym.assets.model import Asset
 from labgym.assets.shapes.fixtures import castors, drawer_handle
+from labgym.assets.shapes.joints import DRAWER_DEPTH, RIM, door, drawer, hidden, moving
 from labgym.assets.shapes.parts import Part, Point, block, column, revolved, rod, rounded, tube
 from labgym.assets.shapes.registry import count, extents, flag, shape
 
@@ -20,31 +22,78 @@ OVERHANG = 0.034
 GAP = 0.004
 
 
-def cupboards(x: Point, y: float, top: float, units: int, side: float = 1.0) -> Iterator[Part]:
+def cupboards(
+    x: Point, y: float, top: float, units: int, depth: float, side: float = 1.0, prefix: str = "", end: float = math.inf
+) -> Iterator[Part]:
     """Doors under drawers on a front at y that looks along `side` * y; handles reach 22 mm further.
 
     Every third unit is a stack of drawers.
+
+    Args:
+        depth: depth of the furniture behind the front, meters.
+        prefix: of the names of the moving parts.
+        end: units that reach beyond this x are false fronts.
     """
     pitch = (x[1] - x[0]) / units
     front = y + side * 0.018
-    drawer = top - 0.17
+    bench_drawer = top - 0.17
+    count: Counter[str] = Counter()
     for k in range(units):
         left, right = x[0] + k * pitch + GAP, x[0] + (k + 1) * pitch - GAP
         stack = k % 3 == 1
-        levels = (
-            [KICK + GAP, KICK + (drawer - KICK) * 0.5, drawer, top - GAP] if stack else [KICK + GAP, drawer, top - GAP]
-        )
+        levels = [KICK + GAP, bench_drawer, top - GAP]
+        if stack:
+            levels.insert(1, KICK + (bench_drawer - KICK) * 0.5)
         for n, (low, high) in enumerate(pairwise(levels)):
-            yield block("laminate_white", (left, right), (y, front), (low, high - GAP))
-            if stack or n == 1:
+            span = (low, high - GAP)
+            panel = [block("laminate_white", (left, right), (y, front), span)]
+            is_drawer = stack or n == 1
+            if is_drawer:
                 middle = (left + right) / 2.0
                 reach = min(0.09, pitch * 0.3)
-                yield from _pull((middle - reach, middle + reach), front, side, high - 0.045)
+                panel += _pull((middle - reach, middle + reach), front, side, high - 0.045)
             else:
                 edge = right - 0.045 if k % 2 == 0 else left + 0.045
-                yield block(
-                    "stainless", (edge - 0.006, edge + 0.006), (front, front + side * 0.016), (high - 0.22, high - 0.05)
-                )
+                handle = (edge - 0.006, edge + 0.006), (front, front + side * 0.016), (high - 0.22, high - 0.05)
+                panel.append(block("stainless", *handle))
+            if right > end:
+                yield from panel
+                continue
+            kind = "drawer" if is_drawer else "door"
+            count[kind] += 1
+            name = f"{prefix}{kind}_{count[kind]}"
+            if is_drawer:
+                yield from pulled_out(name, panel, (left, right), front, span, min(DRAWER_DEPTH, depth), side)
+            else:
+                leaf = (left, right), (y, front), span
+                yield from moving(door(name, "cupboard door", *leaf, "high" if k % 2 else "low", side), panel)
+            yield from hidden(recess((left, right), y, span, side))
+
+
+def pulled_out(
+    name: str, panel: list[Part], x: Point, front: float, z: Point, depth: float, side: float = 1.0
+) -> Iterator[Part]:
+    """A drawer: the panel in front, and the box behind it, which only an open drawer shows."""
+    joint = drawer(name, x, front, z, depth, side)
+    yield from moving(joint, panel)
+    board, behind = 0.012, front - side * 0.014
+    end = front - side * depth
+    low, rim = z[0] + 0.015, z[0] + RIM * (z[1] - z[0])
+    box = [block("laminate_grey", (x[0] + board, x[1] - board), (behind, end), (low, low + board))]
+    box += [
+        block("laminate_grey", span, (behind, end), (low + board, rim))
+        for span in ((x[0] + board, x[0] + 2.0 * board), (x[1] - 2.0 * board, x[1] - board))
+    ]
+    inside = (x[0] + 2.0 * board, x[1] - 2.0 * board)
+    box.append(block("laminate_grey", inside, (end, end + side * board), (low + board, rim)))
+    yield from moving(joint, hidden(box))
+
+
+def recess(x: Point, y: float, z: Point, side: float = 1.0) -> Iterator[Part]:
+    """The dark opening behind a front whose inner face is at y."""
+    inset = 0.012
+    span = (x[0] + inset, x[1] - inset), (y, y + side * 0.001), (z[0] + inset, z[1] - inset)
+    yield block("powder_dark", *span)
 
 
 def _pull(x: Point, y: float, side: float, z: float) -> Iterator[Part]:
@@ -77,7 +126,7 @@ def bench(asset: Asset) -> Iterator[Part]:
     front = hd - OVERHANG - 0.018
     yield block("laminate_grey", (-hw, hw), (-hd, front), (KICK, height - TOP))
     yield block("powder_dark", (-hw + 0.01, hw - 0.01), (-hd + 0.01, front - 0.05), (0.0, KICK))
-    yield from cupboards((-hw, hw), front, height - TOP, doors)
+    yield from cupboards((-hw, hw), front, height - TOP, doors, front + hd - 0.02)
 
 
 def _framed(width: float, depth: float, height: float, wheels: bool) -> Iterator[Part]:
@@ -104,11 +153,14 @@ def _framed(width: float, depth: float, height: float, wheels: bool) -> Iterator
     pitch = (width - 0.06) / units
     for k in range(units):
         left = -hw + 0.03 + k * pitch
-        yield block(
-            "laminate_white", (left + GAP, left + pitch - GAP), (hd - 0.058, hd - 0.044), (low + GAP, high - GAP)
-        )
+        x, face, z = (left + GAP, left + pitch - GAP), hd - 0.044, (low + GAP, high - GAP)
         middle = left + pitch / 2.0
-        yield from drawer_handle((middle - 0.07, middle + 0.07), hd - 0.044, hd - 0.026, high - 0.06)
+        panel = [
+            block("laminate_white", x, (hd - 0.058, face), z),
+            *drawer_handle((middle - 0.07, middle + 0.07), face, hd - 0.026, high - 0.06),
+        ]
+        yield from pulled_out(f"drawer_{k + 1}", panel, x, face, z, min(DRAWER_DEPTH, depth - 0.10))
+        yield from hidden(recess(x, hd - 0.058, z))
 
 
 def _balance_table(width: float, depth: float, height: float) -> Iterator[Part]:
@@ -134,7 +186,8 @@ def island(asset: Asset) -> Iterator[Part]:
     yield block("powder_dark", (-hw + 0.03, hw - 0.03), (-front + 0.05, front - 0.05), (0.0, KICK))
     for side in (-1.0, 1.0):
         yield block("edge_blue", (-hw, hw), (side * (hd - 0.006), side * hd), (height - TOP, height))
-        yield from cupboards((-hw + 0.012, hw - 0.012), side * front, height - TOP, count(asset, "doors", 4), side)
+        units, prefix = count(asset, "doors", 4), "front_" if side > 0.0 else "back_"
+        yield from cupboards((-hw + 0.012, hw - 0.012), side * front, height - TOP, units, front - 0.02, side, prefix)
         yield block(
             "laminate_white", (side * (hw - 0.012), side * (hw - 0.002)), (-front, front), (KICK, height - TOP - GAP)
         )
@@ -153,11 +206,16 @@ def desk(asset: Asset) -> Iterator[Part]:
         for k in range(3):
             low = 0.05 + k * (height - 0.10) / 3.0
             high = low + (height - 0.10) / 3.0 - 0.008
-            yield block(
-                "laminate_white", (outer - side * 0.004, inner + side * 0.004), (hd - 0.06, hd - 0.044), (low, high)
-            )
+            ends = sorted((outer - side * 0.004, inner + side * 0.004))
+            x, face, z = (ends[0], ends[1]), hd - 0.044, (low, high)
             middle = (outer + inner) / 2.0
-            yield from drawer_handle((middle - 0.06, middle + 0.06), hd - 0.044, hd - 0.028, high - 0.04)
+            panel = [
+                block("laminate_white", x, (hd - 0.06, face), z),
+                *drawer_handle((middle - 0.06, middle + 0.06), face, hd - 0.028, high - 0.04),
+            ]
+            name = f"{'left' if side < 0.0 else 'right'}_drawer_{k + 1}"
+            yield from pulled_out(name, panel, x, face, z, min(DRAWER_DEPTH, depth - 0.10))
+            yield from hidden(recess(x, hd - 0.06, z))
         yield block("powder_dark", (outer - side * 0.01, inner + side * 0.01), (-hd + 0.04, hd - 0.09), (0.0, 0.03))
     yield block("laminate_grey", (-hw + 0.3, hw - 0.3), (-hd + 0.02, -hd + 0.04), (0.25, height - 0.03))
 
@@ -215,7 +273,7 @@ def sink_bench(asset: Asset) -> Iterator[Part]:
     yield block("laminate_grey", (hw - 0.03, hw), (-hd, front), (height - 0.27, low))
     yield block("laminate_grey", (left - 0.02, hw - 0.03), (y[1] + 0.002, front), (height - 0.27, low))
     yield block("powder_dark", (-hw + 0.01, hw - 0.01), (-hd + 0.01, front - 0.05), (0.0, KICK))
-    yield from cupboards((-hw, hw), front, low, 2)
+    yield from cupboards((-hw, hw), front, low, 2, front + hd - 0.02, end=left - 0.02)
 
 
 def _hand_basin(width: float, depth: float, height: float) -> Iterator[Part]:

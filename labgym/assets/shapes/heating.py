@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from labgym.assets.model import Asset
 from labgym.assets.shapes.fixtures import feet, knob, panel_screen
 from labgym.assets.shapes.flasks import bulb
+from labgym.assets.shapes.joints import door, hidden, moving
 from labgym.assets.shapes.parts import (
     ALONG_X,
     ALONG_Y,
@@ -175,28 +176,42 @@ def oven(asset: Asset) -> Iterator[Part]:
     """A drying oven: a door with a window and a bar handle under a control strip; `round_window` is a vacuum oven."""
     width, depth, height = extents(asset)
     hw, hd = width / 2.0, depth / 2.0
-    door = hd - 0.028
-    yield rounded("powder_white", (-hw, hw), (-hd, door - 0.02), (0.025, height), 0.012)
+    face = hd - 0.028
+    yield rounded("powder_white", (-hw, hw), (-hd, face - 0.02), (0.025, height), 0.012)
     yield from feet(hw * 0.85, hd * 0.8, 0.025)
     strip = height * 0.80
-    yield block("plastic_dark", (-hw, hw), (door - 0.02, door), (strip + 0.01, height - 0.004))
-    yield from panel_screen("screen_green", (-0.09, 0.09), door, (strip + 0.035, height - 0.03))
+    yield block("plastic_dark", (-hw, hw), (face - 0.02, face), (strip + 0.01, height - 0.004))
+    yield from panel_screen("screen_green", (-0.09, 0.09), face, (strip + 0.035, height - 0.03))
     for x in (-hw * 0.7, hw * 0.7):
-        yield from knob("plastic_light", 0.035, x, door, door + 0.018, (strip + height) / 2.0 + 0.003)
-    yield rounded("powder_white", (-hw + 0.006, hw - 0.006), (door - 0.02, door), (0.04, strip), 0.008)
+        yield from knob("plastic_light", 0.035, x, face, face + 0.018, (strip + height) / 2.0 + 0.003)
+    leaf = (-hw + 0.006, hw - 0.006), (face - 0.02, face), (0.04, strip)
+    joint = door("door", "appliance door", *leaf, "low")
+    yield from moving(joint, [rounded("powder_white", *leaf, 0.008)])
+    yield from moving(joint, _oven_window(asset, face))
+    yield from moving(joint, _oven_handle(hw * 0.84, face, hd, height))
+    chamber = (-hw + 0.05, hw - 0.05), (face - 0.02, face - 0.019), (0.08, strip - 0.04)
+    yield from hidden([block("powder_dark", *chamber)])
+
+
+def _oven_window(asset: Asset, face: float) -> Iterator[Part]:
+    width, _, height = extents(asset)
+    hw = width / 2.0
     if flag(asset, "round_window"):
         size = min(width, height) * 0.42
-        yield cylinder("powder_dark", size, 0.006, (0.0, door + 0.003, height * 0.42), ALONG_Y)
-        yield cylinder("window_glass", size * 0.85, 0.004, (0.0, door + 0.008, height * 0.42), ALONG_Y)
-        yield cylinder("screen_dark", size * 0.84, 0.004, (0.0, door + 0.005, height * 0.42), ALONG_Y)
+        yield cylinder("powder_dark", size, 0.006, (0.0, face + 0.003, height * 0.42), ALONG_Y)
+        yield cylinder("window_glass", size * 0.85, 0.004, (0.0, face + 0.008, height * 0.42), ALONG_Y)
+        yield cylinder("screen_dark", size * 0.84, 0.004, (0.0, face + 0.005, height * 0.42), ALONG_Y)
     elif flag(asset, "window"):
-        yield block("powder_dark", (-hw * 0.62, hw * 0.62), (door, door + 0.004), (height * 0.22, height * 0.66))
+        yield block("powder_dark", (-hw * 0.62, hw * 0.62), (face, face + 0.004), (height * 0.22, height * 0.66))
         yield block(
-            "screen_dark", (-hw * 0.54, hw * 0.54), (door + 0.004, door + 0.006), (height * 0.26, height * 0.62)
+            "screen_dark", (-hw * 0.54, hw * 0.54), (face + 0.004, face + 0.006), (height * 0.26, height * 0.62)
         )
-    yield rod("stainless", 0.014, (hw * 0.84, hd - 0.007, height * 0.22), (hw * 0.84, hd - 0.007, height * 0.66))
+
+
+def _oven_handle(x: float, face: float, front: float, height: float) -> Iterator[Part]:
+    yield rod("stainless", 0.014, (x, front - 0.007, height * 0.22), (x, front - 0.007, height * 0.66))
     for z in (height * 0.26, height * 0.62):
-        yield cylinder("stainless", 0.010, hd - 0.007 - door, (hw * 0.84, (hd - 0.007 + door) / 2.0, z), ALONG_Y)
+        yield cylinder("stainless", 0.010, front - 0.007 - face, (x, (front - 0.007 + face) / 2.0, z), ALONG_Y)
 
 
 @shape("furnace")

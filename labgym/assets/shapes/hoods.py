@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from labgym.assets.model import Asset
 from labgym.assets.shapes.fixtures import knob, panel_screen
-from labgym.assets.shapes.furniture import GAP, KICK
+from labgym.assets.shapes.furniture import GAP, KICK, recess
+from labgym.assets.shapes.joints import door, hidden, moving, sash
 from labgym.assets.shapes.parts import (
     ALONG_X,
     ALONG_Y,
@@ -43,7 +44,13 @@ def fume_hood(asset: Asset) -> Iterator[Part]:
     yield block("powder_white", (x0, x1), (-hd, back - 0.03), (hollow.z0, hollow.z1))
     yield block("powder_white", (-hw, hw), (-hd, post), (hollow.z1, height - 0.05))
     yield from _inside(x0, x1, back, front, hollow.z0, hollow.z1)
-    yield from _sash(x0, x1, front, hd, hollow.z0 + number(asset, "sash", 0.46), hollow.z1)
+    stop = number(asset, "sash", 0.46)
+    low = hollow.z0 + stop
+    joint = sash((x0, x1), (front + 0.006, front + 0.022), (low, hollow.z1), hollow.z0, low)
+    yield from moving(joint, _sash(x0, x1, front, hd, low, hollow.z1))
+    # A fixed pane covers what the lowered sash leaves open.
+    pane = (x0, x1), (front + 0.001, front + 0.004), (max(hollow.z1 - stop - 0.02, low), hollow.z1)
+    yield from hidden([block("sash_glass", *pane)])
     yield from _fascia(hw, post, hollow.z1, height)
     yield column("galvanised", 0.25, 0.0, -0.05, (height - 0.06, height))
     if flag(asset, "walk_in"):
@@ -93,17 +100,17 @@ def _base(hw: float, hd: float, top: float) -> Iterator[Part]:
     pitch = 2.0 * hw / doors
     for k in range(doors):
         left = -hw + k * pitch
+        x, y, z = (left + GAP, left + pitch - GAP), (face - 0.02, face), (KICK + GAP, crown - GAP)
         hazard = k == 0
-        yield block(
-            "safety_yellow" if hazard else "laminate_white",
-            (left + GAP, left + pitch - GAP),
-            (face - 0.02, face),
-            (KICK + GAP, crown - GAP),
-        )
-        x = left + pitch - 0.05 if k % 2 == 0 else left + 0.05
-        yield block("stainless", (x - 0.006, x + 0.006), (face, face + 0.018), (crown - 0.24, crown - 0.06))
+        handle = left + pitch - 0.05 if k % 2 == 0 else left + 0.05
+        leaf = [
+            block("safety_yellow" if hazard else "laminate_white", x, y, z),
+            block("stainless", (handle - 0.006, handle + 0.006), (face, face + 0.018), (crown - 0.24, crown - 0.06)),
+        ]
         if hazard:
-            yield from diamond("flammable", 0.14, left + pitch / 2.0, face, (KICK + crown) / 2.0)
+            leaf += diamond("flammable", 0.14, left + pitch / 2.0, face, (KICK + crown) / 2.0)
+        yield from moving(door(f"door_{k + 1}", "cupboard door", x, y, z, "high" if k % 2 else "low"), leaf)
+        yield from hidden(recess(x, face - 0.02, z))
 
 
 def _services(right: float, left: float, y: float, edge: float, low: float) -> Iterator[Part]:

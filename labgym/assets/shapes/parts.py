@@ -11,6 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.assets.shapes.joints import Joint
+
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -38,6 +40,8 @@ class Part:
         material: name in `MATERIALS`.
         profile: points (radius, z) of a revolve from bottom to top, or (x, y) of a prism counter-clockwise.
         triangles: vertices (n, 3) about the position and faces (m, 3) of a mesh.
+        joint: the joint by which it moves, None for a fixed part.
+        hidden: whether it is inside the asset, or behind a moving part, while everything is closed.
     """
 
     primitive: Primitive
@@ -47,6 +51,8 @@ class Part:
     material: str
     profile: tuple[Point, ...] = ()
     triangles: Triangles | None = field(default=None, compare=False)
+    joint: Joint | None = None
+    hidden: bool = False
 
     @property
     def rotation(self) -> Array:

@@ -28,8 +28,11 @@ def shape(name: str) -> Callable[[Builder], Builder]:
     return register
 
 
-def build(asset: Asset) -> tuple[Part, ...]:
+def build(asset: Asset, hidden: bool = False) -> tuple[Part, ...]:
     """Return the visible parts of an asset in its own frame, inside its bounding box.
+
+    Args:
+        hidden: whether to include the parts that only an open asset shows, such as the boxes of drawers.
 
     Raises:
         UnknownNameError: the asset names an unknown shape or color.
@@ -37,7 +40,7 @@ def build(asset: Asset) -> tuple[Part, ...]:
     """
     if asset.shape.name not in SHAPES:
         raise UnknownNameError("shape", asset.shape.name, SHAPES)
-    parts = tuple(SHAPES[asset.shape.name](asset))
+    parts = tuple(part for part in SHAPES[asset.shape.name](asset) if hidden or not part.hidden)
     return tuple(part for part in parts if part.material not in LIQUIDS) if flag(asset, EMPTY) else parts
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from labgym.assets.model import SHELL, Asset, Cavity
 from labgym.assets.shapes.fixtures import bar_handle, gauge, knob, louvres, panel_screen
+from labgym.assets.shapes.joints import Joint, door, moving
 from labgym.assets.shapes.materials import coating, substance
 from labgym.assets.shapes.parts import ALONG_Y, Part, band, block, column, cylinder, revolved, rod, rounded
 from labgym.assets.shapes.registry import count, extents, flag, shape, text
@@ -60,35 +61,52 @@ def cabinet(asset: Asset) -> Iterator[Part]:
     low = max(hollow.z0 - SHELL, 0.04)
     yield block("powder_dark", (-hw + 0.01, hw - 0.01), (hd - PROUD - DOOR - 0.02, face - DOOR + 0.004), (0.0, low))
     doors = count(asset, "doors", 2)
-    pitch = width / doors
+    pitch, glazed = width / doors, flag(asset, "glass")
+    y, z = (face - DOOR, face), (low + 0.004, height - 0.008)
+    joints = []
     for k in range(doors):
         x = (-hw + k * pitch + 0.003, -hw + (k + 1) * pitch - 0.003)
-        middle = (x[0] + x[1]) / 2.0
         # Two doors meet in the middle; a single one opens at its left edge as seen from the front.
-        edge = x[1] - 0.035 if doors == 2 and k == 0 else x[0] + 0.035
-        if flag(asset, "glass"):
-            yield from glazed_door(colour, x, (face - DOOR, face), (low + 0.004, height - 0.008))
-        else:
-            yield block(colour, x, (face - DOOR, face), (low + 0.004, height - 0.008))
-            yield from louvres((middle - 0.06, middle + 0.06), face, (low + 0.03, low + 0.07), 3)
-        grip = min(0.28, height * 0.22)
-        yield from bar_handle(edge, face, hd, (height * 0.52 - grip / 2.0, height * 0.52 + grip / 2.0), "plastic_black")
-        yield cylinder("chrome", 0.018, 0.006, (edge, face + 0.003, height * 0.52 - grip / 2.0 - 0.04), ALONG_Y)
+        left = doors == 2 and k == 0
+        kind = "glazed door" if glazed else "cabinet door"
+        joint = door(f"door_{k + 1}", kind, x, y, z, "low" if left else "high", closes=True)
+        leaf = glazed_door(colour, x, y, z) if glazed else _plain_door(colour, x, y, z, low)
+        yield from moving(joint, leaf)
+        edge = x[1] - 0.035 if left else x[0] + 0.035
+        yield from moving(joint, _grip(edge, face, hd, height))
+        joints.append(joint)
     if "sign" in asset.shape.parameters:
-        yield from _hazard_front(asset, text(asset, "sign", "warning"), doors, face)
+        yield from _hazard_front(asset, text(asset, "sign", "warning"), joints, face)
 
 
-def _hazard_front(asset: Asset, symbol: str, doors: int, face: float) -> Iterator[Part]:
+def _plain_door(
+    material: str, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], low: float
+) -> Iterator[Part]:
+    """A plain door with vents above a height."""
+    middle = (x[0] + x[1]) / 2.0
+    yield block(material, x, y, z)
+    yield from louvres((middle - 0.06, middle + 0.06), y[1], (low + 0.03, low + 0.07), 3)
+
+
+def _grip(edge: float, face: float, front: float, height: float) -> Iterator[Part]:
+    """The handle of a cabinet's door and a lock below it."""
+    grip = min(0.28, height * 0.22)
+    yield from bar_handle(edge, face, front, (height * 0.52 - grip / 2.0, height * 0.52 + grip / 2.0), "plastic_black")
+    yield cylinder("chrome", 0.018, 0.006, (edge, face + 0.003, height * 0.52 - grip / 2.0 - 0.04), ALONG_Y)
+
+
+def _hazard_front(asset: Asset, symbol: str, joints: Sequence[Joint], face: float) -> Iterator[Part]:
     width, _, height = extents(asset)
+    doors = len(joints)
     size = min(0.24, 0.42 * width / doors, 0.34 * height)
-    for k in range(doors):
+    for k, joint in enumerate(joints):
         x = -width / 2.0 + (k + 0.5) * width / doors
-        yield from diamond(symbol, size, x, face, height * 0.74)
+        yield from moving(joint, diamond(symbol, size, x, face, height * 0.74))
     x = -width / 2.0 + 0.5 * width / doors
     plate = min(0.30, 0.6 * width / doors)
     z = height * 0.74 - size * 0.5 - 0.06
-    yield block("paper", (x - plate / 2.0, x + plate / 2.0), (face, face + 0.001), (z - 0.028, z + 0.028))
-    yield from lines(plate * 0.86, 0.04, 2, x, face + 0.001, z)
+    label = block("paper", (x - plate / 2.0, x + plate / 2.0), (face, face + 0.001), (z - 0.028, z + 0.028))
+    yield from moving(joints[0], [label, *lines(plate * 0.86, 0.04, 2, x, face + 0.001, z)])
 
 
 def glazed_door(
@@ -114,9 +132,11 @@ def wall_cabinet(asset: Asset) -> Iterator[Part]:
     pitch = width / doors
     for k in range(doors):
         x = (-hw + k * pitch + 0.003, -hw + (k + 1) * pitch - 0.003)
-        yield from glazed_door("laminate_white", x, (face - DOOR, face), (0.004, height - 0.004))
+        y, z = (face - DOOR, face), (0.004, height - 0.004)
+        joint = door(f"door_{k + 1}", "glazed door", x, y, z, "high" if k % 2 else "low", closes=True)
+        yield from moving(joint, glazed_door("laminate_white", x, y, z))
         edge = x[1] - 0.022 if k % 2 == 0 else x[0] + 0.022
-        yield from bar_handle(edge, face, hd, (0.06, 0.18))
+        yield from moving(joint, bar_handle(edge, face, hd, (0.06, 0.18)))
 
 
 @shape("gas_cabinet")
@@ -128,16 +148,20 @@ def gas_cabinet(asset: Asset) -> Iterator[Part]:
     roof = height - 0.04
     x0, x1, back = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0, hollow.y - hollow.depth / 2.0
     yield block(colour, (-hw, hw), (-hd, face - DOOR), (hollow.z1, roof))
-    for x in ((-hw, x0), (x1, hw)):
-        yield block(colour, x, (-hd, face - DOOR), (0.0, hollow.z1))
+    for side in ((-hw, x0), (x1, hw)):
+        yield block(colour, side, (-hd, face - DOOR), (0.0, hollow.z1))
     yield block(colour, (x0, x1), (-hd, back), (0.0, hollow.z1))
     yield block(colour, (x0, x1), (back, face - DOOR), (0.0, hollow.z0))
     yield column("galvanised", min(width, depth) * 0.42, 0.0, 0.0, (roof, height))
-    yield block(colour, (-hw + 0.003, hw - 0.003), (face - DOOR, face), (0.05, roof - 0.01))
-    yield block("screen_dark", (-hw * 0.45, hw * 0.45), (face, face + 0.002), (height * 0.62, height * 0.82))
-    yield from bar_handle(-hw + 0.05, face, hd, (height * 0.44, height * 0.56), "plastic_black")
-    yield from louvres((-hw * 0.6, hw * 0.6), face, (0.10, 0.24), 6)
-    yield from diamond("warning", 0.16, 0.0, face, height * 0.50)
+    x, y, z = (-hw + 0.003, hw - 0.003), (face - DOOR, face), (0.05, roof - 0.01)
+    leaf = [
+        block(colour, x, y, z),
+        block("screen_dark", (-hw * 0.45, hw * 0.45), (face, face + 0.002), (height * 0.62, height * 0.82)),
+        *bar_handle(-hw + 0.05, face, hd, (height * 0.44, height * 0.56), "plastic_black"),
+        *louvres((-hw * 0.6, hw * 0.6), face, (0.10, 0.24), 6),
+        *diamond("warning", 0.16, 0.0, face, height * 0.50),
+    ]
+    yield from moving(door("door", "cabinet door", x, y, z, "high", closes=True), leaf)
 
 
 @shape("fridge")
@@ -159,17 +183,21 @@ def fridge(asset: Asset) -> Iterator[Part]:
     z = (base + 0.006, height - (0.16 if freezer else 0.10 if height > 1.0 else 0.07))
     yield block("plastic_light", (-hw, hw), (inner, face - 0.01), (z[1] + 0.006, height))
     yield from panel_screen("screen", (-0.07, 0.07), face - 0.01, (z[1] + 0.022, height - 0.016))
+    joint = door("door", "appliance door", (-hw, hw), (inner, face), z, "high", closes=True)
     if flag(asset, "glass_door"):
-        yield from glazed_door("powder_grey", (-hw + 0.002, hw - 0.002), (inner, face), z)
+        yield from moving(joint, glazed_door("powder_grey", (-hw + 0.002, hw - 0.002), (inner, face), z))
         yield block("lamp", (-hw * 0.6, hw * 0.6), (hollow.y, hollow.y + 0.03), (hollow.z1 - 0.008, hollow.z1 - 0.001))
     else:
-        yield rounded(body, (-hw, hw), (inner, face), z, 0.012)
-    yield from bar_handle(-hw + 0.05, face, hd, (z[0] + 0.35 * (z[1] - z[0]), z[0] + 0.75 * (z[1] - z[0])))
+        yield from moving(joint, [rounded(body, (-hw, hw), (inner, face), z, 0.012)])
+    grip = z[0] + 0.35 * (z[1] - z[0]), z[0] + 0.75 * (z[1] - z[0])
+    yield from moving(joint, bar_handle(-hw + 0.05, face, hd, grip))
     if "sign" in asset.shape.parameters:
-        yield from diamond(text(asset, "sign", "warning"), min(0.16, 0.3 * height), 0.0, face, height * 0.62)
+        sign = diamond(text(asset, "sign", "warning"), min(0.16, 0.3 * height), 0.0, face, height * 0.62)
+        yield from moving(joint, sign)
     if freezer:
-        yield from bar_handle(hw * 0.2, face, hd, (height * 0.42, height * 0.55), "plastic_dark")
-        yield block("signal_blue", (-hw * 0.5, hw * 0.7), (face, face + 0.002), (height * 0.72, height * 0.76))
+        yield from moving(joint, bar_handle(hw * 0.2, face, hd, (height * 0.42, height * 0.55), "plastic_dark"))
+        stripe = block("signal_blue", (-hw * 0.5, hw * 0.7), (face, face + 0.002), (height * 0.72, height * 0.76))
+        yield from moving(joint, [stripe])
 
 
 def _ice_machine(width: float, depth: float, height: float) -> Iterator[Part]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from labgym.assets.archive import convex_bodies
+from labgym.assets.articulation import State, posed_parts, posed_solids
 from labgym.assets.model import Asset
-from labgym.assets.shapes import build
+from labgym.assets.shapes import Part, build
 from labgym.assets.usd.attributes import write_attributes
 from labgym.assets.usd.bodies import write_collider, write_convex, write_part
 from labgym.assets.usd.labels import write_labels
@@ -14,7 +16,7 @@ from labgym.assets.usd.looks import write_look
 from labgym.errors import MissingDependencyError
 
 
-def asset_layer(asset: Asset) -> Any:
+def asset_layer(asset: Asset, state: State = ()) -> Any:
     """Return an asset as an anonymous `pxr.Sdf.Layer` with the same content on every machine.
 
     The default prim is a component in meters, z up, with its origin at the center of the asset's bottom face and its
@@ -22,6 +24,9 @@ def asset_layer(asset: Asset) -> Any:
     `Asset.solids`, or the convex bodies of an imported mesh; purpose guide) and Looks. The prim is a rigid body of the
     asset's mass; facilities are kinematic, so that they do not move. Its semantic labels are the asset's name
     (taxonomy `class`) and category (taxonomy `category`).
+
+    Args:
+        state: of the moving parts, which belong to the rigid body; see `labgym.assets.articulation`.
 
     Raises:
         MissingDependencyError: usd-core is not installed.
@@ -32,11 +37,11 @@ def asset_layer(asset: Asset) -> Any:
         raise MissingDependencyError("usd-core", "writing USD", "usd") from None
     # A stage alone would not keep its layer alive.
     layer = Sdf.Layer.CreateAnonymous(asset.name)
-    _write(Usd.Stage.Open(layer), asset)
+    _write(Usd.Stage.Open(layer), asset, state)
     return layer
 
 
-def _write(stage: Any, asset: Asset) -> None:
+def _write(stage: Any, asset: Asset, state: State) -> None:
     from pxr import Usd, UsdGeom, UsdPhysics
 
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -52,19 +57,19 @@ def _write(stage: Any, asset: Asset) -> None:
     UsdPhysics.MassAPI.Apply(root).CreateMassAttr(asset.mass)
     write_labels(root, {"class": asset.name, "category": asset.category})
     write_attributes(root, asset)
-    _write_geometry(stage, asset)
+    _write_geometry(stage, asset, posed_parts(asset, state) if state else build(asset))
     UsdGeom.Scope.Define(stage, f"/{asset.name}/Colliders").CreatePurposeAttr(UsdGeom.Tokens.guide)
     bodies = convex_bodies(asset)
     for k, (vertices, faces) in enumerate(bodies):
         write_convex(stage, f"/{asset.name}/Colliders/convex_{k}", vertices, faces)
-    for k, box in enumerate(() if bodies else asset.solids()):
+    solids = posed_solids(asset, state) if state else asset.solids()
+    for k, box in enumerate(() if bodies else solids):
         write_collider(stage, f"/{asset.name}/Colliders/box_{k}", box)
 
 
-def _write_geometry(stage: Any, asset: Asset) -> None:
+def _write_geometry(stage: Any, asset: Asset, parts: Sequence[Part]) -> None:
     from pxr import UsdGeom, UsdShade
 
-    parts = build(asset)
     UsdGeom.Scope.Define(stage, f"/{asset.name}/Looks")
     names = sorted({part.material for part in parts})
     looks = {name: write_look(stage, f"/{asset.name}/Looks/{name}", name) for name in names}

@@ -141,7 +141,7 @@ def draw_objects(axes: Axes, layout: Layout, scale: float, poses: Iterable[tuple
         if asset.kind == "reagent":
             _draw_reagent(axes, asset, box)
         elif placement.support == FLOOR:
-            _draw_furniture(axes, asset, box)
+            _draw_furniture(axes, asset, box, layout.open_parts(placement.id))
         elif placement.support == WALL or layout.asset(placement.support).storage_class is None:
             _draw_item(axes, asset, box, hanging=placement.support == WALL)
     floor = layout.floor
@@ -197,11 +197,13 @@ def _middle(layout: Layout, violation: Violation | FacilityIssue) -> tuple[float
     return float(x), float(y)
 
 
-def _draw_furniture(axes: Axes, asset: Asset, box: OrientedBox) -> None:
+def _draw_furniture(axes: Axes, asset: Asset, box: OrientedBox, open_parts: Iterable[OrientedBox] = ()) -> None:
     from matplotlib.patches import Polygon
 
     look = palette.swatch(asset)
     corners = box.corners()
+    for part in open_parts:
+        axes.add_patch(Polygon(part.corners(), facecolor=look.fill, edgecolor=look.edge, linewidth=0.8, zorder=7))
     axes.add_patch(Polygon(corners, closed=True, facecolor=look.fill, edgecolor=look.edge, linewidth=0.8, zorder=8))
     # Corners 3 and 2 are the ends of the front edge.
     front = np.array([corners[3], corners[2]])

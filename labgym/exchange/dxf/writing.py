@@ -183,6 +183,10 @@ def _draw_objects(drawing: Drawing, model: Modelspace, layout: Layout) -> None:
         position, rotation = placement.position[:2], math.degrees(placement.yaw)
         values = {"ID": placement.id, "ASSET": asset.name}
         blocks.insert(model, name, layer, position, values, rotation=rotation)
+        for part in layout.open_parts(placement.id):
+            model.add_lwpolyline(
+                [tuple(corner) for corner in part.corners().tolist()], close=True, dxfattribs={"layer": layer}
+            )
         if placement.support == FLOOR:
             _label(model, placement.id, layout.box(placement.id))
 

@@ -47,3 +47,6 @@ KINDS = (
     Kind("PalletTruck", "aisle", (0.0, 0.0, 1.0), most=1),
 )
 """Loose objects; their shares are assumptions."""
+
+OPENED = (0.0, 0.05, 0.15, 0.30)
+"""Share of the floor furniture with drawers or doors that has one or two of them open, by level (assumption)."""

@@ -11,11 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.assets import Asset
+from labgym.assets.articulation import protruding
 from labgym.errors import OptionError
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
-from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, Kind
+from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, OPENED, Kind
+from labgym.layouts.clutter.openings import draw_openings, openable
 from labgym.layouts.clutter.ways import Point, Ways
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.placement import placed_part
 from labgym.layouts.rules.building import Entrance, building_of
 from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, SHOWER_RADIUS
 from labgym.layouts.rules.zones import HEADROOM, front_zone
@@ -27,6 +30,8 @@ GAP = 0.03
 """Least gap to everything else, meters."""
 GOAL_GAP = 0.45
 """Least distance from a goal, meters: the planning disc and room to turn."""
+PART_GAP = 0.35
+"""Least distance of an open drawer or door from a goal, meters: the planning disc."""
 PULLED = (0.04, 0.55)
 """Range of the distance of an object from the furniture in front of which it stands, meters."""
 PARKED = 0.12
@@ -38,10 +43,11 @@ ASKEW = 0.3
 
 
 def add_clutter(layout: Layout, level: int, generator: np.random.Generator) -> Layout:
-    """Return a layout with loose objects added. Equal arguments give equal layouts; existing objects stay.
+    """Return a layout with loose objects added, and some drawers and doors of furniture open.
 
-    Objects overlap nothing and keep clear of doors, goals, safety equipment and keep-outs. Every goal that a disc of
-    0.30 m reaches from all exits stays reachable. Ways out 0.90 m wide are judged without these objects.
+    Equal arguments give equal layouts; existing objects stay. Loose objects and open parts overlap nothing and keep
+    clear of doors, goals, safety equipment and keep-outs. Every goal that a disc of 0.30 m reaches from all exits stays
+    reachable. Ways out 0.90 m wide are judged without them.
 
     Args:
         level: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded).
@@ -56,12 +62,16 @@ def add_clutter(layout: Layout, level: int, generator: np.random.Generator) -> L
     area = sum((r.x1 - r.x0) * (r.y1 - r.y0) for space in rooms for r in space.region)
     count = max(1, round(DENSITY[level] * area / 10.0 * float(generator.uniform(0.7, 1.3))))
     scatter = _Scatter(layout, generator)
+    for placement in openable(layout):
+        if generator.random() < OPENED[level]:
+            scatter.open(placement)
     weights = np.array([kind.weights[level - 1] for kind in KINDS])
     for index in generator.choice(len(KINDS), count, p=weights / weights.sum()):
         scatter.add(KINDS[int(index)])
     options = {**layout.provenance.options, "clutter": level}
     provenance = layout.provenance.model_copy(update={"options": options})
-    return layout.replace(placements=(*layout.placements, *scatter.added), provenance=provenance)
+    furniture = (scatter.opened.get(placement.id, placement) for placement in layout.placements)
+    return layout.replace(placements=(*furniture, *scatter.added), provenance=provenance)
 
 
 def check_level(level: int) -> None:
@@ -80,6 +90,7 @@ class _Scatter:
     def __init__(self, layout: Layout, generator: np.random.Generator) -> None:
         self.layout, self.generator = layout, generator
         self.added: list[Placement] = []
+        self.opened: dict[str, Placement] = {}
         self.furniture = [
             (layout.box(placement.id), layout.asset(placement.id))
             for placement in layout.placements
@@ -89,7 +100,7 @@ class _Scatter:
         ]
         goals = [goal_pose(box)[:2] for box, _ in self.furniture]
         self.goals = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0, 0.0, 0.0) for x, y in goals])
-        self.standing = [*layout.floor.solids, *(layout.box(p.id) for p in layout.placements)]
+        self.standing = [*layout.floor.solids, *(box for p in layout.placements for box in _boxes(layout, p))]
         self.solids = BoxArray.of(self.standing)
         entrances = building_of(layout).entrances
         self.barred = BoxArray.of(self._barred(entrances))
@@ -111,6 +122,32 @@ class _Scatter:
                 if is_free and self._leaves_ways(box):
                     self._put(asset, box)
                     return
+
+    def open(self, placement: Placement) -> None:
+        """Open one or two drawers or doors of a piece of furniture, those that have the space."""
+        asset, state = self.layout.asset(placement.id), dict(placement.state)
+        own = _boxes(self.layout, placement)
+        others = BoxArray.of([box for box in self.standing if box not in own])
+        count, opened = int(self.generator.integers(1, 3)), list[OrientedBox]()
+        for name, share in draw_openings(asset, self.generator):
+            wider = placement.model_copy(update={"state": tuple(sorted({**state, name: share}.items()))})
+            boxes = [placed_part(box, placement) for box in protruding(asset, wider.state)]
+            if boxes and self._has_space(boxes, others) and self._leaves_ways(*boxes):
+                state[name], self.opened[placement.id], opened = share, wider, boxes
+                count -= 1
+            if count == 0:
+                break
+        self.standing += opened
+        self.solids = BoxArray.of(self.standing)
+
+    def _has_space(self, boxes: Sequence[OrientedBox], others: BoxArray) -> bool:
+        """Whether open parts overlap nothing and reach into no area that stays clear."""
+        flat = BoxArray.of([replace(box, z0=0.0, z1=0.0) for box in boxes])
+        if not self.layout.floor.inside(flat.corners().reshape(-1, 2)).all():
+            return False
+        if _meets(boxes, others).any() or _meets(boxes, self.barred).any():
+            return False
+        return not len(self.goals) or float(pairwise_distance(flat, self.goals).min()) >= PART_GAP
 
     def _put(self, asset: Asset, box: OrientedBox) -> None:
         name = asset.name
@@ -188,9 +225,9 @@ class _Scatter:
             free &= pairwise_distance(flat, self.goals).min(axis=1) >= GOAL_GAP
         return [bool(is_free) for is_free in free]
 
-    def _leaves_ways(self, box: OrientedBox) -> bool:
-        """Whether every goal is still reached with an object; the ways then include it."""
-        values = self.ways.with_box(box)
+    def _leaves_ways(self, *boxes: OrientedBox) -> bool:
+        """Whether every goal is still reached with more obstacles; the ways then include them."""
+        values = self.ways.with_boxes([box for box in boxes if box.z0 < OBSTACLE_HEIGHT])
         reached = self.ways.reached(values)
         if not all(before <= after for before, after in zip(self.reached, reached, strict=True)):
             return False
@@ -211,6 +248,11 @@ class _Scatter:
                 side = 2.0 * SHOWER_RADIUS
                 barred.append(OrientedBox(box.x, box.y, side, side, box.yaw, 0.0, HEADROOM))
         return barred
+
+
+def _boxes(layout: Layout, placement: Placement) -> list[OrientedBox]:
+    """Return the bounding box of a placement and its open parts."""
+    return [layout.box(placement.id), *layout.open_parts(placement.id)]
 
 
 def _meets(boxes: Sequence[OrientedBox], others: BoxArray) -> NDArray[np.bool_]:

@@ -50,10 +50,10 @@ class Ways:
         self._starts = {radius: [np.nonzero(self._entry(way, radius)) for way in exits] for radius in RADII}
         self._goals = [self._around(goal) for goal in goals]
 
-    def with_box(self, box: OrientedBox) -> Array:
-        """Return the clearances with another obstacle."""
+    def with_boxes(self, boxes: Sequence[OrientedBox]) -> Array:
+        """Return the clearances with more obstacles."""
         values = self.values.copy()
-        lower_to_boxes(values, self._xs, self._ys, [box], REACH)
+        lower_to_boxes(values, self._xs, self._ys, boxes, REACH)
         return values
 
     def reached(self, values: Array) -> tuple[frozenset[int], ...]:

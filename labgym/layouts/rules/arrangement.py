@@ -12,6 +12,7 @@ from labgym.assets import Asset
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.geometry import BoxArray, OrientedBox, rotate
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, placed_box
+from labgym.layouts.placement import PartStates
 from labgym.layouts.rules.building import Building, building_of
 
 BUILDING = frozenset({"opening", "robot"})
@@ -22,7 +23,7 @@ BUILDING = frozenset({"opening", "robot"})
 class Solids:
     """Solid boxes of n objects: those of object k are the rows `starts[k]` to `starts[k] + counts[k]`.
 
-    Not every row belongs to an object: the bounding box of a hollow object is a row, but not one of its solids.
+    Not every row belongs to an object: the bounding box of a hollow or open object is a row, but not one of its solids.
     """
 
     boxes: BoxArray
@@ -82,14 +83,15 @@ class Arrangement:
     @cached_property
     def solids(self) -> Solids:
         """Solid boxes of all objects."""
-        hollow = [row for row, asset in enumerate(self.assets) if asset.cavity is not None]
+        rows = zip(self.placements, self.assets, strict=True)
+        several = [row for row, (p, asset) in enumerate(rows) if asset.cavity is not None or p.state]
         starts, counts = np.arange(len(self)), np.ones(len(self), dtype=np.intp)
-        if not hollow:
+        if not several:
             return Solids(self.boxes, starts, counts)
-        shells = [_shell(self.assets[row]) for row in hollow]
-        counts[hollow] = [len(shell) for shell in shells]
-        starts[hollow] = len(self) + np.cumsum(counts[hollow]) - counts[hollow]
-        owner = np.repeat(np.array(hollow), counts[hollow])
+        shells = [_shell(self.assets[row], self.placements[row].state) for row in several]
+        counts[several] = [len(shell) for shell in shells]
+        starts[several] = len(self) + np.cumsum(counts[several]) - counts[several]
+        owner = np.repeat(np.array(several), counts[several])
         yaw = self.boxes.yaw[owner]
         local = np.concatenate([shell.centre for shell in shells])
         x = np.cos(yaw) * local[:, 0] - np.sin(yaw) * local[:, 1]
@@ -98,10 +100,30 @@ class Arrangement:
         boxes = BoxArray(
             np.concatenate([self.boxes.centre, self.boxes.centre[owner] + np.column_stack([x, y])]),
             np.concatenate([self.boxes.half, *(shell.half for shell in shells)]),
-            np.concatenate([self.boxes.yaw, yaw]),
+            np.concatenate([self.boxes.yaw, yaw + np.concatenate([shell.yaw for shell in shells])]),
             np.concatenate([self.boxes.z, z]),
         )
         return Solids(boxes, starts, counts)
+
+    @cached_property
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Least and greatest coordinates of the objects with their open parts, (n, 3) each, meters."""
+        low = np.column_stack([self.corners.min(axis=1), self.boxes.z[:, 0]])
+        high = np.column_stack([self.corners.max(axis=1), self.boxes.z[:, 1]])
+        for row, part in self.open_parts:
+            x0, y0, x1, y1 = part.bounds()
+            low[row], high[row] = np.minimum(low[row], (x0, y0, part.z0)), np.maximum(high[row], (x1, y1, part.z1))
+        return low, high
+
+    @cached_property
+    def open_parts(self) -> list[tuple[int, OrientedBox]]:
+        """Boxes of open drawers and doors outside the bounding boxes, each with the row of its object."""
+        return [
+            (row, part)
+            for row, placement in enumerate(self.placements)
+            if placement.state
+            for part in self.layout.open_parts(placement.id)
+        ]
 
     @cached_property
     def supported(self) -> list[int]:
@@ -149,6 +171,10 @@ class Arrangement:
 
 
 @lru_cache(maxsize=1024)
-def _shell(asset: Asset) -> BoxArray:
-    """Solid boxes of an asset in its own frame; a shell's boxes are never turned in it."""
-    return BoxArray.of(asset.solids())
+def _shell(asset: Asset, state: PartStates) -> BoxArray:
+    """Solid boxes of an asset in its own frame; only those of open doors are turned in it."""
+    if not state:
+        return BoxArray.of(asset.solids())
+    from labgym.assets.articulation import posed_solids
+
+    return BoxArray.of(posed_solids(asset, state))

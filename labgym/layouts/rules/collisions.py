@@ -32,7 +32,8 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     """Return the pairs that overlap by more than 1 mm on every axis.
 
     Solids are bounding boxes, and of hollow objects the shell, so that an item inside collides with walls and shelves
-    and not with the hollow. Parts of one object never collide; touching objects do not collide.
+    and not with the hollow; open drawers and doors are solids of their object. Parts of one object never collide;
+    touching objects do not collide.
     """
     first, second = _close_pairs(arrangement)
     if not len(first):
@@ -53,9 +54,7 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
 
 def _close_pairs(arrangement: Arrangement) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows i < j whose axis-aligned bounds overlap by more than the permitted depth."""
-    corners, boxes = arrangement.corners, arrangement.boxes
-    low = np.column_stack([corners.min(axis=1), boxes.z[:, 0]])
-    high = np.column_stack([corners.max(axis=1), boxes.z[:, 1]])
+    low, high = arrangement.bounds
     overlap = np.minimum(high[:, None], high[None]) - np.maximum(low[:, None], low[None])
     first, second = np.nonzero(np.triu((overlap > PENETRATION).all(axis=2), k=1))
     return first, second

@@ -366,8 +366,12 @@ def _shower_spaces(arrangement: Arrangement) -> list[FacilityIssue]:
         ]
         if not others:
             continue
-        gaps = pairwise_distance(BoxArray.of([center]), arrangement.take(others))[0]
-        for other, gap in zip(others, gaps.tolist(), strict=True):
+        gaps = pairwise_distance(BoxArray.of([center]), arrangement.take(others))[0].tolist()
+        nearest = dict(zip(others, gaps, strict=True))
+        for other, part in arrangement.open_parts:
+            if other in nearest:
+                nearest[other] = min(nearest[other], distance(center, part))
+        for other, gap in nearest.items():
             placement = arrangement.placements[other]
             if gap < SHOWER_RADIUS - 1e-3:
                 message = (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration, penetration
 from labgym.layouts.model import FLOOR, WALL, Door, Room
 from labgym.layouts.rules.thresholds import LOOSE
 
@@ -71,8 +71,8 @@ def standing_in(
 
     Args:
         ignore: placements that do not count.
-        loose: whether loose objects count, such as stools and trolleys. People push them away from furniture, but not
-            from behind a closed door.
+        loose: whether loose objects count, such as stools and trolleys, and open drawers and doors. People push them
+            away from furniture, but not from behind a closed door.
         space: index of the space that the zone is in; objects of others do not count. None counts all.
     """
     rows = _standing(arrangement, loose)
@@ -80,10 +80,12 @@ def standing_in(
         return ()
     skipped = set(ignore)
     depths = pairwise_penetration(arrangement.take(rows), BoxArray.of([zone]))[:, 0]
-    hits = [rows[k] for k in np.flatnonzero(depths > INTRUSION)]
+    inside = {rows[k] for k in np.flatnonzero(depths > INTRUSION)}
+    if loose:
+        inside |= {row for row, part in arrangement.open_parts if row in rows and penetration(part, zone) > INTRUSION}
     return tuple(
         arrangement.placements[row].id
-        for row in hits
+        for row in sorted(inside)
         if arrangement.placements[row].id not in skipped and (space is None or arrangement.spaces[row] == space)
     )
 

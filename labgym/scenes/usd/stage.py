@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from labgym.assets import Asset
+from labgym.assets.articulation import State
 from labgym.assets.usd import asset_layer, write_labels, write_layer
 from labgym.layouts import Layout
 from labgym.layouts.model import WALL
@@ -45,8 +46,8 @@ def write_usd(layout: Layout, folder: str | Path) -> Path:
     folder = Path(folder)
     files = _asset_files(layout)
     with whole_folder(folder, (STAGE_FILE, ROOM_FILE, FITTINGS_FILE, ASSET_FOLDER), "USD stage of labgym") as fresh:
-        for asset, file in files.items():
-            write_layer(asset_layer(asset), fresh / file)
+        for (asset, state), file in files.items():
+            write_layer(asset_layer(asset, state), fresh / file)
         write_layer(room_layer(layout.floor), fresh / ROOM_FILE)
         added = installations(layout)
         if added:
@@ -55,7 +56,7 @@ def write_usd(layout: Layout, folder: str | Path) -> Path:
     return folder / STAGE_FILE
 
 
-def _write_stage(layout: Layout, files: Mapping[Asset, str], path: Path, fitted: bool) -> None:
+def _write_stage(layout: Layout, files: Mapping[tuple[Asset, State], str], path: Path, fitted: bool) -> None:
     from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
     stage = Usd.Stage.CreateNew(str(path))
@@ -81,7 +82,7 @@ def _write_stage(layout: Layout, files: Mapping[Asset, str], path: Path, fitted:
     stage.GetRootLayer().Save()
 
 
-def _write_placements(stage: Any, layout: Layout, files: Mapping[Asset, str]) -> None:
+def _write_placements(stage: Any, layout: Layout, files: Mapping[tuple[Asset, State], str]) -> None:
     from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
     path = f"{ROOT}/Placements"
@@ -90,7 +91,7 @@ def _write_placements(stage: Any, layout: Layout, files: Mapping[Asset, str]) ->
     for name, placement in zip(names, layout.placements, strict=True):
         pose = UsdGeom.Xform.Define(stage, f"{path}/{name}")
         prim = pose.GetPrim()
-        prim.GetReferences().AddReference(f"./{files[drawn_asset(layout, placement.id)]}")
+        prim.GetReferences().AddReference(f"./{files[drawn_asset(layout, placement.id), placement.state]}")
         prim.SetInstanceable(True)
         pose.AddTranslateOp().Set(Gf.Vec3d(*placement.position))
         pose.AddRotateZOp(UsdGeom.XformOp.PrecisionDouble).Set(math.degrees(placement.yaw))
@@ -101,10 +102,10 @@ def _write_placements(stage: Any, layout: Layout, files: Mapping[Asset, str]) ->
             UsdPhysics.RigidBodyAPI(prim).CreateKinematicEnabledAttr(True)
 
 
-def _asset_files(layout: Layout) -> dict[Asset, str]:
-    """Return the file of each asset, relative to the stage; each size of a resized asset has a separate file."""
-    assets = dict.fromkeys(drawn_asset(layout, placement.id) for placement in layout.placements)
+def _asset_files(layout: Layout) -> dict[tuple[Asset, State], str]:
+    """Return the file of each asset, relative to the stage; each size and each state has a separate file."""
+    assets = dict.fromkeys((drawn_asset(layout, placement.id), placement.state) for placement in layout.placements)
     return {
-        asset: f"{ASSET_FOLDER}/{name}.usdc"
-        for asset, name in zip(assets, identifiers([asset.name for asset in assets]), strict=True)
+        key: f"{ASSET_FOLDER}/{name}.usdc"
+        for key, name in zip(assets, identifiers([asset.name for asset, _ in assets]), strict=True)
     }
