@@ -144,7 +144,7 @@ def smooth_normals(mesh: SceneMesh, layout: Layout) -> NDArray[np.float32]:
     normals[:end] = corner_normals(mesh.vertices, mesh.faces[:end])
     for index, placement in enumerate(layout.placements):
         if end < len(mesh.owner) and mesh.owner[end] == index:
-            local = _asset_normals(drawn_asset(layout, placement.id))
+            local = _asset_normals(drawn_asset(layout, placement.id), placement.state)
             cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
             turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]], dtype=np.float32)
             normals[end : end + len(local)] = local @ turn
@@ -154,8 +154,8 @@ def smooth_normals(mesh: SceneMesh, layout: Layout) -> NDArray[np.float32]:
 
 
 @lru_cache(maxsize=2048)
-def _asset_normals(asset: Asset) -> NDArray[np.float32]:
-    mesh = asset_mesh(asset)
+def _asset_normals(asset: Asset, state: State) -> NDArray[np.float32]:
+    mesh = asset_mesh(asset, state=state)
     return corner_normals(mesh.vertices, mesh.faces).astype(np.float32)
 
 

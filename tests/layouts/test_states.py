@@ -10,12 +10,14 @@ import pytest
 from shapely.geometry import Point, Polygon
 
 from labgym.assets.articulation import joints
+from labgym.assets.meshes.normals import corner_normals
 from labgym.errors import DocumentError
 from labgym.layouts import Door, Layout, Placement, Room, load_published, published
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.navigation import PLANNING_RADIUS, occupancy
 from labgym.navigation.barriers import Barriers
-from labgym.scenes import RayScene, contacts, to_mjcf, write_glb
+from labgym.scenes import RayScene, contacts, scene_mesh, to_mjcf, write_glb
+from labgym.scenes.mesh import smooth_normals
 
 BENCH = Placement(id="bench", asset="LabBench", position=(3.0, 0.5, 0.0))
 CABINET = Placement(id="cabinet", asset="FlammableCabinet", position=(1.2, 0.4, 0.0))
@@ -97,6 +99,13 @@ def test_rays_meet_open_drawers_and_doors(geometry):
     margin = 0.001 if geometry == "visual" else 0.06
     assert before[0] - after[0] == pytest.approx(joint.travel, abs=margin)
     assert after[1] - before[1] > 0.3  # the ray now ends at the back of the cabinet
+
+
+def test_the_normals_of_open_parts_are_those_of_their_faces():
+    layout = layout_of(opened(BENCH, drawer_1=0.7, door_1=0.3), CABINET)
+    mesh = scene_mesh(layout)
+    expected = corner_normals(mesh.vertices, mesh.faces)
+    assert smooth_normals(mesh, layout) == pytest.approx(expected, abs=1e-4)
 
 
 def test_the_mujoco_scene_has_the_solids_of_the_layout():
