@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator
 
 from labgym.layouts.brief import Brief, Unit, Wall
 from labgym.layouts.floor_plan import solve
+from labgym.layouts.interiors.rearranging import rearranged
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.moves import Place, apply, may_move
 from labgym.layouts.rules.building.one_room import WALL_YAW
@@ -27,10 +28,9 @@ def rearrangements(layout: Layout, protocol: Protocol | None, involved: Collecti
 
     First only the involved furniture moves, then all furniture that stands against walls, then all. Islands keep a way
     around them. Fixed objects are obstacles; stools, bins and boards make way. Fronts, door areas and the shower's
-    clear space are free; chemical distances are not considered. Layouts of other floors are not rearranged.
+    clear space are free; chemical distances are not considered. On a floor of another shape than one rectangle each
+    space is rearranged in its frame, and islands stay.
     """
-    if not layout.floor.is_rectangle:
-        return
     furniture = [
         placement.id
         for placement in layout.placements
@@ -45,7 +45,8 @@ def rearrangements(layout: Layout, protocol: Protocol | None, involved: Collecti
     ):
         if set(movers) != last:
             last = set(movers)
-            candidate = _rearranged(layout, last, effort)
+            one_room = layout.floor.is_rectangle
+            candidate = _rearranged(layout, last, effort) if one_room else rearranged(layout, movers, effort)
             if candidate is not None:
                 yield tidied(candidate, protocol)
 
