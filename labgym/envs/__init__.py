@@ -8,9 +8,10 @@ from labgym.envs.robot import RobotSpec, robot_spec
 
 if TYPE_CHECKING:
     from labgym.envs.point_nav import LabPointNavEnv
+    from labgym.envs.pool import LayoutPool
     from labgym.envs.rewards import RewardWeights
 
-__all__ = ["LabPointNavEnv", "RewardWeights", "RobotSpec", "robot_spec"]
+__all__ = ["LabPointNavEnv", "LayoutPool", "RewardWeights", "RobotSpec", "robot_spec"]
 
 
 def __getattr__(name: str) -> Any:
@@ -19,6 +20,10 @@ def __getattr__(name: str) -> Any:
         from labgym.envs.point_nav import LabPointNavEnv
 
         return LabPointNavEnv
+    if name == "LayoutPool":
+        from labgym.envs.pool import LayoutPool
+
+        return LayoutPool
     if name == "RewardWeights":
         from labgym.envs.rewards import RewardWeights
 

@@ -13,11 +13,14 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from labgym.envs.episode import Episode
+from labgym.envs.pool import LayoutPool, PoolAddress
 from labgym.envs.rewards import RewardWeights
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
 from labgym.envs.simulation import CHECK_STEPS
+from labgym.envs.stage import Senses
 from labgym.envs.tasks import TaskSource
+from labgym.envs.training import LayoutSource
 from labgym.envs.view import ChaseView
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
@@ -97,7 +100,8 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
       camera, float32 (72, 128), meters.
     - `profile` ("default"): thresholds that generated layouts satisfy: "default", "strict" or "paper".
     - `weights` (`RewardWeights()`): weights of the reward terms.
-    - `episodes_per_layout` (8): for "train", number of episodes in a layout before the next one is generated.
+    - `episodes_per_layout` (8): for "train", number of episodes in a layout before the next one. Which layouts come
+      after each other depends on the seed alone.
     - `control_dt` (0.1): duration of an action in seconds; a multiple of 0.025, at most 1.
     - `width`, `height` (480, 360): size of the "rgb_array" image in pixels.
     - `quality` ("fast"): "fine" renders the "rgb_array" image with shadows and reflections, which takes ten times as
@@ -108,6 +112,10 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
     - `distance_to_go` ("grid"): how the reward measures the way to the goal. "grid" is the shortest path on a 5 cm
       grid, which leaves out passages up to 0.15 m wider than the disc; "exact" is the shortest any-angle path, through
       every passage that the disc fits.
+    - `training` ("rooms"): the layouts of "train": "rooms", one-room laboratories of the presets; or a function of a
+      module that returns training layout `number`, 0 to 10^7 - 1.
+    - `pool` (None): a `labgym.envs.LayoutPool`, whose processes prepare the layouts of "train" in advance. It changes
+      the time that `reset` takes and nothing else.
 
     `reset(seed=None, options=None)` accepts the options below; everything else is drawn from the seeded generator. If a
     seed is given, the episode depends only on the seed, the options and the arguments: equal seeds and actions give
@@ -165,6 +173,8 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         quality: Quality = "fast",
         exact: bool = False,
         distance_to_go: Method = "grid",
+        training: str | LayoutSource = "rooms",
+        pool: LayoutPool | PoolAddress | None = None,
     ) -> None:
         if observation not in OBSERVATIONS:
             raise UnknownNameError("observation", observation, OBSERVATIONS)
@@ -181,7 +191,8 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.observation_space = _observation_space(observation)
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self._observation, self._exact, self._distance_to_go = observation, exact, distance_to_go
-        self._tasks = TaskSource(split, layout, protocol, profile, episodes_per_layout)
+        senses = Senses("solid" if observation == "lidar" else "visual", distance_to_go)
+        self._tasks = TaskSource(split, layout, protocol, profile, episodes_per_layout, training, pool, senses)
         self._weights = weights or RewardWeights()
         self._lidar, self._camera = Lidar(), Camera()
         self._view = ChaseView(width, height, quality)
@@ -222,6 +233,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
     def close(self) -> None:
         """Release the renderer; it is safe to call this more than once."""
         self._view.close()
+        self._tasks.close()
         self._episode = None
 
     def _running(self) -> Episode:

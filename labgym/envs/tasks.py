@@ -12,12 +12,15 @@ import numpy as np
 
 from labgym import protocols
 from labgym.envs.endpoints import check_drivable, pair_between, passed_ends
-from labgym.envs.world import world_of
+from labgym.envs.pool import AHEAD, LayoutPool, PoolAddress, check_sendable
+from labgym.envs.stage import Senses
+from labgym.envs.training import LayoutSequence, LayoutSource, source_of
+from labgym.envs.world import layout_of, world_of
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.layouts.batch import folder_layouts
 from labgym.layouts.rules.thresholds import profile as resolve_profile
-from labgym.layouts.splits import load_published, published, train_layout
+from labgym.layouts.splits import load_published, published
 from labgym.navigation import GoalPair, goal_pairs, resolve_protocol
 from labgym.protocols import Protocol
 
@@ -50,10 +53,14 @@ class TaskSource:
         protocol: a fixed protocol: a `Protocol`, its id or the path of its file.
         profile: thresholds that generated layouts satisfy.
         episodes_per_layout: number of episodes in a generated layout before the next one is generated.
+        training: the layouts of "train": "rooms", or a function that returns layout `number`.
+        pool: prepares the layouts of "train" in advance; None generates them when they are drawn.
+        senses: what the pool prepares for the environment.
 
     Raises:
-        UnknownNameError: a split, protocol, layout or profile does not exist.
-        OptionError: `layout` has another type, or `episodes_per_layout` is below 1.
+        UnknownNameError: a split, protocol, layout, profile or source of training layouts does not exist.
+        OptionError: `layout` or `training` has another type, `episodes_per_layout` is below 1, or `training` cannot be
+            sent to the processes of the pool.
         DocumentError: a file is not a layout or a protocol.
     """
 
@@ -64,6 +71,9 @@ class TaskSource:
         protocol: Protocol | str | Path | None,
         profile: str,
         episodes_per_layout: int,
+        training: str | LayoutSource = "rooms",
+        pool: LayoutPool | PoolAddress | None = None,
+        senses: Senses | None = None,
     ) -> None:
         if split not in SPLITS:
             raise UnknownNameError("split", split, SPLITS)
@@ -74,8 +84,16 @@ class TaskSource:
         self._layout = None if layout is None else resolve_layout(layout)
         self._protocol = None if protocol is None else _resolved_protocol(self._layout, protocol)
         self._episodes_per_layout = episodes_per_layout
+        self._training = training
+        self._senses = senses if senses is not None else Senses()
+        self._client = None if pool is None or split != "train" else pool.connect()
+        self._sequence: LayoutSequence | None = None
         self._generated: Layout | None = None
         self._episodes_left = 0
+        if split == "train" and self._layout is None:
+            source = source_of(training, self._protocol, profile)
+            if self._client is not None:
+                check_sendable(source)
 
     def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:
         """Return the next task.
@@ -115,10 +133,26 @@ class TaskSource:
             return load(self._split, candidates[int(rng.integers(len(candidates)))])
         layout = self._generated
         if fresh or layout is None or self._episodes_left == 0 or (protocol and protocol != layout.protocol):
-            layout = self._generated = train_layout(rng, protocol, self._profile)
+            source = source_of(self._training, protocol, self._profile)
+            if fresh or self._sequence is None:
+                self._sequence = LayoutSequence(source, int(rng.integers(2**63)))
+            self._sequence = self._sequence.of(source)
+            layout = self._generated = self._next(self._sequence)
             self._episodes_left = self._episodes_per_layout
         self._episodes_left -= 1
         return layout
+
+    def _next(self, sequence: LayoutSequence) -> Layout:
+        """Return the next layout of a sequence, from the pool if it has it."""
+        numbers = sequence.numbers(1 + AHEAD)
+        sequence.place += 1
+        stage = None if self._client is None else self._client.take(sequence.source, numbers, self._senses)
+        return sequence.source(numbers[0]) if stage is None else layout_of(stage)
+
+    def close(self) -> None:
+        """Disconnect from the pool; the next draw connects again."""
+        if self._client is not None:
+            self._client.close()
 
 
 def resolve_layout(layout: Layout | str | Path, protocol: Protocol | str | Path | None = None) -> Layout:

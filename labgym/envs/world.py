@@ -16,11 +16,13 @@ from labgym.assets import Asset
 from labgym.envs.distance_to_go import DistanceToGo, ExactDistanceToGo, GridDistanceToGo
 from labgym.envs.robot import ROBOT, attach_robot
 from labgym.envs.simulation import Pose, Simulation
+from labgym.envs.stage import Senses, Stage
 from labgym.layouts import Layout
 from labgym.layouts.model import Floor, Placement
-from labgym.navigation import PLANNING_RADIUS, GoalPair, Method, OccupancyGrid, ShortestPaths, occupancy
+from labgym.navigation import PLANNING_RADIUS, GoalPair, Method, OccupancyGrid, ShortestPaths, goal_pairs, occupancy
 from labgym.navigation.barriers import Barriers
-from labgym.scenes import ExactRayScene, RayScene, to_mjcf
+from labgym.scenes import ExactRayScene, RayScene, SceneMesh, to_mjcf
+from labgym.scenes.rays import Geometry, ray_mesh
 
 _Ends = TypeVar("_Ends", bound=tuple[object, ...])
 _Value = TypeVar("_Value")
@@ -40,16 +42,37 @@ class World:
         model: the robot and the colliding geoms of the scene, without visual geoms.
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, stage: Stage | None = None) -> None:
+        """Prepare a layout, or take over what its stage holds."""
         self._layout = layout
-        self.model = physics_model(layout)
+        self.model = physics_model(layout) if stage is None else stage.model
         self._barriers = Barriers.of(layout)
-        self._fields: dict[tuple[object, ...], DistanceToGo] = {}
-        self._lengths: dict[tuple[float, ...], float] = {}
+        self._fields: dict[tuple[object, ...], DistanceToGo] = {} if stage is None else dict(stage.to_go)
+        self._lengths: dict[tuple[float, ...], float] = {} if stage is None else dict(stage.lengths)
+        self._meshes: dict[Geometry, SceneMesh] = {} if stage is None else {stage.geometry: stage.mesh}
+        if stage is not None:
+            self._paths = stage.paths
+            if stage.grid is not None:
+                self._grid = stage.grid
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A copy, or an unpickled environment, uses the world that its process has for the layout.
         return world_of, (self._layout,)
+
+    def stage(self, senses: Senses) -> Stage:
+        """Return what an environment reads of this world, for the drives of the layout's first protocol."""
+        pairs = () if self._layout.protocol is None else goal_pairs(self._layout)
+        method = senses.distance_to_go
+        return Stage(
+            layout=self._layout,
+            model=self.model,
+            grid=self._grid if method == "grid" else None,
+            paths=self._paths,
+            to_go={(method, *pair.goal[:2]): self.to_go(pair.goal, method) for pair in pairs},
+            lengths={pair.start[:2] + pair.goal[:2]: self.shortest_length(pair) for pair in pairs},
+            geometry=senses.geometry,
+            mesh=ray_mesh(self._layout, senses.geometry),
+        )
 
     def clearance(self, x: float, y: float) -> float:
         """Return the distance from the chassis to the nearest footprint or wall, meters; 0 if they overlap.
@@ -106,22 +129,22 @@ class World:
     @cached_property
     def solid(self) -> RayScene:
         """The solid boxes that stop the robot; the lidar sees them."""
-        return RayScene(self._layout, "solid")
+        return RayScene(self._layout, "solid", self._meshes.get("solid"))
 
     @cached_property
     def visible(self) -> RayScene:
         """The visual shapes; the camera sees them."""
-        return RayScene(self._layout, "visual")
+        return RayScene(self._layout, "visual", self._meshes.get("visual"))
 
     @cached_property
     def solid_exact(self) -> RayScene:
         """The solid boxes, for readings that do not depend on the processor."""
-        return ExactRayScene(self._layout, "solid")
+        return ExactRayScene(self._layout, "solid", self._meshes.get("solid"))
 
     @cached_property
     def visible_exact(self) -> RayScene:
         """The visual shapes, for readings that do not depend on the processor."""
-        return ExactRayScene(self._layout, "visual")
+        return ExactRayScene(self._layout, "visual", self._meshes.get("visual"))
 
     @cached_property
     def _grid(self) -> OccupancyGrid:
@@ -134,7 +157,7 @@ class World:
 
 def physics_model(layout: Layout) -> mujoco.MjModel:
     """Compile a layout with the robot; only colliding geoms are kept, and all but the robot are fixed to the world."""
-    scene = to_mjcf(layout)
+    scene = to_mjcf(layout, visible=False)
     attach_robot(scene)
     scene.compiler.discardvisual = True
     scene.compiler.fusestatic = True
@@ -162,9 +185,19 @@ def world_of(layout: Layout) -> World:
 
     A world lives as long as something uses it or it is among the last `KEPT` that were made.
     """
+    return _world(layout, None)
+
+
+def layout_of(stage: Stage) -> Layout:
+    """Return the layout of a stage, whose world this process then has."""
+    _world(stage.layout, stage)
+    return stage.layout
+
+
+def _world(layout: Layout, stage: Stage | None) -> World:
     key = (layout.floor, layout.placements, tuple(layout.asset(placement.id) for placement in layout.placements))
     world = _worlds.get(key)
     if world is None:
-        world = _worlds[key] = World(layout)
+        world = _worlds[key] = World(layout, stage)
         _recent.append(world)
     return world

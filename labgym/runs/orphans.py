@@ -9,13 +9,16 @@ import threading
 from contextlib import suppress
 from multiprocessing.process import BaseProcess
 
+PERIOD = 1.0
+"""Time between two looks at the parent, seconds."""
+
 
 def begin_worker() -> None:
     """Tie this process, started by `multiprocessing`, to its parent; call it first in the worker.
 
     The worker leads a separate process group: Ctrl-C in a terminal reaches the coordinator alone, and the processes
-    that the worker starts end with it. A thread waits for the end of a pipe that only the parent holds, and then kills
-    the group.
+    that the worker starts end with it. A thread waits for the end of a pipe that the parent holds, or for another
+    process to become this one's parent (processes that the parent forked hold the pipe too), and then kills the group.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.setpgid(0, 0)
@@ -35,5 +38,6 @@ def kill_worker(process: BaseProcess) -> None:
 
 
 def _end_with(parent: BaseProcess) -> None:
-    parent.join()
+    while os.getppid() == parent.pid and parent.is_alive():
+        parent.join(PERIOD)
     os.killpg(0, signal.SIGKILL)

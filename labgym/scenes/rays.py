@@ -26,19 +26,18 @@ class RayScene:
         mesh: the triangles; `cast` returns indices of its faces.
     """
 
-    def __init__(self, layout: Layout, geometry: Geometry = "visual") -> None:
+    def __init__(self, layout: Layout, geometry: Geometry = "visual", mesh: SceneMesh | None = None) -> None:
         """Build the scene.
 
         Args:
             geometry: "visual" for the visible parts (glass is opaque); "solid" for the solids that collide, so that a
                 range finder agrees with the physics.
+            mesh: the result of `ray_mesh`, if it is at hand.
 
         Raises:
             OptionError: unknown geometry.
         """
-        if geometry not in ("visual", "solid"):
-            raise OptionError(f"geometry must be 'visual' or 'solid', got {str(geometry)[:40]!r}")
-        self.mesh: SceneMesh = scene_mesh(layout) if geometry == "visual" else solid_mesh(layout)
+        self.mesh: SceneMesh = ray_mesh(layout, geometry) if mesh is None else mesh
         self._scene = EmbreeScene()
         vertices = np.ascontiguousarray(self.mesh.vertices, dtype=np.float32)
         # Embree reads the buffers as long as the scene lives.
@@ -90,6 +89,17 @@ class RayScene:
         colors: NDArray[np.uint8] = lit.astype(np.uint8)
         colors[~hit] = SKY
         return colors
+
+
+def ray_mesh(layout: Layout, geometry: Geometry) -> SceneMesh:
+    """Return the triangles of the ray scene of a layout.
+
+    Raises:
+        OptionError: unknown geometry.
+    """
+    if geometry not in ("visual", "solid"):
+        raise OptionError(f"geometry must be 'visual' or 'solid', got {str(geometry)[:40]!r}")
+    return scene_mesh(layout) if geometry == "visual" else solid_mesh(layout)
 
 
 def _flat_colors(mesh: SceneMesh) -> NDArray[np.float32]:

@@ -1,0 +1,249 @@
+"""Worker processes that prepare training layouts before environments ask for them.
+
+Which layout an environment gets does not depend on the pool: a layout that is not ready in time, or that a worker could
+not make, is made by the environment itself, with the same result.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import secrets
+import sys
+import threading
+import weakref
+from collections.abc import Sequence
+from concurrent.futures import Future
+from contextlib import suppress
+from multiprocessing import AuthenticationError
+from multiprocessing.connection import Client, Connection, Listener
+from types import TracebackType
+from typing import Any, Self
+
+from labgym.envs.stage import Senses, Stage
+from labgym.envs.training import LayoutSource
+from labgym.errors import OptionError
+from labgym.runs.local_pool import LocalPool, WorkerLostError
+
+AHEAD = 2
+"""Number of layouts that are prepared for each environment beyond the one that it is in."""
+LOSSES = 3
+"""Number of workers that die one after the other before the pool starts no more."""
+
+Request = bytes
+"""A pickled source, number and `Senses`; equal requests of one client have equal bytes."""
+
+
+class LayoutPool:
+    """Worker processes that prepare the layouts of `split="train"` in the background.
+
+    Pass it to environments in this process or in others, however they are started:
+
+        with LayoutPool(workers=2) as pool:
+            envs = make_vec_env("LabPointNav-v0", n_envs=8, env_kwargs={"split": "train", "pool": pool})
+
+    Each environment has `AHEAD` layouts prepared in advance, which wait in the memory of this process. Workers end with
+    the pool or with this process, by whatever signal. As with every process that Python spawns, a script starts a pool
+    under `if __name__ == "__main__":`.
+
+    Args:
+        workers: number of processes.
+
+    Raises:
+        OptionError: fewer than one worker.
+    """
+
+    def __init__(self, workers: int = 2) -> None:
+        if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+            raise OptionError(f"workers is {workers!r}, expected a whole number of at least 1")
+        self._workers = LocalPool(workers)
+        self._losses = 0
+        self._closed = False
+        self._open: set[Connection] = set()
+        self._key = secrets.token_bytes(32)
+        # In Linux's abstract namespace: no file is left, whatever ends this process.
+        address = f"\0labgym-{secrets.token_hex(16)}" if sys.platform == "linux" else None
+        self._listener = Listener(address, "AF_UNIX", authkey=self._key)
+        self._address: str = self._listener.address
+        _pools.add(self)
+        threading.Thread(target=self._accept, name="layout pool", daemon=True).start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # In another process, the pool is reached through its address.
+        return PoolAddress, (self._address, self._key)
+
+    def connect(self) -> PoolClient:
+        """Return a connection for one environment."""
+        return PoolClient(self._address, self._key)
+
+    def close(self) -> None:
+        """End the workers; environments that still use the pool go on without it."""
+        if self._closed:
+            return
+        self._closed = True
+        with suppress(OSError, EOFError, AuthenticationError):
+            Client(self._address, "AF_UNIX", self._key).close()  # wakes the thread that accepts
+        self._listener.close()
+        self._workers.shutdown(cancel_futures=True)
+        for connection in list(self._open):
+            with suppress(OSError):
+                connection.close()
+
+    def _accept(self) -> None:
+        while not self._closed:
+            try:
+                connection = self._listener.accept()
+            except (OSError, EOFError, AuthenticationError):
+                continue
+            self._open.add(connection)
+            threading.Thread(target=self._serve, args=(connection,), name="layout client", daemon=True).start()
+
+    def _serve(self, connection: Connection) -> None:
+        """Answer one environment until it disconnects: with the stage that it takes, empty if it has to make it."""
+        ready: dict[Request, Future[bytes]] = {}
+        try:
+            while not self._closed:
+                wanted, following = connection.recv()
+                future = ready.pop(wanted, None)
+                for request in [request for request in ready if request not in following]:
+                    ready.pop(request).cancel()
+                ready.update({request: self._begin(request) for request in following if request not in ready})
+                connection.send_bytes(b"" if future is None else _result(future))
+        except (OSError, EOFError, TypeError, RuntimeError):
+            pass  # The environment has ended, or the pool has been closed.
+        finally:
+            for future in ready.values():
+                future.cancel()
+            self._open.discard(connection)
+            with suppress(OSError):
+                connection.close()
+
+    def _begin(self, request: Request) -> Future[bytes]:
+        if self._losses >= LOSSES:
+            future: Future[bytes] = Future()
+            future.set_result(b"")
+            return future
+        future = self._workers.submit(prepare, request)
+        future.add_done_callback(self._count)
+        return future
+
+    def _count(self, future: Future[bytes]) -> None:
+        if not future.cancelled():
+            self._losses = self._losses + 1 if isinstance(future.exception(), WorkerLostError) else 0
+
+    def _leave(self) -> None:
+        """Close what a forked process has inherited, so that the others notice when this pool's process ends."""
+        self._closed = True
+        with suppress(OSError):
+            self._listener.close()
+        for connection in self._open:
+            with suppress(OSError):
+                connection.close()
+
+
+class PoolAddress:
+    """A pool in another process."""
+
+    def __init__(self, address: str, key: bytes) -> None:
+        self._address, self._key = address, key
+
+    def connect(self) -> PoolClient:
+        """Return a connection for one environment."""
+        return PoolClient(self._address, self._key)
+
+
+class PoolClient:
+    """The connection of one environment to a pool; a copy of it, or a forked process, connects anew."""
+
+    def __init__(self, address: str, key: bytes) -> None:
+        self._address, self._key = address, key
+        self._connection: Connection | None = None
+        self._process = 0
+        self._lost = False
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return PoolClient, (self._address, self._key)
+
+    def take(self, source: LayoutSource, numbers: Sequence[int], senses: Senses) -> Stage | None:
+        """Return the stage of the first number, None if the environment has to make it.
+
+        Args:
+            source: makes the layouts.
+            numbers: number of the layout that is wanted now, and of those that will be wanted next.
+            senses: what the environment reads.
+        """
+        wanted, *following = (pickle.dumps((source, number, senses)) for number in numbers)
+        answer = self._ask((wanted, following))
+        return pickle.loads(answer) if answer else None  # noqa: S301 -- from the pool, which has the key
+
+    def close(self) -> None:
+        """Disconnect; the next `take` connects again."""
+        if self._connection is not None:
+            with suppress(OSError):
+                self._connection.close()
+        self._connection = None
+
+    def _ask(self, message: tuple[Request, list[Request]]) -> bytes:
+        if self._process != os.getpid():
+            self.close()
+            self._process, self._lost = os.getpid(), False
+        if self._lost:
+            return b""
+        try:
+            if self._connection is None:
+                self._connection = Client(self._address, "AF_UNIX", self._key)
+            self._connection.send(message)
+            return self._connection.recv_bytes()
+        except (OSError, EOFError, AuthenticationError):
+            self._lost = True
+            self.close()
+            return b""
+        except BaseException:  # An answer that comes after an interrupt would be taken for that of the next request.
+            self.close()
+            raise
+
+
+def prepare(request: Request) -> bytes:
+    """Return the pickled stage of a request; runs in a worker."""
+    from labgym.envs.world import World
+
+    source, number, senses = pickle.loads(request)  # noqa: S301 -- from a client that has the key
+    return pickle.dumps(World(source(number)).stage(senses), protocol=pickle.HIGHEST_PROTOCOL)
+
+
+def check_sendable(source: LayoutSource) -> None:
+    """Check that a source can be sent to the workers of a pool.
+
+    Raises:
+        OptionError: it cannot be pickled, such as a lambda.
+    """
+    try:
+        pickle.dumps(source)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise OptionError(f"training cannot be sent to a pool ({error}): pass a function of a module") from None
+
+
+def _result(future: Future[bytes]) -> bytes:
+    """Return a stage when it is finished, nothing if it is not begun or its worker failed."""
+    if future.cancel():
+        return b""
+    return b"" if future.exception() is not None else future.result()
+
+
+_pools: weakref.WeakSet[LayoutPool] = weakref.WeakSet()
+
+
+def _leave_all() -> None:
+    for pool in list(_pools):
+        pool._leave()
+
+
+os.register_at_fork(after_in_child=_leave_all)

@@ -1,0 +1,93 @@
+"""The layouts of the split "train": endless sequences that depend on the environment's seed alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from labgym.errors import OptionError, UnknownNameError
+from labgym.layouts import Layout
+from labgym.layouts.splits import train_layout
+from labgym.protocols import Protocol
+
+LayoutSource = Callable[[int], Layout]
+"""Returns training layout `number`, from 0 to `NUMBERS` - 1; equal numbers give equal layouts in any process."""
+NUMBERS = 10**7
+"""Number of layouts of a source."""
+
+
+@dataclass(frozen=True)
+class TrainingRooms:
+    """Rooms of the presets; a layout's number draws protocol, preset and seed, as `train_layout`.
+
+    Attributes:
+        protocol: the protocol of every room; None to draw one for each.
+        profile: thresholds that the rooms satisfy.
+    """
+
+    protocol: Protocol | None = None
+    profile: str = "default"
+
+    def __call__(self, number: int) -> Layout:
+        """Return training room `number`.
+
+        Raises:
+            InfeasibleError: none of the rooms drawn holds its protocol.
+        """
+        return train_layout(np.random.default_rng(number), self.protocol, self.profile)
+
+
+SOURCES = ("rooms",)
+
+
+def source_of(training: str | LayoutSource, protocol: Protocol | None, profile: str) -> LayoutSource:
+    """Return the source that the argument `training` of an environment names.
+
+    Args:
+        training: "rooms", or a source.
+        protocol: the protocol that layouts are generated for; None to draw one for each.
+        profile: thresholds that generated layouts satisfy.
+
+    Raises:
+        UnknownNameError: no source has that name.
+        OptionError: neither a name nor a function, or a function together with a protocol or a profile.
+    """
+    if training == "rooms":
+        return TrainingRooms(protocol, profile)
+    if isinstance(training, str):
+        raise UnknownNameError("source of training layouts", training, SOURCES)
+    if not callable(training):
+        raise OptionError(f"training is a {type(training).__name__}, expected 'rooms' or a function of a number")
+    if protocol is not None or profile != "default":
+        raise OptionError("training layouts of a function come with their protocols: pass no protocol and no profile")
+    return training
+
+
+@dataclass
+class LayoutSequence:
+    """The layouts of one environment, one after the other.
+
+    Which layout stands at a place depends on `entropy` and the place alone.
+
+    Attributes:
+        source: makes the layouts.
+        entropy: drawn from the environment's generator.
+        place: number of layouts drawn so far.
+    """
+
+    source: LayoutSource
+    entropy: int
+    place: int = field(default=0)
+
+    def numbers(self, count: int) -> list[int]:
+        """Return the numbers of the next layouts."""
+        return [
+            int(np.random.default_rng([self.entropy, place]).integers(NUMBERS))
+            for place in range(self.place, self.place + count)
+        ]
+
+    def of(self, source: LayoutSource) -> LayoutSequence:
+        """Return the sequence with another source, at the same place."""
+        return self if source == self.source else replace(self, source=source)

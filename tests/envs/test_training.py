@@ -1,0 +1,71 @@
+"""The layouts of split="train": which one an episode gets depends on the seed and its number alone."""
+
+from __future__ import annotations
+
+import pytest
+import training_sources
+
+from labgym.envs import LabPointNavEnv
+from labgym.envs.training import NUMBERS, LayoutSequence, TrainingRooms, source_of
+from labgym.errors import OptionError, UnknownNameError
+from labgym.layouts import splits
+
+
+def drawn(env: LabPointNavEnv, episodes: int, **first) -> list[str]:
+    return [env.reset(**(first if k == 0 else {}))[1]["layout"] for k in range(episodes)]
+
+
+def environment(**arguments) -> LabPointNavEnv:
+    return LabPointNavEnv(
+        **{"split": "train", "training": training_sources.shifted, "episodes_per_layout": 1, **arguments}
+    )
+
+
+def test_a_seed_fixes_the_layouts_of_all_episodes_that_follow():
+    env = environment(episodes_per_layout=2)
+    first = drawn(env, 6, seed=3)
+    assert [first.count(name) for name in dict.fromkeys(first)] == [2, 2, 2]
+    assert drawn(env, 6, seed=3) == drawn(environment(episodes_per_layout=2), 6, seed=3) == first
+    assert set(drawn(env, 6, seed=4)).isdisjoint(first)
+
+
+def test_what_happens_within_a_layout_does_not_change_which_ones_follow():
+    env = environment(episodes_per_layout=2)
+    expected = drawn(env, 6, seed=3)
+    names = []
+    for k in range(6):
+        _, info = env.reset(seed=3 if k == 0 else None, options={"pair": 1} if k % 2 else None)
+        env.step(env.action_space.sample())
+        names.append(info["layout"])
+    assert names == expected
+
+
+def test_numbers_are_spread_over_all_layouts():
+    numbers = [LayoutSequence(training_sources.shifted, entropy).numbers(3) for entropy in range(200)]
+    flat = [number for row in numbers for number in row]
+    assert len(set(flat)) > 595
+    assert 0 <= min(flat) < NUMBERS / 50
+    assert NUMBERS * 0.98 < max(flat) < NUMBERS
+    sequence = LayoutSequence(training_sources.shifted, 7)
+    ahead = sequence.numbers(3)
+    sequence.place += 1
+    assert sequence.numbers(2) == ahead[1:]
+
+
+def test_rooms_of_a_number_are_those_of_train_layout(monkeypatch):
+    calls = []
+    monkeypatch.setattr(splits, "generate", lambda *arguments: calls.append(arguments))
+    for _ in range(2):
+        TrainingRooms(profile="strict")(12)
+    assert calls[0] == calls[1]
+    assert calls[0][1] < splits.TRAIN_SEEDS
+    assert calls[0][3] == "strict"
+
+
+def test_a_source_that_cannot_be_used_is_refused():
+    with pytest.raises(UnknownNameError, match="rooms"):
+        source_of("roms", None, "default")
+    with pytest.raises(OptionError, match="expected 'rooms' or a function"):
+        environment(training=7)
+    with pytest.raises(OptionError, match="pass no protocol"):
+        environment(protocol="alk_03")
