@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -20,6 +20,7 @@ from tqdm import tqdm
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, InfeasibleError, UnknownNameError
+from labgym.layouts.drafts import draft_layout
 from labgym.layouts.generate import GENERATOR, generate
 from labgym.layouts.model import Layout
 from labgym.layouts.rooms import PUBLISHED_PRESETS
@@ -35,13 +36,21 @@ RELEASES = {1: "0.1.0", 2: "0.2.0"}
 
 
 class PublishedLayout(Record):
-    """The arguments of a published layout, and its hash."""
+    """The arguments of a published layout, and its hash.
+
+    Attributes:
+        protocol: id of its first protocol.
+        room: name of its room or floor.
+        seed: its random seed.
+        draft: its place in a draft split, such as test/17; None for a room.
+    """
 
     id: str
     protocol: str
     room: str
     seed: int
     hash: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+    draft: Annotated[str, Field(pattern=r"^[a-z]+/[0-9]+$")] | None = None
 
 
 class Manifest(Document):
@@ -56,6 +65,10 @@ class Manifest(Document):
     split: str
     generator: Annotated[int, Field(ge=1)] = 1
     layouts: tuple[PublishedLayout, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the manifest as JSON data; rooms have no place in a draft split."""
+        return {"schema": self.SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
 
     def entry(self, layout_id: str) -> PublishedLayout:
         """Return the entry of a layout.
@@ -121,7 +134,7 @@ def mismatches(split: str) -> tuple[str, ...]:
 
 
 def make_again(entry: PublishedLayout) -> Layout:
-    """Regenerate a published layout with this generator from its protocol, room preset and seed.
+    """Regenerate a published layout with this generator: from protocol, room preset and seed, or from its draft.
 
     The result equals the published layout only if the manifest names this generator.
 
@@ -129,6 +142,9 @@ def make_again(entry: PublishedLayout) -> Layout:
         UnknownNameError: the library has no such protocol, or the room preset does not exist.
         InfeasibleError: the room does not hold the protocol.
     """
+    if entry.draft is not None:
+        split, _, index = entry.draft.partition("/")
+        return draft_layout(split, int(index)).replace(id=entry.id)
     return generate(entry.protocol, entry.seed, entry.room).replace(id=entry.id)
 
 
@@ -141,9 +157,10 @@ def publish(split: str, layouts: Sequence[Layout], folder: Path) -> Manifest:
             PublishedLayout(
                 id=layout.id,
                 protocol=str(layout.protocol_id),
-                room=layout.room.name,
+                room=layout.floor.name,
                 seed=int(layout.provenance.seed or 0),
                 hash=layout.hash,
+                draft=layout.provenance.options.get("draft"),
             )
         )
     written = Manifest(split=split, generator=GENERATOR, layouts=tuple(entries))

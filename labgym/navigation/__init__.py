@@ -1,5 +1,6 @@
 """Occupancy, grid search, exact shortest paths, and the goal poses and goal pairs of a protocol."""
 
+from labgym.navigation.drives import TriedPair, draw_drives
 from labgym.navigation.feasibility import METHODS, Method, Transition, feasibility, transitions
 from labgym.navigation.gaps import Gaps
 from labgym.navigation.goals import GoalPair, Pose, goal_pairs, goal_pose, goal_poses, resolve_protocol
@@ -27,8 +28,10 @@ __all__ = [
     "ShortestPath",
     "ShortestPaths",
     "Transition",
+    "TriedPair",
     "astar",
     "distance_field",
+    "draw_drives",
     "feasibility",
     "goal_pairs",
     "goal_pose",

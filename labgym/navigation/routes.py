@@ -34,6 +34,27 @@ class RouteMeasures:
         return self.length / self.straight if self.straight > 0.0 else 1.0
 
 
+class RouteMeter:
+    """Measures drives of one floor plan.
+
+    Args:
+        plan: the layout.
+        radius: radius of the disc that drives, meters.
+    """
+
+    def __init__(self, plan: FloorPlan, radius: float = PLANNING_RADIUS) -> None:
+        self._paths, self._gaps = ShortestPaths(plan, radius), Gaps(plan)
+
+    def measures(self, pair: GoalPair) -> RouteMeasures | None:
+        """Return the measures of a goal pair, None if no path exists."""
+        path = self._paths.path(pair.start, pair.goal)
+        if path is None:
+            return None
+        straight = math.dist(pair.start[:2], pair.goal[:2])
+        neck, widest = self._gaps.narrowest(path.points), self._gaps.widest(path.points)
+        return RouteMeasures(path.length, straight, neck, widest)
+
+
 def route_measures(
     plan: FloorPlan, pairs: Iterable[GoalPair], radius: float = PLANNING_RADIUS
 ) -> tuple[RouteMeasures | None, ...]:
@@ -44,13 +65,5 @@ def route_measures(
         pairs: goal pairs, as from `goal_pairs`.
         radius: radius of the disc that drives, meters.
     """
-    paths, gaps = ShortestPaths(plan, radius), Gaps(plan)
-    return tuple(_measured(paths, gaps, pair) for pair in pairs)
-
-
-def _measured(paths: ShortestPaths, gaps: Gaps, pair: GoalPair) -> RouteMeasures | None:
-    path = paths.path(pair.start, pair.goal)
-    if path is None:
-        return None
-    straight = math.dist(pair.start[:2], pair.goal[:2])
-    return RouteMeasures(path.length, straight, gaps.narrowest(path.points), gaps.widest(path.points))
+    meter = RouteMeter(plan, radius)
+    return tuple(meter.measures(pair) for pair in pairs)

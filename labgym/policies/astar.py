@@ -9,16 +9,25 @@ from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
 from labgym.geometry import compose
-from labgym.navigation import Pose, occupancy
+from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPaths, occupancy
 from labgym.policies.grid_planner import GridPlanner
-from labgym.policies.policy import EpisodeStart, Observation, Policy
+from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy
 from labgym.policies.tracking import PathTracker, turn_towards
+
+Array = NDArray[np.float64]
+
+LONGER = 1.05
+"""A path with more clearance is driven if it is at most this many times as long as the shortest one."""
+COMFORT = PLANNING_RADIUS + 0.05
+"""Radius of the disc for which exact paths are planned first, meters."""
 
 
 class AStarPolicy(Policy):
-    """Plans once on the layout's occupancy grid and follows the path. Privileged.
+    """Plans once on the layout's map and follows the path. Privileged.
 
-    If there is no path, it turns in place.
+    It plans on the occupancy grid, with a preference for clearance. The grid refuses passages up to 15 cm wider than
+    the robot; on layouts of version 2 the policy therefore compares the plan with the exact shortest path, and follows
+    an exact path if the grid has none or a longer one. If there is no path, it turns in place.
     """
 
     name: ClassVar[str] = "astar"
@@ -42,6 +51,8 @@ class AStarPolicy(Policy):
             self._planned = truth.layout.hash, GridPlanner(occupancy(truth.layout))
         self._start = truth.start
         path = self._planned[1].plan(truth.start[:2], truth.pair.goal[:2])
+        if truth.layout.version > 1:
+            path = _or_exact(path, truth)
         self._tracker = None if path is None else PathTracker(path, episode.robot)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
@@ -51,3 +62,21 @@ class AStarPolicy(Policy):
         return self._tracker.action(
             compose(self._start, observation["odometry"]), speed=float(observation["velocity"][0])
         )
+
+
+def _or_exact(path: Array | None, truth: GroundTruth) -> Array | None:
+    """Return a path unless an exact one is clearly shorter; of exact paths the one with more clearance, if it is short.
+
+    Args:
+        path: the plan on the grid, (n, 2); None without one.
+        truth: layout, start and goal.
+    """
+    ends = truth.start[:2], truth.pair.goal[:2]
+    shortest = ShortestPaths(truth.layout).path(*ends)
+    if shortest is None:
+        return path
+    limit = LONGER * shortest.length
+    if path is not None and float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) <= limit:
+        return path
+    clear = ShortestPaths(truth.layout, COMFORT).path(*ends)
+    return clear.points if clear is not None and clear.length <= limit else shortest.points

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
+from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts.floors.building import FloorDraw
 from labgym.layouts.floors.draw import draw_floor
 
@@ -22,12 +21,10 @@ class Population:
     Attributes:
         family: name of the family.
         ranges: ranges that replace those of the family.
-        weight: share of the split's floors, relative to the others.
     """
 
     family: str
     ranges: Mapping[str, Any] = field(default_factory=lambda: NONE)
-    weight: float = 1.0
 
     def draw(self, seed: int) -> FloorDraw:
         """Return the floor of a seed. Raises as `draw_floor`."""
@@ -36,23 +33,28 @@ class Population:
 
 HELD_OUT: Mapping[str, Any] = MappingProxyType({"held_out_finishes": True})
 
-SPLITS: dict[str, tuple[Population, ...]] = {
-    "train": (Population("bay"), Population("ell"), Population("suite", MappingProxyType({"rooms": (2, 3)}))),
-    "test": (
-        Population("double", HELD_OUT),
-        Population("refit", HELD_OUT),
-        Population("suite", MappingProxyType({"rooms": (4, 8), **HELD_OUT})),
-    ),
-}
-"""Families of the splits. No floor of the test families, nor one of their finishes, is seen in training."""
+TRAINED = (Population("bay"), Population("ell"), Population("suite", MappingProxyType({"rooms": (2, 3)})))
+TESTED = (
+    Population("double", HELD_OUT),
+    Population("refit", HELD_OUT),
+    Population("suite", MappingProxyType({"rooms": (4, 8), **HELD_OUT})),
+)
+
+SPLITS: dict[str, tuple[Population, ...]] = {"train": TRAINED, "seen": TRAINED, "test": TESTED}
+"""Populations of the splits. No floor of the test families, nor one of their finishes, occurs in training; `seen` has
+further floors of the families of training."""
 
 
-def population_of(split: str, generator: np.random.Generator) -> Population:
-    """Return a population of a split, drawn by weight.
+def population_of(split: str, index: int) -> Population:
+    """Return the population of a place in a split: the populations take turns.
 
     Raises:
-        KeyError: there is no such split.
+        UnknownNameError: there is no such split.
+        OptionError: the index is negative.
     """
+    if split not in SPLITS:
+        raise UnknownNameError("split of floors", split, SPLITS)
+    if isinstance(index, bool) or not isinstance(index, int) or index < 0:
+        raise OptionError(f"index of a floor in split {split!r} is {index!r}, expected a whole number of at least 0")
     populations = SPLITS[split]
-    weights = np.array([population.weight for population in populations])
-    return populations[int(generator.choice(len(populations), p=weights / weights.sum()))]
+    return populations[index % len(populations)]

@@ -1,0 +1,54 @@
+"""The commands that describe what labgym generates."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from tyro.conf import arg
+from tyro.extras import SubcommandApp
+
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath
+from labgym.cli.outcome import DONE, written
+
+describe_app = SubcommandApp()
+
+SplitNames = Annotated[tuple[Literal["train", "seen", "test"], ...], arg(metavar="SPLIT [SPLIT ...]")]
+
+
+@describe_app.command
+def splits(
+    split: SplitNames = ("test",),
+    floors: int = 91,
+    episodes: int = 12,
+    seed: int = 0,
+    own: bool = False,
+    out: OptionalPath = None,
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
+) -> int:
+    """Draw floors of draft splits and their episodes, and print their figures and bars.
+
+    For each family: floors, overlap of their furniture and walls of their hoods; episodes beside all drives that were
+    tried: length, detour, necks, and the share that a blind policy drives freely (docs/splits.md). With 91 floors of
+    each of three families it takes about ten minutes of CPU a split.
+
+    Args:
+        split: Splits: test, train, and seen, which has further floors of the families of training.
+        floors: Number of floors of each family. The blind policy knows the furniture of up to 90 others of them.
+        episodes: Number of episodes of each floor.
+        seed: First development seed; the splits' own floors have others.
+        own: Describe the splits' own floors. Do not tune anything on them.
+        out: Folder for summary.json, floors.jsonl and drives.jsonl. An interrupted command with the same folder
+            resumes.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    from labgym.eval.variety.describe import describe_splits
+    from labgym.eval.variety.tables import tables
+
+    description = describe_splits(
+        split, floors, episodes, None if own else seed, out, executor=execution.options(), fresh=fresh
+    )
+    for table in tables(description.summary):
+        print(f"\n{table.text()}")
+    print()
+    return DONE if out is None else written(out)

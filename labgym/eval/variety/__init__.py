@@ -1,0 +1,1 @@
+"""How varied and how hard the floors of a split are."""

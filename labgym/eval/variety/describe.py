@@ -1,0 +1,239 @@
+"""Describes draft splits: their floors and episodes, the blind policy, and the bars."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, TypeVar
+
+from labgym.documents import Document, json_bytes
+from labgym.errors import OptionError, UnknownNameError
+from labgym.eval.variety.bars import BLIND_FLOORS
+from labgym.eval.variety.figures import GroupFigures, group_figures
+from labgym.eval.variety.overlap import overlaps
+from labgym.eval.variety.rows import DriveRow, FloorRow
+from labgym.eval.variety.shards import drive_blind, survey
+from labgym.eval.variety.sketch import FloorSketch
+from labgym.layouts.drafts import PLACES
+from labgym.layouts.floors import SPLITS
+from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
+
+KIND = "describe"
+_Item = TypeVar("_Item")
+SUMMARY, FLOORS, DRIVES = "summary.json", "floors.jsonl", "drives.jsonl"
+TOGETHER = 6
+"""Number of floors in a shard of the blind policy."""
+LAST_SEED = 10**9 - 40 * PLACES
+"""Greatest first seed for development: all attempts of all places stay below the seeds of the splits."""
+
+
+class SplitsSummary(Document):
+    """The figures of draft splits, `summary.json`.
+
+    Attributes:
+        floors: number of floors of each family.
+        episodes: number of episodes of each floor, at most.
+        seed: first development seed; null for the splits' own seeds.
+        known: number of other floors whose furniture the blind policy knows.
+        groups: each split's families, then the whole split.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.splits/1"
+
+    floors: int
+    episodes: int
+    seed: int | None
+    known: int
+    groups: tuple[GroupFigures, ...]
+
+
+@dataclass(frozen=True)
+class SplitsDescription:
+    """A description of draft splits.
+
+    Attributes:
+        summary: the figures.
+        floors, drives: the rows they are computed from.
+    """
+
+    summary: SplitsSummary
+    floors: tuple[FloorRow, ...]
+    drives: tuple[DriveRow, ...]
+
+
+def describe_splits(
+    splits: Sequence[str] = ("test",),
+    floors: int = BLIND_FLOORS + 1,
+    episodes: int = 12,
+    seed: int | None = 0,
+    out: str | Path | None = None,
+    executor: ExecutorOptions | None = None,
+    fresh: bool = False,
+    progress: bool = True,
+) -> SplitsDescription:
+    """Draw floors of draft splits and their episodes, and measure them.
+
+    The result depends on the first four arguments alone, not on the executor; with a folder an interrupted description
+    resumes.
+
+    Args:
+        splits: names of splits.
+        floors: number of floors of each family; the blind policy knows up to 90 others of them.
+        episodes: number of episodes of each floor.
+        seed: first development seed; None for the splits' own seeds.
+        out: folder for `summary.json`, `floors.jsonl` and `drives.jsonl`; None writes nothing.
+        executor: where the floors are made.
+        fresh: move the files of the folder aside and start anew.
+        progress: whether to show progress bars.
+
+    Raises:
+        UnknownNameError: there is no such split.
+        OptionError: a number is out of range, or the folder holds something else.
+        InfeasibleError: no seed of a place gives a layout.
+        LabgymError: workers died.
+    """
+    for split in splits:
+        if split not in SPLITS:
+            raise UnknownNameError("split of floors", split, SPLITS)
+    limits = {"floors": (floors, 2, 10_000), "episodes": (episodes, 1, 1000), "seed": (seed or 0, 0, LAST_SEED)}
+    for name, (value, least, most) in limits.items():
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            raise OptionError(f"{name} is {value!r}, expected a whole number from {least} to {most}")
+    run = _Description(tuple(dict.fromkeys(splits)), floors, episodes, seed, executor, progress)
+    if out is None:
+        return run.made(None)
+    identity = RunIdentity.of(KIND, splits=run.splits, floors=floors, episodes=episodes, seed=seed)
+    with RunFolder.open(out, identity, fresh) as folder:
+        if folder.finished:
+            return _read(folder.path)
+        description = run.made(folder)
+        folder.finish(
+            {
+                SUMMARY: json_bytes(description.summary.to_json()),
+                FLOORS: _lines(description.floors),
+                DRIVES: _lines(description.drives),
+            }
+        )
+    return description
+
+
+@dataclass(frozen=True)
+class _Family:
+    """The floors of a family of a split, their drives and their sketches, in the order of the split."""
+
+    split: str
+    name: str
+    floors: tuple[FloorRow, ...]
+    drives: tuple[tuple[DriveRow, ...], ...]
+    sketches: tuple[bytes, ...]
+
+
+@dataclass(frozen=True)
+class _Description:
+    """A description that is being made."""
+
+    splits: tuple[str, ...]
+    floors: int
+    episodes: int
+    seed: int | None
+    executor: ExecutorOptions | None
+    progress: bool
+
+    def made(self, folder: RunFolder | None) -> SplitsDescription:
+        """Return the description; finished shards of the folder are taken from it."""
+        families = list(self._driven_blind(list(self._surveyed(folder)), folder))
+        groups: list[GroupFigures] = []
+        for split in self.splits:
+            own = [family for family in families if family.split == split]
+            shares = [_overlaps(family) for family in own]
+            groups += [
+                group_figures(split, family.name, family.floors, _flat(family.drives), share)
+                for family, share in zip(own, shares, strict=True)
+            ]
+            floors, drives = [row for f in own for row in f.floors], [row for f in own for row in _flat(f.drives)]
+            groups.append(group_figures(split, None, floors, drives, _flat(shares)))
+        summary = SplitsSummary(
+            floors=self.floors,
+            episodes=self.episodes,
+            seed=self.seed,
+            known=min(BLIND_FLOORS, self.floors - 1),
+            groups=tuple(groups),
+        )
+        return SplitsDescription(
+            summary,
+            tuple(row for family in families for row in family.floors),
+            tuple(row for family in families for row in _flat(family.drives)),
+        )
+
+    def _surveyed(self, folder: RunFolder | None) -> Iterator[_Family]:
+        """Yield the families of all splits, their floors made and measured."""
+        places = [(s, k) for s in self.splits for k in range(self.floors * len(SPLITS[s]))]
+        shards = [Shard(_name(*place), survey, (*place, self.seed, self.episodes)) for place in places]
+        run = run_shards(shards, folder, self.executor, "floors", "floor", progress=self.progress)
+        done = {shard.name: output.files for shard, output in run}
+        for split in self.splits:
+            populations = SPLITS[split]
+            for offset, population in enumerate(populations):
+                names = [_name(split, k * len(populations) + offset) for k in range(self.floors)]
+                records = [json.loads(_file(done[name], ".json")) for name in names]
+                yield _Family(
+                    split,
+                    population.family,
+                    tuple(FloorRow.model_validate(record["floor"]) for record in records),
+                    tuple(tuple(DriveRow.model_validate(row) for row in record["drives"]) for record in records),
+                    tuple(_file(done[name], ".npz") for name in names),
+                )
+
+    def _driven_blind(self, families: Sequence[_Family], folder: RunFolder | None) -> Iterator[_Family]:
+        """Yield the families with the results of the blind policy."""
+        shards = {}
+        for number, family in enumerate(families):
+            for first in range(0, len(family.floors), TOGETHER):
+                chosen = range(first, min(first + TOGETHER, len(family.floors)))
+                name = f"{family.split}-{family.name}-{first:05d}"
+                reachable = [[row for row in family.drives[k] if row.length is not None] for k in chosen]
+                arguments = (name, list(chosen), family.sketches, BLIND_FLOORS, reachable)
+                shards[f"blind/{name}"] = number, chosen, Shard(f"blind/{name}", drive_blind, arguments, len(chosen))
+        results: dict[tuple[int, int], list[bool]] = {}
+        tasks = [shard for _, _, shard in shards.values()]
+        for shard, output in run_shards(tasks, folder, self.executor, "blind policy", "floor", progress=self.progress):
+            number, chosen, _ = shards[shard.name]
+            for k, free in zip(chosen, json.loads(_file(output.files, ".json")), strict=True):
+                results[number, k] = free
+        for number, family in enumerate(families):
+            drives = tuple(_with_blind(rows, results[number, k]) for k, rows in enumerate(family.drives))
+            yield _Family(family.split, family.name, family.floors, drives, family.sketches)
+
+
+def _with_blind(rows: Sequence[DriveRow], free: Sequence[bool]) -> tuple[DriveRow, ...]:
+    """Return drives with the blind policy's results for those that have a path."""
+    results = iter(free)
+    return tuple(row if row.length is None else row.model_copy(update={"blind": next(results)}) for row in rows)
+
+
+def _overlaps(family: _Family) -> list[float]:
+    return overlaps([FloorSketch.from_bytes(s) for s in family.sketches], [floor.area for floor in family.floors])
+
+
+def _name(split: str, index: int) -> str:
+    return f"{split}/{index:05d}"
+
+
+def _file(files: Mapping[str, bytes], suffix: str) -> bytes:
+    return next(content for name, content in files.items() if name.endswith(suffix))
+
+
+def _flat(parts: Iterable[Sequence[_Item]]) -> list[_Item]:
+    return [item for part in parts for item in part]
+
+
+def _lines(rows: Sequence[FloorRow] | Sequence[DriveRow]) -> bytes:
+    return "".join(f"{row.model_dump_json()}\n" for row in rows).encode()
+
+
+def _read(folder: Path) -> SplitsDescription:
+    floors = [FloorRow.model_validate_json(line) for line in (folder / FLOORS).read_bytes().splitlines()]
+    drives = [DriveRow.model_validate_json(line) for line in (folder / DRIVES).read_bytes().splitlines()]
+    return SplitsDescription(SplitsSummary.load(folder / SUMMARY), tuple(floors), tuple(drives))

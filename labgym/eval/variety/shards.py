@@ -1,0 +1,67 @@
+"""The shards of a description: a floor is drawn, furnished and measured; then the blind policy drives on it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+
+from labgym.eval.variety.blind import blind_drives
+from labgym.eval.variety.hood_walls import hood_walls
+from labgym.eval.variety.rows import DriveRow, FloorRow
+from labgym.eval.variety.sketch import FloorSketch, entry_poses, places_of_work, sketch_of
+from labgym.layouts.drafts import drafted
+from labgym.navigation import draw_drives
+from labgym.runs import ShardOutput
+from labgym.runs.folder import SHARDS
+
+DRIVES = 3
+"""Sub-stream of a floor's seed from which its drives are drawn."""
+
+
+def survey(split: str, index: int, first: int | None, episodes: int) -> ShardOutput:
+    """Return the rows of a floor and its drives, and its sketch.
+
+    Args:
+        split, index, first: the floor, as for `drafted`.
+        episodes: number of drives to accept.
+
+    Raises:
+        InfeasibleError: no seed of the place gives a layout.
+    """
+    place, tidy = drafted(split, index, first)
+    layout = place.cluttered(tidy)
+    generator = np.random.default_rng([place.seed, DRIVES])
+    tried = draw_drives(layout, entry_poses(layout), places_of_work(layout), episodes, generator)
+    floor = FloorRow.of(place, layout, hood_walls(layout))
+    drives = [DriveRow.of(split, index, one).model_dump(mode="json") for one in tried]
+    record = {"floor": floor.model_dump(mode="json"), "drives": drives}
+    name = f"{SHARDS}/{split}/{index:05d}"
+    return ShardOutput(
+        {
+            f"{name}.json": json.dumps(record, allow_nan=False).encode(),
+            f"{name}.npz": sketch_of(tidy, layout).to_bytes(),
+        }
+    )
+
+
+def drive_blind(
+    name: str, floors: Sequence[int], sketches: Sequence[bytes], others: int, drives: Sequence[Sequence[DriveRow]]
+) -> ShardOutput:
+    """Return whether the blind policy drives freely, for each drive with a path on some floors of a family.
+
+    Args:
+        name: name of the shard.
+        floors: numbers of the floors.
+        sketches: of all floors of the family.
+        others: number of other floors whose furniture the policy knows: those that follow, in a circle.
+        drives: for each of `floors` its drives.
+    """
+    known = [FloorSketch.from_bytes(data) for data in sketches]
+    results = []
+    for floor, rows in zip(floors, drives, strict=True):
+        following = [known[(floor + k) % len(known)] for k in range(1, min(others, len(known) - 1) + 1)]
+        ends = [(row.start[:2], row.goal[:2]) for row in rows]
+        results.append(blind_drives(known[floor], following, ends))
+    return ShardOutput({f"{SHARDS}/blind/{name}.json": json.dumps(results).encode()})

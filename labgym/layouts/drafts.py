@@ -1,0 +1,136 @@
+"""Draft splits of floors: endless, seeded sequences of furnished laboratories.
+
+The place `index` of a split decides everything about its layout: family and ranges of the floor, seed, protocols and
+level of clutter. The seeds of the splits are disjoint, also from those of the published rooms. Drafts change whenever
+the generator does; nothing here is published.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from labgym.errors import InfeasibleError, OptionError
+from labgym.layouts.clutter import add_clutter
+from labgym.layouts.floors import FloorDraw, Population, population_of
+from labgym.layouts.generate import generate_assessed, resolve_request
+from labgym.layouts.model import Layout
+from labgym.layouts.style import Style
+from labgym.protocols import protocols
+
+FIRST_SEEDS = {"train": 3 * 10**9, "seen": 4 * 10**9, "test": 5 * 10**9}
+"""First seed of each split; a split has the next 10^9. Seeds below 10^9 are for development."""
+PLACES = 10**7
+"""Number of places of a split, and the difference between the seeds of one place's attempts."""
+ATTEMPTS = 32
+"""Number of seeds that a place has: the next one is taken if a floor does not hold its protocols."""
+AREA = 50.0
+"""Floor area for each protocol beyond the first, square meters (assumption: half of a large laboratory)."""
+MOST = 5
+"""Most protocols of one floor."""
+CLUTTER = {"train": (1.0, 1.0, 1.0, 1.0), "seen": (1.0, 1.0, 1.0, 1.0), "test": (1.0, 1.0, 1.0, 1.0)}
+"""Shares of the levels of clutter 0 to 3."""
+CONTENT, STYLE, SCATTER = range(3)
+"""Sub-streams of a seed: protocols and clutter level; style; positions of the clutter."""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """The arguments of one layout of a draft split.
+
+    Attributes:
+        split, index: the place in the split.
+        seed: seed of the floor, the furniture and the clutter.
+        population: family of the floor, and its ranges.
+        protocols: ids of one to five protocols, more on larger floors.
+        clutter: level of clutter, 0 to 3.
+    """
+
+    split: str
+    index: int
+    seed: int
+    population: Population
+    protocols: tuple[str, ...]
+    clutter: int
+
+    @cached_property
+    def floor(self) -> FloorDraw:
+        """The floor before it is furnished."""
+        return self.population.draw(self.seed)
+
+    def tidy(self) -> Layout:
+        """Return the furnished layout without clutter.
+
+        Raises:
+            InfeasibleError: the floor does not hold the protocols.
+        """
+        request = resolve_request(self.protocols, self.seed, None, "default", None, (), self.floor.floor)
+        style = Style.of(self.floor.style).varied(np.random.default_rng([self.seed, STYLE]))
+        layout, _ = generate_assessed(replace(request, style=style, family=self.population.family))
+        own = self.seed >= FIRST_SEEDS[self.split]
+        options = {**layout.provenance.options, **({"draft": f"{self.split}/{self.index}"} if own else {})}
+        provenance = layout.provenance.model_copy(update={"options": options})
+        name = f"{self.split}-{self.index:04d}" if own else f"{self.split}-development-{self.seed}"
+        return layout.replace(id=name, provenance=provenance)
+
+    def cluttered(self, tidy: Layout) -> Layout:
+        """Return the tidy layout with its clutter."""
+        return add_clutter(tidy, self.clutter, np.random.default_rng([self.seed, SCATTER]))
+
+    def layout(self) -> Layout:
+        """Return the layout. Raises as `tidy`."""
+        return self.cluttered(self.tidy())
+
+
+def draft(split: str, index: int, first: int | None = None, attempt: int = 0) -> Draft:
+    """Return what stands at a place of a split.
+
+    Args:
+        split: train, seen or test.
+        index: place in the split, from 0.
+        first: first seed of the sequence; None for the split's own, a seed below 10^9 for development.
+        attempt: number of earlier seeds of this place that gave no layout.
+
+    Raises:
+        UnknownNameError: there is no such split.
+        OptionError: the index or the seed is out of range.
+        InfeasibleError: the rules of the family refuse every draw.
+    """
+    population = population_of(split, index)
+    if index >= PLACES:
+        raise OptionError(f"index {index} is beyond the {PLACES} places of split {split!r}")
+    start = FIRST_SEEDS[split] if first is None else first
+    seed = start + index + attempt * PLACES
+    generator = np.random.default_rng([seed, CONTENT])
+    area = float(population.draw(seed).parameters["area"])
+    most = min(MOST, 1 + int(area / AREA))
+    count = int(generator.integers(max(1, most - 1), most + 1))
+    moving = [name for name, protocol in sorted(protocols().items()) if protocol.moves]
+    chosen = tuple(str(name) for name in generator.choice(moving, count, replace=False))
+    shares = np.array(CLUTTER[split])
+    level = int(generator.choice(len(shares), p=shares / shares.sum()))
+    return Draft(split, index, seed, population, chosen, level)
+
+
+def drafted(split: str, index: int, first: int | None = None) -> tuple[Draft, Layout]:
+    """Return a place of a split with its tidy layout: of the first seed whose floor holds its protocols.
+
+    Raises:
+        UnknownNameError, OptionError: as `draft`.
+        InfeasibleError: no seed of the place gives a layout.
+    """
+    for attempt in range(ATTEMPTS):
+        try:
+            place = draft(split, index, first, attempt)
+            return place, place.tidy()
+        except InfeasibleError as error:
+            last = error
+    raise last
+
+
+def draft_layout(split: str, index: int, first: int | None = None) -> Layout:
+    """Return the layout at a place of a split, with its clutter. Arguments and errors as `drafted`."""
+    place, tidy = drafted(split, index, first)
+    return place.cluttered(tidy)
