@@ -8,7 +8,6 @@ the generator does; nothing here is published.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -46,6 +45,7 @@ class Draft:
         split, index: the place in the split.
         seed: seed of the floor, the furniture and the clutter.
         population: family of the floor, and its ranges.
+        floor: the floor before it is furnished.
         protocols: ids of one to five protocols, more on larger floors.
         clutter: level of clutter, 0 to 3.
     """
@@ -54,13 +54,9 @@ class Draft:
     index: int
     seed: int
     population: Population
+    floor: FloorDraw
     protocols: tuple[str, ...]
     clutter: int
-
-    @cached_property
-    def floor(self) -> FloorDraw:
-        """The floor before it is furnished."""
-        return self.population.draw(self.seed)
 
     def tidy(self) -> Layout:
         """Return the furnished layout without clutter.
@@ -106,14 +102,14 @@ def draft(split: str, index: int, first: int | None = None, attempt: int = 0) ->
     start = FIRST_SEEDS[split] if first is None else first
     seed = start + index + attempt * PLACES
     generator = np.random.default_rng([seed, CONTENT])
-    area = float(population.draw(seed).parameters["area"])
-    most = min(MOST, 1 + int(area / AREA))
+    floor = population.draw(seed)
+    most = min(MOST, 1 + int(float(floor.parameters["area"]) / AREA))
     count = int(generator.integers(max(1, most - 1), most + 1))
     moving = [name for name, protocol in sorted(protocols().items()) if protocol.moves]
     chosen = tuple(str(name) for name in generator.choice(moving, count, replace=False))
     shares = np.array(CLUTTER[split])
     level = int(generator.choice(len(shares), p=shares / shares.sum()))
-    return Draft(split, index, seed, population, chosen, level)
+    return Draft(split, index, seed, population, floor, chosen, level)
 
 
 def drafted(split: str, index: int, first: int | None = None) -> tuple[Draft, Layout]:

@@ -17,7 +17,7 @@ class Bar:
 
     Attributes:
         name: what is limited.
-        value: the split's value; None if there is none.
+        value: the split's value; None without one.
         limit: the limit. relation: how the value must relate to it.
         digits: decimals that are printed.
     """

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +15,6 @@ CELLS = 128
 """Number of cells along each side of a floor."""
 ALIKE = 1.25
 """Floors whose areas, longer sides and shorter sides differ by at most this factor are of about one size."""
-SUBPIXELS = 4
 
 Mask = NDArray[np.bool_]
 
@@ -25,16 +24,15 @@ def occupied(floor: FloorSketch) -> Mask:
 
     The bounds of the floor are stretched onto a square, so that walls of floors of different sizes coincide.
     """
-    image = np.zeros((CELLS, CELLS), dtype=np.uint8)
-    low, size = floor.extent[:2], np.array(floor.size)
+    middles = (np.arange(CELLS) + 0.5) / CELLS
+    px, py = np.meshgrid(floor.extent[0] + middles * floor.size[0], floor.extent[1] + middles * floor.size[1])
+    taken = np.zeros((CELLS, CELLS), dtype=bool)
     for x, y, width, depth, yaw in floor.furniture.tolist():
-        cosine, sine = np.cos(yaw), np.sin(yaw)
-        axes = np.array([[cosine, sine], [-sine, cosine]])
-        signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-        corners = np.array([x, y]) + (signs * (width / 2.0, depth / 2.0)) @ axes
-        pixels = (corners - low) / size * CELLS - 0.5
-        cv2.fillConvexPoly(image, (pixels * 2**SUBPIXELS).round().astype(np.int32), (1,), shift=SUBPIXELS)
-    return np.asarray(image > 0)
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        dx, dy = px - x, py - y
+        along, across = np.abs(dx * cosine + dy * sine), np.abs(dy * cosine - dx * sine)
+        taken |= (along <= width / 2.0) & (across <= depth / 2.0)
+    return taken
 
 
 def best_overlap(first: Mask, second: Mask) -> float:

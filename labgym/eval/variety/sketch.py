@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class FloorSketch:
-    """What describes a floor.
+    """The part of a floor that a description reads.
 
     Attributes:
         walls: (ny, nx) distance of grid points from walls and columns, meters; 0 outside.
