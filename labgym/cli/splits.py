@@ -28,9 +28,9 @@ def splits(
 ) -> int:
     """Draw floors of draft splits and their episodes, and print their figures and bars.
 
-    For each family: floors, overlap of their furniture and walls of their hoods; over episodes and over all drives that were
-    tried: length, detour, necks, and the share that a blind policy drives freely (docs/splits.md). With 91 floors of
-    each of three families it takes about ten minutes of CPU a split.
+    For each family: floors, overlap of their furniture and walls of their hoods; over episodes and over all drives
+    that were tried: length, detour, necks, and the share that a blind policy drives freely (docs/splits.md). With 91
+    floors of each of three families it takes about ten minutes of CPU a split.
 
     Args:
         split: Splits: test, train, and seen, which has further floors of the families of training.

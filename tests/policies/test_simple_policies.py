@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from labgym.errors import LabgymError
+from labgym.eval.driving.assignments import assignment_between
+from labgym.eval.driving.drive import drive_episodes
+from labgym.eval.driving.suites import suite_of
+from labgym.geometry import OrientedBox
+from labgym.layouts import Door, Layout, Placement, Room
+from labgym.layouts.placement import Size
+from labgym.navigation import occupancy
 from labgym.policies import EpisodeStart, make_policy
+from labgym.policies.grid_planner import GridPlanner
 
 
 def observation(bearing: float, distance: float = 3.0) -> dict[str, np.ndarray]:
@@ -59,3 +67,31 @@ def test_random_actions_repeat_with_the_episodes_seed_alone():
 def test_astar_without_the_map_says_so():
     with pytest.raises(LabgymError, match="map"):
         make_policy("astar").reset(start())
+
+
+def test_astar_takes_a_passage_that_its_grid_refuses_on_layouts_of_version_2_only(monkeypatch):
+    rows = (OrientedBox(5.0, 1.59, 0.75, 3.18), OrientedBox(5.0, 5.42, 0.75, 3.16))
+    layout = Layout(
+        id="passage",
+        protocols=(),
+        floor=Room(width=10.0, depth=7.0, doors=(Door(wall="front", offset=2.0),)).floor,
+        placements=tuple(
+            Placement(
+                id=f"LabBench1800_{k}",
+                asset="LabBench1800",
+                position=(box.x, box.y, 0.0),
+                size=Size(width=box.width, depth=box.depth, height=0.9),
+            )
+            for k, box in enumerate(rows, 1)
+        ),
+    )
+    start, goal = (2.0, 3.51, 0.0), (8.0, 3.51, 0.0)
+    assert GridPlanner(occupancy(layout)).plan(start[:2], goal[:2]) is None
+    episode = assignment_between(layout, 0, start, goal)
+    (drive,) = drive_episodes(make_policy("astar"), layout, [episode], suite_of([layout]), "astar", 0)
+    assert drive.row.success
+    assert drive.row.contacts == 0
+    assert drive.row.spl > 0.99
+    monkeypatch.setattr(Layout, "version", 1)
+    (drive,) = drive_episodes(make_policy("astar"), layout, [episode], suite_of([layout]), "astar", 0)
+    assert not drive.row.success
