@@ -80,10 +80,10 @@ class DriveRow(Record):
     def of(cls, split: str, index: int, tried: TriedPair) -> DriveRow:
         """Return the row of a pair that was tried on a floor."""
         pair, measures = tried.pair, tried.measures
-        found = (None,) * 4
+        values: tuple[float | None, ...] = (None,) * 4
         if measures is not None:
-            found = (measures.length, measures.detour, measures.neck, measures.widest_neck)
-        length, detour, neck, widest = (None if value is None else round(value, DIGITS) for value in found)
+            values = (measures.length, measures.detour, measures.neck, measures.widest_neck)
+        length, detour, neck, widest = (None if value is None else round(value, DIGITS) for value in values)
         return cls(
             split=split,
             index=index,
