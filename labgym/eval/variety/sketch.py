@@ -33,7 +33,7 @@ class FloorSketch:
         extent: (4,) axis-aligned bounds (x0, y0, x1, y1) of the spaces.
         entrance: (x, y, yaw) of the main door, with the front into the floor.
         furniture: (n, 5) x, y, width, depth and yaw of furniture below the robot's height.
-        clutter: (m, 5) the same of loose objects.
+        clutter: (m, 5) the same of loose objects and of open drawers and doors.
     """
 
     walls: NDArray[np.float16]
@@ -51,7 +51,7 @@ class FloorSketch:
 
     @property
     def obstacles(self) -> tuple[OrientedBox, ...]:
-        """Furniture and loose objects."""
+        """Furniture, loose objects and open parts."""
         return tuple(OrientedBox(*row) for row in np.concatenate([self.furniture, self.clutter]).tolist())
 
     def to_bytes(self) -> bytes:
@@ -75,14 +75,16 @@ def sketch_of(tidy: Layout, cluttered: Layout) -> FloorSketch:
     flat = points.reshape(-1, 2)
     clearance = np.where(barriers.inside(flat), np.maximum(barriers.clearance(flat), 0.0), 0.0)
     corners = np.concatenate([box.corners() for space in cluttered.floor.spaces for box in space.boxes])
-    furniture, everything = _footprints(tidy), _footprints(cluttered)
+    furniture = _footprints(tidy)
+    standing = set(map(tuple, furniture.tolist()))
+    loose = [row for row in _footprints(cluttered).tolist() if tuple(row) not in standing]
     return FloorSketch(
         walls=clearance.reshape(points.shape[:2]).astype(np.float16),
         low=np.array([xs[0], ys[0]]),
         extent=np.concatenate([corners.min(axis=0), corners.max(axis=0)]),
         entrance=np.array(main_entrance(cluttered).pose),
         furniture=furniture,
-        clutter=everything[len(furniture) :],
+        clutter=np.array(loose, dtype=np.float64).reshape(-1, 5),
     )
 
 
