@@ -10,12 +10,14 @@ from typing import Any
 import mujoco
 import numpy as np
 import trimesh
+from PIL import Image
 
 from labgym.assets import Asset
 from labgym.assets.articulation import State
 from labgym.assets.meshes.colors import to_linear
 from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS
+from labgym.assets.textures import Texture
 from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.layouts import Layout, Placement
@@ -27,13 +29,17 @@ from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh
 from labgym.scenes.mjcf import to_mjcf
 from labgym.scenes.patches import Array, Faces
+from labgym.scenes.unwrapping import corner_coordinates, texture_on
 
 SCENE_FILE = "scene.xml"
 MESH_FOLDER = "meshes"
+TEXTURE_FOLDER = "textures"
 
 
 def write_mjcf(layout: Layout, folder: str | Path, interactive: bool = False, loose: bool = False) -> Path:
-    """Write a layout as `folder/scene.xml` with its meshes in `folder/meshes`, and return the file's path.
+    """Write a layout as `folder/scene.xml` with `folder/meshes` and `folder/textures`, and return the file's path.
+
+    A layout of one plain rectangular room has no textures.
 
     The folder can be moved and loads in MuJoCo 3.3 and later without plugins. The files are written to a temporary
     folder, which then replaces an earlier scene.
@@ -45,9 +51,10 @@ def write_mjcf(layout: Layout, folder: str | Path, interactive: bool = False, lo
         LabgymError: the folder exists and is not a compiled scene.
     """
     folder = Path(folder)
-    with whole_folder(folder, (SCENE_FILE, MESH_FOLDER), "compiled scene") as fresh:
+    with whole_folder(folder, (SCENE_FILE, MESH_FOLDER, TEXTURE_FOLDER), "compiled scene") as fresh:
         (fresh / MESH_FOLDER).mkdir()
         for name, content in mjcf_files(layout, interactive, loose).items():
+            (fresh / name).parent.mkdir(exist_ok=True)
             (fresh / name).write_bytes(content)
     return folder / SCENE_FILE
 
@@ -55,9 +62,13 @@ def write_mjcf(layout: Layout, folder: str | Path, interactive: bool = False, lo
 def mjcf_files(layout: Layout, interactive: bool = False, loose: bool = False) -> dict[str, bytes]:
     """Return the files of a scene that `write_mjcf` writes: content by path relative to the scene's folder."""
     spec = to_mjcf(layout, interactive=interactive, loose=loose)
+    textures = {f"{TEXTURE_FOLDER}/{name}": content for name, content in spec.assets.items()}
     meshes = _move_meshes_to_files(spec)
+    files = {f"{MESH_FOLDER}/{name}": content for name, content in meshes.items()} | textures
+    if textures:
+        spec.texturedir = TEXTURE_FOLDER
+    spec.assets = meshes | textures
     spec.compile()
-    files = {f"{MESH_FOLDER}/{name}": content for name, content in meshes.items()}
     return {**files, SCENE_FILE: _portable(spec.to_xml()).encode("utf-8")}
 
 
@@ -66,7 +77,7 @@ def write_glb(layout: Layout, path: str | Path) -> Path:
 
     Each material of a placement is a node `<id>/<material>`. Colors are linear, as glTF defines them. Normals are
     smooth over round surfaces; a vertex is repeated for each of its normals, so merge vertices by position to get
-    watertight meshes.
+    watertight meshes. Floors other than one plain rectangular room have textures, whose means are the colors.
 
     Raises:
         OptionError: the path does not end in .glb.
@@ -79,7 +90,7 @@ def write_glb(layout: Layout, path: str | Path) -> Path:
     up = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     added = (patch for installation in installations(layout) for patch in installation.patches)
     for patch in (*floor_patches(layout.floor), *building_patches(layout.floor), *added):
-        mesh = _painted(patch.vertices, patch.faces, patch.material)
+        mesh = _painted(patch.vertices, patch.faces, patch.material, texture_on(layout.floor, patch.material))
         scene.add_geometry(mesh, node_name=patch.name, geom_name=patch.name, transform=up)
     names: dict[tuple[Asset, Finishes, State], str] = {}
     for placement in layout.placements:
@@ -94,7 +105,7 @@ def write_glb(layout: Layout, path: str | Path) -> Path:
             if name in scene.geometry:
                 scene.graph.update(frame_to=f"{placement.id}/{material}", matrix=pose, geometry=name)  # type: ignore[no-untyped-call]
             else:
-                mesh = _painted(local.vertices, faces, material)
+                mesh = _painted(local.vertices, faces, material, texture_on(layout.floor, material))
                 scene.add_geometry(mesh, node_name=f"{placement.id}/{material}", geom_name=name, transform=pose)
     content: bytes = scene.export(file_type="glb", include_normals=True, tree_postprocessor=_set_colors)  # type: ignore[no-untyped-call]
     return write_bytes(path, content)
@@ -107,22 +118,27 @@ def _pose(placement: Placement) -> Array:
     return np.array([[cosine, -sine, 0.0, x], [sine, cosine, 0.0, y], [0.0, 0.0, 1.0, z], [0.0, 0.0, 0.0, 1.0]])
 
 
-def _painted(vertices: Array, faces: Faces, material: str) -> trimesh.Trimesh:
-    """Return a mesh with a material and normals; a vertex is repeated for each normal that it has."""
+def _painted(vertices: Array, faces: Faces, material: str, image: Texture | None) -> trimesh.Trimesh:
+    """Return a mesh with a material, normals and texture coordinates; a vertex is repeated for each that it has."""
     look = MATERIALS[material]
     normals = np.round(corner_normals(vertices, faces).reshape(-1, 3), 4)
     corners = np.column_stack([faces.ravel(), normals])
+    places = None if image is None else np.round(corner_coordinates(vertices, faces, image).reshape(-1, 2), 6)
+    if places is not None:
+        corners = np.column_stack([corners, places])
     _, first, index = np.unique(corners, axis=0, return_index=True, return_inverse=True)
     mesh = trimesh.Trimesh(
         vertices[faces.ravel()[first]], index.reshape(-1, 3), vertex_normals=normals[first], process=False
     )
     mesh.visual = trimesh.visual.TextureVisuals(  # type: ignore[no-untyped-call]
+        uv=None if places is None else places[first],
         material=trimesh.visual.material.PBRMaterial(  # type: ignore[no-untyped-call]
             name=material,
             metallicFactor=0.9 if look.reflectance > 0.1 else 0.0,
             roughnessFactor=1.0 - 0.9 * look.shininess,
             alphaMode="BLEND" if look.rgba[3] < 1.0 else "OPAQUE",
-        )
+            baseColorTexture=None if image is None else Image.fromarray(image.pixels),
+        ),
     )
     return mesh
 
@@ -132,6 +148,8 @@ def _set_colors(tree: dict[str, Any]) -> None:
     for material in tree["materials"]:
         look = MATERIALS[material["name"]]
         linear = [to_linear(channel) for channel in look.rgba[:3]]
+        if "baseColorTexture" in material["pbrMetallicRoughness"]:
+            linear = [1.0, 1.0, 1.0]
         material["pbrMetallicRoughness"]["baseColorFactor"] = [round(c, 6) for c in (*linear, look.rgba[3])]
         if look.emission:
             material["emissiveFactor"] = [round(min(1.0, look.emission * channel), 6) for channel in linear]
@@ -146,12 +164,16 @@ def _move_meshes_to_files(spec: mujoco.MjSpec) -> dict[str, bytes]:
         texture = np.array(mesh.usertexcoord).reshape(-1, 2)
         lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in vertices]
         lines += [f"vt {u:.7g} {v:.7g}" for u, v in texture]
-        corner = "{0}/{0}" if len(texture) else "{0}"
-        lines += [" ".join(["f", *(corner.format(index) for index in face)]) for face in faces.tolist()]
+        places = np.array(mesh.userfacetexcoord, dtype=np.int64).reshape(-1, 3) + 1
+        if not len(texture):
+            lines += [f"f {a} {b} {c}" for a, b, c in faces.tolist()]
+        else:
+            pairs = np.stack([faces, places if len(places) else faces], axis=2).tolist()
+            lines += [" ".join(["f", *(f"{index}/{place}" for index, place in face)]) for face in pairs]
         mesh.file = f"{mesh.name.replace('/', '_')}.obj"
-        mesh.uservert, mesh.userface, mesh.usertexcoord = [], [], []
+        mesh.uservert, mesh.userface, mesh.usertexcoord, mesh.userfacetexcoord = [], [], [], []
         files[mesh.file] = ("\n".join(lines) + "\n").encode()
-    spec.meshdir, spec.assets = MESH_FOLDER, files
+    spec.meshdir = MESH_FOLDER
     return files
 
 

@@ -66,6 +66,7 @@ JOINTS = {"floor_vinyl": 0.6, "floor_tile": 0.3}
 """Side of the tiles of floor coverings that have joints, meters."""
 TURNS = {"opposite": 0.0, "left": math.pi / 2.0, "door": math.pi, "right": -math.pi / 2.0}
 """Angle from the direction into a space through its main door to that of the accent wall, radians."""
+METALS = ("stainless", "chrome", "aluminium", "galvanised", "brass")
 PLAIN = WALLS["white"]
 """Material of the faces of walls that no space lies in front of."""
 OPPOSITE = 0.9

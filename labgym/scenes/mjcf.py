@@ -14,16 +14,18 @@ from labgym.assets.articulation import State, posed_solids
 from labgym.assets.shapes import MATERIALS, Part
 from labgym.assets.shapes.parts import Vector
 from labgym.assets.shapes.tessellate import local_mesh
+from labgym.assets.textures import Texture, texture
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
 from labgym.layouts.floor import Finishes, Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
-from labgym.scenes.finishes import JOINTS, finishes_at, floor_material
+from labgym.scenes.finishes import JOINTS, METALS, finishes_at, floor_material
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.interactive import add_moving_scene
 from labgym.scenes.mesh import asset_mesh
 from labgym.scenes.patches import Array, Faces, Patch
+from labgym.scenes.unwrapping import corner_coordinates
 from labgym.scenes.views import View, views
 
 VISUAL_GROUP = 2
@@ -72,7 +74,7 @@ def to_mjcf(layout: Layout, visible: bool = True, interactive: bool = False, loo
         raise OptionError(f"placement id 'world' of layout {layout.id!r} is reserved by MuJoCo; rename the placement")
     if loose and not interactive:
         raise OptionError("loose objects need an interactive scene: set interactive as well")
-    scene = SpecBuilder(layout.id, visible)
+    scene = SpecBuilder(layout.id, visible, textured=not layout.floor.is_rectangle)
     set_looks(scene.spec, layout.floor)
     scene.add_floor(layout.floor, leaves=not interactive)
     if interactive:
@@ -89,14 +91,14 @@ def to_mjcf(layout: Layout, visible: bool = True, interactive: bool = False, loo
 class SpecBuilder:
     """A specification under construction; meshes and materials are added once."""
 
-    def __init__(self, name: str, visible: bool = True) -> None:
+    def __init__(self, name: str, visible: bool = True, textured: bool = False) -> None:
         self.spec = mujoco.MjSpec()
         self.spec.modelname = name
         self.visual = self.spec.add_default("visual", self.spec.default)
         self.visual.geom.contype, self.visual.geom.conaffinity, self.visual.geom.group = 0, 0, VISUAL_GROUP
         self.solid = self.spec.add_default("solid", self.spec.default)
         self.solid.geom.group, self.solid.geom.rgba = COLLISION_GROUP, [0.4, 0.6, 0.8, 0.4]
-        self.visible = visible
+        self.visible, self._textured = visible, textured
         self._names: set[str] = set()
 
     def add_floor(self, floor: Floor, leaves: bool = True) -> None:
@@ -107,15 +109,15 @@ class SpecBuilder:
         self.spec.worldbody.add_geom(self.solid, name="floor/solid", type=plane, size=half, pos=middle)
         if self.visible:
             if floor.is_rectangle:
-                material = self._covering(floor_material(floor.spaces[0].finishes), mesh=False)
+                material = self._covering(floor_material(floor.spaces[0].finishes))
                 self.spec.worldbody.add_geom(
                     self.visual, name="floor", type=plane, size=half, pos=middle, material=material
                 )
             else:
                 for patch in floor_patches(floor):
-                    self._add_patch(patch, self._covering(patch.material, mesh=True), JOINTS.get(patch.material))
+                    self._add_patch(patch)
             for patch in building_patches(floor, leaves):
-                self._add_patch(patch, self._material(patch.material))
+                self._add_patch(patch)
         for wall, box in building_solids(floor, leaves).items():
             self.add_solid(self.spec.worldbody, f"{wall}/solid", box)
 
@@ -123,7 +125,7 @@ class SpecBuilder:
         """Add the visible installations of a layout to the world body, one geom for each material of each."""
         for installation in installations(layout) if self.visible else ():
             for patch in installation.patches:
-                self._add_patch(patch, self._material(patch.material))
+                self._add_patch(patch)
 
     def add_asset(
         self,
@@ -180,18 +182,14 @@ class SpecBuilder:
             self._mesh(mesh, vertices, faces)
         body.add_geom(self.solid, name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh)
 
-    def _covering(self, name: str, mesh: bool) -> str:
-        """Return the material of a floor covering, with a texture of one tile if it has joints.
-
-        Args:
-            mesh: whether it is for a mesh, which has texture coordinates, rather than for a plane.
-        """
+    def _covering(self, name: str) -> str:
+        """Return the material of the floor of a rectangular room, with a texture of one tile if it has joints."""
         if name not in JOINTS:
             return self._material(name)
         tiles = "tiles" if name == "floor_vinyl" else f"{name}_tiles"
         if tiles not in self._names:
             self._names.add(tiles)
-            self._add_tiles(name, tiles, 1.0 if mesh else 1.0 / JOINTS[name])
+            self._add_tiles(name, tiles, 1.0 / JOINTS[name])
         return tiles
 
     def _add_tiles(self, name: str, tiles: str, repeat: float) -> None:
@@ -218,15 +216,15 @@ class SpecBuilder:
         )
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = tiles
 
-    def _add_patch(self, patch: Patch, material: str, tile: float | None = None) -> None:
-        """Add visible faces; `tile` is the side of the tiles of their texture, meters."""
-        self._mesh(patch.name, patch.vertices, patch.faces, tile)
+    def _add_patch(self, patch: Patch) -> None:
+        """Add visible faces."""
+        self._mesh(patch.name, patch.vertices, patch.faces, self._texture(patch.material))
         self.spec.worldbody.add_geom(
             self.visual,
             name=patch.name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=patch.name,
-            material=material,
+            material=self._material(patch.material, unwrapped=True),
         )
 
     def _swept(self, part: Part) -> str:
@@ -239,27 +237,48 @@ class SpecBuilder:
             self._mesh(name, *(part.triangles or local_mesh(part.primitive, part.size, part.profile)))
         return name
 
-    def _mesh(self, name: str, vertices: Array, faces: Faces, tile: float | None = None) -> None:
+    def _mesh(self, name: str, vertices: Array, faces: Faces, image: Texture | None = None) -> None:
         self._names.add(name)
         # No body gets its mass from its meshes: a shell needs no closed volume.
         shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
         mesh = self.spec.add_mesh(name=name, uservert=vertices.ravel(), userface=faces.ravel(), inertia=shell)
-        if tile is not None:
-            mesh.usertexcoord = (vertices[:, :2] / tile).ravel()
+        if image is not None:
+            mesh.usertexcoord = corner_coordinates(vertices, faces, image).ravel()
+            mesh.userfacetexcoord = np.arange(faces.size)
 
-    def _material(self, name: str) -> str:
-        if name not in self._names:
-            self._names.add(name)
-            look = MATERIALS[name]
-            self.spec.add_material(
-                name=name,
-                rgba=look.rgba,
-                specular=look.specular,
-                shininess=look.shininess,
-                reflectance=look.reflectance,
-                emission=look.emission,
-            )
-        return name
+    def _texture(self, name: str) -> Texture | None:
+        """Return the texture of a material; streaks of metal would be stretched over round parts."""
+        return texture(name) if self._textured and name not in METALS else None
+
+    def _material(self, name: str, unwrapped: bool = False) -> str:
+        """Return the name of a material, for meshes with texture coordinates or for other geoms."""
+        image, look = self._texture(name), MATERIALS[name]
+        key = f"{name}/unwrapped" if image is not None and unwrapped else name
+        if key in self._names:
+            return key
+        self._names.add(key)
+        material = self.spec.add_material(
+            name=key,
+            rgba=look.rgba,
+            specular=look.specular,
+            shininess=look.shininess,
+            reflectance=look.reflectance,
+            emission=look.emission,
+        )
+        if image is not None:
+            self._add_texture(image)
+            material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = image.name
+            material.rgba = [1.0, 1.0, 1.0, look.rgba[3]]
+            # Without texture coordinates MuJoCo projects the texture along the z axis of the geom.
+            material.texuniform = not unwrapped
+            material.texrepeat = [1.0, 1.0] if unwrapped else [1.0 / image.period, 1.0 / image.period]
+        return key
+
+    def _add_texture(self, image: Texture) -> None:
+        file = f"{image.name}.png"
+        if file not in self.spec.assets:
+            self.spec.assets = {**self.spec.assets, file: image.png}
+            self.spec.add_texture(name=image.name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=file)
 
 
 def set_looks(spec: mujoco.MjSpec, floor: Floor) -> None:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS
+from labgym.scenes.finishes import METALS
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh
 
 Floats = NDArray[np.float32]
-METALS = ("stainless", "chrome", "aluminium", "galvanised", "brass")
 FAR = np.float32(1e4)
 GLOSS = {"floor_vinyl": 0.5, "floor_epoxy": 1.0, "floor_terrazzo": 0.8, "floor_tile": 0.5}
 """Strength of mirror images on floor coverings, relative to the strongest."""

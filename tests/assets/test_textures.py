@@ -59,12 +59,12 @@ def test_textures_have_the_same_bytes_in_another_process() -> None:
     names = ["floor_terrazzo", "oak", "wall_paint"]
     program = (
         "import sys, hashlib; from labgym.assets.textures import texture;"
-        "print(hashlib.sha256(b''.join(texture(name).png() for name in sys.argv[1:])).hexdigest())"
+        "print(hashlib.sha256(b''.join(texture(name).png for name in sys.argv[1:])).hexdigest())"
     )
     environment = {**os.environ, "PYTHONHASHSEED": "4321"}
     command = [sys.executable, "-c", program, *names]
     there = subprocess.run(command, check=True, capture_output=True, text=True, env=environment, timeout=120)
-    here = hashlib.sha256(b"".join(texture(name).png() for name in names)).hexdigest()  # type: ignore[union-attr]
+    here = hashlib.sha256(b"".join(texture(name).png for name in names)).hexdigest()  # type: ignore[union-attr]
     assert there.stdout.strip() == here
 
 
@@ -72,7 +72,7 @@ def test_a_texture_is_small_as_a_file_and_reads_back_as_its_pixels() -> None:
     for name in ("floor_vinyl", "floor_terrazzo", "oak", "stainless"):
         picture = texture(name)
         assert picture is not None
-        content = picture.png()
+        content = picture.png
         assert len(content) < 150_000
         assert (np.asarray(Image.open(io.BytesIO(content))) == picture.pixels).all()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import zlib
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +41,9 @@ class Texture:
         """The image in linear light, shape (size, size, 3)."""
         return decoded(self.pixels)
 
+    @cached_property
     def png(self) -> bytes:
-        """Return the image as a PNG file; equal textures give equal bytes."""
+        """The image as a PNG file; equal textures give equal bytes."""
         stream = io.BytesIO()
         Image.fromarray(self.pixels).save(stream, "png", compress_level=9)
         return stream.getvalue()
