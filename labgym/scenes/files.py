@@ -17,19 +17,18 @@ from labgym.assets.articulation import State
 from labgym.assets.meshes.colors import to_linear
 from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS
-from labgym.assets.textures import Texture
+from labgym.assets.textures import Texture, corner_coordinates
 from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Finishes
 from labgym.scenes.building import building_patches, floor_patches
-from labgym.scenes.finishes import finishes_at
+from labgym.scenes.finishes import finishes_at, texture_on
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh
 from labgym.scenes.mjcf import to_mjcf
 from labgym.scenes.patches import Array, Faces
-from labgym.scenes.unwrapping import corner_coordinates, texture_on
 
 SCENE_FILE = "scene.xml"
 MESH_FOLDER = "meshes"

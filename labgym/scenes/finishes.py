@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.assets.textures import Texture, texture
 from labgym.layouts.floor import Doorway, Finishes, Floor, Space
 
 FLOORS = {
@@ -85,6 +86,14 @@ def floor_material(finishes: Finishes) -> str:
 def paint(finishes: Finishes, accent: bool) -> str:
     """Return the material of a wall, or of the wall with the accent color."""
     return ACCENTS[finishes.accent] if accent and finishes.accent else WALLS[finishes.walls]
+
+
+def texture_on(floor: Floor, material: str) -> Texture | None:
+    """Return the texture of a material in the exported scene of a floor, or None.
+
+    Scenes of one plain rectangular room keep the bytes of earlier versions.
+    """
+    return None if floor.is_rectangle else texture(material)
 
 
 def palette(finishes: Finishes) -> dict[str, str]:

@@ -14,7 +14,7 @@ from labgym.assets.articulation import State, posed_solids
 from labgym.assets.shapes import MATERIALS, Part
 from labgym.assets.shapes.parts import Vector
 from labgym.assets.shapes.tessellate import local_mesh
-from labgym.assets.textures import Texture, texture
+from labgym.assets.textures import Texture, corner_coordinates, texture
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
@@ -25,7 +25,6 @@ from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.interactive import add_moving_scene
 from labgym.scenes.mesh import asset_mesh
 from labgym.scenes.patches import Array, Faces, Patch
-from labgym.scenes.unwrapping import corner_coordinates
 from labgym.scenes.views import View, views
 
 VISUAL_GROUP = 2

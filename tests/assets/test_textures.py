@@ -38,6 +38,7 @@ def test_the_mean_of_a_texture_is_the_color_of_its_material(name: str) -> None:
     assert size & (size - 1) == 0
     assert 0.1 <= picture.period <= 5.0
     color = linear(np.array(MATERIALS[name].rgba[:3]))
+    assert 0.0 <= picture.linear.min() <= picture.linear.max() <= 1.0
     assert linear(picture.pixels / 255.0).mean(axis=(0, 1)) == pytest.approx(color, rel=0.01)
 
 

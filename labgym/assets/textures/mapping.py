@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.assets.meshes.normals import face_normals
+from labgym.assets.textures.texture import Texture
+
 Array = NDArray[np.floating]
+Faces = NDArray[np.int64]
 
 LEVEL = 0.7
 """Least share of z in the normal of a surface that counts as level."""
@@ -25,3 +29,10 @@ def surface_coordinates(points: Array, normals: Array, upright: bool = False) ->
     level = np.abs(normals[:, 2]) > LEVEL
     first, second = (points[:, 2], along) if upright else (along, points[:, 2])
     return np.stack([np.where(level, points[:, 0], first), np.where(level, points[:, 1], second)], axis=1)
+
+
+def corner_coordinates(vertices: NDArray[np.float64], faces: Faces, image: Texture) -> Array:
+    """Return the places of face corners in a texture, shape (m, 3, 2), in periods, v upwards."""
+    normals = np.repeat(face_normals(vertices, faces), 3, axis=0)
+    places = surface_coordinates(vertices[faces].reshape(-1, 3), normals, image.upright)
+    return np.asarray(places / image.period).reshape(-1, 3, 2)

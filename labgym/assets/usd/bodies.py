@@ -9,6 +9,7 @@ import numpy as np
 from labgym.assets.meshes.model import Faces, Points
 from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import Part, tessellate
+from labgym.assets.textures import Texture, corner_coordinates
 from labgym.geometry import OrientedBox
 
 DECIMALS = 5
@@ -30,21 +31,27 @@ def rounded(values: Any, decimals: int = DECIMALS) -> Points:
     return np.asarray(np.round(steps * step, decimals) + 0.0)
 
 
-def write_part(stage: Any, path: str, part: Part) -> Any:
-    """Define a part's prim in the asset's frame and return it: an exact solid if USD has it, otherwise a mesh."""
-    if part.primitive not in EXACT:
-        return write_mesh(stage, path, *tessellate(part))
+def write_part(stage: Any, path: str, part: Part, image: Texture | None = None) -> Any:
+    """Define a part's prim in the asset's frame and return it.
+
+    It is an exact solid if USD has it, otherwise a mesh; with a texture, which needs coordinates, always a mesh.
+    """
+    if part.primitive not in EXACT or image is not None:
+        return write_mesh(stage, path, *tessellate(part), image)
     solid = _solid(stage, path, part)
     _place(solid, part.position, part.quaternion, part.size if part.primitive == "box" else None)
     return solid.GetPrim()
 
 
-def write_mesh(stage: Any, path: str, vertices: Points, faces: Faces) -> Any:
+def write_mesh(stage: Any, path: str, vertices: Points, faces: Faces, image: Texture | None = None) -> Any:
     """Define a mesh of triangles with normals on the grid of `rounded`, and return its prim.
 
     Vertices that no face uses are left out.
+
+    Args:
+        image: texture for which the mesh gets coordinates `st`.
     """
-    from pxr import Gf, UsdGeom, Vt
+    from pxr import Gf, Sdf, UsdGeom, Vt
 
     mesh = UsdGeom.Mesh.Define(stage, path)
     used, corners = np.unique(faces, return_inverse=True)
@@ -56,6 +63,13 @@ def write_mesh(stage: Any, path: str, vertices: Points, faces: Faces) -> Any:
     low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     mesh.CreateExtentAttr([Gf.Vec3f(*low), Gf.Vec3f(*high)])
     _write_normals(mesh.GetPrim(), np.asarray(vertices[used], dtype=np.float64), faces)
+    if image is not None:
+        places = rounded(corner_coordinates(vertices[used], faces, image).reshape(-1, 2))
+        values, indices = np.unique(places, axis=0, return_inverse=True)
+        varying = UsdGeom.Tokens.faceVarying
+        coordinates = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, varying)
+        coordinates.Set(Vt.Vec2fArray.FromNumpy(values.astype(np.float32)))
+        coordinates.SetIndices(Vt.IntArray.FromNumpy(indices.ravel().astype(np.int32)))
     return mesh.GetPrim()
 
 

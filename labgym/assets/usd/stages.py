@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from labgym.assets.archive import convex_bodies
 from labgym.assets.articulation import State, posed_parts, posed_solids
 from labgym.assets.model import Asset
 from labgym.assets.shapes import Part, build
+from labgym.assets.textures import texture
 from labgym.assets.usd.attributes import write_attributes
 from labgym.assets.usd.bodies import write_collider, write_convex, write_part
 from labgym.assets.usd.labels import write_labels
 from labgym.assets.usd.looks import write_look
 from labgym.errors import MissingDependencyError
 
+UNPAINTED: Mapping[str, str] = MappingProxyType({})
+"""No material is replaced."""
 
-def asset_layer(asset: Asset, state: State = ()) -> Any:
+
+def asset_layer(asset: Asset, state: State = (), painted: Mapping[str, str] = UNPAINTED, images: str = "") -> Any:
     """Return an asset as an anonymous `pxr.Sdf.Layer` with the same content on every machine.
 
     The default prim is a component in meters, z up, with its origin at the center of the asset's bottom face and its
@@ -27,6 +33,8 @@ def asset_layer(asset: Asset, state: State = ()) -> Any:
 
     Args:
         state: of the moving parts, which belong to the rigid body; see `labgym.assets.articulation`.
+        painted: materials that replace others.
+        images: folder of the images of textured materials, relative to the layer's; without it colors are even.
 
     Raises:
         MissingDependencyError: usd-core is not installed.
@@ -37,11 +45,13 @@ def asset_layer(asset: Asset, state: State = ()) -> Any:
         raise MissingDependencyError("usd-core", "writing USD", "usd") from None
     # A stage alone would not keep its layer alive.
     layer = Sdf.Layer.CreateAnonymous(asset.name)
-    _write(Usd.Stage.Open(layer), asset, state)
+    parts = posed_parts(asset, state) if state else build(asset)
+    dressed = [replace(part, material=painted.get(part.material, part.material)) for part in parts]
+    _write(Usd.Stage.Open(layer), asset, state, dressed, images)
     return layer
 
 
-def _write(stage: Any, asset: Asset, state: State) -> None:
+def _write(stage: Any, asset: Asset, state: State, parts: Sequence[Part], images: str) -> None:
     from pxr import Usd, UsdGeom, UsdPhysics
 
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -57,7 +67,7 @@ def _write(stage: Any, asset: Asset, state: State) -> None:
     UsdPhysics.MassAPI.Apply(root).CreateMassAttr(asset.mass)
     write_labels(root, {"class": asset.name, "category": asset.category})
     write_attributes(root, asset)
-    _write_geometry(stage, asset, posed_parts(asset, state) if state else build(asset))
+    _write_geometry(stage, asset, parts, images)
     UsdGeom.Scope.Define(stage, f"/{asset.name}/Colliders").CreatePurposeAttr(UsdGeom.Tokens.guide)
     bodies = convex_bodies(asset)
     for k, (vertices, faces) in enumerate(bodies):
@@ -67,13 +77,15 @@ def _write(stage: Any, asset: Asset, state: State) -> None:
         write_collider(stage, f"/{asset.name}/Colliders/box_{k}", box)
 
 
-def _write_geometry(stage: Any, asset: Asset, parts: Sequence[Part]) -> None:
+def _write_geometry(stage: Any, asset: Asset, parts: Sequence[Part], images: str) -> None:
     from pxr import UsdGeom, UsdShade
 
     UsdGeom.Scope.Define(stage, f"/{asset.name}/Looks")
     names = sorted({part.material for part in parts})
-    looks = {name: write_look(stage, f"/{asset.name}/Looks/{name}", name) for name in names}
+    textures = {name: texture(name) if images else None for name in names}
+    files = {name: f"{images}/{name}.png" for name, image in textures.items() if image is not None}
+    looks = {name: write_look(stage, f"/{asset.name}/Looks/{name}", name, files.get(name)) for name in names}
     UsdGeom.Scope.Define(stage, f"/{asset.name}/Geometry")
     for k, part in enumerate(parts):
-        prim = write_part(stage, f"/{asset.name}/Geometry/{part.material}_{k}", part)
+        prim = write_part(stage, f"/{asset.name}/Geometry/{part.material}_{k}", part, textures[part.material])
         UsdShade.MaterialBindingAPI.Apply(prim).Bind(looks[part.material])

@@ -12,10 +12,11 @@ from labgym.assets.usd import write_collider, write_labels, write_look, write_me
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
-from labgym.scenes.finishes import DOORS, FLOORS
+from labgym.scenes.finishes import DOORS, FLOORS, texture_on
 from labgym.scenes.patches import Array, Faces
 from labgym.scenes.usd.names import identifiers
 
+TEXTURE_FOLDER = "textures"
 FLOOR_THICKNESS = 0.1
 """Depth of the floor's collider below z = 0, meters."""
 LABELS = {
@@ -46,10 +47,12 @@ def room_layer(floor: Floor) -> Any:
     surfaces = _surfaces(floor)
     UsdGeom.Scope.Define(stage, "/Room/Looks")
     materials = sorted({material for _, material, _, _ in surfaces})
-    looks = {material: write_look(stage, f"/Room/Looks/{material}", material) for material in materials}
+    textures = {material: texture_on(floor, material) for material in materials}
+    files = {material: f"./{TEXTURE_FOLDER}/{material}.png" for material, image in textures.items() if image}
+    looks = {name: write_look(stage, f"/Room/Looks/{name}", name, files.get(name)) for name in materials}
     UsdGeom.Scope.Define(stage, "/Room/Geometry")
     for name, (_, material, vertices, faces) in zip(identifiers([s[0] for s in surfaces]), surfaces, strict=True):
-        mesh = write_mesh(stage, f"/Room/Geometry/{name}", vertices, faces)
+        mesh = write_mesh(stage, f"/Room/Geometry/{name}", vertices, faces, textures[material])
         UsdShade.MaterialBindingAPI.Apply(mesh).Bind(looks[material])
         write_labels(mesh, {"class": LABELS.get(material, "wall")})
     UsdGeom.Scope.Define(stage, "/Room/Colliders").CreatePurposeAttr(UsdGeom.Tokens.guide)

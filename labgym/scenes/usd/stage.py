@@ -7,18 +7,23 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from labgym.assets import Asset
 from labgym.assets.articulation import State
 from labgym.assets.usd import asset_layer, write_labels, write_layer
-from labgym.layouts import Layout
+from labgym.layouts import Layout, Placement
+from labgym.layouts.floor import Finishes
 from labgym.layouts.model import WALL
+from labgym.scenes.finishes import finishes_at, palette, texture_on
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder
+from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh, scene_mesh
 from labgym.scenes.usd.cameras import write_cameras
 from labgym.scenes.usd.fittings import fittings_layer
 from labgym.scenes.usd.lights import write_lights
 from labgym.scenes.usd.names import identifiers, write_note
-from labgym.scenes.usd.room import room_layer
+from labgym.scenes.usd.room import TEXTURE_FOLDER, room_layer
 from labgym.scenes.views import views
 
 STAGE_FILE = "scene.usda"
@@ -27,6 +32,9 @@ FITTINGS_FILE = "fittings.usdc"
 ASSET_FOLDER = "assets"
 ROOT = "/Laboratory"
 GRAVITY = 9.81
+
+Dressed = tuple[Asset, State, Finishes]
+"""An asset in a state of its moving parts and in the finishes of a space."""
 
 
 def write_usd(layout: Layout, folder: str | Path) -> Path:
@@ -45,10 +53,14 @@ def write_usd(layout: Layout, folder: str | Path) -> Path:
     """
     folder = Path(folder)
     files = _asset_files(layout)
-    with whole_folder(folder, (STAGE_FILE, ROOM_FILE, FITTINGS_FILE, ASSET_FOLDER), "USD stage of labgym") as fresh:
-        for (asset, state), file in files.items():
-            write_layer(asset_layer(asset, state), fresh / file)
+    with whole_folder(
+        folder, (STAGE_FILE, ROOM_FILE, FITTINGS_FILE, ASSET_FOLDER, TEXTURE_FOLDER), "USD stage of labgym"
+    ) as fresh:
+        images = "" if layout.floor.is_rectangle else f"../{TEXTURE_FOLDER}"
+        for (asset, state, finishes), file in files.items():
+            write_layer(asset_layer(asset, state, palette(finishes), images), fresh / file)
         write_layer(room_layer(layout.floor), fresh / ROOM_FILE)
+        _write_textures(layout, fresh / TEXTURE_FOLDER)
         added = installations(layout)
         if added:
             write_layer(fittings_layer(added), fresh / FITTINGS_FILE)
@@ -56,7 +68,7 @@ def write_usd(layout: Layout, folder: str | Path) -> Path:
     return folder / STAGE_FILE
 
 
-def _write_stage(layout: Layout, files: Mapping[tuple[Asset, State], str], path: Path, fitted: bool) -> None:
+def _write_stage(layout: Layout, files: Mapping[Dressed, str], path: Path, fitted: bool) -> None:
     from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
     stage = Usd.Stage.CreateNew(str(path))
@@ -82,7 +94,7 @@ def _write_stage(layout: Layout, files: Mapping[tuple[Asset, State], str], path:
     stage.GetRootLayer().Save()
 
 
-def _write_placements(stage: Any, layout: Layout, files: Mapping[tuple[Asset, State], str]) -> None:
+def _write_placements(stage: Any, layout: Layout, files: Mapping[Dressed, str]) -> None:
     from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
     path = f"{ROOT}/Placements"
@@ -91,7 +103,7 @@ def _write_placements(stage: Any, layout: Layout, files: Mapping[tuple[Asset, St
     for name, placement in zip(names, layout.placements, strict=True):
         pose = UsdGeom.Xform.Define(stage, f"{path}/{name}")
         prim = pose.GetPrim()
-        prim.GetReferences().AddReference(f"./{files[drawn_asset(layout, placement.id), placement.state]}")
+        prim.GetReferences().AddReference(f"./{files[_dressed(layout, placement)]}")
         prim.SetInstanceable(True)
         pose.AddTranslateOp().Set(Gf.Vec3d(*placement.position))
         pose.AddRotateZOp(UsdGeom.XformOp.PrecisionDouble).Set(math.degrees(placement.yaw))
@@ -102,10 +114,29 @@ def _write_placements(stage: Any, layout: Layout, files: Mapping[tuple[Asset, St
             UsdPhysics.RigidBodyAPI(prim).CreateKinematicEnabledAttr(True)
 
 
-def _asset_files(layout: Layout) -> dict[tuple[Asset, State], str]:
-    """Return the file of each asset, relative to the stage; each size and each state has a separate file."""
-    assets = dict.fromkeys((drawn_asset(layout, placement.id), placement.state) for placement in layout.placements)
+def _asset_files(layout: Layout) -> dict[Dressed, str]:
+    """Return the files of assets, relative to the stage; each size, state and finish has a separate file."""
+    assets = dict.fromkeys(_dressed(layout, placement) for placement in layout.placements)
     return {
-        key: f"{ASSET_FOLDER}/{name}.usdc"
-        for key, name in zip(assets, identifiers([asset.name for asset, _ in assets]), strict=True)
+        dressed: f"{ASSET_FOLDER}/{name}.usdc"
+        for dressed, name in zip(assets, identifiers([asset.name for asset, *_ in assets]), strict=True)
     }
+
+
+def _dressed(layout: Layout, placement: Placement) -> Dressed:
+    """Return the asset of a placement, its state, and the finishes of its space if they change the asset."""
+    asset, finishes = drawn_asset(layout, placement.id), finishes_at(layout.floor, *placement.position[:2])
+    painted = palette(finishes)
+    changed = any(part.material in painted for part in asset_mesh(asset).parts)
+    return asset, placement.state, finishes if changed else Finishes()
+
+
+def _write_textures(layout: Layout, folder: Path) -> None:
+    """Write the images of the materials of a layout; none for one plain rectangular room."""
+    if layout.floor.is_rectangle:
+        return
+    for material in np.unique(scene_mesh(layout).material).tolist():
+        image = texture_on(layout.floor, MATERIAL_NAMES[material])
+        if image is not None:
+            folder.mkdir(exist_ok=True)
+            (folder / f"{image.name}.png").write_bytes(image.png)
