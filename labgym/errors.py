@@ -134,6 +134,10 @@ class SearchLimitError(InfeasibleError):
     """A search that stopped at its effort limit before it found a layout; one may exist."""
 
 
+class SearchLimitWarning(UserWarning):
+    """A laboratory with less furniture than the floor may hold, because searches stopped at their effort limit."""
+
+
 def _nearest(name: str, names: Sequence[str], least: float) -> list[str]:
     """Return the names that are spelled most like a name, at most five, compared without regard to case."""
     by_spelling: dict[str, list[str]] = {}

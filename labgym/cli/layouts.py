@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from labgym import protocols
 from labgym.assets import Catalog
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber, ProtocolNames
 from labgym.cli.outcome import DONE, FAILED, written
-from labgym.errors import InfeasibleError, OptionError
+from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning
 from labgym.layouts import Floor, Room
 
 if TYPE_CHECKING:
@@ -119,7 +120,9 @@ def _generate_one(
     request: dict[str, Any] = {"seed": seed, "room": place, "profile": profile, "floor": floor, "family": family}
     request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}
     try:
-        layout = layouts.generate(resolved, **request, clutter=clutter)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SearchLimitWarning)  # the note below says the same
+            layout = layouts.generate(resolved, **request, clutter=clutter)
     except InfeasibleError as error:
         from labgym.layouts.generate import resolve_request
         from labgym.layouts.remedies import with_remedies

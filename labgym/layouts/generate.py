@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Sequence
 from importlib import metadata
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 import labgym
 from labgym.assets import Catalog
-from labgym.errors import InfeasibleError, OptionError
+from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning
 from labgym.layouts.clutter import add_clutter, check_level
 from labgym.layouts.combination import combination
 from labgym.layouts.dressing import dress
@@ -22,7 +23,7 @@ from labgym.layouts.infeasibility import smallest_preset
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance, Room
 from labgym.layouts.optimise import optimise_assessed
-from labgym.layouts.propose import ProceduralProposer, Proposer
+from labgym.layouts.propose import LIMIT_WORDS, ProceduralProposer, Proposer
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
@@ -81,9 +82,18 @@ def generate(
             a fixed object that does not stand on the floor or a wall.
         InfeasibleError: the room cannot hold the protocols; names the conflicts and the smallest preset that fits.
         SearchLimitError: the search ended at its effort limit without a layout; one may exist.
+
+    Warns:
+        SearchLimitWarning: searches stopped at their effort limit, and the laboratory is not fully furnished.
     """
     request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, clutter)
-    return generate_assessed(request, proposer)[0]
+    layout = generate_assessed(request, proposer)[0]
+    options = layout.provenance.options
+    stopped = options.get("attempts", {}).get("stopped", 0) or LIMIT_WORDS in options.get("note", "")
+    if stopped and options["furnishing"] != "full":
+        message = f"{layout.id}: {options['furnishing']} furnishing only: {options['note']}; try another seed"
+        warnings.warn(message, SearchLimitWarning, stacklevel=2)
+    return layout
 
 
 def generate_assessed(request: Request, proposer: Proposer | None = None) -> tuple[Layout, Assessment]:

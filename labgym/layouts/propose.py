@@ -39,6 +39,8 @@ QUICK_AREA = 100.0
 """Floor area for which QUICK suffices, square meters; the search time grows with the area above it."""
 MOST_SCALE = 8.0
 """Greatest factor by which the search time grows."""
+LIMIT_WORDS = "reached the solver's effort limit"
+"""In notes: attempts without a result and without a proof."""
 THOROUGH_ATTEMPTS = 4
 """Briefs with required furniture alone that are tried if a floor plan breaks a facility rule."""
 LEAST_DRIVE = 1.0
@@ -125,7 +127,7 @@ def _note(failures: Mapping[Furnishing, Counter[str]]) -> str:
     """Why fuller levels of furnishing were given up: the outcomes of their attempts."""
     words = {
         "infeasible": "have no floor plan on the chosen walls",
-        "stopped": "reached the solver's effort limit",
+        "stopped": LIMIT_WORDS,
         "rejected": "break a facility rule or have a drive that is too short",
     }
     notes = []

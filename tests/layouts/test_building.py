@@ -311,7 +311,7 @@ def test_exits_are_counted_for_each_laboratory():
     def rules(floor: Floor):
         from labgym.layouts.rules.facility import facility_issues
 
-        return [(issue.rule, issue.message) for issue in facility_issues(lab(floor), profile("default"))]
+        return [(issue.rule, issue.message) for issue in facility_issues(lab(floor), profile("code"))]
 
     assert [rule for rule, _ in rules(floor)] == ["exit_width"]
     assert "the door between 'lab' and 'store' at (6.05, 2.00) is 0.80 m wide" in rules(floor)[0][1]

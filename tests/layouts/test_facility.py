@@ -122,9 +122,17 @@ def test_a_missing_second_exit_is_a_warning_by_default_and_an_error_under_the_pr
     layout = lab(room=ROOM.model_copy(update={"doors": DOORS[:1]}))
     (issue,) = issues(layout)
     assert issue.severity == "warning"
-    assert issue.message == "only one exit for 64 m²; above 18.6 m² two are required (NFPA 45 / 24 CCR): add a door"
+    assert issue.message == "only one exit for 64 m²; above 46.5 m² two are required (NFPA 45, class B): add a door"
     (issue,) = issues(layout, "code")
     assert issue.severity == "error"
+
+
+@pytest.mark.parametrize("width", [4.0, 6.0, 7.0])
+def test_the_area_that_needs_a_second_exit_is_that_of_the_profile(width) -> None:
+    room = Room(width=width, depth=7.0, doors=(Door(wall="front", offset=1.2),))
+    empty = Layout(id="empty", floor=room.floor, placements=())
+    assert bool(issues(empty)) == (width * 7.0 > 46.5)
+    assert bool(issues(empty, "code")) == (width * 7.0 > 18.6)
 
 
 def test_a_hood_next_to_a_door_has_another_limit_than_one_that_is_only_near() -> None:

@@ -3,13 +3,15 @@
 import os
 import subprocess
 import sys
+import warnings
 
 import pytest
 from shapely import Polygon
 
 from labgym.assets import Catalog
-from labgym.errors import InfeasibleError, OptionError, UnknownNameError
+from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnknownNameError
 from labgym.layouts import Door, Room, generate, room_presets
+from labgym.layouts.propose import ProceduralProposer
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.zones import door_area, standing_in
 from labgym.protocols import protocols
@@ -122,6 +124,22 @@ def test_a_room_that_is_too_small_says_what_clashes_and_what_fits():
     assert "furniture" in str(caught.value)
     assert "\n" not in str(caught.value)
     generate("alk_02", 0, caught.value.smallest_preset)
+
+
+@pytest.mark.parametrize(("furnishing", "count"), [("full", 0), ("reduced", 1)])
+def test_a_room_that_is_furnished_less_because_searches_stopped_is_a_warning(furnishing, count):
+    class Hurried:
+        def propose(self, request):
+            layout = ProceduralProposer().propose(request)
+            options = {"furnishing": furnishing, "note": "7 of 7 attempts reached the solver's effort limit"}
+            return layout.replace(provenance=layout.provenance.model_copy(update={"options": options}))
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        generate("sub_01", 1, proposer=Hurried())
+    messages = [str(each.message) for each in caught if each.category is SearchLimitWarning]
+    assert len(messages) == count
+    assert all("reduced furnishing only" in message for message in messages)
 
 
 def test_an_unusual_room_is_furnished():

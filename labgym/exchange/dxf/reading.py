@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +14,9 @@ from labgym.documents import document_error
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 from labgym.exchange.assembly import Drawing, Mark, Piece, Tag, assemble
 from labgym.exchange.dxf import blocks, layers
+from labgym.exchange.dxf.arcs import SAGITTA, Arc, curved_walls, flattened
 from labgym.exchange.dxf.opening import FAULTS, Context, block_name, entities, meters_per_unit, open_drawing
-from labgym.exchange.strips import Point, Stroke, strips
+from labgym.exchange.strips import THICKNESS, Point, Stroke, strips
 from labgym.layouts import Placement
 from labgym.layouts.floor import Floor
 from labgym.layouts.model import FLOOR, WALL
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 FLAT = 1e-6
 """Largest bulge of a straight segment of a polyline."""
+OUTLINE_SAGITTA = 0.004
+"""Greatest distance of the arcs in outlines of rooms from their chords, meters: less than of those of walls."""
 LONGEST = 1000.0
 """Largest coordinate of a drawing, meters."""
 WALL_THICKNESS = 0.2
@@ -101,7 +104,8 @@ def _read(path: Path, unit: str | None, thickness: float) -> tuple[Floor, Drawin
     try:
         for context, entity in entities(drawing, path):
             collector.add(context, entity)
-        walls = strips(collector.walls, oriented=collector.drawing.placed)
+        curved = curved_walls(collector.arcs)
+        walls = strips([*collector.walls, *curved], oriented=collector.drawing.placed)
     except OptionError as error:
         raise DocumentError(path, "", str(error)) from None
     except LabgymError:
@@ -119,6 +123,7 @@ class _Collector:
     def __init__(self, scale: float) -> None:
         self.scale = scale
         self.walls: list[Stroke] = []
+        self.arcs: list[tuple[Arc, float]] = []
         self.drawing = Drawing()
 
     def add(self, context: Context, entity: DXFEntity) -> None:
@@ -136,7 +141,7 @@ class _Collector:
         if role == layers.DOORS and entity.dxftype() == "ARC":
             self.drawing.marks.append(self._door(entity))
         elif role in (layers.WALLS, layers.SPACES, layers.WINDOWS, layers.COLUMNS, layers.KEEP_OUTS):
-            stroke = self._stroke(entity)
+            stroke = self._stroke(entity, role)
             if stroke is not None:
                 self._add_stroke(role, stroke)
 
@@ -230,9 +235,12 @@ class _Collector:
             Mark(center, ends[1], "door", center, ends[0]),
         ]
 
-    def _stroke(self, entity: Any) -> Stroke | None:
-        """Return a line or polyline in meters, None for other entities."""
+    def _stroke(self, entity: Any, role: str) -> Stroke | None:
+        """Return a line or polyline in meters with chords for arcs, None for other entities and arcs of walls."""
         kind = entity.dxftype()
+        if kind == "ARC" and role == layers.WALLS:
+            self._add_arc(entity)
+            return None
         if kind == "LINE":
             return Stroke((self._point(entity.dxf.start), self._point(entity.dxf.end)))
         if kind == "LWPOLYLINE":
@@ -246,11 +254,37 @@ class _Collector:
             width = float(entity.dxf.get("default_start_width", 0.0)) * self.scale
         else:
             return None
-        if any(abs(bulge) > FLAT for bulge in bulges):
-            x, y = points[0]
-            raise OptionError(f"the polyline at ({x:.2f}, {y:.2f}) m has an arc: draw it with straight segments")
+        height, closed = abs(float(entity.dxf.get("thickness", 0.0))) * self.scale, bool(entity.is_closed)
+        if any(abs(bulge) > FLAT for bulge in bulges) and len(points) > 1:
+            if entity.dxf.get("extrusion", (0.0, 0.0, 1.0))[2] < 0.0:
+                bulges = [-bulge for bulge in bulges]
+            if role == layers.WALLS and width < THICKNESS[0]:
+                self._split(points, bulges, closed, height)
+                return None
+            points = tuple(flattened(points, bulges, closed, SAGITTA if role == layers.WALLS else OUTLINE_SAGITTA))
+        return Stroke(points, closed, width, height)
+
+    def _split(self, points: Sequence[Point], bulges: Sequence[float], closed: bool, height: float) -> None:
+        """Add the straight and the curved parts of the outline of a wall."""
+        ends = [*points[1:], *(points[:1] if closed else ())]
+        for a, b, bulge in zip(points, ends, bulges, strict=False):
+            if abs(bulge) <= FLAT:
+                self.walls.append(Stroke((a, b), False, 0.0, height))
+            elif math.dist(a, b) > FLAT:
+                self.arcs.append((Arc.of_bulge(a, b, bulge), height))
+
+    def _add_arc(self, entity: Any) -> None:
+        """Add a face of a curved wall."""
+        a, b = (self._point(point) for point in (entity.start_point, entity.end_point))
+        center = self._point(entity.ocs().to_wcs(entity.dxf.center))
+        span = math.radians((float(entity.dxf.end_angle) - float(entity.dxf.start_angle)) % 360.0)
+        if entity.dxf.get("extrusion", (0.0, 0.0, 1.0))[2] < 0.0:
+            a, b = b, a
+        radius = math.dist(center, a)
+        if not 0.0 < radius < LONGEST or span <= 0.0:
+            raise OptionError(f"an arc of a wall has a radius of {radius:g} m and a span of {span:g} rad")
         height = abs(float(entity.dxf.get("thickness", 0.0))) * self.scale
-        return Stroke(points, bool(entity.is_closed), width, height)
+        self.arcs.append((Arc(center, radius, math.atan2(a[1] - center[1], a[0] - center[0]), span), height))
 
     def _point(self, point: Iterable[float]) -> Point:
         x, y, *_ = (float(value) * self.scale for value in point)

@@ -90,7 +90,11 @@ class Floor(Growing):
 
     @property
     def is_rectangle(self) -> bool:
-        """Whether the floor is one rectangular room with closed doors and nothing fixed in it, which `room` returns."""
+        """Whether the floor is what a `Room` can describe, which `room` returns.
+
+        That is one rectangular space at the origin with four walls of one thickness, closed doors that open inwards as
+        the only openings, no column and no keep-out. A rectangular bay with a window or a passage is not.
+        """
         return isinstance(self._room, Room)
 
     @property

@@ -35,9 +35,6 @@ from labgym.navigation.grid_search import distance_field
 EXIT_WIDTH = 0.914
 """Clear width of a laboratory's exit door, meters (California Building Code, 24 CCR: 36 in)."""
 
-SECOND_EXIT_AREA = 18.6
-"""Floor area above which a laboratory needs two exits, square meters (24 CCR and NFPA 45: 200 ft2)."""
-
 HOOD_DOOR = 3.0
 """Distance between a hood and a doorway, meters (NFPA 45 and ANSI/AIHA Z9.5: 10 ft, as university guides cite them)."""
 
@@ -101,11 +98,11 @@ def _exits(building: Building, profile: Profile) -> list[FacilityIssue]:
         if not doors:
             message = f"no exit for {place.area:.0f} m²{place.where}: add a door"
             issues.append(_issue("no_exit", (), 0.0, 1.0, message, "OSHA 29 CFR 1910.36(b)", "error"))
-        elif place.area > SECOND_EXIT_AREA and doors < 2:
-            source = "NFPA 45 / 24 CCR"
+        elif place.area > profile.second_exit_area and doors < 2:
+            source = profile.second_exit_source
             message = (
-                f"only one exit for {place.area:.0f} m²{place.where}; above {SECOND_EXIT_AREA} m² two are required "
-                f"({source}): add a door"
+                f"only one exit for {place.area:.0f} m²{place.where}; above {profile.second_exit_area} m² two are "
+                f"required ({source}): add a door"
             )
             issues.append(_issue("second_exit", (), float(doors), 2.0, message, source, profile.second_exit))
     return issues

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from labgym.errors import UnknownNameError
+from labgym.layouts.floor.exits import CALIFORNIA, NFPA_45
 
 Severity = Literal["warning", "error"]
 
@@ -98,6 +99,8 @@ class Profile:
         glass: distance to the edge at which glassware is safe (D_safe), meters.
         pairs: rule set that says which reagents are incompatible, see `labgym.assets.incompatible`.
         second_exit: severity of a missing second exit; a layout with an error is not generated.
+        second_exit_area: largest laboratory with one exit, square meters.
+        second_exit_source: where that limit comes from.
     """
 
     name: str
@@ -107,6 +110,8 @@ class Profile:
     glass: float
     pairs: Literal["segregation", "boolean"]
     second_exit: Severity = "warning"
+    second_exit_area: float = NFPA_45
+    second_exit_source: str = "NFPA 45, class B"
 
 
 PROFILES = {
@@ -146,8 +151,10 @@ PROFILES = {
 PROFILES["code"] = replace(
     PROFILES["default"],
     name="code",
-    # NFPA 45 and 24 CCR: above 18.6 m2 (200 ft2) a laboratory has two exits.
+    # Stricter than the default, whose limit is also that of the families of floors.
     second_exit="error",
+    second_exit_area=CALIFORNIA,
+    second_exit_source="24 CCR",
 )
 
 
