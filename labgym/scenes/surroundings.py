@@ -1,4 +1,4 @@
-"""What surrounds a scene in ray-traced pictures: a studio from outside, a landscape behind the windows from inside."""
+"""Surroundings of a scene in ray-traced pictures: a studio outside, a landscape behind windows inside."""
 
 from __future__ import annotations
 

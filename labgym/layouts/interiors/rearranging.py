@@ -27,7 +27,7 @@ TURN = 0.5
 
 
 def rearranged(layout: Layout, movers: Collection[str], effort: float) -> Layout | None:
-    """Return a layout in which some wall furniture has free places at the walls of its space; None if there are none.
+    """Return a layout with some wall furniture at free places of its space's walls, None if it does not fit.
 
     All other furniture stays and is an obstacle, as are islands. Fronts, door areas, keep-outs, required services and
     the shower's clear space are respected; chemical distances and ways are not considered.

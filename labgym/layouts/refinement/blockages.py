@@ -50,8 +50,8 @@ class Blockage:
 def blockages(layout: Layout, transition: Transition) -> tuple[Blockage, ...]:
     """Return the places at which a transition fails: its invalid ends, or else the blocked waypoints of its path.
 
-    The path is the one that overlaps movable furniture least. Without a failure, with a missing location, or where
-    fixed objects and walls alone separate the ends, there is none.
+    The path is the one that overlaps movable furniture least. The result is empty without a failure, with a missing
+    location, and where fixed objects and walls alone separate the ends.
     """
     if transition.failure in (None, "missing"):
         return ()
