@@ -73,7 +73,7 @@ def texts_are_complete(asset: Asset) -> Iterator[Problem]:
 
 
 def surfaces_fit(asset: Asset) -> Iterator[Problem]:
-    """Yield surfaces outside the outline of a solid asset or the cavity of a hollow one, or overlapping."""
+    """Yield surfaces outside the outline of a solid asset or the cavity of a hollow one, or above its fittings."""
     size, cavity = asset.size, asset.cavity
     if cavity is not None:
         within = abs(cavity.x) + cavity.width / 2.0 <= size.width / 2.0 + TOLERANCE
@@ -84,7 +84,7 @@ def surfaces_fit(asset: Asset) -> Iterator[Problem]:
         if not asset.surfaces:
             yield Problem(asset.name, "surfaces", "a hollow asset needs at least one surface inside")
     x, y, width, depth = (0.0, 0.0, size.width, size.depth)
-    top = size.height
+    top = max([size.height, *(fitting.z1 for fitting in asset.fittings)])
     if cavity is not None:
         x, y, width, depth, top = cavity.x, cavity.y, cavity.width, cavity.depth, cavity.z1
     for slot, surface in enumerate(asset.surfaces):

@@ -38,6 +38,9 @@ WORDS: dict[str, Any] = {
 }
 """Fields that name or describe an asset and do not enter `Asset.digest`; `shape.parameters.file` is only a path."""
 
+APPARATUS_STAND = "apparatus_stand"
+"""Subtype of stands; what stands in the slots of one is assembled to one apparatus."""
+
 SHELL = 0.02
 """Thickness of the shelves of a hollow asset, meters."""
 
@@ -106,7 +109,7 @@ class Cavity(Record):
 
 
 class Fitting(Record):
-    """A solid box outside an asset's bounding box, in the asset's frame: a tap above a worktop.
+    """A solid box outside an asset's bounding box, in the asset's frame: a tap above a worktop, the rod of a stand.
 
     Attributes:
         x, y: center. width, depth: extents. z0, z1: bottom and top.

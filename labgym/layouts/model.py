@@ -13,6 +13,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from labgym.assets import Asset, Catalog
+from labgym.assets.model import APPARATUS_STAND
 from labgym.assets.sizes import size_problem
 from labgym.documents import Document, Record, canonical_hash, read_json, tagged
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
@@ -350,6 +351,17 @@ class Layout(Document):
         while placement.support not in (FLOOR, WALL):
             placement = self.placement(placement.support)
         return placement
+
+    def apparatus(self, placement_id: str) -> str | None:
+        """Return the id of the stand in which a placement is assembled with others; its own if it is a stand.
+
+        The pieces of an apparatus are one object: they are inside each other, as a flask in its bath.
+        """
+        if self.asset(placement_id).subtype == APPARATUS_STAND:
+            return placement_id
+        support = self.placement(placement_id).support
+        held = support in self.by_id and self.asset(support).subtype == APPARATUS_STAND
+        return support if held else None
 
     def find(self, asset: str) -> Placement | None:
         """Return the first placement of an asset, or None."""

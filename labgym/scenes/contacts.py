@@ -31,7 +31,8 @@ def contacts(layout: Layout, depth: float = 0.001) -> tuple[Contact, ...]:
 
     MuJoCo computes no contacts between static bodies. Therefore `mj_geomDistance`, which is negative for overlapping
     geoms, is evaluated for every pair of solids whose axis-aligned bounds overlap. A placement does not count as
-    touching its support. The number of pairs is the metric CN_mj; it shares no code with `labgym.geometry`.
+    touching its support, nor do the pieces of one assembled apparatus as touching each other. The number of pairs is
+    the metric CN_mj; it shares no code with `labgym.geometry`.
     """
     model = to_mjcf(layout, visible=False).compile()
     data = mujoco.MjData(model)
@@ -51,7 +52,12 @@ def contacts(layout: Layout, depth: float = 0.001) -> tuple[Contact, ...]:
             key = (min(pair), max(pair))
             deepest[key] = max(overlap, deepest.get(key, 0.0))
     ids = [placement.id for placement in layout.placements]
-    return tuple(Contact(ids[a], ids[b], overlap) for (a, b), overlap in sorted(deepest.items()))
+    stands = [layout.apparatus(placement_id) for placement_id in ids]
+    return tuple(
+        Contact(ids[a], ids[b], overlap)
+        for (a, b), overlap in sorted(deepest.items())
+        if stands[a] is None or stands[a] != stands[b]
+    )
 
 
 def _candidates(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> NDArray[np.int64]:

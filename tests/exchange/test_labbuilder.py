@@ -192,7 +192,7 @@ def test_a_generated_layout_keeps_poses_supports_and_hash(tmp_path, name):
 def test_goal_pairs_are_in_front_of_the_faces_in_the_frame_of_the_scene(folder, tmp_path):
     layout = read_labbuilder(folder(), protocols=(TOUR,)).layout
     write_labbuilder(layout, tmp_path / "out")
-    data = json.loads((tmp_path / "out" / "goal_pairs.json").read_text())["ester"]
+    data = json.loads((tmp_path / "out" / "goal_pairs.json").read_text())["tour"]
     assert (data["num_targets"], data["offset_radius"], len(data["pairs"])) == (3, 0.6, 2)
     first, second = data["pairs"]
     # In front of a face at y = center - short / 2, 0.6 m away, looking along +y, which is 0 in their files.
@@ -202,17 +202,10 @@ def test_goal_pairs_are_in_front_of_the_faces_in_the_frame_of_the_scene(folder, 
     assert heading(0.0) == pytest.approx(math.radians(270.0))
 
 
-def test_several_protocols_have_goal_pairs_each(folder, tmp_path):
-    other = route("FumeHood", "MainWorkbench").model_copy(update={"id": "short"})
-    write_labbuilder(read_labbuilder(folder(), protocols=(TOUR, other)).layout, tmp_path / "out")
-    data = json.loads((tmp_path / "out" / "goal_pairs.json").read_text())
-    assert {name: len(value["pairs"]) for name, value in data.items()} == {"ester.tour": 2, "ester.short": 1}
-
-
 def test_places_that_are_missing_are_listed(folder, tmp_path):
     tour = route("FumeHood", "SinkBench", "MainWorkbench", "FumeHood")
     write_labbuilder(read_labbuilder(folder(), protocols=(tour,)).layout, tmp_path / "out")
-    data = json.loads((tmp_path / "out" / "goal_pairs.json").read_text())["ester"]
+    data = json.loads((tmp_path / "out" / "goal_pairs.json").read_text())["tour"]
     assert data["missing"] == ["SinkBench"]
     assert [(pair["from"], pair["to"]) for pair in data["pairs"]] == [("MainWorkbench", "FumeHood")]
 

@@ -165,6 +165,18 @@ class WrittenPlan:
             item = self.by_id[item.support]
         return item
 
+    def assembled(self, first: str, second: str) -> bool:
+        """Whether two owners of blocks are a stand and what it holds, or two pieces that one stand holds."""
+        stands = {self._stand(owner) for owner in (first, second)}
+        return len(stands) == 1 and None not in stands
+
+    def _stand(self, owner: str) -> str | None:
+        """The stand that holds an object, or the object itself if it is one: one apparatus is one object."""
+        for candidate in (owner, self.by_id[owner].support if owner in self.by_id else ""):
+            if candidate in self.by_id and self.by_id[candidate].entry["subtype"] == "apparatus_stand":
+                return candidate
+        return None
+
     def at_location(self, location: str) -> Item | None:
         """The first object of an asset, or of a variant of it."""
         names = (item for item in self.items if location in (item.entry["name"], item.entry.get("variant_of")))

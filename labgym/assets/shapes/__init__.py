@@ -1,6 +1,7 @@
 """Parametric shapes: the visible geometry of each asset, from primitives and revolved profiles."""
 
 from labgym.assets.shapes import (
+    apparatus,
     bench_instruments,
     bench_ware,
     bottles,
@@ -26,6 +27,7 @@ from labgym.assets.shapes.registry import SHAPES, build
 from labgym.assets.shapes.tessellate import tessellate
 
 FAMILIES = (
+    apparatus,
     bench_instruments,
     bench_ware,
     bottles,

@@ -29,7 +29,7 @@ MOST_VIOLATIONS = 6
 def floor_size(floor: Floor) -> str:
     """Return the size of a floor as text: of its room, or the number, extent and area of its spaces."""
     if floor.is_rectangle:
-        return f"{round(floor.room.width, 2):g} x {round(floor.room.depth, 2):g} m"
+        return f"{floor.room.width:g} x {floor.room.depth:g} m"
     x0, y0, x1, y1 = floor.bounds
     count = len(floor.spaces)
     return f"{count} space{'s' if count > 1 else ''}, {x1 - x0:.1f} x {y1 - y0:.1f} m"

@@ -91,11 +91,9 @@ def sizes_data(layout: Layout) -> dict[str, Any]:
 
 
 def pairs_data(layout: Layout) -> dict[str, Any]:
-    """Return the goal pairs by the layout's id; of several protocols, each by the ids of layout and protocol."""
+    """Return the goal pairs of each protocol that the layout embeds, by its id."""
     protocols = layout.protocols or ((layout.protocol,) if layout.protocol is not None else ())
-    if len(protocols) == 1:
-        return {layout.id: _pairs(layout, protocols[0])}
-    return {f"{layout.id}.{protocol.id}": _pairs(layout, protocol) for protocol in protocols}
+    return {protocol.id: _pairs(layout, protocol) for protocol in protocols}
 
 
 def _pairs(layout: Layout, protocol: Protocol) -> dict[str, Any]:

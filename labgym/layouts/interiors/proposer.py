@@ -25,6 +25,7 @@ from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill
 from labgym.layouts.interiors.furnisher import ATTEMPTS, Outcome, furnish
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.obstruction import obstructions
+from labgym.layouts.interiors.setups import assembled
 from labgym.layouts.interiors.standing import Distances
 from labgym.layouts.model import WALL, Layout
 from labgym.layouts.pieces import WallPiece, clear_around, front_of, further_pieces, pieces, with_fixed
@@ -45,6 +46,8 @@ EXTRA_BENCHES = 6
 GROUPS = ("separations", "front clearance")
 """Groups of constraints that can be lifted."""
 BENCHES = ("LabBench1800", "LabBench", "LabBench1200")
+ASSEMBLY_STREAM = 0xA5
+"""Sub-stream of the seed for the arrangement of apparatus."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +64,14 @@ class FloorProposer:
     patience: Literal["full", "short"] = "full"
 
     def propose(self, request: Request) -> Layout:
-        """Return a layout without geometric or chemical violations.
+        """Return a layout without geometric or chemical violations, in which glassware is assembled to apparatus.
 
         Raises:
             InfeasibleError: the floor cannot hold what the protocols require.
             SearchLimitError: the search ended without a plan and without a proof of infeasibility.
         """
-        return self.plan(request).layout()
+        generator = np.random.default_rng([request.seed, ASSEMBLY_STREAM])
+        return assembled(self.plan(request).layout(), request.profile, generator)
 
     def plan(self, request: Request) -> Plan:
         """Return the first plan in which ways lead to everything, filled as the request's style asks for.

@@ -135,6 +135,11 @@ class Arrangement:
         """Rows of the reagents."""
         return [row for row, asset in enumerate(self.assets) if asset.kind == "reagent"]
 
+    def assembled(self, first: int, second: int) -> bool:
+        """Whether two objects belong to one assembled apparatus."""
+        apparatus = self.layout.apparatus(self.placements[first].id)
+        return apparatus is not None and apparatus == self.layout.apparatus(self.placements[second].id)
+
     def surface(self, row: int) -> OrientedBox:
         """Return the surface that a supported object stands on, as a flat box at its height.
 

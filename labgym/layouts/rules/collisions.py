@@ -32,8 +32,8 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     """Return the pairs that overlap by more than 1 mm on every axis.
 
     Solids are bounding boxes, and of hollow objects the shell, so that an item inside collides with walls and shelves
-    and not with the hollow; open drawers and doors are solids of their object. Parts of one object never collide;
-    touching objects do not collide.
+    and not with the hollow; open drawers and doors are solids of their object. Parts of one object never collide, nor
+    do the pieces of one assembled apparatus; touching objects do not collide.
     """
     first, second = _close_pairs(arrangement)
     if not len(first):
@@ -45,6 +45,8 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     np.maximum.at(deepest, pair, depths)
     overlaps = []
     for k in np.flatnonzero(deepest > PENETRATION + 1e-9):
+        if arrangement.assembled(int(first[k]), int(second[k])):
+            continue
         parts = np.flatnonzero((pair == k) & (depths > 0.0))
         volume = sum(overlap_volume(_box(solids, int(a[p])), _box(solids, int(b[p]))) for p in parts)
         ids = arrangement.placements[first[k]].id, arrangement.placements[second[k]].id

@@ -12,6 +12,7 @@ from labgym.scenes.fittings.cables import cables
 from labgym.scenes.fittings.cylinders import cylinders
 from labgym.scenes.fittings.ducts import ducts
 from labgym.scenes.fittings.evaporators import evaporator_hoses
+from labgym.scenes.fittings.hood_hoses import hood_hoses
 from labgym.scenes.fittings.hosts import Host, hosts
 from labgym.scenes.fittings.installation import Installation
 from labgym.scenes.fittings.outlets import Outlet, supplies
@@ -43,3 +44,4 @@ def _of(host: Host) -> Iterator[Installation]:
             yield host.installation(supply.kind, supply.parts, supply.wall)
     yield from cables(host, outlets, built_in)
     yield from evaporator_hoses(host)
+    yield from hood_hoses(host)

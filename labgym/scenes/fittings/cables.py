@@ -41,7 +41,7 @@ def cables(host: Host, outlets: Sequence[Outlet], built_in: Sequence[OrientedBox
     for item in host.items:
         if "electrical" not in item.asset.specs.features or item.asset.name in CORDLESS:
             continue
-        if not free or item.box.z0 > surface + 0.05:
+        if not free or (item.stand or item.box).z0 > surface + 0.05:
             continue
         route = _shortest(host, item, free, built_in)
         if route is not None:
@@ -56,7 +56,7 @@ def _shortest(
     """Return the socket that a cable reaches on the shortest free way, and the cable's path."""
     ways: list[tuple[float, int, Outlet, list[Point]]] = []
     for number, outlet in enumerate(outlets):
-        for start, inside in _exits(item.box):
+        for start, inside in _exits(item):
             corners = [(start[0], outlet.foot[1]), (outlet.foot[0], start[1])]
             for corner in reversed(corners) if outlet.riser else corners:
                 way = [inside, start, corner, outlet.foot]
@@ -69,15 +69,22 @@ def _shortest(
     return None
 
 
-def _exits(box: OrientedBox) -> Iterator[tuple[Point, Point]]:
-    """Yield where a cable may touch the worktop next to a device, and where it leaves the device; the back first."""
-    width, depth = box.width / 2.0, box.depth / 2.0
+def _exits(item: Item) -> Iterator[tuple[Point, Point]]:
+    """Yield where a cable may touch the worktop next to a device, and where it leaves the device; the back first.
+
+    From a device in an apparatus it leads over the edge of the stand's base.
+    """
+    device, base = item.box, item.stand or item.box
+    width, depth = device.width / 2.0, device.depth / 2.0
+    shift_x, shift_y = base.to_local(device.x, device.y)
+    edge_x, edge_y = base.width / 2.0 + STEP_OUT, base.depth / 2.0 + STEP_OUT
     for share in (0.6, -0.6, 0.0):
-        yield box.to_world(share * width, -depth - STEP_OUT), box.to_world(share * width, -depth + 0.004)
+        inside = device.to_world(share * width, -depth + 0.004)
+        yield base.to_world(shift_x + share * width, -edge_y), inside
     for side in (-1.0, 1.0):
         for share in (-0.7, 0.0):
-            start = box.to_world(side * (width + STEP_OUT), share * depth)
-            yield start, box.to_world(side * (width - 0.004), share * depth)
+            inside = device.to_world(side * (width - 0.004), share * depth)
+            yield base.to_world(side * edge_x, shift_y + share * depth), inside
 
 
 def _clear(host: Host, built_in: Sequence[OrientedBox], start: Point, end: Point) -> bool:
@@ -97,7 +104,7 @@ def _clear(host: Host, built_in: Sequence[OrientedBox], start: Point, end: Point
 
 def _path(item: Item, outlet: Outlet, way: Sequence[Point]) -> list[Vector]:
     """Return a cable's path: out of the device, down to the worktop, along it, and up into the plug."""
-    low = item.box.z0 + CORE / 2.0
+    low = (item.stand or item.box).z0 + CORE / 2.0
     leaving = item.box.z0 + min(0.03, 0.4 * (item.box.z1 - item.box.z0))
     (x, y, z), (dx, dy) = outlet.point, outlet.facing
     ends = (x + dx * PLUG * 0.9, y + dy * PLUG * 0.9, z)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from labgym.assets import Asset
+from labgym.assets.model import APPARATUS_STAND
 from labgym.assets.shapes import Part
 from labgym.geometry import OrientedBox, to_local
 from labgym.layouts import Layout, Placement
@@ -29,11 +30,17 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class Item:
-    """An object on a piece of furniture, with its bounding box in the furniture's frame."""
+    """An object on a piece of furniture.
+
+    Attributes:
+        box: its bounding box in the furniture's frame.
+        stand: the bounding box of the stand that holds it in an apparatus, or None.
+    """
 
     id: str
     asset: Asset
     box: OrientedBox
+    stand: OrientedBox | None = None
 
 
 @dataclass(frozen=True)
@@ -104,17 +111,18 @@ def hosts(layout: Layout) -> Iterator[Host]:
         space = layout.floor.space_at(*placement.position[:2])
         if space is not None:
             asset = layout.asset(placement.id)
-            items = tuple(_items(layout, placement, layout.box(placement.id)))
+            items = tuple(_items(layout, placement, layout.box(placement.id), None))
             yield Host(placement, asset, space.use, space.ceiling, items, _backing(layout.floor, placement, asset))
 
 
-def _items(layout: Layout, carrier: Placement, host: OrientedBox) -> Iterator[Item]:
+def _items(layout: Layout, carrier: Placement, host: OrientedBox, stand: OrientedBox | None) -> Iterator[Item]:
     for child in layout.children(carrier.id):
         box = layout.box(child.id)
         x, y = host.to_local(box.x, box.y)
         local = OrientedBox(x, y, box.width, box.depth, box.yaw - host.yaw, box.z0 - host.z0, box.z1 - host.z0)
-        yield Item(child.id, layout.asset(child.id), local)
-        yield from _items(layout, child, host)
+        yield Item(child.id, layout.asset(child.id), local, stand)
+        held = layout.asset(child.id).subtype == APPARATUS_STAND
+        yield from _items(layout, child, host, local if held else None)
 
 
 def _backing(floor: Floor, placement: Placement, asset: Asset) -> Backing | None:

@@ -41,11 +41,12 @@ def write_usd(layout: Layout, folder: str | Path) -> Path:
     """Write a layout as `folder/scene.usda`, `folder/room.usdc` and `folder/assets`; return the stage's path.
 
     The stage is in meters, z up. `/Laboratory` has these children: `Room`, with visible and collision geometry of
-    floor and walls; `Fittings`, from `folder/fittings.usdc`, with the visible geometry of ducts, sockets and cables if
-    the floor has them; `Placements`, with one prim for each placement that references its asset (wall-mounted ones
-    are kinematic); `Lights`; and `Cameras`, one for each view of `labgym.scenes.views`. Prims have semantic labels
-    (taxonomies `class`, `category` and `instance`). The folder can be moved; its references are relative.
-    The files are written to a temporary folder, which then replaces an earlier stage.
+    floor and walls; `Fittings`, from `folder/fittings.usdc`, with the visible geometry of ducts, sockets and cables
+    if the floor has them; `Placements`, with one prim for each placement that references its asset (wall-mounted ones
+    and the pieces of an apparatus are kinematic); `Lights`; and `Cameras`, one for each view of
+    `labgym.scenes.views`. Prims have semantic labels (taxonomies `class`, `category` and `instance`). The folder can
+    be moved; its references are relative. The files are written to a temporary folder, which then replaces an earlier
+    stage.
 
     Raises:
         LabgymError: the folder exists and is not a stage of labgym.
@@ -110,7 +111,7 @@ def _write_placements(stage: Any, layout: Layout, files: Mapping[Dressed, str]) 
         write_labels(prim, {"instance": placement.id})
         write_note(prim, "id", placement.id)
         write_note(prim, "support", placement.support)
-        if placement.support == WALL:
+        if placement.support == WALL or layout.apparatus(placement.id) not in (None, placement.id):
             UsdPhysics.RigidBodyAPI(prim).CreateKinematicEnabledAttr(True)
 
 

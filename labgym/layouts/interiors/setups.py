@@ -1,0 +1,185 @@
+"""Assembles glassware and devices on work surfaces to apparatus: each piece in its slot of a stand.
+
+`assets/layouts/setups.json` lists the apparatus, the ones with most pieces first: the stand, and what each slot holds.
+The pieces remain separate placements, so that a protocol finds what it requires.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+
+from labgym.artefacts import artefacts
+from labgym.assets import Asset
+from labgym.documents import Document, Record
+from labgym.geometry import OrientedBox
+from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.stocking import BENCH_MARGIN
+from labgym.layouts.tabletop import Item, Spot, pack
+
+DIGITS = 6
+"""Decimal places of positions."""
+
+
+class Setup(Record):
+    """An apparatus: its stand, and the assets that each slot of the stand can hold, preferred ones first."""
+
+    stand: str
+    pieces: tuple[tuple[str, ...], ...]
+
+
+class Setups(Document):
+    """A file of apparatus."""
+
+    SCHEMA: ClassVar[str] = "labgym.setups/1"
+
+    setups: tuple[Setup, ...]
+
+
+@dataclass(frozen=True)
+class _Apparatus:
+    """A stand and the placements for its slots."""
+
+    stand: Asset
+    pieces: tuple[Placement, ...]
+
+
+@lru_cache
+def published_setups() -> tuple[Setup, ...]:
+    """Return the apparatus of the published file.
+
+    Raises:
+        DocumentError: the file is missing or invalid.
+    """
+    return Setups.load(artefacts("assets") / "layouts" / "setups.json").setups
+
+
+def assembled(layout: Layout, profile: Profile, generator: np.random.Generator) -> Layout:
+    """Return a layout in which the pieces on each work surface are assembled as far as they make up apparatus.
+
+    The objects on a surface are arranged anew; glassware and stands keep `profile.glass` from its edges. Apparatus
+    that find no place are left in pieces. Fixed objects, and what carries others, stay where they are.
+    """
+    for support in layout.placements:
+        asset = layout.asset(support.id)
+        open_surface = asset.subtype == "workbench" or asset.fume_hood
+        if support.support == FLOOR and asset.surfaces and open_surface:
+            layout = _on_surface(layout, support, profile, generator)
+    return layout
+
+
+def _on_surface(layout: Layout, support: Placement, profile: Profile, generator: np.random.Generator) -> Layout:
+    standing = [child for child in layout.children(support.id) if child.slot == 0]
+    movable = [child for child in standing if not child.fixed and not layout.children(child.id)]
+    chosen = _choose(layout, movable)
+    while chosen:
+        held = {piece.id for apparatus in chosen for piece in apparatus.pieces}
+        loose = [child for child in movable if child.id not in held]
+        stay = [child for child in standing if child not in movable]
+        spots = _arrange(layout, support, chosen, loose, stay, profile, generator)
+        if spots is not None:
+            return _placed(layout, support, chosen, loose, spots)
+        chosen.pop()
+    return layout
+
+
+def _choose(layout: Layout, pieces: Sequence[Placement]) -> list[_Apparatus]:
+    """Return the apparatus that can be made up, each piece in one of them."""
+    free = list(pieces)
+    chosen: list[_Apparatus] = []
+    for setup in published_setups():
+        while True:
+            own: list[Placement] = []
+            for names in setup.pieces:
+                fitting = [piece for name in names for piece in free if piece.asset == name and piece not in own]
+                own += fitting[:1]
+            if len(own) < len(setup.pieces):
+                break
+            chosen.append(_Apparatus(layout.catalog.get(setup.stand), tuple(own)))
+            free = [piece for piece in free if piece not in own]
+    return chosen
+
+
+def _arrange(
+    layout: Layout,
+    support: Placement,
+    chosen: Sequence[_Apparatus],
+    loose: Sequence[Placement],
+    stay: Sequence[Placement],
+    profile: Profile,
+    generator: np.random.Generator,
+) -> list[Spot] | None:
+    """Return the spots of the stands and then of the loose objects, or None if one finds no place."""
+    surface, headroom = layout.surface(support.id, 0), layout.asset(support.id).surfaces[0].headroom
+    items = [_stand_item(layout, apparatus, profile) for apparatus in chosen]
+    for child in loose:
+        asset = layout.asset(child.id)
+        margin = profile.glass if asset.hazards.glass_container else BENCH_MARGIN
+        items.append(Item(asset.name, asset.size.width, asset.size.depth, asset.size.height, margin))
+    taken = []
+    for child in stay:
+        box = layout.box(child.id)
+        x, y = surface.to_local(box.x, box.y)
+        x0, y0, x1, y1 = OrientedBox(x, y, box.width, box.depth, box.yaw - surface.yaw).bounds()
+        taken.append(Spot((x0 + x1) / 2.0, (y0 + y1) / 2.0, 0.0, x1 - x0, y1 - y0))
+    spots = pack(items, surface.width, surface.depth, headroom, generator, taken)
+    if len(spots) < len(items):
+        return None
+    margins = [min(_inset(spots[k], surface), item.margin) - item.margin for k, item in enumerate(items)]
+    return [spots[k] for k in range(len(items))] if min(margins) > -1e-9 else None
+
+
+def _stand_item(layout: Layout, apparatus: _Apparatus, profile: Profile) -> Item:
+    stand = apparatus.stand
+    tops = [slot.z + layout.asset(p.id).size.height for slot, p in zip(stand.surfaces, apparatus.pieces, strict=True)]
+    tops += [fitting.z1 for fitting in stand.fittings]
+    return Item(stand.name, stand.size.width, stand.size.depth, max(tops), profile.glass)
+
+
+def _inset(spot: Spot, surface: OrientedBox) -> float:
+    """Return the distance of a footprint from the nearest edge of a surface, meters."""
+    return min((surface.width - spot.width) / 2.0 - abs(spot.x), (surface.depth - spot.depth) / 2.0 - abs(spot.y))
+
+
+def _placed(
+    layout: Layout, support: Placement, chosen: Sequence[_Apparatus], loose: Sequence[Placement], spots: Sequence[Spot]
+) -> Layout:
+    """Return the layout with stands, their pieces and the loose objects at their spots."""
+    surface = layout.surface(support.id, 0)
+    changed: dict[str, Placement] = {}
+    added: list[Placement] = []
+    for apparatus, spot in zip(chosen, spots, strict=False):
+        name = apparatus.stand.name
+        number = 1 + sum(placement.asset == name for placement in (*layout.placements, *added))
+        x, y = surface.to_world(spot.x, spot.y)
+        yaw = surface.yaw + spot.yaw
+        stand = Placement(
+            id=f"{name}_{number}",
+            asset=name,
+            position=_rounded(x, y, surface.z0),
+            yaw=yaw,
+            support=support.id,
+            slot=0,
+        )
+        added.append(stand)
+        frame = OrientedBox(x, y, apparatus.stand.size.width, apparatus.stand.size.depth, yaw)
+        for slot, piece in enumerate(apparatus.pieces):
+            place = apparatus.stand.surfaces[slot]
+            position = _rounded(*frame.to_world(place.x, place.y), surface.z0 + place.z)
+            changed[piece.id] = piece.model_copy(
+                update={"position": position, "yaw": yaw, "support": stand.id, "slot": slot}
+            )
+    for piece, spot in zip(loose, spots[len(chosen) :], strict=True):
+        position = _rounded(*surface.to_world(spot.x, spot.y), surface.z0)
+        changed[piece.id] = piece.model_copy(update={"position": position, "yaw": surface.yaw + spot.yaw})
+    kept = tuple(changed.get(placement.id, placement) for placement in layout.placements)
+    return layout.replace(placements=(*kept, *added))
+
+
+def _rounded(x: float, y: float, z: float) -> tuple[float, float, float]:
+    return round(x, DIGITS), round(y, DIGITS), round(z, DIGITS)
