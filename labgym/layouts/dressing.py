@@ -39,11 +39,22 @@ def dress(layout: Layout, before: Assessment, request: Request) -> tuple[Layout,
     Args:
         before: the assessment of the layout with navigation.
     """
+    if before.perfect:
+        # Accessories only add violations: if there is none at the end, there was none after any stage.
+        dresser = _Dresser(layout, request)
+        for stage in dresser.stages:
+            stage()
+        after = evaluate_layout(dresser.layout, request.protocol, request.profile, navigation=True, earlier=before)
+        if after.perfect:
+            return dresser.layout, after
+    return _dress_in_stages(layout, before, request)
+
+
+def _dress_in_stages(layout: Layout, before: Assessment, request: Request) -> tuple[Layout, Assessment]:
+    """Dress a layout with a check after each stage; a stage that adds a violation adds its objects one by one."""
     protocol, profile = request.protocol, request.profile
-    dresser = _Dresser(layout, request, np.random.default_rng([request.seed, len(layout.placements)]))
-    after = before
-    stages: tuple[Callable[[], None], ...] = (dresser.dress_surfaces, dresser.dress_walls, dresser.dress_floor)
-    for stage in stages:
+    dresser, after = _Dresser(layout, request), before
+    for stage in dresser.stages:
         undressed = dresser.layout
         stage()
         after = evaluate_layout(dresser.layout, protocol, profile, navigation=True, earlier=after)
@@ -57,11 +68,11 @@ def dress(layout: Layout, before: Assessment, request: Request) -> tuple[Layout,
 class _Dresser:
     """A layout to which objects are added one by one."""
 
-    def __init__(self, layout: Layout, request: Request, generator: np.random.Generator) -> None:
+    def __init__(self, layout: Layout, request: Request) -> None:
         self.layout = layout
         self.keepouts = Keepouts.of(layout, request.protocol)
         self.profile = request.profile
-        self.generator = generator
+        self.generator = np.random.default_rng([request.seed, len(layout.placements)])
         self.catalog = request.catalog
         self.habits = request.habits
         self.dressing = request.habits.dressing
@@ -69,6 +80,11 @@ class _Dresser:
         self.holdings = request.holdings
         self.baseline: Assessment | None = None
         """Assessment that no addition may worsen; None while additions are checked stage by stage."""
+
+    @property
+    def stages(self) -> tuple[Callable[[], None], ...]:
+        """The parts of dressing, in order."""
+        return self.dress_surfaces, self.dress_walls, self.dress_floor
 
     def dress_surfaces(self) -> None:
         for furniture in self.layout.placements:

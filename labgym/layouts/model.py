@@ -388,7 +388,8 @@ class Layout(Document):
         layout = Layout(**{**fields, **changes}, catalog=catalog)
         if catalog is self._catalog:
             layout._take_over(self)
-        unchanged = layout.floor == self.floor and layout.protocols == self.protocols
+        same_floor = layout.floor is self.floor or layout.floor == self.floor
+        unchanged = same_floor and layout.protocols == self.protocols
         if unchanged and not any(p.size or p.fixed or p.state for p in layout.placements):
             layout._version_1 = self._version_1
         elif self._version_1 is not None and "protocols" not in changes:
@@ -397,6 +398,11 @@ class Layout(Document):
 
     def _take_over(self, other: Layout) -> None:
         """Keep what another layout of the same catalog has computed for placements that both have."""
+        count = len(other.placements)
+        if self.placements[:count] == other.placements:
+            self._assets.update(other._assets)
+            self._boxes.update(other._boxes)
+            return
         for placement in self.placements:
             name = placement.id
             if other.by_id.get(name) is placement:

@@ -43,8 +43,8 @@ def wall_poses(floor: Floor, asset: Asset, top: float) -> list[Pose]:
             yaw = ground.to_floor((0.0, 0.0, segment.yaw))[2]
             for low, high in segment.free(top):
                 middles = np.arange(low + MARGIN + width / 2.0, high - MARGIN - width / 2.0, WALL_STEP)
-                points = [segment.point(along, inset) for along in middles.tolist()]
-                if points:
+                if len(middles):
+                    points = segment.points(middles, inset)
                     poses += [(x, y, yaw) for x, y in to_world(points, ground.frame).tolist()]
     return poses
 

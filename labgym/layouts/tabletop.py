@@ -81,18 +81,18 @@ def _place(
         if w > width + 1e-9 or d > depth + 1e-9:
             continue
         xs, ys = _offsets(width, w, item.margin), _offsets(depth, d, item.margin)
-        grid_x, grid_y = np.meshgrid(xs, ys)
-        free = np.ones(grid_x.shape, dtype=np.bool_)
+        free = np.ones((len(ys), len(xs)), dtype=np.bool_)
         for spot in taken:
-            near_x = np.abs(grid_x - spot.x) < (w + spot.width) / 2.0 + GAP
-            near_y = np.abs(grid_y - spot.y) < (d + spot.depth) / 2.0 + GAP
-            free &= ~(near_x & near_y)
+            near_x = np.abs(xs - spot.x) < (w + spot.width) / 2.0 + GAP
+            near_y = np.abs(ys - spot.y) < (d + spot.depth) / 2.0 + GAP
+            free &= ~(near_x[None, :] & near_y[:, None])
         if not free.any():
             continue
         bulky = w * d > BULKY
         row_y = (-depth / 2.0 if depth < ONE_SIDED else generator.choice((-0.5, 0.5)) * depth) if bulky else 0.0
         column_x = generator.uniform(-width / 2.0, width / 2.0)
-        cost = np.abs(grid_x - column_x) + ROW_COST * np.abs(grid_y - row_y) + generator.uniform(0.0, NOISE, free.shape)
+        cost = np.abs(xs - column_x)[None, :] + (ROW_COST * np.abs(ys - row_y))[:, None]
+        cost = cost + generator.uniform(0.0, NOISE, free.shape)
         row, column = np.unravel_index(np.argmin(np.where(free, cost, np.inf)), free.shape)
         return Spot(round(float(xs[column]), 4), round(float(ys[row]), 4), yaw, w, d)
     return None

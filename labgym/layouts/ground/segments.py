@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from labgym.geometry import OrientedBox
 
 Pose = tuple[float, float, float]
@@ -51,6 +54,11 @@ class Segment:
         """Return the point (x, y) at a distance from the start, and from the wall, meters."""
         cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
         return self.x + along * cosine - inward * sine, self.y + along * sine + inward * cosine
+
+    def points(self, along: NDArray[np.float64], inward: float) -> NDArray[np.float64]:
+        """Return the points (n, 2) at distances (n,) from the start, and at one distance from the wall, meters."""
+        cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
+        return np.column_stack([self.x + along * cosine - inward * sine, self.y + along * sine + inward * cosine])
 
     def box(self, along: float, inset: float, width: float, depth: float) -> OrientedBox:
         """Return the footprint of an object with its back to the wall.

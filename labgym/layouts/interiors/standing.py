@@ -55,6 +55,7 @@ class Standing:
         self.building_bounds = strips(self.building)
         self.furniture_bounds = strips(())
         self.free_bounds = strips(self.free)
+        self._along: dict[str, Array] = {}
 
     def add(self, foot: OrientedBox, front: float = 0.0, clear: float = 0.0) -> None:
         """Add a unit, the free depth in front of it, and the distance that other furniture keeps from it, meters."""
@@ -88,12 +89,16 @@ class Standing:
         foot = (WALL_GAP, WALL_GAP + unit.depth)
         front = (WALL_GAP, WALL_GAP + unit.depth + unit.front)
         around = max(unit.clear, SIDE_GAP)
-        taken = _taken(segment, unit.width, self.building_bounds, front, WALL_GAP)
-        taken += _taken(segment, unit.width, self.furniture_bounds, (foot[0], foot[1] + around), around)
-        taken += _taken(segment, unit.width, self.furniture_bounds, front, 0.0)
-        taken += _taken(segment, unit.width, self.free_bounds, foot, 0.0)
+        building = self._along.get(segment.id)
+        if building is None:
+            building = self._along[segment.id] = _along(segment, self.building_bounds)
+        furniture = _along(segment, self.furniture_bounds)
+        taken = _taken(building, unit.width, front, WALL_GAP)
+        taken += _taken(furniture, unit.width, (foot[0], foot[1] + around), around)
+        taken += _taken(furniture, unit.width, front, 0.0)
+        taken += _taken(_along(segment, self.free_bounds), unit.width, foot, 0.0)
         for box, distance in apart:
-            taken += _taken(segment, unit.width, strips([grown(box, distance)]), foot, 0.0)
+            taken += _taken(_along(segment, strips([grown(box, distance)])), unit.width, foot, 0.0)
         return [place for stretch in stretches for place in without(stretch, taken)]
 
     def fit(
@@ -162,21 +167,28 @@ def _cut(box: OrientedBox) -> list[tuple[float, float, float, float]]:
     return parts
 
 
-def _taken(segment: Segment, width: float, bounds: Array, across: tuple[float, float], gap: float) -> Intervals:
+def _along(segment: Segment, bounds: Array) -> Array:
+    """Return axis-aligned boxes as a straight segment has them, (4, n): ends along it, distances from the wall."""
+    if not len(bounds):
+        return np.empty((4, 0))
+    cosine, sine = round(math.cos(segment.yaw)), round(math.sin(segment.yaw))
+    dx, dy = bounds[:, [0, 2]] - segment.x, bounds[:, [1, 3]] - segment.y
+    along, inward = dx * cosine + dy * sine, dy * cosine - dx * sine
+    return np.stack([along.min(axis=1), along.max(axis=1), inward.min(axis=1), inward.max(axis=1)])
+
+
+def _taken(boxes: Array, width: float, across: tuple[float, float], gap: float) -> Intervals:
     """The places along a straight segment at which an object would meet one of some axis-aligned boxes.
 
     Args:
+        boxes: the boxes, as `_along` returns them.
         width: of the object, meters.
         across: the distances from the wall between which the object lies.
         gap: distance along the wall to keep from the boxes.
     """
-    if not len(bounds):
-        return []
-    cosine, sine = round(math.cos(segment.yaw)), round(math.sin(segment.yaw))
-    dx, dy = bounds[:, [0, 2]] - segment.x, bounds[:, [1, 3]] - segment.y
-    along, inward = dx * cosine + dy * sine, dy * cosine - dx * sine
-    meets = (inward.min(axis=1) < across[1] - EPSILON) & (inward.max(axis=1) > across[0] + EPSILON)
-    low, high = along[meets].min(axis=1) - width - gap + EPSILON, along[meets].max(axis=1) + gap - EPSILON
+    start, end, near, far = boxes
+    meets = (near < across[1] - EPSILON) & (far > across[0] + EPSILON)
+    low, high = start[meets] - width - gap + EPSILON, end[meets] + gap - EPSILON
     return list(zip(low.tolist(), high.tolist(), strict=True))
 
 
