@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import pickle
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -16,9 +17,10 @@ from labgym.envs import LabPointNavEnv
 from labgym.envs.robot import PREFIX, ROBOT, attach_robot
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
 from labgym.envs.simulation import Simulation
+from labgym.envs.stage import Senses, Stage
 from labgym.envs.world import World, physics_model
 from labgym.errors import OptionError
-from labgym.layouts import Layout, load_published, published
+from labgym.layouts import Layout, generate, load_published, published
 from labgym.navigation import PLANNING_RADIUS, ShortestPaths, astar, goal_pairs, occupancy
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.policy import Driver
@@ -89,6 +91,8 @@ def comparisons(layout: Layout) -> Iterator[Comparison]:
         yield _depth(layout)
     yield _shortest_path(layout)
     yield _restart(layout)
+    yield _generation()
+    yield _entrance(layout)
     with contextlib.closing(PolicyProcess(PolicySource.named("straight"))) as process:
         yield _policy_step(layout, process)
 
@@ -205,6 +209,37 @@ def _restart(layout: Layout) -> Comparison:
         "building the layout's physics model",
         lambda: env.reset(options={"pair": 0}),
         lambda: physics_model(layout),
+    )
+
+
+def _generation() -> Comparison:
+    scene = generate("sub_01", 1, family="bay")
+    return Comparison(
+        "generating a room of the family bay",
+        "compiling its scene in MuJoCo",
+        lambda: generate("sub_01", 1, family="bay"),
+        lambda: to_mjcf(scene).compile(),
+    )
+
+
+def _entrance(layout: Layout) -> Comparison:
+    pair, sent = goal_pairs(layout)[0], pickle.dumps(World(layout).stage(Senses()))
+
+    def enter(world: World) -> None:
+        Lidar().scan(world.solid, pair.start)
+        world.to_go(pair.goal)
+        world.shortest_length(pair)
+        Simulation(world.model).place(pair.start)
+
+    def enter_prepared() -> None:
+        stage: Stage = pickle.loads(sent)  # noqa: S301 -- made above
+        enter(World(stage.layout, stage))
+
+    return Comparison(
+        "entering a layout that a pool has prepared",
+        "entering it without preparation",
+        enter_prepared,
+        lambda: enter(World(layout)),
     )
 
 

@@ -33,6 +33,8 @@ def test_the_command_times_every_piece(capsys):
         "lidar scan",
         "shortest path",
         "reset in a loaded layout",
+        "generating a room",
+        "a pool has prepared",
         "policy in its own process",
     ):
         assert piece in printed
