@@ -53,7 +53,7 @@ class TaskSource:
         protocol: a fixed protocol: a `Protocol`, its id or the path of its file.
         profile: thresholds that generated layouts satisfy.
         episodes_per_layout: number of episodes in a generated layout before the next one is generated.
-        training: the layouts of "train": "rooms", or a function that returns layout `number`.
+        training: the layouts of "train": "rooms", "floors", or a function that returns layout `number`.
         pool: prepares the layouts of "train" in advance; None generates them when they are drawn.
         senses: what the pool prepares for the environment.
 

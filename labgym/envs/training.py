@@ -9,6 +9,7 @@ import numpy as np
 
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
+from labgym.layouts.drafts import draft_layout
 from labgym.layouts.splits import train_layout
 from labgym.protocols import Protocol
 
@@ -39,14 +40,23 @@ class TrainingRooms:
         return train_layout(np.random.default_rng(number), self.protocol, self.profile)
 
 
-SOURCES = ("rooms",)
+def training_floor(number: int) -> Layout:
+    """Return layout `number` of the draft split "train": a bay, an L, or a suite of two or three rooms, with clutter.
+
+    Raises:
+        InfeasibleError: no seed of this place gives a layout.
+    """
+    return draft_layout("train", number)
+
+
+SOURCES = ("rooms", "floors")
 
 
 def source_of(training: str | LayoutSource, protocol: Protocol | None, profile: str) -> LayoutSource:
     """Return the source that the argument `training` of an environment names.
 
     Args:
-        training: "rooms", or a source.
+        training: "rooms", "floors", or a source.
         protocol: the protocol that layouts are generated for; None to draw one for each.
         profile: thresholds that generated layouts satisfy.
 
@@ -56,12 +66,18 @@ def source_of(training: str | LayoutSource, protocol: Protocol | None, profile: 
     """
     if training == "rooms":
         return TrainingRooms(protocol, profile)
+    if training == "floors":
+        training = training_floor
     if isinstance(training, str):
         raise UnknownNameError("source of training layouts", training, SOURCES)
     if not callable(training):
-        raise OptionError(f"training is a {type(training).__name__}, expected 'rooms' or a function of a number")
+        raise OptionError(
+            f"training is a {type(training).__name__}, expected 'rooms', 'floors' or a function of a number"
+        )
     if protocol is not None or profile != "default":
-        raise OptionError("training layouts of a function come with their protocols: pass no protocol and no profile")
+        raise OptionError(
+            "only training='rooms' takes a protocol or a profile: other layouts come with their protocols"
+        )
     return training
 
 

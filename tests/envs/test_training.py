@@ -9,6 +9,7 @@ from labgym.envs import LabPointNavEnv
 from labgym.envs.training import NUMBERS, LayoutSequence, TrainingRooms, source_of
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import splits
+from labgym.layouts.drafts import draft_layout
 
 
 def drawn(env: LabPointNavEnv, episodes: int, **first) -> list[str]:
@@ -65,7 +66,16 @@ def test_rooms_of_a_number_are_those_of_train_layout(monkeypatch):
 def test_a_source_that_cannot_be_used_is_refused():
     with pytest.raises(UnknownNameError, match="rooms"):
         source_of("roms", None, "default")
-    with pytest.raises(OptionError, match="expected 'rooms' or a function"):
+    with pytest.raises(OptionError, match="'floors' or a function"):
         environment(training=7)
-    with pytest.raises(OptionError, match="pass no protocol"):
+    with pytest.raises(OptionError, match="only training='rooms' takes a protocol"):
         environment(protocol="alk_03")
+
+
+def test_floors_are_those_of_the_draft_split():
+    env = environment(training="floors")
+    env.reset(seed=1)
+    floor = env._episode.task.layout
+    split, _, index = floor.provenance.options["draft"].partition("/")
+    assert split == "train"
+    assert floor.hash == draft_layout("train", int(index)).hash
