@@ -40,7 +40,7 @@ def dress(layout: Layout, before: Assessment, request: Request) -> tuple[Layout,
         before: the assessment of the layout with navigation.
     """
     if before.perfect:
-        # Accessories only add violations: if there is none at the end, there was none after any stage.
+        # Accessories only add violations: a layout without violations at the end had none after any stage.
         dresser = _Dresser(layout, request)
         for stage in dresser.stages:
             stage()
