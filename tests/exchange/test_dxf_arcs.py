@@ -67,6 +67,14 @@ def test_a_single_arc_of_a_wall_is_refused_in_one_line(tmp_path):
     assert "\n" not in str(caught.value)
 
 
+def test_the_rounding_of_a_corner_is_left_out(tmp_path):
+    def draw(model):
+        shell(model, "arcs")
+        model.add_arc((0.3, 0.3), 0.3, 180.0, 270.0, dxfattribs={"layer": "A-WALL"})
+
+    assert len(read_floor(drawing(tmp_path, draw)).spaces) == 1
+
+
 @pytest.mark.parametrize("bulge", [0.1, -0.3, 1.0, -2.5])
 def test_chords_lie_within_a_centimeter_of_the_arc_that_ezdxf_draws(bulge):
     from ezdxf.math import bulge_center, bulge_radius

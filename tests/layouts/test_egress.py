@@ -116,6 +116,28 @@ def corridor(width: float, *more: Placement) -> Layout:
     return Layout(id="corridor", floor=room.floor, placements=(*racks, bench, *more))
 
 
+def oblique_corridor(width: float, angle: float, shift: float) -> Layout:
+    """A row of racks across a room of 8 x 8 m at an angle, with one passage through its middle."""
+    racks = []
+    for k, at in enumerate((width / 2.0 + 0.5 + j) * side for side in (-1.0, 1.0) for j in range(7)):
+        x, y = 4.0 + shift + at * math.cos(angle), 4.0 + shift / 3.0 + at * math.sin(angle)
+        racks.append(Placement(id=f"rack{k}", asset="EquipmentRack", position=(x, y, 0.0), yaw=angle))
+    bench = Placement(id="bench", asset="LabBench", position=(4.0, 7.6, 0.0), yaw=math.pi)
+    room = Room(width=8.0, depth=8.0, doors=(Door(wall="front", offset=4.0),))
+    return Layout(id="oblique", floor=room.floor, placements=(*racks, bench))
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.004, 0.011, 0.017])
+@pytest.mark.parametrize("degrees", [0.0, 7.0, 13.0, 22.5, 31.0, 45.0])
+def test_a_passage_of_the_required_width_is_taken_at_any_angle_and_a_clearly_narrower_one_at_none(degrees, shift):
+    for width in (0.9001, 0.905, 0.91, 0.92, 0.935, 0.96):
+        ways = narrow_ways(Arrangement.of(oblique_corridor(width, math.radians(degrees), shift)))
+        assert not [way for way in ways if "bench" in way.destinations], width
+    (way,) = narrow_ways(Arrangement.of(oblique_corridor(0.82, math.radians(degrees), shift)))
+    assert "bench" in way.destinations
+    assert way.width == pytest.approx(0.82, abs=0.04)
+
+
 @pytest.mark.parametrize("width", [0.5, 0.7, 0.85])
 def test_a_passage_that_is_too_narrow_is_measured(width: float) -> None:
     (way,) = narrow_ways(Arrangement.of(corridor(width)))

@@ -15,6 +15,8 @@ MOST_CHORDS = 128
 """Most chords of an arc."""
 CONCENTRIC = 0.02
 """Greatest distance between the centers of the two faces of a curved wall, meters."""
+LEAST = 0.6
+"""Length below which a single arc is the rounding of a corner and not the face of a wall, meters."""
 SHARED = 0.5
 """Least share of the shorter arc before which the other one lies."""
 
@@ -86,13 +88,15 @@ def curved_walls(arcs: Sequence[tuple[Arc, float]]) -> list[Stroke]:
         arcs: arcs with the height of their wall, meters.
 
     Raises:
-        OptionError: an arc has no partner within 0.6 m, or takes too many chords.
+        OptionError: an arc of at least 0.6 m has no partner within 0.6 m, or an arc takes too many chords.
     """
     left = sorted(arcs, key=lambda entry: (entry[0].radius, entry[0].center, entry[0].start))
     walls = []
     while left:
         arc, height = left.pop(0)
         partner = next((k for k, (other, _) in enumerate(left) if _shared(arc, other) is not None), None)
+        if partner is None and arc.radius * arc.span < LEAST:
+            continue
         if partner is None:
             x, y = arc.points()[0]
             raise OptionError(

@@ -27,7 +27,10 @@ from labgym.navigation import goal_pose
 STEP = 0.025
 """Spacing of the grid, meters."""
 MARGIN = STEP / 2.0
-"""Half a step: the difference between the clearance of a grid point and that of the points around it, meters."""
+"""Half a step: the difference between the clearance of a grid point and that of the points next to it on its lines."""
+ERROR = STEP / math.sqrt(2.0)
+"""Greatest distance of a point from the nearest grid point, meters. The grid points nearest to the middle line of a way
+are joined, and their clearance is at most this much less than half the width of the way."""
 REACH = 0.30
 """A way leads to furniture narrower than itself if it passes this near to the place in front, meters: such furniture
 may stand in a niche between deeper pieces."""
@@ -52,15 +55,16 @@ class NarrowWay:
     width: float
 
 
-def narrow_ways(arrangement: Arrangement, width: float = EGRESS_WIDTH, margin: float = -MARGIN) -> list[NarrowWay]:
+def narrow_ways(arrangement: Arrangement, width: float = EGRESS_WIDTH, margin: float = -ERROR) -> list[NarrowWay]:
     """Return the exits from which a place of work is not reached by a way of a width in meters.
 
     A place of work is the point 0.60 m before the front of a floor object with a clearance in the catalog. The way
     covers it, or passes within `REACH` of it if the object is narrow. Fronts that are blocked are not considered here.
 
     Args:
-        margin: added to half the width. The default finds only what is too narrow beyond the grid's error; `MARGIN`
-            demands a clearance that is at least the width between the grid points too.
+        margin: added to half the width. With the default a way of the width is found at any angle, and the grid's error
+            may let ways pass that are up to twice `ERROR` narrower; `MARGIN` demands a clearance that is at least the
+            width between the grid points too.
     """
     obstacles, places = tuple(_obstacles(arrangement)), tuple(_places(arrangement, width))
     building = arrangement.building
