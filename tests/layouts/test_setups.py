@@ -128,3 +128,16 @@ def test_a_generated_floor_has_assembled_glassware_and_all_that_the_protocol_req
     assessment = evaluate_layout(layout, layout.protocol, DEFAULT, navigation=True)
     assert (assessment.v, assessment.missing, assessment.errors) == (0, (), ())
     assert contacts(layout) == ()
+
+
+def test_a_hood_takes_a_missing_piece_from_a_bench_unless_the_protocol_ties_it_there() -> None:
+    layout = loose()
+    bench = Placement(id="bench", asset="PreparationBench", position=(3.0, 0.4, 0.0))
+    flask = layout.placement("flask").model_copy(update={"position": (3.0, 0.4, 0.9), "support": "bench"})
+    kept = tuple(flask if p.id == "flask" else p for p in layout.placements)
+    apart = layout.replace(placements=(bench, *kept))
+    taken = made(apart)
+    assert taken.asset(taken.placement("flask").support).name == "RefluxStandOilBath"
+    assert evaluate_layout(taken, None, DEFAULT).v == 0
+    tied = assembled(apart, DEFAULT, np.random.default_rng(1), {"RoundBottomFlask"})
+    assert tied.root("flask").id == "bench"

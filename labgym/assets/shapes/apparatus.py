@@ -26,24 +26,17 @@ PAD = 0.006
 def apparatus_stand(asset: Asset) -> Iterator[Part]:
     """A stand for an apparatus.
 
-    Parameters: `rods` (x, y, top), `clamps` (x, y, z, radius of what they hold, y of their rod), `rings` (the same, of
-    steel), `corks` (x, y, top, inner and outer radius), `blocks` (x, y, bottom, top, radius of the flask), `cones` of
-    rubber (x, y, bottom, top, radii there and of the hole), `bends` of glass (x and z of both ends; y),
-    `rack` (plates with holes).
+    Parameters: `rods` (x, y, top), `clamps` (x, y, z, radius of what they hold, y of their rod), `rings` (the same,
+    of steel), `corks` and `wells` for joints (x, y, top, inner and outer radius), `blocks` (x, y, bottom, top,
+    radius of the flask), `cones` of rubber (x, y, bottom, top, radii there and of the hole), `bends` of glass (x
+    and z of both ends; y), `rack` (plates with holes).
     """
     width, depth, height = extents(asset)
     hw, hd = width / 2.0, depth / 2.0
-    corks = _rows(asset, "corks", 5)
     if flag(asset, "rack"):
         yield from _rack(asset, hw, hd)
-    elif corks:
-        if max(hw, hd) > max(outer for *_, outer in corks) + 1e-6:
-            yield rounded("cork", (-hw, hw), (-hd, hd), (0.0, BASE), 0.012)
-        for x, y, top, inner, outer in corks:
-            ring = [(inner, 0.0), (outer, 0.0), (outer, top), (inner, top), (inner, 0.0)]
-            yield revolved("cork", ring, (x, y, 0.0))
     else:
-        yield rounded("cast_iron", (-hw, hw), (-hd, hd), (0.0, height), 0.012)
+        yield from _base(asset, hw, hd, height)
     for x, y, top in _rows(asset, "rods", 3):
         yield column("stainless", ROD, x, y, (height, top))
     for x, y, z, radius, back in _rows(asset, "clamps", 5):
@@ -62,6 +55,21 @@ def apparatus_stand(asset: Asset) -> Iterator[Part]:
         rise = x1 - x0
         yield from tube(GLASS, 0.020, [(x0, y, z0), (x0 + rise, y, z0 + rise), (x1, y, z1 - 0.012)])
         yield revolved(GLASS, [(0.011, z1 - 0.02), (0.0135, z1 - 0.01), (0.0135, z1)], (x1, y, 0.0))
+
+
+def _base(asset: Asset, hw: float, hd: float, height: float) -> Iterator[Part]:
+    """The base of a stand with rods, or a block or ring of cork."""
+    wells, corks = _rows(asset, "wells", 5), _rows(asset, "corks", 5)
+    if wells:
+        yield rounded("cork", (-hw, hw), (-hd, hd), (0.0, height), 0.008)
+    elif not corks:
+        yield rounded("cast_iron", (-hw, hw), (-hd, hd), (0.0, height), 0.012)
+    elif max(hw, hd) > max(outer for *_, outer in corks) + 1e-6:
+        yield rounded("cork", (-hw, hw), (-hd, hd), (0.0, BASE), 0.012)
+    for low, rings in ((height, wells), (0.0, corks)):
+        for x, y, top, inner, outer in rings:
+            ring = [(inner, low), (outer, low), (outer, top), (inner, top), (inner, low)]
+            yield revolved("cork", ring, (x, y, 0.0))
 
 
 def _arm(x: float, back: float, front: float, z: float) -> Iterator[Part]:

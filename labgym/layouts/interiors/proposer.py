@@ -71,7 +71,9 @@ class FloorProposer:
             SearchLimitError: the search ended without a plan and without a proof of infeasibility.
         """
         generator = np.random.default_rng([request.seed, ASSEMBLY_STREAM])
-        return assembled(self.plan(request).layout(), request.profile, generator)
+        constraints = (rule for protocol in request.protocols for rule in protocol.spatial_constraints)
+        tied = {request.catalog.find(rule.subject).name for rule in constraints if rule.kind == "on"}
+        return assembled(self.plan(request).layout(), request.profile, generator, tied)
 
     def plan(self, request: Request) -> Plan:
         """Return the first plan in which ways lead to everything, filled as the request's style asks for.

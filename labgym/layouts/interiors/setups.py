@@ -6,7 +6,7 @@ The pieces remain separate placements, so that a protocol finds what it requires
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import ClassVar
@@ -27,10 +27,17 @@ DIGITS = 6
 
 
 class Setup(Record):
-    """An apparatus: its stand, and the assets that each slot of the stand can hold, preferred ones first."""
+    """An apparatus.
+
+    Attributes:
+        stand: asset name of its stand.
+        pieces: the assets that each slot of the stand can hold, preferred ones first.
+        least: number of pieces from which on it is assembled; all of them by default.
+    """
 
     stand: str
     pieces: tuple[tuple[str, ...], ...]
+    least: int | None = None
 
 
 class Setups(Document):
@@ -43,10 +50,10 @@ class Setups(Document):
 
 @dataclass(frozen=True)
 class _Apparatus:
-    """A stand and the placements for its slots."""
+    """A stand and the placements in its slots, by slot."""
 
     stand: Asset
-    pieces: tuple[Placement, ...]
+    pieces: dict[int, Placement]
 
 
 @lru_cache
@@ -59,26 +66,49 @@ def published_setups() -> tuple[Setup, ...]:
     return Setups.load(artefacts("assets") / "layouts" / "setups.json").setups
 
 
-def assembled(layout: Layout, profile: Profile, generator: np.random.Generator) -> Layout:
+def assembled(layout: Layout, profile: Profile, generator: np.random.Generator, tied: Collection[str] = ()) -> Layout:
     """Return a layout in which the pieces on each work surface are assembled as far as they make up apparatus.
 
-    The objects on a surface are arranged anew; glassware and stands keep `profile.glass` from its edges. Apparatus
-    that find no place are left in pieces. Fixed objects, and what carries others, stay where they are.
+    Hoods come first, and take missing pieces from benches. The objects on a surface are arranged anew; glassware and
+    stands keep `profile.glass` from its edges. Apparatus that find no place are left in pieces. Fixed objects, and what
+    carries others, stay where they are.
+
+    Args:
+        tied: assets that no hood takes from a bench, because a protocol says on what they stand.
     """
-    for support in layout.placements:
-        asset = layout.asset(support.id)
-        open_surface = asset.subtype == "workbench" or asset.fume_hood
-        if support.support == FLOOR and asset.surfaces and open_surface:
-            layout = _on_surface(layout, support, profile, generator)
+    supports = [placement for placement in layout.placements if _is_work_surface(layout, placement)]
+    for support in sorted(supports, key=lambda support: not layout.asset(support.id).fume_hood):
+        others: list[Placement] = []
+        if layout.asset(support.id).fume_hood:
+            benches = [bench for bench in supports if not layout.asset(bench.id).fume_hood]
+            others = [child for bench in benches for child in _movable(layout, bench) if child.asset not in tied]
+        layout = _on_surface(layout, support, others, profile, generator)
     return layout
 
 
-def _on_surface(layout: Layout, support: Placement, profile: Profile, generator: np.random.Generator) -> Layout:
+def _is_work_surface(layout: Layout, placement: Placement) -> bool:
+    asset = layout.asset(placement.id)
+    return placement.support == FLOOR and bool(asset.surfaces) and (asset.subtype == "workbench" or asset.fume_hood)
+
+
+def _movable(layout: Layout, support: Placement) -> list[Placement]:
+    """Return what stands on a support, is not fixed and carries nothing."""
     standing = [child for child in layout.children(support.id) if child.slot == 0]
-    movable = [child for child in standing if not child.fixed and not layout.children(child.id)]
-    chosen = _choose(layout, movable)
+    return [child for child in standing if not child.fixed and not layout.children(child.id)]
+
+
+def _on_surface(
+    layout: Layout,
+    support: Placement,
+    others: Sequence[Placement],
+    profile: Profile,
+    generator: np.random.Generator,
+) -> Layout:
+    standing = [child for child in layout.children(support.id) if child.slot == 0]
+    movable = _movable(layout, support)
+    chosen = _choose(layout, movable, others)
     while chosen:
-        held = {piece.id for apparatus in chosen for piece in apparatus.pieces}
+        held = {piece.id for apparatus in chosen for piece in apparatus.pieces.values()}
         loose = [child for child in movable if child.id not in held]
         stay = [child for child in standing if child not in movable]
         spots = _arrange(layout, support, chosen, loose, stay, profile, generator)
@@ -88,20 +118,26 @@ def _on_surface(layout: Layout, support: Placement, profile: Profile, generator:
     return layout
 
 
-def _choose(layout: Layout, pieces: Sequence[Placement]) -> list[_Apparatus]:
-    """Return the apparatus that can be made up, each piece in one of them."""
-    free = list(pieces)
+def _choose(layout: Layout, pieces: Sequence[Placement], others: Sequence[Placement]) -> list[_Apparatus]:
+    """Return the apparatus that can be made up of pieces and, where those are too few, of others.
+
+    Each piece is in one apparatus, and each apparatus has one of the first pieces.
+    """
+    free = [*pieces, *others]
     chosen: list[_Apparatus] = []
     for setup in published_setups():
         while True:
-            own: list[Placement] = []
-            for names in setup.pieces:
-                fitting = [piece for name in names for piece in free if piece.asset == name and piece not in own]
-                own += fitting[:1]
-            if len(own) < len(setup.pieces):
+            own: dict[int, Placement] = {}
+            for slot, names in enumerate(setup.pieces):
+                left = [piece for piece in free if piece not in own.values()]
+                fitting = [piece for name in names for piece in left if piece.asset == name]
+                if fitting:
+                    own[slot] = fitting[0]
+            native = any(piece in pieces for piece in own.values())
+            if not native or len(own) < (setup.least or len(setup.pieces)):
                 break
-            chosen.append(_Apparatus(layout.catalog.get(setup.stand), tuple(own)))
-            free = [piece for piece in free if piece not in own]
+            chosen.append(_Apparatus(layout.catalog.get(setup.stand), own))
+            free = [piece for piece in free if piece not in own.values()]
     return chosen
 
 
@@ -136,7 +172,7 @@ def _arrange(
 
 def _stand_item(layout: Layout, apparatus: _Apparatus, profile: Profile) -> Item:
     stand = apparatus.stand
-    tops = [slot.z + layout.asset(p.id).size.height for slot, p in zip(stand.surfaces, apparatus.pieces, strict=True)]
+    tops = [stand.surfaces[k].z + layout.asset(piece.id).size.height for k, piece in apparatus.pieces.items()]
     tops += [fitting.z1 for fitting in stand.fittings]
     return Item(stand.name, stand.size.width, stand.size.depth, max(tops), profile.glass)
 
@@ -168,7 +204,7 @@ def _placed(
         )
         added.append(stand)
         frame = OrientedBox(x, y, apparatus.stand.size.width, apparatus.stand.size.depth, yaw)
-        for slot, piece in enumerate(apparatus.pieces):
+        for slot, piece in apparatus.pieces.items():
             place = apparatus.stand.surfaces[slot]
             position = _rounded(*frame.to_world(place.x, place.y), surface.z0 + place.z)
             changed[piece.id] = piece.model_copy(
