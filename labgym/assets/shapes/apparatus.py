@@ -18,6 +18,8 @@ ROD = 0.012
 """Diameter of a rod, meters."""
 BASE = 0.010
 """Thickness of a base plate, meters."""
+PLATE = 0.006
+"""Thickness of the plate below a well, meters."""
 PAD = 0.006
 """Thickness of the pads of a clamp, meters."""
 
@@ -61,12 +63,12 @@ def _base(asset: Asset, hw: float, hd: float, height: float) -> Iterator[Part]:
     """The base of a stand with rods, or a block or ring of cork."""
     wells, corks = _rows(asset, "wells", 5), _rows(asset, "corks", 5)
     if wells:
-        yield rounded("cork", (-hw, hw), (-hd, hd), (0.0, height), 0.008)
+        yield rounded("cork", (-hw, hw), (-hd, hd), (0.0, PLATE), 0.008)
     elif not corks:
         yield rounded("cast_iron", (-hw, hw), (-hd, hd), (0.0, height), 0.012)
     elif max(hw, hd) > max(outer for *_, outer in corks) + 1e-6:
         yield rounded("cork", (-hw, hw), (-hd, hd), (0.0, BASE), 0.012)
-    for low, rings in ((height, wells), (0.0, corks)):
+    for low, rings in ((PLATE, wells), (0.0, corks)):
         for x, y, top, inner, outer in rings:
             ring = [(inner, low), (outer, low), (outer, top), (inner, top), (inner, low)]
             yield revolved("cork", ring, (x, y, 0.0))
