@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from labgym.assets import Asset
 from labgym.assets.model import APPARATUS_STAND
 from labgym.assets.shapes import Part
-from labgym.geometry import OrientedBox, to_local
+from labgym.geometry import OrientedBox, rotate
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Floor
 from labgym.layouts.ground import without
@@ -105,24 +105,31 @@ class Host:
 
 def hosts(layout: Layout) -> Iterator[Host]:
     """Yield everything that stands on the floor inside a space, in the layout's order."""
+    children: dict[str, list[Placement]] = {}
     for placement in layout.placements:
-        if placement.support != FLOOR:
-            continue
+        children.setdefault(placement.support, []).append(placement)
+    for placement in children.get(FLOOR, ()):
         space = layout.floor.space_at(*placement.position[:2])
         if space is not None:
             asset = layout.asset(placement.id)
-            items = tuple(_items(layout, placement, layout.box(placement.id), None))
+            items = tuple(_items(layout, children, placement.id, layout.box(placement.id), None))
             yield Host(placement, asset, space.use, space.ceiling, items, _backing(layout.floor, placement, asset))
 
 
-def _items(layout: Layout, carrier: Placement, host: OrientedBox, stand: OrientedBox | None) -> Iterator[Item]:
-    for child in layout.children(carrier.id):
+def _items(
+    layout: Layout,
+    children: Mapping[str, Sequence[Placement]],
+    carrier: str,
+    host: OrientedBox,
+    stand: OrientedBox | None,
+) -> Iterator[Item]:
+    for child in children.get(carrier, ()):
         box = layout.box(child.id)
         x, y = host.to_local(box.x, box.y)
         local = OrientedBox(x, y, box.width, box.depth, box.yaw - host.yaw, box.z0 - host.z0, box.z1 - host.z0)
         yield Item(child.id, layout.asset(child.id), local, stand)
         held = layout.asset(child.id).subtype == APPARATUS_STAND
-        yield from _items(layout, child, host, local if held else None)
+        yield from _items(layout, children, child.id, host, local if held else None)
 
 
 def _backing(floor: Floor, placement: Placement, asset: Asset) -> Backing | None:
@@ -131,7 +138,7 @@ def _backing(floor: Floor, placement: Placement, asset: Asset) -> Backing | None
     best: Backing | None = None
     for index, wall in enumerate(floor.walls):
         turn = placement.yaw - wall.yaw
-        along, across = to_local([(x, y)], (*wall.start, wall.yaw))[0].tolist()
+        along, across = rotate(x - wall.start[0], y - wall.start[1], -wall.yaw)
         side = math.copysign(1.0, across)
         if math.cos(turn) * side < ALIGNED:
             continue
