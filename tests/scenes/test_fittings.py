@@ -210,6 +210,16 @@ def test_the_gas_line_begins_at_the_regulator_and_ends_at_the_ceiling(layout: La
     assert distance(mesh, points) < 0.005
 
 
+def test_the_gas_line_keeps_clear_of_what_hangs_on_the_wall(layout: Layout) -> None:
+    sign = Placement(id="sign", asset="SafetySign", position=(7.985, 4.04, 1.6), yaw=HALF, support="wall")
+    signed = layout.replace(placements=(*layout.placements, sign))
+    box = signed.box("sign")
+    points = vertices(only(signed, "gas_line", "cylinder"))
+    local = np.array([box.to_local(x, y) for x, y in points[:, :2]])
+    covered = (np.abs(local[:, 0]) < box.width / 2.0) & (points[:, 2] > box.z0) & (points[:, 2] < box.z1)
+    assert not (covered & (points[:, 0] > 7.93)).any()
+
+
 def test_hoses_join_evaporator_pump_and_water_valves(layout: Layout) -> None:
     hoses = only(layout, "hose", "rotavap")
     for owner, material in (("rotavap", "hose_red"), ("pump", "hose_red"), ("rotavap", "silicone_blue")):

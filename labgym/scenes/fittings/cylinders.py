@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from labgym.assets.shapes.parts import ALONG_Y, Part, Vector, block, column, cylinder, rod
-from labgym.scenes.fittings.hosts import Backing, Host
+from labgym.geometry import OrientedBox
+from labgym.scenes.fittings.hosts import Backing, Host, overlap
 from labgym.scenes.fittings.installation import Installation
 from labgym.scenes.fittings.sweep import curve, hose
 
@@ -30,8 +31,9 @@ def cylinders(host: Host) -> Iterator[Installation]:
     half = host.asset.size.width / 2.0
     if len(backing.free((-half - 0.06, half + 0.06), 0.3, PANEL + 0.2)) == 1:
         yield host.installation("restraint", _restraint(host, backing), backing.wall)
-        if host.ceiling > PANEL + 0.3:
-            yield host.installation("gas_line", _line(host, backing), backing.wall)
+        place = _free_place(host, backing)
+        if place is not None and host.ceiling > PANEL + 0.3:
+            yield host.installation("gas_line", _line(host, backing, place), backing.wall)
 
 
 def _restraint(host: Host, backing: Backing) -> Iterator[Part]:
@@ -84,10 +86,23 @@ def _at(path: list[Vector], lengths: list[float], distance: float) -> Vector:
     return path[-1]
 
 
-def _line(host: Host, backing: Backing) -> Iterator[Part]:
+def _free_place(host: Host, backing: Backing) -> float | None:
+    """Return where along the wall a pipe covers nothing that hangs there, near the cylinder's middle, or None."""
+    radius = host.asset.size.width / 2.0
+    wall = -radius - backing.gap
+    for share in (0.35, -0.35, 1.2, -1.2, 2.0, -2.0):
+        x = share * radius
+        pipe = OrientedBox(x, wall + 0.03, 0.12, 0.06, 0.0, PANEL - 0.08, host.ceiling)
+        if backing.free((x - 0.06, x + 0.06), PANEL, host.ceiling) == [(x - 0.06, x + 0.06)]:
+            if not any(overlap(pipe, box) for box in host.mounted):
+                return x
+    return None
+
+
+def _line(host: Host, backing: Backing, x: float) -> Iterator[Part]:
     """A hose from the regulator to a valve on the wall, and a pipe from there to the ceiling."""
     radius, height = host.asset.size.width / 2.0, host.asset.size.height
-    wall, x = -radius - backing.gap, radius * 0.35
+    wall = -radius - backing.gap
     yield block("trunking", (x - 0.05, x + 0.05), (wall, wall + 0.012), (PANEL - 0.07, PANEL + 0.07))
     yield cylinder("brass", 0.03, 0.05, (x, wall + 0.035, PANEL), ALONG_Y)
     yield block("signal_blue", (x - 0.03, x + 0.03), (wall + 0.058, wall + 0.066), (PANEL - 0.006, PANEL + 0.006))

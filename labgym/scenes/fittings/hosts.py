@@ -13,7 +13,7 @@ from labgym.geometry import OrientedBox, rotate
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Floor
 from labgym.layouts.ground import without
-from labgym.layouts.model import FLOOR
+from labgym.layouts.model import FLOOR, WALL
 from labgym.scenes.fittings.installation import Installation, Kind, moved
 from labgym.scenes.rectangle import nearest_wall
 from labgym.scenes.wall_faces import upper, wall_name
@@ -22,6 +22,8 @@ NEAR = 0.12
 """Largest distance between a piece of furniture and the wall behind it, meters."""
 ALIGNED = math.cos(math.radians(1.0))
 """Cosine of the largest angle between the back of furniture and the wall behind it."""
+NEARBY = 2.0
+"""Distance within which wall-mounted objects are looked at, meters."""
 FRAME = 0.08
 """Width of wall around an opening that its frame takes, meters."""
 
@@ -75,6 +77,7 @@ class Host:
     Attributes:
         use: use of the space that it stands in. ceiling: height of that space, meters.
         items: everything on or in it. backing: the wall behind it, or None.
+        mounted: bounding boxes of what hangs on walls nearby, in its frame.
     """
 
     placement: Placement
@@ -83,6 +86,7 @@ class Host:
     ceiling: float
     items: tuple[Item, ...]
     backing: Backing | None
+    mounted: tuple[OrientedBox, ...] = ()
 
     @property
     def half(self) -> tuple[float, float]:
@@ -113,7 +117,9 @@ def hosts(layout: Layout) -> Iterator[Host]:
         if space is not None:
             asset = layout.asset(placement.id)
             items = tuple(_items(layout, children, placement.id, layout.box(placement.id), None))
-            yield Host(placement, asset, space.use, space.ceiling, items, _backing(layout.floor, placement, asset))
+            backing = _backing(layout.floor, placement, asset)
+            mounted = tuple(_mounted(layout, children.get(WALL, ()), placement)) if backing is not None else ()
+            yield Host(placement, asset, space.use, space.ceiling, items, backing, mounted)
 
 
 def _items(
@@ -124,12 +130,23 @@ def _items(
     stand: OrientedBox | None,
 ) -> Iterator[Item]:
     for child in children.get(carrier, ()):
-        box = layout.box(child.id)
-        x, y = host.to_local(box.x, box.y)
-        local = OrientedBox(x, y, box.width, box.depth, box.yaw - host.yaw, box.z0 - host.z0, box.z1 - host.z0)
+        local = _local(layout.box(child.id), host)
         yield Item(child.id, layout.asset(child.id), local, stand)
         held = layout.asset(child.id).subtype == APPARATUS_STAND
         yield from _items(layout, children, child.id, host, local if held else None)
+
+
+def _mounted(layout: Layout, hanging: Sequence[Placement], placement: Placement) -> Iterator[OrientedBox]:
+    """Yield the boxes of wall-mounted objects within `NEARBY` of an object, in its frame."""
+    host = layout.box(placement.id)
+    for each in hanging:
+        if math.dist(each.position[:2], placement.position[:2]) < NEARBY:
+            yield _local(layout.box(each.id), host)
+
+
+def _local(box: OrientedBox, host: OrientedBox) -> OrientedBox:
+    x, y = host.to_local(box.x, box.y)
+    return OrientedBox(x, y, box.width, box.depth, box.yaw - host.yaw, box.z0 - host.z0, box.z1 - host.z0)
 
 
 def _backing(floor: Floor, placement: Placement, asset: Asset) -> Backing | None:

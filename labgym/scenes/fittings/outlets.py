@@ -90,7 +90,8 @@ def _trunking(host: Host) -> Iterator[Supply]:
     low, high = top + RISE, top + RISE + TALL
     wall, face = -depth - backing.gap, -depth + DEEP
     tall = [item.box.bounds() for item in host.items if item.box.z1 > low and item.box.z0 < high]
-    behind = [(x0 - CLEAR, x1 + CLEAR) for x0, y0, x1, _ in tall if y0 < face + 0.002]
+    tall += [box.bounds() for box in host.mounted if box.z1 > low and box.z0 < high]
+    behind = [(x0 - CLEAR, x1 + CLEAR) for x0, y0, x1, y1 in tall if y0 < face + 0.002 and y1 > wall - 0.02]
     parts: list[Part] = []
     outlets: list[Outlet] = []
     for span in backing.free((-half + 0.01, half - 0.01), low, high):
