@@ -11,12 +11,15 @@ from tempfile import TemporaryDirectory
 
 from fuzz.mutation import mutated_bytes, mutated_file
 from fuzz.target import Case, Target
+from labgym.exchange.fixed import read_fixed
 from labgym.exchange.formats import compile_layout, read_floor
 from labgym.exchange.inventory import read_inventory
 from labgym.exchange.labbuilder.reading import read_labbuilder
 from labgym.layouts import load_published, published
 
 TABLE = 'asset,count,note\nrotovap,2,"room 3, left"\nRotaryEvaporator,1,\nMagneticStirrer,,old\n烧杯,4,\n'
+
+FIXED = "id,asset,x,y,yaw_deg,width\nsink,SinkBench,0.4,4.0,-90,\n,LabBench,3,0.4,0,1.4\nboard,Whiteboard,2,0.02,0,\n"
 
 
 def targets() -> Iterator[Target]:
@@ -26,6 +29,7 @@ def targets() -> Iterator[Target]:
     yield Target("ros map description", partial(_ros, True), partial(_read_floor, "map.yaml"), ("yaml",), share=0.5)
     yield Target("ros map image", partial(_ros, False), partial(_read_floor, "map.yaml"), ("yaml",), share=0.5)
     yield Target("inventory csv", lambda: _inventory, lambda folder: read_inventory(folder / "a.csv"), share=0.5)
+    yield Target("fixed pieces csv", lambda: _fixed, lambda folder: read_fixed(folder / "a.csv"), share=0.5)
     yield Target("labbuilder scene", _scene, _read_scene, share=0.5)
 
 
@@ -115,3 +119,7 @@ def _foreign_drawing() -> str:
     stream = io.StringIO()
     drawing.write(stream)
     return stream.getvalue()
+
+
+def _fixed(rng: Random | None) -> Case:
+    return {"a.csv": FIXED.encode() if rng is None else mutated_file(rng, FIXED)}
