@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import json
-import random
 import signal
 from pathlib import Path
 
@@ -143,10 +142,12 @@ def test_another_seed_needs_another_folder(batch: Path) -> None:
         generate_batch(["sub_01", "red_03"], 4, batch, seed=1, room="bay_small", shard=2, progress=False)
 
 
-@pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
-def test_a_killed_batch_resumes_to_the_same_files(batch: Path, tmp_path: Path, by: signal.Signals) -> None:
+def test_a_batch_that_is_killed_again_and_again_resumes_to_the_same_files(batch: Path, tmp_path: Path) -> None:
     folder = tmp_path / "killed"
     words = (*WORDS, "--workers", "2", "--out", str(folder))
-    after = killing.lines(folder / "ledger.jsonl", random.Random(by).randint(1, 3))
-    seen = killing.check(words, folder, killing.tree(batch), by, after)
-    assert seen.finished < 4
+    kills = [
+        (by, killing.lines(folder / "ledger.jsonl", count))
+        for count, by in enumerate((signal.SIGKILL, signal.SIGTERM, signal.SIGINT), start=1)
+    ]
+    seen = killing.check(words, folder, killing.tree(batch), *kills)
+    assert seen[0].finished < 4

@@ -27,5 +27,6 @@ def test_a_killed_training_ends_with_the_same_files(kind: str, by: signal.Signal
     killing.run((PROGRAM, kind, str(tmp_path / "whole"), str(data)))
     folder = tmp_path / "killed"
     words = (PROGRAM, kind, str(folder), str(data))
-    seen = killing.check(words, folder, killing.tree(tmp_path / "whole"), by, killing.lines(folder / WATCHED[kind], 2))
+    moment = killing.lines(folder / WATCHED[kind], 2)
+    (seen,) = killing.check(words, folder, killing.tree(tmp_path / "whole"), (by, moment))
     assert seen.returncode == -by  # A program without labgym's command line is killed by either signal.

@@ -77,4 +77,4 @@ def test_a_single_file_that_cannot_be_read_is_an_error(folder: Path, tmp_path: P
 def test_a_killed_import_ends_with_the_same_files(folder: Path, whole: Path, tmp_path: Path) -> None:
     out = tmp_path / "killed"
     words = ("protocols", "import", str(folder), "--format", "xdl", "--out", str(out), "--workers", "2")
-    killing.check(words, out, killing.tree(whole), signal.SIGKILL, killing.lines(out / "ledger.jsonl", 4))
+    killing.check(words, out, killing.tree(whole), (signal.SIGKILL, killing.lines(out / "ledger.jsonl", 4)))

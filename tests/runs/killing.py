@@ -133,20 +133,25 @@ def kill_worker(words: Sequence[str], after: Moment, chooser: random.Random) -> 
     return killed
 
 
-def check(words: Sequence[str], folder: Path, expected: dict[str, str], by: signal.Signals, after: Moment) -> Kill:
-    """Kill a command, run it again to its end, and compare its folder with the expected files.
+def check(
+    words: Sequence[str], folder: Path, expected: dict[str, str], *kills: tuple[signal.Signals, Moment]
+) -> list[Kill]:
+    """Kill a command once or several times, run it to its end, and compare its folder with the expected files.
 
     Raises:
         AssertionError: the exit code is not the signal's, processes or temporary files remain, or a file differs.
     """
-    outcome = kill(words, folder, by, after)
-    # Killed by the signal (before Python handles it), ended by it in good order, or done before it came.
-    assert outcome.returncode in (-by, 128 + by, 0), outcome
-    assert not outcome.survivors, outcome
+    outcomes = []
+    for by, after in kills:
+        outcome = kill(words, folder, by, after)
+        # Killed by the signal (before Python handles it), ended by it in good order, or done before it came.
+        assert outcome.returncode in (-by, 128 + by, 0), outcome
+        assert not outcome.survivors, outcome
+        outcomes.append(outcome)
     run(words)
     assert tree(folder) == expected
     assert not temporary_files(folder)
-    return outcome
+    return outcomes
 
 
 def temporary_files(folder: Path) -> list[Path]:
@@ -223,7 +228,7 @@ def main() -> int:
                 outcome: object = kill_worker(words, after, chooser)
                 assert tree(folder) == expected
             else:
-                outcome = check(words, folder, expected, by, after)
+                outcome = check(words, folder, expected, (by, after))[0]
             report(f"{number} {name} {when}: {outcome}")
             shutil.rmtree(folder)
         except AssertionError as error:

@@ -37,7 +37,7 @@ def test_a_killed_evaluation_resumes_to_the_same_bytes(
 ) -> None:
     folder = tmp_path / "killed"
     after = killing.lines(folder / "ledger.jsonl", random.Random(by).randint(1, 2))
-    seen = killing.check(words(suite, folder, workers), folder, undisturbed, by, after)
+    (seen,) = killing.check(words(suite, folder, workers), folder, undisturbed, (by, after))
     assert seen.finished < len(LAYOUTS)
 
 
