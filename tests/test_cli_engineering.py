@@ -190,6 +190,9 @@ def test_compile_interactive_writes_joints_and_refuses_formats_without_them(call
     code, _, error = call("compile", NAME, "--out", "x.glb", "--format", "glb", "--interactive")
     assert (code, error.count("\n")) == (2, 1)
     assert "format glb has no moving parts" in error
+    code, _, error = call("compile", NAME, "--out", "z", "--format", "usd", "--interactive", "--loose")
+    assert code == 2
+    assert "--loose is for mjcf" in error
     code, _, error = call("compile", NAME, "--out", "y", "--loose")
     assert code == 2
     assert "add --interactive" in error

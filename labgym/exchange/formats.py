@@ -30,7 +30,7 @@ def formats() -> Mapping[str, Format]:
     """Return the formats by name."""
     return {
         "mjcf": Format("", _mjcf, _interactive_mjcf),
-        "usd": Format("", _usd),
+        "usd": Format("", _usd, _interactive_usd),
         "glb": Format(".glb", _glb),
         "dxf": Format(".dxf", _dxf),
         "pdf": Format(".pdf", _plan),
@@ -119,6 +119,14 @@ def _usd(layout: Layout, out: Path) -> Path:
     from labgym import scenes
 
     return scenes.write_usd(layout, out)
+
+
+def _interactive_usd(layout: Layout, out: Path, loose: bool) -> Path:
+    from labgym import scenes
+
+    if loose:
+        raise OptionError("--loose is for mjcf; in usd, instruments and glassware on surfaces are free bodies anyway")
+    return scenes.write_usd(layout, out, interactive=True)
 
 
 def _glb(layout: Layout, out: Path) -> Path:

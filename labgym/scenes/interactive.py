@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ from labgym.assets.articulation import (
 )
 from labgym.assets.shapes import Part
 from labgym.assets.shapes.joints import MECHANISMS, Joint
-from labgym.geometry import OrientedBox
+from labgym.geometry import OrientedBox, rotate
 from labgym.layouts import Layout, Placement
 from labgym.layouts.model import FLOOR, WALL
 from labgym.scenes.finishes import finishes_at, palette
@@ -56,8 +56,15 @@ def add_moving_scene(scene: SpecBuilder, layout: Layout, loose: bool = False) ->
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     for leaf in leaves_of(layout.floor):
         _add_leaf(scene, leaf)
-    for placement in layout.placements:
-        _add_placement(scene, layout, placement, loose)
+    bodies: dict[str, mujoco.MjsBody] = {}
+    for placement in sorted(layout.placements, key=lambda each: _stand(layout, each) is not None):
+        bodies[placement.id] = _add_placement(scene, layout, placement, bodies, loose)
+
+
+def _stand(layout: Layout, placement: Placement) -> str | None:
+    """Return the id of the stand that holds a piece of an apparatus; None for anything else."""
+    stand = layout.apparatus(placement.id)
+    return None if stand == placement.id else stand
 
 
 def _friction(layout: Layout, placement: Placement, loose: bool) -> float | None:
@@ -67,14 +74,28 @@ def _friction(layout: Layout, placement: Placement, loose: bool) -> float | None
         return None if foot is None else foot.friction
     if placement.support == WALL:
         return None
+    if _stand(layout, placement) is not None:
+        return None
     on_free = footing(layout.asset(layout.root(placement.id).id)) is not None
     return ITEM_FRICTION if loose or on_free else None
 
 
-def _add_placement(scene: SpecBuilder, layout: Layout, placement: Placement, loose: bool) -> None:
-    """Add a placement as a body with a child body for each of its joints."""
+def _add_placement(
+    scene: SpecBuilder, layout: Layout, placement: Placement, bodies: Mapping[str, mujoco.MjsBody], loose: bool
+) -> mujoco.MjsBody:
+    """Add a placement as a body with a child body for each of its joints, and return the body.
+
+    A piece of an apparatus is fixed to its stand.
+    """
     asset, friction = drawn_asset(layout, placement.id), _friction(layout, placement, loose)
-    body = scene.spec.worldbody.add_body(name=placement.id, pos=placement.position, quat=_yaw(placement.yaw))
+    stand = _stand(layout, placement)
+    if stand is None:
+        body = scene.spec.worldbody.add_body(name=placement.id, pos=placement.position, quat=_yaw(placement.yaw))
+    else:
+        base, (x, y, z) = layout.placement(stand), placement.position
+        dx, dy = rotate(x - base.position[0], y - base.position[1], -base.yaw)
+        local = [dx, dy, z - base.position[2]]
+        body = bodies[stand].add_body(name=placement.id, pos=local, quat=_yaw(placement.yaw - base.yaw))
     places = values(asset, placement.state)
     own = joints(asset)
     _set_inertia(body, asset, sum(joint.mass - MECHANISMS[joint.mechanism].content for joint in own.values()))
@@ -96,6 +117,7 @@ def _add_placement(scene: SpecBuilder, layout: Layout, placement: Placement, loo
     for name, joint in own.items():
         moving = [posed_part(part, places[name]) for part in parts if part.joint == joint]
         _add_joint(scene, body, f"{placement.id}/{name}", joint, places[name], moving)
+    return body
 
 
 def _add_joint(

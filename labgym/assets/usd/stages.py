@@ -11,7 +11,7 @@ from labgym.assets.archive import convex_bodies
 from labgym.assets.articulation import State, posed_parts, posed_solids
 from labgym.assets.model import Asset
 from labgym.assets.shapes import Part, build
-from labgym.assets.textures import texture
+from labgym.assets.textures import Texture, texture
 from labgym.assets.usd.attributes import write_attributes
 from labgym.assets.usd.bodies import write_collider, write_convex, write_part
 from labgym.assets.usd.labels import write_labels
@@ -39,35 +39,90 @@ def asset_layer(asset: Asset, state: State = (), painted: Mapping[str, str] = UN
     Raises:
         MissingDependencyError: usd-core is not installed.
     """
-    try:
-        from pxr import Sdf, Usd
-    except ImportError:
-        raise MissingDependencyError("usd-core", "writing USD", "usd") from None
-    # A stage alone would not keep its layer alive.
-    layer = Sdf.Layer.CreateAnonymous(asset.name)
+    layer, stage = new_layer(asset.name)
     parts = posed_parts(asset, state) if state else build(asset)
-    dressed = [replace(part, material=painted.get(part.material, part.material)) for part in parts]
-    _write(Usd.Stage.Open(layer), asset, state, dressed, images)
+    _write(stage, asset, state, repainted(parts, painted), images)
     return layer
 
 
-def _write(stage: Any, asset: Asset, state: State, parts: Sequence[Part], images: str) -> None:
-    from pxr import Usd, UsdGeom, UsdPhysics
+def repainted(parts: Sequence[Part], painted: Mapping[str, str]) -> list[Part]:
+    """Return parts with other materials in place of some."""
+    return [replace(part, material=painted.get(part.material, part.material)) for part in parts]
 
+
+def new_layer(name: str) -> tuple[Any, Any]:
+    """Return an anonymous `pxr.Sdf.Layer` and a stage of it in meters and kilograms, z up.
+
+    Raises:
+        MissingDependencyError: usd-core is not installed.
+    """
+    try:
+        from pxr import Sdf, Usd, UsdGeom, UsdPhysics
+    except ImportError:
+        raise MissingDependencyError("usd-core", "writing USD", "usd") from None
+    # A stage alone would not keep its layer alive.
+    layer = Sdf.Layer.CreateAnonymous(name)
+    stage = Usd.Stage.Open(layer)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
+    return layer, stage
+
+
+def define_asset(stage: Any, asset: Asset) -> Any:
+    """Define the default prim of an asset's stage with its labels and attributes, and return it."""
+    from pxr import Usd, UsdGeom
+
     root = UsdGeom.Xform.Define(stage, f"/{asset.name}").GetPrim()
     stage.SetDefaultPrim(root)
     Usd.ModelAPI(root).SetKind("component")
     Usd.ModelAPI(root).SetAssetName(asset.name)
+    write_labels(root, {"class": asset.name, "category": asset.category})
+    write_attributes(root, asset)
+    return root
+
+
+Looks = Mapping[str, tuple[Any, Texture | None]]
+"""Materials in a stage, and their textures, by name."""
+
+
+def write_looks(stage: Any, path: str, parts: Sequence[Part], images: str = "") -> Looks:
+    """Define the materials of parts under a path and return them with their textures by name.
+
+    Args:
+        images: folder of the images of textured materials, relative to the layer's; without it colors are even.
+    """
+    from pxr import UsdGeom
+
+    UsdGeom.Scope.Define(stage, path)
+    names = sorted({part.material for part in parts})
+    textures = {name: texture(name) if images else None for name in names}
+    files = {name: f"{images}/{name}.png" for name, image in textures.items() if image is not None}
+    return {name: (write_look(stage, f"{path}/{name}", name, files.get(name)), textures[name]) for name in names}
+
+
+def write_geometry(stage: Any, path: str, parts: Sequence[Part], looks: Looks) -> None:
+    """Define the prims of parts under a path, bound to their materials."""
+    from pxr import UsdGeom, UsdShade
+
+    UsdGeom.Scope.Define(stage, path)
+    for k, part in enumerate(parts):
+        material, image = looks[part.material]
+        prim = write_part(stage, f"{path}/{part.material}_{k}", part, image)
+        UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
+
+
+def _write(stage: Any, asset: Asset, state: State, parts: Sequence[Part], images: str) -> None:
+    from pxr import UsdGeom, UsdPhysics
+
+    root = stage.DefinePrim(f"/{asset.name}", "Xform")
     body = UsdPhysics.RigidBodyAPI.Apply(root)
     if asset.kind == "facility":
         body.CreateKinematicEnabledAttr(True)
     UsdPhysics.MassAPI.Apply(root).CreateMassAttr(asset.mass)
-    write_labels(root, {"class": asset.name, "category": asset.category})
-    write_attributes(root, asset)
-    _write_geometry(stage, asset, parts, images)
+    define_asset(stage, asset)
+    looks = write_looks(stage, f"/{asset.name}/Looks", parts, images)
+    write_geometry(stage, f"/{asset.name}/Geometry", parts, looks)
     UsdGeom.Scope.Define(stage, f"/{asset.name}/Colliders").CreatePurposeAttr(UsdGeom.Tokens.guide)
     bodies = convex_bodies(asset)
     for k, (vertices, faces) in enumerate(bodies):
@@ -75,17 +130,3 @@ def _write(stage: Any, asset: Asset, state: State, parts: Sequence[Part], images
     solids = posed_solids(asset, state) if state else asset.solids()
     for k, box in enumerate(() if bodies else solids):
         write_collider(stage, f"/{asset.name}/Colliders/box_{k}", box)
-
-
-def _write_geometry(stage: Any, asset: Asset, parts: Sequence[Part], images: str) -> None:
-    from pxr import UsdGeom, UsdShade
-
-    UsdGeom.Scope.Define(stage, f"/{asset.name}/Looks")
-    names = sorted({part.material for part in parts})
-    textures = {name: texture(name) if images else None for name in names}
-    files = {name: f"{images}/{name}.png" for name, image in textures.items() if image is not None}
-    looks = {name: write_look(stage, f"/{asset.name}/Looks/{name}", name, files.get(name)) for name in names}
-    UsdGeom.Scope.Define(stage, f"/{asset.name}/Geometry")
-    for k, part in enumerate(parts):
-        prim = write_part(stage, f"/{asset.name}/Geometry/{part.material}_{k}", part, textures[part.material])
-        UsdShade.MaterialBindingAPI.Apply(prim).Bind(looks[part.material])

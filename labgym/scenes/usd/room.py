@@ -32,8 +32,12 @@ LABELS = {
 """Semantic class of the building's surfaces by material; all others are walls."""
 
 
-def room_layer(floor: Floor) -> Any:
-    """Return walls and floor as an anonymous `pxr.Sdf.Layer` whose default prim has Geometry, Looks and Colliders."""
+def room_layer(floor: Floor, leaves: bool = True) -> Any:
+    """Return walls and floor as an anonymous `pxr.Sdf.Layer` whose default prim has Geometry, Looks and Colliders.
+
+    Args:
+        leaves: whether to include the leaves of interior doors.
+    """
     from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
     layer = Sdf.Layer.CreateAnonymous("room")
@@ -44,7 +48,7 @@ def room_layer(floor: Floor) -> Any:
     root = UsdGeom.Xform.Define(stage, "/Room").GetPrim()
     stage.SetDefaultPrim(root)
     Usd.ModelAPI(root).SetKind("component")
-    surfaces = _surfaces(floor)
+    surfaces = _surfaces(floor, leaves)
     UsdGeom.Scope.Define(stage, "/Room/Looks")
     materials = sorted({material for _, material, _, _ in surfaces})
     textures = {material: texture_on(floor, material) for material in materials}
@@ -56,17 +60,17 @@ def room_layer(floor: Floor) -> Any:
         UsdShade.MaterialBindingAPI.Apply(mesh).Bind(looks[material])
         write_labels(mesh, {"class": LABELS.get(material, "wall")})
     UsdGeom.Scope.Define(stage, "/Room/Colliders").CreatePurposeAttr(UsdGeom.Tokens.guide)
-    solids = building_solids(floor)
+    solids = building_solids(floor, leaves)
     for name, box in zip(identifiers(list(solids)), solids.values(), strict=True):
         write_collider(stage, f"/Room/Colliders/{name}", box)
     write_collider(stage, "/Room/Colliders/floor", _floor_box(floor))
     return layer
 
 
-def _surfaces(floor: Floor) -> list[tuple[str, str, Array, Faces]]:
+def _surfaces(floor: Floor, leaves: bool) -> list[tuple[str, str, Array, Faces]]:
     """Return name, material, vertices and faces of the floor and of each block of the walls."""
     surfaces: list[tuple[str, str, Array, Faces]] = []
-    for patch in (*floor_patches(floor), *building_patches(floor)):
+    for patch in (*floor_patches(floor), *building_patches(floor, leaves)):
         # Blocks that abut would be a mesh with points in the same place.
         surfaces += [(patch.name, patch.material, patch.vertices, faces) for faces in connected(patch.faces)]
     return surfaces

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from labgym.assets import Asset
-from labgym.assets.articulation import State
-from labgym.assets.usd import asset_layer, write_labels, write_layer
+from labgym.assets.articulation import State, joints
+from labgym.assets.usd import BODY, articulated_layer, asset_layer, write_labels, write_layer
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Finishes
 from labgym.layouts.model import WALL
@@ -22,6 +22,7 @@ from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh, scene_mesh
 from labgym.scenes.usd.cameras import write_cameras
 from labgym.scenes.usd.fittings import fittings_layer
 from labgym.scenes.usd.lights import write_lights
+from labgym.scenes.usd.moving import doors_layer, pose_parts, release
 from labgym.scenes.usd.names import identifiers, write_note
 from labgym.scenes.usd.room import TEXTURE_FOLDER, room_layer
 from labgym.scenes.views import views
@@ -29,15 +30,17 @@ from labgym.scenes.views import views
 STAGE_FILE = "scene.usda"
 ROOM_FILE = "room.usdc"
 FITTINGS_FILE = "fittings.usdc"
+DOORS_FILE = "doors.usdc"
 ASSET_FOLDER = "assets"
 ROOT = "/Laboratory"
+FRICTIONS = f"{ROOT}/PhysicsMaterials"
 GRAVITY = 9.81
 
 Dressed = tuple[Asset, State, Finishes]
 """An asset in a state of its moving parts and in the finishes of a space."""
 
 
-def write_usd(layout: Layout, folder: str | Path) -> Path:
+def write_usd(layout: Layout, folder: str | Path, interactive: bool = False) -> Path:
     """Write a layout as `folder/scene.usda`, `folder/room.usdc` and `folder/assets`; return the stage's path.
 
     The stage is in meters, z up. `/Laboratory` has these children: `Room`, with visible and collision geometry of
@@ -48,28 +51,50 @@ def write_usd(layout: Layout, folder: str | Path) -> Path:
     be moved; its references are relative. The files are written to a temporary folder, which then replaces an earlier
     stage.
 
+    Args:
+        interactive: whether drawers, doors and sashes are rigid bodies with physics joints, stools, trolleys and boxes
+            free bodies, and interior doors bodies on hinges in `Doors`, from `folder/doors.usdc`.
+
     Raises:
         LabgymError: the folder exists and is not a stage of labgym.
         MissingDependencyError: usd-core is not installed.
     """
     folder = Path(folder)
-    files = _asset_files(layout)
-    with whole_folder(
-        folder, (STAGE_FILE, ROOM_FILE, FITTINGS_FILE, ASSET_FOLDER, TEXTURE_FOLDER), "USD stage of labgym"
-    ) as fresh:
+    files = _asset_files(layout, interactive)
+    names = (STAGE_FILE, ROOM_FILE, FITTINGS_FILE, DOORS_FILE, ASSET_FOLDER, TEXTURE_FOLDER)
+    with whole_folder(folder, names, "USD stage of labgym") as fresh:
         images = "" if layout.floor.is_rectangle else f"../{TEXTURE_FOLDER}"
         for (asset, state, finishes), file in files.items():
-            write_layer(asset_layer(asset, state, palette(finishes), images), fresh / file)
-        write_layer(room_layer(layout.floor), fresh / ROOM_FILE)
+            if interactive and _has_joints(asset):
+                layer = articulated_layer(asset, palette(finishes), images)
+            else:
+                layer = asset_layer(asset, state, palette(finishes), images)
+            write_layer(layer, fresh / file)
+        write_layer(room_layer(layout.floor, leaves=not interactive), fresh / ROOM_FILE)
         _write_textures(layout, fresh / TEXTURE_FOLDER)
+        referenced = {"Room": ROOM_FILE}
         added = installations(layout)
         if added:
             write_layer(fittings_layer(added), fresh / FITTINGS_FILE)
-        _write_stage(layout, files, fresh / STAGE_FILE, bool(added))
+            referenced["Fittings"] = FITTINGS_FILE
+        if interactive and any(part.kind == "leaf" for part in layout.floor.parts):
+            write_layer(doors_layer(layout.floor), fresh / DOORS_FILE)
+            referenced["Doors"] = DOORS_FILE
+        _write_stage(layout, files, fresh / STAGE_FILE, referenced, interactive)
     return folder / STAGE_FILE
 
 
-def _write_stage(layout: Layout, files: Mapping[Dressed, str], path: Path, fitted: bool) -> None:
+def _has_joints(asset: Asset) -> bool:
+    return bool(joints(asset))
+
+
+def _write_stage(
+    layout: Layout,
+    files: Mapping[Dressed, str],
+    path: Path,
+    referenced: Mapping[str, str],
+    interactive: bool,
+) -> None:
     from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
     stage = Usd.Stage.CreateNew(str(path))
@@ -88,48 +113,61 @@ def _write_stage(layout: Layout, files: Mapping[Dressed, str], path: Path, fitte
     physics.CreateGravityMagnitudeAttr(GRAVITY)
     write_lights(stage, f"{ROOT}/Lights", layout.floor)
     write_cameras(stage, f"{ROOT}/Cameras", views(layout))
-    UsdGeom.Xform.Define(stage, f"{ROOT}/Room").GetPrim().GetReferences().AddReference(f"./{ROOM_FILE}")
-    if fitted:
-        UsdGeom.Xform.Define(stage, f"{ROOT}/Fittings").GetPrim().GetReferences().AddReference(f"./{FITTINGS_FILE}")
-    _write_placements(stage, layout, files)
+    for name, file in referenced.items():
+        UsdGeom.Xform.Define(stage, f"{ROOT}/{name}").GetPrim().GetReferences().AddReference(f"./{file}")
+    _write_placements(stage, layout, files, interactive)
     stage.GetRootLayer().Save()
 
 
-def _write_placements(stage: Any, layout: Layout, files: Mapping[Dressed, str]) -> None:
+def _write_placements(stage: Any, layout: Layout, files: Mapping[Dressed, str], interactive: bool) -> None:
     from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
     path = f"{ROOT}/Placements"
     Usd.ModelAPI(UsdGeom.Xform.Define(stage, path).GetPrim()).SetKind("group")
+    if interactive:
+        UsdGeom.Scope.Define(stage, FRICTIONS)
     names = identifiers([placement.id for placement in layout.placements])
     for name, placement in zip(names, layout.placements, strict=True):
         pose = UsdGeom.Xform.Define(stage, f"{path}/{name}")
         prim = pose.GetPrim()
-        prim.GetReferences().AddReference(f"./{files[_dressed(layout, placement)]}")
-        prim.SetInstanceable(True)
+        dressed = _dressed(layout, placement, interactive)
+        asset = dressed[0]
+        articulated = interactive and _has_joints(asset)
+        prim.GetReferences().AddReference(f"./{files[dressed]}")
+        prim.SetInstanceable(not articulated)
         pose.AddTranslateOp().Set(Gf.Vec3d(*placement.position))
         pose.AddRotateZOp(UsdGeom.XformOp.PrecisionDouble).Set(math.degrees(placement.yaw))
         write_labels(prim, {"instance": placement.id})
         write_note(prim, "id", placement.id)
         write_note(prim, "support", placement.support)
+        if articulated:
+            pose_parts(prim, asset, placement)
+        elif interactive:
+            release(prim, asset, placement, FRICTIONS)
         if placement.support == WALL or layout.apparatus(placement.id) not in (None, placement.id):
-            UsdPhysics.RigidBodyAPI(prim).CreateKinematicEnabledAttr(True)
+            body = stage.OverridePrim(prim.GetPath().AppendChild(BODY)) if articulated else prim
+            UsdPhysics.RigidBodyAPI(body).CreateKinematicEnabledAttr(True)
 
 
-def _asset_files(layout: Layout) -> dict[Dressed, str]:
+def _asset_files(layout: Layout, interactive: bool) -> dict[Dressed, str]:
     """Return the files of assets, relative to the stage; each size, state and finish has a separate file."""
-    assets = dict.fromkeys(_dressed(layout, placement) for placement in layout.placements)
+    assets = dict.fromkeys(_dressed(layout, placement, interactive) for placement in layout.placements)
     return {
         dressed: f"{ASSET_FOLDER}/{name}.usdc"
         for dressed, name in zip(assets, identifiers([asset.name for asset, *_ in assets]), strict=True)
     }
 
 
-def _dressed(layout: Layout, placement: Placement) -> Dressed:
-    """Return the asset of a placement, its state, and the finishes of its space if they change the asset."""
+def _dressed(layout: Layout, placement: Placement, interactive: bool) -> Dressed:
+    """Return the asset of a placement, its state, and the finishes of its space if they change the asset.
+
+    The state is empty for an asset with joints in an interactive stage, which poses its parts.
+    """
     asset, finishes = drawn_asset(layout, placement.id), finishes_at(layout.floor, *placement.position[:2])
     painted = palette(finishes)
     changed = any(part.material in painted for part in asset_mesh(asset).parts)
-    return asset, placement.state, finishes if changed else Finishes()
+    state = () if interactive and _has_joints(asset) else placement.state
+    return asset, state, finishes if changed else Finishes()
 
 
 def _write_textures(layout: Layout, folder: Path) -> None:
