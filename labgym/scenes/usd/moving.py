@@ -1,4 +1,4 @@
-"""What moves in a USD stage: articulated placements in their state, free ones on castors, and interior doors."""
+"""Moving bodies of a USD stage: articulated placements in their state, free ones on castors, and interior doors."""
 
 from __future__ import annotations
 
