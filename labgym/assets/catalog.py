@@ -179,6 +179,15 @@ class Catalog:
         """Return the assets of a kind."""
         return tuple(asset for asset in self.assets if asset.kind == kind)
 
+    @cached_property
+    def roles(self) -> tuple[Asset, ...]:
+        """The assets that are no variants of others."""
+        return tuple(asset for asset in self.assets if asset.variant_of is None)
+
+    def variants(self, name: str, held_out: bool = False) -> tuple[Asset, ...]:
+        """Return the variants of an asset, sorted by name: those for training, or those held out for test floors."""
+        return tuple(a for a in self.assets if a.variant_of == name and a.held_out == held_out)
+
     def _unknown(self, name: object) -> UnknownNameError:
         """Return the error for a name that the catalog lacks: the nearest five, and where other assets may be."""
         near = [f"{match.name} ({match.score:.2f})" for match in self.candidates(str(name), 5)]

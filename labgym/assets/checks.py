@@ -25,6 +25,9 @@ MIN_TEXT = 30
 DENSITY = (0.5, 8000.0)
 """Bounds of mass over bounding box, kg/m3: a gas balloon to solid steel."""
 
+ALIKE = ("kind", "category", "subtype", "placing", "hazards", "storage_class", "heat_class", "fume_hood")
+"""Fields that a variant shares with the asset in whose place it stands."""
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -38,7 +41,7 @@ class Problem:
 def check(catalog: Catalog) -> tuple[Problem, ...]:
     """Return all problems of a catalog; empty for a sound one."""
     single = tuple(problem for asset in catalog for rule in RULES for problem in rule(asset))
-    return single + tuple(names_are_unique(catalog))
+    return single + tuple(names_are_unique(catalog)) + tuple(variants_agree(catalog))
 
 
 def cas_is_valid(number: str) -> bool:
@@ -159,6 +162,22 @@ def names_are_unique(catalog: Catalog) -> Iterator[Problem]:
     for form, names in owners.items():
         if len(names) > 1 or not form:
             yield Problem(min(names), "synonyms", f"{form!r} means {', '.join(sorted(names))}")
+
+
+def variants_agree(catalog: Catalog) -> Iterator[Problem]:
+    """Yield variants of missing assets or of variants, and variants that cannot take the role of their asset."""
+    for asset in catalog:
+        if asset.variant_of is None:
+            if asset.held_out:
+                yield Problem(asset.name, "held_out", "only for variants")
+            continue
+        role = catalog.get(asset.variant_of) if asset.variant_of in catalog else None
+        if role is None or role.variant_of is not None:
+            yield Problem(asset.name, "variant_of", f"{asset.variant_of!r} must be an asset that is no variant")
+            continue
+        for field in ALIKE:
+            if getattr(asset, field) != getattr(role, field):
+                yield Problem(asset.name, field, f"differs from that of {role.name}, of which it is a variant")
 
 
 RULES = (

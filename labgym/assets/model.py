@@ -164,6 +164,8 @@ class Asset(Record):
         heat_class: class of heat source; None for other assets.
         clearance: free depth required in front, meters.
         mount_height: height of the bottom above the floor of a wall-mounted asset, meters.
+        variant_of: the asset in whose place this one may stand: the same role in another shape, size or color.
+        held_out: whether a variant is only for test floors.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9]{1,63}$")]
@@ -190,6 +192,13 @@ class Asset(Record):
     specs: Specifications = Specifications()
     chemistry: Chemistry | None = None
     core: bool = False
+    variant_of: str | None = None
+    held_out: bool = False
+
+    @property
+    def role(self) -> str:
+        """Name of the asset whose role it has: the one that it is a variant of, or its own."""
+        return self.variant_of or self.name
 
     @cached_property
     def digest(self) -> str:

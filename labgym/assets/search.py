@@ -82,11 +82,17 @@ class SynonymIndex:
     """Canonical names by normalized surface form.
 
     If assets share a surface form, the first keeps it: canonical names before synonyms, core assets before the rest.
+    A variant of another asset is matched by its exact name and synonyms alone.
     """
 
     def __init__(self, assets: Iterable[Asset]) -> None:
-        ordered = sorted(assets, key=lambda asset: (not asset.core, asset.name))
-        self._assets = {asset.name: asset for asset in ordered}
+        everything = sorted(assets, key=lambda asset: (not asset.core, asset.name))
+        self._assets = {asset.name: asset for asset in everything}
+        ordered = self._roles = tuple(asset for asset in everything if asset.variant_of is None)
+        variants = (asset for asset in everything if asset.variant_of is not None)
+        self._variant_forms = {
+            normalise(form): (asset.name, form) for asset in variants for form in surface_forms(asset)
+        }
         self._forms: dict[str, tuple[str, str]] = {}
         for asset in ordered:
             self._forms.setdefault(normalise(asset.name), (asset.name, asset.name))
@@ -147,7 +153,7 @@ class SynonymIndex:
     def _phrases(self) -> PhraseIndex:
         return PhraseIndex(
             (form, asset.name)
-            for asset in self._assets.values()
+            for asset in self._roles
             if asset.kind != "reagent"
             for form in (asset.name, *asset.synonyms_en)
         )
@@ -160,6 +166,9 @@ class SynonymIndex:
                 # A plural of a formula is another formula: H2S is not several H2.
                 if form == query or self._assets[name].kind != "reagent" or (len(form) >= 5 and form.isalpha()):
                     return Match(name, written, "name" if form == normalise(name) else "synonym", 1.0)
+        if query in self._variant_forms:
+            name, written = self._variant_forms[query]
+            return Match(name, written, "name" if query == normalise(name) else "synonym", 1.0)
         return None
 
     def _phrase(self, text: str) -> Match | None:
@@ -221,7 +230,7 @@ class SynonymIndex:
 
     def _sized(self, match: Match, size: Measure) -> Match:
         asset, stem = self._assets[match.name], _FAMILY.sub("", match.name)
-        family = [other for name, other in self._assets.items() if _FAMILY.sub("", name) == stem]
+        family = [other for other in self._roles if _FAMILY.sub("", other.name) == stem]
         chosen = of_size([asset, *(other for other in family if other.subtype == asset.subtype)], size)
         return replace(match, name=chosen.name, aside=(size.written, *match.aside), note=size_note(chosen, size))
 

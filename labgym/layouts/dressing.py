@@ -7,19 +7,27 @@ route feasible.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
-from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_surface, on_wall
+from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_surface, on_wall, over_door
+from labgym.layouts.floor import Space
 from labgym.layouts.model import FLOOR, Layout, Placement
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.surroundings import main_door
+from labgym.layouts.surroundings import door_of, main_door
 
 STOOLS = 4
-"""Maximum number of stools."""
+"""Maximum number of stools in a room, or in each space of a floor."""
+EXTINGUISHER, EXIT_SIGN = "FireExtinguisher", "ExitSign"
+EXTINGUISHER_REACH = 9.1
+"""Greatest straight distance of a place of work from an extinguisher in its space, meters: the walk then stays within
+15.2 m (NFPA 10: 9.1 to 15.2 m for class B hazards)."""
+MORE_EXTINGUISHERS = 3
+"""Most extinguishers that are added to a space for this distance."""
 PASSAGE = 0.9
 """Free width that remains next to a stool, meters."""
 SEAT_GAP = 0.06
@@ -74,10 +82,14 @@ class _Dresser:
         self.profile = request.profile
         self.generator = np.random.default_rng([request.seed, len(layout.placements)])
         self.catalog = request.catalog
+        self.furniture = request.furniture
         self.habits = request.habits
         self.dressing = request.habits.dressing
         self.protocol = request.protocol
         self.holdings = request.holdings
+        self.by_space = request.style is not None
+        self.spaces: tuple[Space | None, ...] = layout.floor.spaces if self.by_space else (None,)
+        self._located: dict[str, str | None] = {}
         self.baseline: Assessment | None = None
         """Assessment that no addition may worsen; None while additions are checked stage by stage."""
 
@@ -90,24 +102,53 @@ class _Dresser:
         for furniture in self.layout.placements:
             if self._is_island(furniture):
                 self._dress_island(furniture)
-            for index, name in enumerate(self.dressing.surfaces.get(furniture.asset, ())):
+            for index, name in enumerate(self.dressing.surfaces.get(self._role(furniture), ())):
                 if self.generator.random() < LIKELY or index == 0:
                     self._put_on(name, furniture.id, 0)
             self._fill_shelves(furniture)
 
     def dress_walls(self) -> None:
-        for accessory in self.dressing.walls:
-            near = self._point(accessory.near)
-            if near is not None:
-                self._add(on_wall(self.layout, self.catalog.get(accessory.asset), self.keepouts, near))
+        for space in self.spaces:
+            for accessory in self.dressing.walls if space is None else self.dressing.rooms.get(space.use, ()):
+                near = self._point(accessory.near, space)
+                if near is not None:
+                    self._hang(accessory.asset, near, space)
+            if space is not None and space.use in ("laboratory", "instrument"):
+                self._reach_every_place(space)
+        if self.by_space:
+            self._mark_exits()
 
     def dress_floor(self) -> None:
-        for accessory in self.dressing.floor:
-            near, asset = self._point(accessory.near), self.catalog.get(accessory.asset)
-            if near is not None:
-                poses = along_walls(self.layout, asset, near)[:80]
-                self._add(on_floor(self.layout, asset, self.keepouts, poses, in_front=False))
+        for space in self.spaces:
+            for accessory in self.dressing.floor:
+                near, asset = self._point(accessory.near, space), self.catalog.get(accessory.asset)
+                if near is not None:
+                    poses = along_walls(self.layout, asset, near, None if space is None else space.id)[:80]
+                    self._add(on_floor(self.layout, asset, self.keepouts, poses, in_front=False))
         self._pull_up_stools()
+
+    def _hang(self, name: str, near: tuple[float, float], space: Space | None) -> None:
+        where = None if space is None else space.id
+        self._add(on_wall(self.layout, self.catalog.get(name), self.keepouts, near, space=where))
+
+    def _reach_every_place(self, space: Space) -> None:
+        """Add extinguishers where a place of work is too far from those of its space."""
+        for _ in range(MORE_EXTINGUISHERS):
+            inside = [p for p in self.layout.placements if self._is_in(p, space)]
+            stands = [p.position for p in inside if self.layout.asset(p.id).subtype == "fire"]
+            works = [p.position for p in inside if p.support == FLOOR and self.layout.asset(p.id).clearance > 0.0]
+            gaps = [min((math.dist(at[:2], one[:2]) for one in stands), default=math.inf) for at in works]
+            if not gaps or max(gaps) <= EXTINGUISHER_REACH:
+                return
+            farthest = works[gaps.index(max(gaps))]
+            self._hang(EXTINGUISHER, (farthest[0], farthest[1]), space)
+
+    def _mark_exits(self) -> None:
+        """Add a sign over every exit (29 CFR 1910.37(b): each exit must be marked)."""
+        asset = self.catalog.get(EXIT_SIGN)
+        for way in self.layout.floor.doorways:
+            if way.exit:
+                self._add(over_door(self.layout, asset, way, way.spaces[0]))
 
     def _add(self, placement: Placement | None) -> None:
         if placement is None or not self._may_add(placement.asset):
@@ -152,43 +193,69 @@ class _Dresser:
             self._put_on(name, island.id, 0)
 
     def _fill_shelves(self, furniture: Placement) -> None:
-        names = self.dressing.shelves.get(furniture.asset)
+        names = self.dressing.shelves.get(self._role(furniture))
         if names is not None:
-            for slot in range(len(self.catalog.get(furniture.asset).surfaces)):
+            for slot in range(len(self.layout.asset(furniture.id).surfaces)):
                 for name in self._drawn(names, *SHELF_ITEMS):
                     self._put_on(name, furniture.id, slot)
 
     def _pull_up_stools(self) -> None:
-        asset = self.catalog.get(self.dressing.seat)
+        asset = self.furniture.get(self.dressing.seat)
         size = asset.size
         seats = list(self._seats(SEAT_GAP + size.depth / 2.0))
-        pulled = 0
+        pulled: Counter[str | None] = Counter()
         for index in self.generator.permutation(len(seats)):
             x, y, yaw, owner = seats[index]
             box = OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height)
-            if pulled < STOOLS and self._roomy(box, owner):
+            space = self._space_of(self.layout.placement(owner))
+            if pulled[space] < STOOLS and self._roomy(box, owner):
                 before = self.layout
                 self._add(on_floor(self.layout, asset, self.keepouts, [(x, y, yaw)], in_front=True))
-                pulled += self.layout is not before
+                pulled[space] += self.layout is not before
 
-    def _point(self, neighbor: str) -> tuple[float, float] | None:
-        """Position of the first door or of the first placement of an asset, or None."""
+    def _point(self, neighbor: str, space: Space | None) -> tuple[float, float] | None:
+        """Position of the first door, hood or placement of an asset, in a space or anywhere, or None."""
         if neighbor == "door":
-            door = main_door(self.layout.floor)
+            door = main_door(self.layout.floor) if space is None else door_of(self.layout.floor, space.id)
             if door is not None:
                 return door
-        placement = self.layout.find(neighbor)
+        if space is None:
+            placement = self.layout.find(neighbor)
+        else:
+            placement = next(
+                (p for p in self.layout.placements if self._is(p, neighbor) and self._is_in(p, space)), None
+            )
         return None if placement is None else (placement.position[0], placement.position[1])
 
+    def _is(self, placement: Placement, neighbor: str) -> bool:
+        asset = self.layout.asset(placement.id)
+        return asset.fume_hood if neighbor == "hood" else asset.role == neighbor
+
+    def _is_in(self, placement: Placement, space: Space) -> bool:
+        return self._space_of(placement) == space.id
+
+    def _space_of(self, placement: Placement) -> str | None:
+        """Id of the space of a placement; None in a single room."""
+        if not self.by_space:
+            return None
+        x, y, _ = placement.position
+        if placement.id not in self._located:
+            space = self.layout.floor.space_at(x, y)
+            self._located[placement.id] = None if space is None else space.id
+        return self._located[placement.id]
+
+    def _role(self, placement: Placement) -> str:
+        return self.layout.asset(placement.id).role
+
     def _is_island(self, placement: Placement) -> bool:
-        return self.habits.of(placement.asset).stance != "wall"
+        return self.habits.of(self._role(placement)).stance != "wall"
 
     def _seats(self, reach: float) -> Iterator[tuple[float, float, float, str]]:
         """Yield poses of stools pulled up to islands and desks, with the id of the furniture."""
         layout = self.layout
         for placement in layout.placements:
             box = layout.box(placement.id)
-            if placement.asset in self.dressing.seated:
+            if self._role(placement) in self.dressing.seated:
                 yield (*box.to_world(0.0, box.depth / 2.0 + reach), box.yaw + math.pi, placement.id)
             elif self._is_island(placement):
                 for side in (1.0, -1.0):
@@ -202,7 +269,7 @@ class _Dresser:
         others = [
             layout.box(placement.id)
             for placement in layout.placements
-            if placement.support == FLOOR and placement.id != owner and placement.asset != seat
+            if placement.support == FLOOR and placement.id != owner and self._role(placement) != seat
         ]
         gaps = pairwise_distance(BoxArray.of([stool]), BoxArray.of(others))
         return bool((gaps >= PASSAGE).all())

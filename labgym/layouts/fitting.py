@@ -10,6 +10,7 @@ import numpy as np
 
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.layouts.floor.doorways import Doorway
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS, Profile
 from labgym.layouts.rules.zones import HEADROOM, INTRUSION, front_zone
@@ -23,6 +24,8 @@ ELBOW = 0.03
 """Gap to all other objects, meters."""
 WORKING_HEIGHT = 0.35
 """Free height between a worktop and wall-mounted objects, meters: a gooseneck tap, a flask on its stand."""
+LINTEL_GAP = 0.05
+"""Height of an object over a door above its upper edge, meters."""
 BATCH = 32
 """Places that are checked together: most searches end with the first few."""
 
@@ -113,16 +116,22 @@ def free_spot(
 
 
 def on_wall(
-    layout: Layout, asset: Asset, keepouts: Keepouts, near: tuple[float, float], height: float | None = None
+    layout: Layout,
+    asset: Asset,
+    keepouts: Keepouts,
+    near: tuple[float, float],
+    height: float | None = None,
+    space: str | None = None,
 ) -> Placement | None:
     """Return a placement at the free place on a wall that is nearest to a point, or None if the walls are full.
 
     Args:
         height: of its bottom, meters; the asset's mount height by default.
+        space: id of the space on whose walls; None for all.
     """
     bottom = asset.mount_height if height is None else height
     top = bottom + asset.size.height
-    candidates = wall_poses(layout.floor, asset, top)
+    candidates = wall_poses(layout.floor, asset, top, space)
     candidates.sort(key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
     doors = door_openings(layout.floor)
     if BRACKET + asset.size.depth > INTRUSION:
@@ -160,9 +169,26 @@ def on_floor(
     return None
 
 
-def along_walls(layout: Layout, asset: Asset, near: tuple[float, float]) -> list[tuple[float, float, float]]:
-    """Return floor poses (x, y, yaw) with the back to a wall, nearest to a point first."""
-    poses = wall_poses(layout.floor, asset, asset.size.height)
+def over_door(layout: Layout, asset: Asset, way: Doorway, space: str) -> Placement | None:
+    """Return a placement of an asset over a door, on the wall of a space; None if there is no place for it."""
+    x, y, yaw = way.side(space)
+    inset, size = BRACKET + asset.size.depth / 2.0, asset.size
+    bottom = way.opening.height + LINTEL_GAP
+    if bottom + size.height > layout.floor.space(space).ceiling - ELBOW:
+        return None
+    box = OrientedBox(
+        x - math.sin(yaw) * inset, y + math.cos(yaw) * inset, size.width, size.depth, yaw, bottom, bottom + size.height
+    )
+    if not _free([box], BoxArray.of(_boxes(layout)))[0]:
+        return None
+    return _placement(layout, asset, (box.x, box.y, bottom), yaw, WALL, None)
+
+
+def along_walls(
+    layout: Layout, asset: Asset, near: tuple[float, float], space: str | None = None
+) -> list[tuple[float, float, float]]:
+    """Return floor poses (x, y, yaw) with the back to a wall, of one space or of all, nearest to a point first."""
+    poses = wall_poses(layout.floor, asset, asset.size.height, space)
     return sorted(poses, key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
 
 

@@ -364,8 +364,8 @@ class Layout(Document):
         return support if held else None
 
     def find(self, asset: str) -> Placement | None:
-        """Return the first placement of an asset, or None."""
-        return next((placement for placement in self.placements if placement.asset == asset), None)
+        """Return the first placement of an asset or of a variant of it, or None."""
+        return next((p for p in self.placements if p.asset == asset or self.asset(p.id).variant_of == asset), None)
 
     def obstacles(self, below: float) -> Iterator[OrientedBox]:
         """Yield bounding boxes of floor and wall objects, and their open parts, that reach below a height in meters."""

@@ -69,7 +69,7 @@ def with_fixed(request: Request, units: Sequence[Unit]) -> list[Unit]:
             continue
         asset = request.fixed_asset(placement)
         places = [k for k, unit in enumerate(merged) if unit.id == placement.id]
-        places += [k for k, unit in enumerate(merged) if unit.asset.name == asset.name and unit.id not in fixed]
+        places += [k for k, unit in enumerate(merged) if unit.asset.role == asset.role and unit.id not in fixed]
         if places:
             unit = merged[places[0]]
             size, reason = asset.size, f"{unit.reason}; fixed by the request"

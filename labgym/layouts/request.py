@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from labgym.assets import Asset, Catalog
 from labgym.layouts.floor import Floor, Room
@@ -11,6 +12,7 @@ from labgym.layouts.holdings import Holdings
 from labgym.layouts.placement import Placement, resized
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.style import Style
+from labgym.layouts.variants import Furniture, draw_variants
 from labgym.protocols import Protocol
 
 
@@ -57,6 +59,12 @@ class Request:
     def protocols(self) -> tuple[Protocol, ...]:
         """The protocols that the laboratory is for."""
         return self.several or (self.protocol,)
+
+    @cached_property
+    def furniture(self) -> Furniture:
+        """The catalog, with the variants that the floor's style and the seed choose; none where an inventory counts."""
+        variety = "plain" if self.style is None or self.holdings is not None else self.style.variety
+        return Furniture(self.catalog, draw_variants(self.catalog, variety, self.seed))
 
     def fixed_asset(self, placement: Placement) -> Asset:
         """Return the catalog entry of a fixed object, with the object's size if it has one.

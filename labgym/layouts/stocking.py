@@ -55,7 +55,7 @@ def _homes(request: Request, units: Sequence[Unit]) -> dict[str, list[_Waiting]]
     """Instruments by the unit on which they belong; heat sources first, so that they get their spot."""
     first: dict[str, Unit] = {}
     for unit in units:
-        first.setdefault(unit.asset.name, unit)
+        first.setdefault(unit.asset.role, unit)
     homes: dict[str, list[_Waiting]] = {}
     for name in request.protocol.instruments:
         asset = request.catalog.find(name)
@@ -72,7 +72,7 @@ def _home(request: Request, instrument: Asset, units: Mapping[str, Unit]) -> tup
     """Id of an instrument's unit and why: where the protocol puts it, where it is first used, or by category.
 
     Args:
-        units: the first unit of each asset, by name.
+        units: the first unit of each role, by the name of its asset.
     """
     protocol, habits = request.protocol, request.habits
     constraints = [rule for rule in protocol.spatial_constraints if rule.kind == "on"]

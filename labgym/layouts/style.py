@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from labgym.layouts.floors import FamilyStyle
+from labgym.layouts.variants import Variety
 
 AISLE, NECK = (0.95, 1.5), (0.75, 1.2)
 """Ranges of the clear widths of a floor that is of no family, meters."""
@@ -29,6 +30,7 @@ class Style:
         oblique: angle of oblique benches to the axes of their space, radians.
         hood_walls: pairs of a space and the index of a wall that may carry hoods; empty for any wall.
         tight: probability that a bench stands as near to its neighbors as aisle and neck allow.
+        variety: which variants of furniture it has.
     """
 
     aisle: float = 1.2
@@ -39,6 +41,7 @@ class Style:
     oblique: float = 0.0
     tight: float = 0.5
     hood_walls: tuple[tuple[str, int], ...] = ()
+    variety: Variety = "plain"
 
     @classmethod
     def draw(cls, generator: np.random.Generator) -> Style:
@@ -59,6 +62,7 @@ class Style:
             kinds=style.islands,
             oblique=style.oblique,
             hood_walls=tuple((each.space, each.wall) for each in style.hood_walls),
+            variety="held_out" if style.held_out else "training",
         )
 
     def varied(self, generator: np.random.Generator) -> Style:

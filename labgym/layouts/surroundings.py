@@ -25,20 +25,21 @@ LINTEL = 2.25
 Pose = tuple[float, float, float]
 
 
-def wall_poses(floor: Floor, asset: Asset, top: float) -> list[Pose]:
+def wall_poses(floor: Floor, asset: Asset, top: float, space: str | None = None) -> list[Pose]:
     """Return poses (x, y, yaw) with the back to a wall, every 5 cm along all walls.
 
     Args:
         floor: the floor.
         asset: the object.
         top: height that the object reaches, meters: it does not cover windows below.
+        space: id of the space on whose walls; None for all.
     """
     if floor.is_rectangle:
         room = floor.room
         return [_wall_pose(room, asset, wall, along) for wall, along in _wall_places(room, asset)]
     width, inset = asset.size.width, BRACKET + asset.size.depth / 2.0
     poses: list[Pose] = []
-    for ground in grounds(floor):
+    for ground in (one for one in grounds(floor) if space in (None, one.space)):
         for segment in ground.segments if top <= ground.ceiling else ():
             yaw = ground.to_floor((0.0, 0.0, segment.yaw))[2]
             for low, high in segment.free(top):
@@ -73,6 +74,12 @@ def main_door(floor: Floor) -> tuple[float, float] | None:
         return door_pose(floor.room, doors[0])[:2] if doors else None
     exits = [doorway for doorway in floor.doorways if doorway.exit]
     return exits[0].pose[:2] if exits else None
+
+
+def door_of(floor: Floor, space: str) -> tuple[float, float] | None:
+    """Return the middle of the first door of a space, exits first; None without doors."""
+    ways = sorted((way for way in floor.doorways if space in way.spaces), key=lambda way: not way.exit)
+    return ways[0].side(space)[:2] if ways else None
 
 
 def building(floor: Floor) -> tuple[OrientedBox, ...]:

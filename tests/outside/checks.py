@@ -161,11 +161,26 @@ def _unreached(
 
 
 def simulator_findings(plan: WrittenPlan, model: mujoco.MjModel) -> list[Finding]:
-    """Return which solid geoms of the compiled scene interpenetrate, and which objects stand on nothing."""
+    """Return what is wrong with the compiled scene, in which drawers and doors stand open as the layout says.
+
+    Solid geoms interpenetrate, an object stands on nothing, or the robot does not reach a goal between the geoms.
+    """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
+    geoms = list(_outlines_of_geoms(model, data))
+    blocked = _unreached(plan, "simulated goal", DISC, geoms, plan.goals(), {})
     deep = [finding for finding in _deep_contacts(model, data) if not plan.assembled(*finding.who)]
-    return [*deep, *_hanging(plan, model, data)]
+    return [*deep, *_hanging(plan, model, data), *blocked]
+
+
+def _outlines_of_geoms(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[shapely.Polygon]:
+    """The outlines on the floor of solid geoms in the robot's way, as hulls of the corners of their boxes."""
+    signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    for geom in np.flatnonzero((model.geom_group == 3) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)):
+        corners = model.geom_aabb[geom, :3] + signs * model.geom_aabb[geom, 3:]
+        world = data.geom_xpos[geom] + corners @ data.geom_xmat[geom].reshape(3, 3).T
+        if world[:, 2].min() < ROBOT_TOP:
+            yield shapely.MultiPoint(world[:, :2]).convex_hull
 
 
 def _deep_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Finding]:

@@ -96,7 +96,7 @@ class _Index:
         self._forms: dict[str, list[Asset]] = defaultdict(list)
         self._heads: dict[str, list[Asset]] = defaultdict(list)
         generic = {normalise(word) for word in qualifiers().descriptors}
-        for asset in catalog:
+        for asset in catalog.roles:
             for form in surface_forms(asset):
                 self._forms[normalise(form)].append(asset)
             head = _singular(telling(asset.name)[-1])

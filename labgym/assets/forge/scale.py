@@ -97,7 +97,7 @@ def _usual(catalog: Catalog, like: Asset | None, spread: float) -> Bounds | None
         return None
     longest = [
         max(asset.size.width, asset.size.depth, asset.size.height)
-        for asset in catalog
+        for asset in catalog.roles
         if (asset.kind, asset.category, asset.subtype) == (like.kind, like.category, like.subtype)
     ]
     return Bounds(min(longest) / spread, max(longest) * spread)

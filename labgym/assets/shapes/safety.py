@@ -156,3 +156,22 @@ def sign(asset: Asset) -> Iterator[Part]:
     yield block("safety_yellow", (-hw * 0.94, hw * 0.94), (face - 0.001, face + 0.0004), (height * 0.36, height * 0.98))
     yield from triangle(height * 0.44, 0.0, face, height * 0.62)
     yield from lines(width * 0.8, height * 0.24, 4, 0.0, face, height * 0.18)
+
+
+@shape("exit_sign")
+def exit_sign(asset: Asset) -> Iterator[Part]:
+    """A green plate with a white door, a walking figure and an arrow toward the door."""
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    face, print_ = hd - 0.002, (hd - 0.002, hd)
+    yield block("plastic_white", (-hw, hw), (-hd, hd - 0.006), (0.0, height))
+    yield block("signal_green", (-hw + 0.006, hw - 0.006), (hd - 0.006, face), (0.006, height - 0.006))
+    # The front is seen with +x to its left.
+    yield block("paper", (-0.86 * hw, -0.52 * hw), print_, (0.14 * height, 0.86 * height))
+    yield cylinder("paper", 0.14 * height, 0.002, (-0.18 * hw, hd - 0.001, 0.78 * height), ALONG_Y)
+    yield block("paper", (-0.24 * hw, -0.10 * hw), print_, (0.40 * height, 0.68 * height))
+    for low, high in ((-0.38, -0.20), (-0.14, 0.06)):
+        yield block("paper", (low * hw, high * hw), print_, (0.16 * height, 0.26 * height))
+    yield block("paper", (-0.24 * hw, -0.10 * hw), print_, (0.26 * height, 0.40 * height))
+    yield block("paper", (0.20 * hw, 0.80 * hw), print_, (0.46 * height, 0.56 * height))
+    yield block("paper", (0.20 * hw, 0.32 * hw), print_, (0.34 * height, 0.68 * height))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from labgym.layouts.placement import placed_part
 from labgym.layouts.rules.building import Entrance, building_of
 from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, SHOWER_RADIUS
 from labgym.layouts.rules.zones import HEADROOM, front_zone
+from labgym.layouts.variants import Furniture
 from labgym.navigation import OBSTACLE_HEIGHT, goal_pose
 
 TRIES, BATCH = 100, 20
@@ -42,7 +43,9 @@ ASKEW = 0.3
 """Largest angle by which an object stands askew, radians."""
 
 
-def add_clutter(layout: Layout, level: int, generator: np.random.Generator) -> Layout:
+def add_clutter(
+    layout: Layout, level: int, generator: np.random.Generator, variants: Mapping[str, str] | None = None
+) -> Layout:
     """Return a layout with loose objects added, and some drawers and doors of furniture open.
 
     Equal arguments give equal layouts; existing objects stay. Loose objects and open parts overlap nothing and keep
@@ -51,6 +54,7 @@ def add_clutter(layout: Layout, level: int, generator: np.random.Generator) -> L
 
     Args:
         level: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded).
+        variants: names of the variants that stand in for some assets; by default those in the layout's provenance.
 
     Raises:
         OptionError: the level is not 0 to 3.
@@ -61,7 +65,8 @@ def add_clutter(layout: Layout, level: int, generator: np.random.Generator) -> L
     rooms = [space for space in layout.floor.spaces if space.use != "corridor"]
     area = sum((r.x1 - r.x0) * (r.y1 - r.y0) for space in rooms for r in space.region)
     count = max(1, round(DENSITY[level] * area / 10.0 * float(generator.uniform(0.7, 1.3))))
-    scatter = _Scatter(layout, generator)
+    chosen = layout.provenance.options.get("variants", {}) if variants is None else variants
+    scatter = _Scatter(layout, Furniture(layout.catalog, chosen), generator)
     for placement in openable(layout):
         if generator.random() < OPENED[level]:
             scatter.open(placement)
@@ -87,10 +92,11 @@ def check_level(level: int) -> None:
 class _Scatter:
     """A layout that is being strewn with loose objects."""
 
-    def __init__(self, layout: Layout, generator: np.random.Generator) -> None:
-        self.layout, self.generator = layout, generator
+    def __init__(self, layout: Layout, choices: Furniture, generator: np.random.Generator) -> None:
+        self.layout, self.choices, self.generator = layout, choices, generator
         self.added: list[Placement] = []
         self.opened: dict[str, Placement] = {}
+        self.drawn: Counter[str] = Counter()
         self.furniture = [
             (layout.box(placement.id), layout.asset(placement.id))
             for placement in layout.placements
@@ -113,14 +119,15 @@ class _Scatter:
 
     def add(self, kind: Kind) -> None:
         """Add an object of a kind at the first of some random poses that is free."""
-        if kind.most is not None and sum(p.asset == kind.asset for p in self.added) >= kind.most:
+        if kind.most is not None and self.drawn[kind.asset] >= kind.most:
             return
-        asset = self.layout.catalog.get(kind.asset)
+        asset = self.choices.get(kind.asset)
         for _ in range(TRIES // BATCH):
             boxes = self._boxes(kind, asset)
             for box, is_free in zip(boxes, self._free(boxes, asset), strict=True):
                 if is_free and self._leaves_ways(box):
                     self._put(asset, box)
+                    self.drawn[kind.asset] += 1
                     return
 
     def open(self, placement: Placement) -> None:
@@ -185,7 +192,8 @@ class _Scatter:
         side = float(self.generator.choice([-1.0, 1.0])) if box.depth > 1.0 else 1.0
         reach = box.depth / 2.0 + asset.size.depth / 2.0 + float(self.generator.uniform(*PULLED))
         along = float(self.generator.uniform(-0.5, 0.5)) * box.width
-        return *box.to_world(along, side * reach), box.yaw + self._askew()
+        turn = math.pi if asset.subtype == "seat" and side > 0.0 else 0.0
+        return *box.to_world(along, side * reach), box.yaw + turn + self._askew()
 
     def _spots(self, kind: Kind, asset: Asset) -> list[Point]:
         """Return grid points along the edges of the free floor, or in aisles, at most as many as poses are tried."""

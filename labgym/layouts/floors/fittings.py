@@ -103,7 +103,7 @@ def draw_glazing(
 
 def draw_finishes(ranges: BuildingRanges, generator: np.random.Generator) -> Finishes:
     """Return finishes drawn from those of training, or from the held-out ones."""
-    offered = HELD_OUT if ranges.held_out_finishes else TRAINED
+    offered = HELD_OUT if ranges.held_out else TRAINED
     (surfaces,) = generator.spawn(1)
     picked = {}
     for name, words in offered.items():

@@ -31,7 +31,7 @@ class Population:
         return draw_floor(self.family, seed, **self.ranges)
 
 
-HELD_OUT: Mapping[str, Any] = MappingProxyType({"held_out_finishes": True})
+HELD_OUT: Mapping[str, Any] = MappingProxyType({"held_out": True})
 
 TRAINED = (Population("bay"), Population("ell"), Population("suite", MappingProxyType({"rooms": (2, 3)})))
 TESTED = (

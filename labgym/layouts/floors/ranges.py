@@ -40,7 +40,9 @@ class BuildingRanges:
         Limits, "clear width where nobody works, m", "BG RCI 6.2.1: less than 0.90 m for maintenance aisles"
     ] = (0.75, 0.90)
     islands: Annotated[tuple[str, ...], KINDS, "assumption"] = ("island", "peninsula")
-    held_out_finishes: Annotated[bool, "whether the finishes are those that training never shows", "splits"] = False
+    held_out: Annotated[
+        bool, "whether furniture variants and finishes are those that training never shows", "splits"
+    ] = False
 
 
 def with_limits(ranges: RANGES, family: str, overrides: Mapping[str, Any]) -> RANGES:

@@ -46,6 +46,7 @@ class FamilyStyle:
         islands: kinds of free-standing benches, preferred ones first.
         oblique: angle of oblique benches to the axes of their space, radians; 0 without them.
         hood_walls: walls that may carry hoods, preferred ones first; only those of laboratories.
+        held_out: whether the variants of furniture are those that training never shows.
     """
 
     aisle: float
@@ -53,6 +54,7 @@ class FamilyStyle:
     islands: tuple[Island, ...]
     oblique: float
     hood_walls: tuple[HoodWall, ...]
+    held_out: bool = False
 
     def walls_of(self, space: str) -> tuple[int, ...]:
         """Return the walls of a space that may carry hoods, preferred ones first."""
@@ -79,6 +81,7 @@ def draw_style(ranges: BuildingRanges, hood_walls: tuple[HoodWall, ...], generat
         islands=tuple(order),
         oblique=uniform(generator, OBLIQUE) if "oblique" in order else 0.0,
         hood_walls=hood_walls,
+        held_out=ranges.held_out,
     )
 
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from labgym.assets import Asset, Catalog
+from labgym.assets import Asset
 from labgym.geometry import OrientedBox, rotate
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.standing import SIDE_GAP
 from labgym.layouts.style import Style
+from labgym.layouts.variants import Furniture
 
 TRIES = 120
 """Random poses tried for an oblique block."""
@@ -57,18 +58,18 @@ def back_to_back(asset: Asset) -> Block:
     return Block((Bench(asset, 0.0, shift, 0.0), Bench(asset, 0.0, -shift, math.pi)), asset.size.width, 4.0 * shift)
 
 
-def blocks_of(kind: str, catalog: Catalog, names: tuple[str, ...], benches: tuple[str, ...]) -> list[Block]:
+def blocks_of(kind: str, furniture: Furniture, names: tuple[str, ...], benches: tuple[str, ...]) -> list[Block]:
     """Return the blocks of a kind, largest first.
 
     Args:
         kind: island, double_island or oblique.
-        catalog: source of the assets.
+        furniture: source of the assets.
         names: free-standing benches. benches: wall benches that may stand back to back.
     """
-    islands = [catalog.get(name) for name in names]
+    islands = [furniture.get(name) for name in names]
     if kind == "double_island":
         return _by_size([island(asset, 2) for asset in islands])
-    pairs = [back_to_back(catalog.get(name)) for name in benches]
+    pairs = [back_to_back(furniture.get(name)) for name in benches]
     return _by_size([*(island(asset) for asset in islands), *(pairs if kind == "oblique" else [])])
 
 

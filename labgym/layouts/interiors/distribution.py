@@ -36,7 +36,7 @@ def distribute(
     first_hood: Ground | None = None
     for unit in sorted(units, key=lambda unit: _order(unit, habits)):
         longest = {g.space: max((s.length for s in g.segments), default=0.0) for g in usable}
-        uses = habits.uses.get(unit.asset.name, DEFAULT)
+        uses = habits.uses.get(unit.asset.role, DEFAULT)
         noise = generator.uniform(0.0, 1.0, len(usable))
         costs = []
         for index, ground in enumerate(usable):
@@ -46,7 +46,7 @@ def distribute(
             overflow = OVERFLOW if share > 1.0 or longest[ground.space] < unit.width or required else 0.0
             costs.append(RANK * rank + CROWDED * share**2 + DRY * lacks + overflow + noise[index])
         chosen = usable[int(np.argmin(costs))]
-        if unit.asset.name in habits.together and first_hood is not None and not lacking(unit, first_hood)[1]:
+        if unit.asset.role in habits.together and first_hood is not None and not lacking(unit, first_hood)[1]:
             chosen = first_hood
         if unit.asset.fume_hood and first_hood is None:
             first_hood = chosen
@@ -61,4 +61,4 @@ def wall_length(ground: Ground) -> float:
 
 
 def _order(unit: Unit, habits: Habits) -> tuple[bool, bool, float, str]:
-    return not unit.asset.fume_hood, unit.asset.name not in habits.together, -unit.width, unit.id
+    return not unit.asset.fume_hood, unit.asset.role not in habits.together, -unit.width, unit.id

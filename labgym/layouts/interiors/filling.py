@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from labgym.assets import Asset, Catalog
+from labgym.assets import Asset
 from labgym.geometry import OrientedBox, distance
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Segment
@@ -19,6 +19,7 @@ from labgym.layouts.interiors.standing import WALL_GAP
 from labgym.layouts.interiors.supply import Options, preferred, supplied
 from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.style import Style
+from labgym.layouts.variants import Furniture
 
 MISSES = 5
 """Number of pieces in a row that find no place before a wall counts as full, and of blocks for the open floor."""
@@ -80,7 +81,7 @@ def add_piece(
 
 def fill(
     room: Interior,
-    catalog: Catalog,
+    furniture: Furniture,
     habits: RoomHabit,
     peninsula: str,
     style: Style,
@@ -93,14 +94,14 @@ def fill(
         habits: what a space of this use is filled with. peninsula: the bench with one end at a wall.
     """
     if habits.islands:
-        _fill_open(room, catalog, habits, peninsula, style, names, generator)
+        _fill_open(room, furniture, habits, peninsula, style, names, generator)
     if habits.walls:
-        _fill_walls(room, [catalog.get(name) for name in habits.walls], style, names, generator)
+        _fill_walls(room, [furniture.get(name) for name in habits.walls], style, names, generator)
 
 
 def _fill_open(
     room: Interior,
-    catalog: Catalog,
+    furniture: Furniture,
     habits: RoomHabit,
     peninsula: str,
     style: Style,
@@ -111,9 +112,9 @@ def _fill_open(
     while misses < MISSES and taken < wanted:
         kind = style.kinds[int(generator.integers(len(style.kinds)))]
         added = (
-            _add_peninsula(room, catalog.get(peninsula), style, names, generator)
+            _add_peninsula(room, furniture.get(peninsula), style, names, generator)
             if kind == "peninsula"
-            else _add_block(room, catalog, habits, kind, style, names, generator)
+            else _add_block(room, furniture, habits, kind, style, names, generator)
         )
         taken += added
         misses = 0 if added else misses + 1
@@ -121,7 +122,7 @@ def _fill_open(
 
 def _add_block(
     room: Interior,
-    catalog: Catalog,
+    furniture: Furniture,
     habits: RoomHabit,
     kind: str,
     style: Style,
@@ -129,7 +130,7 @@ def _add_block(
     generator: np.random.Generator,
 ) -> float:
     """Add a block of a kind, a large one if it fits, and return its area, 0 if none fits; square meters."""
-    blocks = blocks_of(kind, catalog, habits.islands, habits.backs)
+    blocks = blocks_of(kind, furniture, habits.islands, habits.backs)
     first = int(generator.integers(len(blocks)))
     for block in blocks[first:]:
         feet = place_block(room, block, style, kind == "oblique", generator)

@@ -31,7 +31,7 @@ class Interior:
 
     def __post_init__(self) -> None:
         self.standing = Standing(self.ground)
-        self.ways = WideWays(self.ground, [*self.ground.outside, *self.ground.solid])
+        self.ways = WideWays(self.ground, [*self.ground.outside, *self.ground.solid, *self.ground.leaves])
         self.lattice = Lattice(self.ground.width, self.ground.depth)
         self.lattice.add(self.standing.building_bounds, self.standing.free_bounds)
 

@@ -21,6 +21,7 @@ from labgym.layouts.ground import Ground
 from labgym.layouts.habits import Habits, RoomHabit
 from labgym.layouts.infeasibility import fixed_conflicts
 from labgym.layouts.interiors.distribution import distribute, wall_length
+from labgym.layouts.interiors.emergency import add_emergency_equipment
 from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill
 from labgym.layouts.interiors.furnisher import ATTEMPTS, Outcome, furnish
 from labgym.layouts.interiors.interior import Interior
@@ -123,7 +124,7 @@ def _needs(request: Request, generator: np.random.Generator) -> _Needs:
     Raises:
         InfeasibleError: something fits on no surface or shelf.
     """
-    cabinets = plan_cabinets(request)
+    cabinets = _cabinets(request)
     units = [_unit(request, piece) for piece in pieces(request, cabinets, "required")]
     units = with_fixed(request, units)
     contents = _stocked(request, cabinets, units, generator)
@@ -156,6 +157,15 @@ def separations_on(request: Request) -> tuple[Separation, ...]:
         InfeasibleError: something fits on no surface or shelf.
     """
     return _needs(request, np.random.default_rng(request.seed)).separations
+
+
+def _cabinets(request: Request) -> tuple[Cabinet, ...]:
+    """Return the cabinets with the variants of the floor; fixed ones stay what they are."""
+    fixed = {placement.id for placement in request.fixed}
+    return tuple(
+        cabinet if cabinet.id in fixed else replace(cabinet, asset=request.furniture.instead(cabinet.asset))
+        for cabinet in plan_cabinets(request)
+    )
 
 
 def _stocked(
@@ -198,9 +208,9 @@ def _check_holdings(request: Request, units: Sequence[Unit], contents: Mapping[s
 
 
 def _unit(request: Request, piece: WallPiece) -> Unit:
-    size = piece.asset.size
-    front, clear = front_of(request, piece), clear_around(piece.asset)
-    unit = Unit(piece.id, piece.asset, size.width, size.depth, front, clear=clear, reason=piece.reason)
+    asset = request.furniture.instead(piece.asset)
+    size, front, clear = asset.size, front_of(request, piece), clear_around(asset)
+    unit = Unit(piece.id, asset, size.width, size.depth, front, clear=clear, reason=piece.reason)
     return _supplied(unit, ())
 
 
@@ -292,7 +302,7 @@ def _fill(request: Request, needs: _Needs, rooms: Mapping[str, Interior], genera
         partners.setdefault(near.second, []).append(near.first)
     left = []
     for unit in needs.further:
-        able = _able(habits, rooms, unit.asset.name)
+        able = _able(habits, rooms, unit.asset.role)
         able.sort(key=lambda room: not any(other in room.feet for other in partners.get(unit.id, ())))
         if all(add_pieces(room, [unit], partners, generator) for room in able):
             left.append(unit)
@@ -301,9 +311,10 @@ def _fill(request: Request, needs: _Needs, rooms: Mapping[str, Interior], genera
         _add_existing(request, needs, rooms, style, names, generator)
         if request.holdings.purchases != "any":
             return left
+    add_emergency_equipment(request, rooms, names, generator)
     for room in rooms.values():
         habit = habits.rooms.get(room.ground.use, RoomHabit())
-        fill(room, request.catalog, habit, habits.peninsula, style, names, generator)
+        fill(room, request.furniture, habit, habits.peninsula, style, names, generator)
     return left
 
 
@@ -360,6 +371,8 @@ def _plan(
     style = request.style if request.style is not None else Style()
     values = {name: value for name, value in asdict(style).items() if name != "hood_walls"}
     options: dict[str, object] = {"style": {**values, "kinds": list(style.kinds)}}
+    if request.furniture.chosen:
+        options["variants"] = dict(request.furniture.chosen)
     if attempts:
         options["attempts"] = dict(sorted(attempts.items()))
     return Plan(request, brief, poses, _note(left), options)

@@ -13,11 +13,11 @@ from labgym.protocols import Protocol
 def missing_assets(arrangement: Arrangement, protocol: Protocol, out_of_bounds: frozenset[str]) -> tuple[str, ...]:
     """Return the required assets that are not placed, one name for each missing piece.
 
-    Reagents, instruments and step locations are required, as a multiset with synonyms resolved. An object that is out
-    of bounds counts as missing.
+    Reagents, instruments and step locations are required, as a multiset with synonyms resolved. A variant counts
+    as the asset whose role it has; an object that is out of bounds counts as missing.
     """
     placed = Counter(
-        asset.name
+        asset.role
         for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True)
         if placement.id not in out_of_bounds
     )

@@ -58,7 +58,7 @@ def test_furniture_overlaps_nothing_and_ways_lead_from_every_exit_to_every_goal(
     asked = request(family, seed)
     layout = FloorProposer().propose(asked)
     shapes, inside = furniture(layout), rooms(layout.floor)
-    assert {p.asset for p in layout.placements} >= set(asked.protocol.locations)
+    assert {layout.asset(p.id).role for p in layout.placements} >= set(asked.protocol.locations)
     for name, shape in shapes.items():
         assert inside.buffer(0.01).covers(shape), name
     for (first, one), (second, other) in combinations(shapes.items(), 2):
@@ -122,7 +122,7 @@ def test_several_protocols_share_what_they_need_and_keep_all_their_constraints()
     asked = request("suite", 2, names)
     layout = generate(names, 2, family="suite")
     assert [protocol.id for protocol in layout.protocols] == names
-    placed = Counter(placement.asset for placement in layout.placements)
+    placed = Counter(layout.asset(placement.id).role for placement in layout.placements)
     catalog = layout.catalog
     for name in names:
         needed = Counter(catalog.find(asset).name for asset in protocols()[name].required_assets())
