@@ -2,7 +2,7 @@
 
 `python docs/generate.py` writes schemas and pages. With `--check` it writes nothing and exits 1 if a file is out of
 date. With `--run runs/default` it also writes that run's tables and pictures into the README; with `--floors` the
-plans of the families of floors.
+plans of the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from PIL import Image
 
 from labgym.assets import AssetFile
 from labgym.assets.articulation import FOOTINGS
@@ -33,7 +35,8 @@ from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.comparison import Comparison
 from labgym.exchange.inventory import Inventory
-from labgym.layouts import Layout
+from labgym.layouts import Layout, generate
+from labgym.layouts.clutter import add_clutter
 from labgym.layouts.floors import FAMILIES, FloorDraw, draw_floor
 from labgym.layouts.floors.ranges import BuildingRanges, described
 from labgym.layouts.rooms import RoomFile
@@ -48,11 +51,25 @@ from labgym.protocols.language.words import Words
 from labgym.protocols.refusals import Refusals
 from labgym.protocols.synthesis.operations import Operations
 from labgym.protocols.synthesis.transformations import Transformations
+from labgym.scenes.tracing import trace
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
 SHOWN = "test-alk_01"
 """The published layout shown in the README's pictures."""
+
+PICTURES = {
+    "laboratory": ("double", 9, ("sub_01",), 3, "space/laboratory"),
+    "gallery_bay": ("bay", 33, ("red_02",), 3, "overview"),
+    "gallery_ell": ("ell", 8, ("fgt_02",), 2, "overview"),
+    "gallery_suite": ("suite", 11, ("sub_01", "red_02"), 2, "overview"),
+    "gallery_double": ("double", 6, ("red_02",), 1, "overview"),
+    "gallery_refit": ("refit", 12, ("alk_01",), 2, "overview"),
+    "gallery_inside": ("refit", 5, ("sub_01",), 1, "door"),
+}
+"""Rendered pictures by name: family, seed, protocols, level of clutter, camera."""
+LARGE, SMALL = (1280, 640), (800, 450)
+"""Sizes of the README's picture and of those in the gallery, pixels."""
 
 USES = {
     "laboratory": "#fff4d8",
@@ -202,15 +219,27 @@ def with_tables(readme: str, tables: str) -> str:
     return f"{before}{BEGIN}\n\n{tables.strip()}\n\n{END}{after}"
 
 
+def draw_laboratories(folder: Path) -> None:
+    """Write the rendered pictures of `PICTURES` as JPEG files."""
+    for name, (family, seed, protocols, level, camera) in PICTURES.items():
+        layout = add_clutter(generate(protocols, seed, family=family), level, np.random.default_rng(seed))
+        width, height = LARGE if name == "laboratory" else SMALL
+        picture = trace(layout, width, height, camera, samples=16)
+        Image.fromarray(picture).save(folder / f"{name}.jpg", quality=90, optimize=True)
+
+
 def main() -> int:
     """Write or check the generated files and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--run", type=Path)
     parser.add_argument("--floors", action="store_true")
+    parser.add_argument("--pictures", action="store_true")
     arguments = parser.parse_args()
     if arguments.floors:
         draw_families(DOCS / "pictures" / "floors.png")
+    if arguments.pictures:
+        draw_laboratories(DOCS / "pictures")
     files = pages()
     if arguments.run:
         tables = (arguments.run / "tables.md").read_text(encoding="utf-8")

@@ -18,9 +18,9 @@ DOOR_FOVY, SPACE_FOVY, WIDEST = 62.0, 64.0, 85.0
 """Vertical fields of view, degrees."""
 HIGH = 40.0
 """Least height of the camera that looks straight down, meters."""
-CORNER, BELOW = 0.25, 0.35
+CORNER, BELOW = 0.55, 0.6
 """Distances of a space's camera from two walls and from the ceiling, meters."""
-CLOSE, SPACE_LENGTH = 1.0, 100.0
+CLOSE, SPACE_LENGTH = 1.6, 100.0
 """Distance from tall furniture at which a corner is avoided, and more than the length of any space, meters."""
 STEP = 0.05
 """Spacing of the points of a line of sight that must lie in one space, meters."""

@@ -120,7 +120,7 @@ def ambient_light(scene: Scene, around: Surroundings, points: Floats, normals: F
     Surfaces that are near get little light themselves, so that contacts are dark.
     """
     towards = _around(normals, u, v)
-    hits = scene.opaque.cast(points, towards)
+    hits = scene.opaque.cast(points, towards, smooth=False)
     near = np.minimum(hits.distance / np.float32(CONTACT), np.float32(1.0))
     close = DARKEST + (1.0 - DARKEST) * near * (2.0 - near)
     rise = hits.normal[:, 2]

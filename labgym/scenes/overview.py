@@ -27,6 +27,8 @@ STRAIGHT, STEEP = 0.10, 0.006
 the share of the picture that floor and walls fill."""
 ASIDE, HOODS_AT_BACK = 0.08, 0.25
 """Shares that it loses if it looks from elsewhere than the front; in a rectangular room hoods stand at the back."""
+FRONTS = 0.5
+"""How much better a view is that looks at all fronts of the furniture, relative to one that sees them edge on."""
 FAR = 1e3
 """Distance of the point from which walls are judged to be near or far, meters."""
 
@@ -37,10 +39,36 @@ def overview(floor: Floor) -> View:
 
     The upper parts of the walls that would hide a space are not drawn in it.
     """
-    outline = region_outline([*(box for space in floor.spaces for box in space.boxes), *(w.box for w in floor.walls)])
-    best = max(BEARINGS, key=lambda bearing: _value(floor, outline, bearing, PITCHES[0]))
+    outline = _outline(floor)
+    best = best_bearing(floor)
     pitch = max(PITCHES, key=lambda pitch: _value(floor, outline, best, pitch))
     return _view(floor, outline, best, pitch)[0]
+
+
+@lru_cache(maxsize=CACHED)
+def best_bearing(floor: Floor, fronts: tuple[tuple[float, float], ...] = ()) -> float:
+    """Return the direction from a floor to the camera of its overview, degrees.
+
+    Args:
+        fronts: direction and area of the fronts of furniture; a view that looks at them is better.
+    """
+    outline, total = _outline(floor), sum(area for _, area in fronts)
+
+    def value(bearing: float) -> float:
+        turn = math.radians(bearing)
+        seen = sum(area * math.cos(front - turn) for front, area in fronts) / total if total else 0.0
+        return _value(floor, outline, bearing, PITCHES[0]) * (1.0 + FRONTS * seen)
+
+    return max(BEARINGS, key=value)
+
+
+def overview_from(floor: Floor, bearing: float, pitch: float) -> View:
+    """Return the nearest view in a direction that holds the floor, from a bearing and a pitch in degrees."""
+    return _view(floor, _outline(floor), bearing, pitch)[0]
+
+
+def _outline(floor: Floor) -> shapely.Geometry:
+    return region_outline([*(box for space in floor.spaces for box in space.boxes), *(w.box for w in floor.walls)])
 
 
 def _value(floor: Floor, outline: shapely.Geometry, bearing: float, pitch: float) -> float:

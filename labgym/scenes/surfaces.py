@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -88,23 +89,40 @@ class Surfaces:
             self._normals = normals[subset]
             self._material, self._owner = mesh.material[subset], mesh.owner[subset]
 
-    def cast(self, origins: Floats, directions: Floats, reach: Floats | None = None) -> Hits:
-        """Return the first hits of rays within the distances `reach` (n,)."""
+    def cast(self, origins: Floats, directions: Floats, reach: Floats | None = None, smooth: bool = True) -> Hits:
+        """Return the first hits of rays within the distances `reach` (n,).
+
+        Args:
+            smooth: whether normals are interpolated over faces; otherwise they are those of the faces.
+        """
         count = len(origins)
         limit = np.full(count, FAR) if reach is None else reach.astype(np.float32)
+        nowhere, none = np.zeros((count, 3), dtype=np.float32), np.zeros(count, dtype=np.int64)
         if self._empty or count == 0:
-            nowhere = np.zeros((count, 3), dtype=np.float32)
-            none = np.zeros(count, dtype=np.int64)
             return Hits(np.zeros(count, dtype=bool), limit, nowhere, nowhere, none, none)
         result = self._scene.run(origins, directions, dists=limit.copy(), output=1)
         hit = result["primID"] >= 0
-        face = np.where(hit, result["primID"], 0)
-        side = facing(-directions, result["Ng"] / np.maximum(norms(result["Ng"]), 1e-12))
-        u, v = result["u"][:, None], result["v"][:, None]
-        corners = self._normals[face]
-        normal = (1.0 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
-        normal = facing(side, normal / np.maximum(norms(normal), 1e-9))
-        return Hits(hit, result["tfar"], side, normal, self._material[face], self._owner[face])
+        # Most rays miss glass, and most hit something opaque.
+        here: slice | NDArray[np.int64] = slice(None) if hit.all() else np.flatnonzero(hit)
+        face, outward = result["primID"][here], result["Ng"][here]
+        side = facing(-directions[here], outward / np.maximum(norms(outward), 1e-12))
+        normal = side
+        if smooth:
+            u, v = result["u"][here, None], result["v"][here, None]
+            corners = self._normals[face]
+            normal = (1.0 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
+            normal = facing(side, normal / np.maximum(norms(normal), 1e-9))
+        material, owner = self._material[face], self._owner[face]
+        if isinstance(here, slice):
+            return Hits(hit, result["tfar"], side, normal, material, owner)
+        return Hits(
+            hit,
+            result["tfar"],
+            _spread(nowhere, here, side),
+            _spread(nowhere, here, normal),
+            _spread(none, here, material),
+            _spread(none, here, owner),
+        )
 
     def blocked(self, origins: Floats, directions: Floats, reach: Floats) -> NDArray[np.bool_]:
         """Return which rays hit a face within the distances `reach` (n,), shape (n,)."""
@@ -123,3 +141,10 @@ def facing(side: Floats, vectors: Floats) -> Floats:
     """Return vectors (n, 3), reversed if they point away from `side` (n, 3)."""
     flip = np.where(np.einsum("ij,ij->i", vectors, side) < 0.0, np.float32(-1.0), np.float32(1.0))
     return np.asarray(vectors * flip[:, None], dtype=np.float32)
+
+
+def _spread(empty: NDArray[Any], here: NDArray[np.int64], values: NDArray[Any]) -> NDArray[Any]:
+    """Return a copy of an array with values at indices."""
+    spread = empty.copy()
+    spread[here] = values
+    return spread

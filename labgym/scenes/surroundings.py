@@ -25,6 +25,10 @@ ZENITH, HORIZON = np.array([0.30, 0.52, 0.92], dtype=np.float32), np.array([0.86
 LAWN, FAR_LAWN = np.array([0.24, 0.38, 0.13], dtype=np.float32), np.array([0.52, 0.62, 0.36], dtype=np.float32)
 WOOD, HILLS = np.array([0.13, 0.23, 0.12], dtype=np.float32), np.array([0.55, 0.66, 0.72], dtype=np.float32)
 """Colors of the ground near and far, of the row of trees, and of the hills at the horizon."""
+PAVING = np.array([0.52, 0.51, 0.48], dtype=np.float32)
+"""Color of the paths on the lawn."""
+FLOOR_ABOVE = 4.5
+"""Height of the camera above the ground outside, meters."""
 BRIGHTER = np.float32(1.5)
 """Brightness of what is seen through windows: a camera that is set for a room overexposes it."""
 DAYLIGHT = 1.1
@@ -77,9 +81,14 @@ def _landscape(directions: Floats) -> Floats:
     crowns = 0.004 + sum(np.abs(np.sin(k * azimuth + p)) * 0.028 / (1.0 + j) for j, (k, _, p, _) in enumerate(TREES))
     leaves = 0.75 + 6.0 * rise + 0.12 * np.sin(151.0 * azimuth) * np.sin(223.0 * rise + 3.0 * np.sin(29.0 * azimuth))
     near = np.clip(-rise * 2.5, 0.0, 1.0)[:, None]
+    reach = FLOOR_ABOVE / np.maximum(-rise, 0.02)
+    x, y = reach * np.cos(azimuth), reach * np.sin(azimuth)
+    paved = (np.abs(np.mod(x + 3.0 * np.sin(y / 19.0), 26.0) - 13.0) < 2.6)[:, None]
+    grown = (0.85 + 0.12 * np.sin(1.7 * x) * np.sin(2.3 * y) + 0.08 * np.sin(0.31 * x + 0.23 * y))[:, None]
+    ground = np.where(paved, PAVING, FAR_LAWN + (LAWN * grown - FAR_LAWN) * near)
     color = np.where((rise < hills)[:, None], HILLS, sky)
     color = np.where((rise < crowns)[:, None], WOOD * leaves[:, None], color)
-    return np.asarray(np.where((rise < 0.0)[:, None], FAR_LAWN + (LAWN - FAR_LAWN) * near, color), dtype=np.float32)
+    return np.asarray(np.where((rise < 0.0)[:, None], ground, color), dtype=np.float32)
 
 
 WAVES = ((5.0, 9.0, 0.3, 1.0), (11.0, 17.0, 1.9, 0.4), (23.0, 31.0, 4.0, 2.2), (47.0, 53.0, 2.6, 5.1))

@@ -233,7 +233,7 @@ class _Painter:
         u, v = noise.pair(3)
         away = away + 0.03 * np.stack([u[shiny] - 0.5, v[shiny] - 0.5, u[shiny] - v[shiny]], axis=1)
         away = np.ascontiguousarray(away / norms(away), dtype=np.float32)
-        hits = self.scene.opaque.cast(points[shiny], away)
+        hits = self.scene.opaque.cast(points[shiny], away, smooth=False)
         color = look.color[hits.material] * (0.70 + look.glow[hits.material])[:, None]
         light = np.where(hits.hit[:, None], color, self.around.color(away))
         base = np.where(

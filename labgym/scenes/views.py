@@ -11,6 +11,7 @@ from labgym.layouts import Layout
 from labgym.layouts.model import FLOOR
 from labgym.navigation.clearance import Obstacles
 from labgym.scenes.camera import EYE_HEIGHT, FILL, WIDE, View, subtended
+from labgym.scenes.clear_overview import clear_overview
 from labgym.scenes.floor_views import floor_views, inside
 from labgym.scenes.overview import overview
 
@@ -70,15 +71,16 @@ def view(layout: Layout, name: str) -> View:
 
 
 def picture_view(layout: Layout, name: str) -> View:
-    """Return the camera of a picture by name: that of `views`, but for a rectangular room a nearer overview.
+    """Return the camera of a picture by name: that of `views`, but a nearer or clearer overview.
 
-    The overview in the MJCF scene of a rectangular room keeps its place, which leaves half of a picture empty.
+    The overview in the MJCF scene of a rectangular room keeps its place, which leaves half of a picture empty. That of
+    any other floor depends on the floor alone; in pictures it looks at fronts and over tall furniture.
 
     Raises:
         UnknownNameError: no camera has that name.
     """
-    if name == "overview" and layout.floor.is_rectangle:
-        return overview(layout.floor)
+    if name == "overview":
+        return overview(layout.floor) if layout.floor.is_rectangle else clear_overview(layout)
     return view(layout, name)
 
 

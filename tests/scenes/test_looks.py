@@ -116,11 +116,16 @@ def test_views_from_inside_have_a_ceiling_with_lamps_and_a_landscape_behind_wind
     assert ceiling.max() > 245.0
     assert 90.0 < np.median(ceiling) < 245.0
     view = picture_view(layout, "door")
-    at = view.project(np.array([(3.0, 5.1, 2.1), (3.0, 5.1, 1.1)]))
-    rows, columns = np.rint(90.0 - at[:, 1] * 90.0).astype(int), np.rint(160.0 + at[:, 0] * 90.0).astype(int)
-    sky, ground = picture[rows, columns]
-    assert sky[2] > ground[2] + 20.0
-    assert ground[1] > ground[2]
+
+    def seen(height: float) -> np.ndarray:
+        at = view.project(np.array([(x, 5.1, height) for x in np.linspace(2.2, 3.8, 15)]))
+        return picture[np.rint(90.0 - at[:, 1] * 90.0).astype(int), np.rint(160.0 + at[:, 0] * 90.0).astype(int)].mean(
+            axis=0
+        )
+
+    sky, ground = seen(2.1), seen(1.1)
+    assert sky[2] > ground[2] + 10.0
+    assert sky[2] - sky[1] > ground[2] - ground[1] + 10.0
 
 
 def test_compiled_scenes_of_floors_have_textures_and_those_of_plain_rooms_have_none(tmp_path: Path) -> None:
@@ -203,3 +208,31 @@ def test_usd_textures_load_with_the_pixels_of_the_materials(tmp_path: Path) -> N
     assert places * period == pytest.approx(points[:, :2], abs=1e-3)
     plain = Layout(id="plain", floor=Room(width=6.0, depth=5.0).floor, placements=())
     assert not (write_usd(plain, tmp_path / "plain").parent / "textures").exists()
+
+
+@pytest.mark.parametrize("name", ["suite", "ell", "oblique"])
+def test_every_piece_of_furniture_is_seen_in_the_overview(name: str) -> None:
+    layout = floors.furnished(name)
+    view = picture_view(layout, "overview")
+    mesh = scene_mesh(layout, hidden_walls(layout.floor, view.position))
+    tall, (width, height) = math.tan(math.radians(view.fovy) / 2.0), (384, 216)
+    x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, (np.arange(height) + 0.5) / height * 2 - 1)
+    right, up, backward = view.axes()
+    rays = x.ravel()[:, None] * tall * width / height * right + y.ravel()[:, None] * tall * up - backward
+    first = mesh.trimesh().ray.intersects_first(np.tile(view.position, (len(rays), 1)), rays)
+    pixels = np.bincount(mesh.owner[first[first >= 0]] + 1, minlength=len(layout.placements) + 1)[1:]
+    boxes = [layout.box(placement.id) for placement in layout.placements]
+    assert all(count >= 3 for count, box in zip(pixels, boxes, strict=True) if box.width * box.depth > 0.2)
+
+
+def test_the_overview_looks_at_the_fronts_of_hoods() -> None:
+    """Three hoods along any wall of a square room show their fronts."""
+    floor = room()
+    for yaw, along in ((0.0, [(x, 0.4) for x in (2.9, 4.1, 5.3)]), (math.pi, [(x, 4.6) for x in (0.9, 2.4, 3.9)])):
+        hoods = tuple(
+            Placement(id=f"hood_{k}", asset="FumeHood1200", position=(*place, 0.0), yaw=yaw)
+            for k, place in enumerate(along)
+        )
+        view = picture_view(Layout(id="hoods", floor=floor, placements=hoods), "overview")
+        front = np.array([-math.sin(yaw), math.cos(yaw)])
+        assert (np.array(view.position[:2]) - np.array(view.target[:2])) @ front > 0.0
