@@ -74,7 +74,9 @@ class FloorProposer:
         generator = np.random.default_rng([request.seed, ASSEMBLY_STREAM])
         constraints = (rule for protocol in request.protocols for rule in protocol.spatial_constraints)
         tied = {request.catalog.find(rule.subject).name for rule in constraints if rule.kind == "on"}
-        return assembled(self.plan(request).layout(), request.profile, generator, tied)
+        holdings = request.holdings
+        stands = None if holdings is None or holdings.purchases == "any" else holdings.counts
+        return assembled(self.plan(request).layout(), request.profile, generator, tied, stands)
 
     def plan(self, request: Request) -> Plan:
         """Return the first plan in which ways lead to everything, filled as the request's style asks for.

@@ -6,7 +6,7 @@ The pieces remain separate placements, so that a protocol finds what it requires
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import ClassVar
@@ -66,7 +66,13 @@ def published_setups() -> tuple[Setup, ...]:
     return Setups.load(artefacts("assets") / "layouts" / "setups.json").setups
 
 
-def assembled(layout: Layout, profile: Profile, generator: np.random.Generator, tied: Collection[str] = ()) -> Layout:
+def assembled(
+    layout: Layout,
+    profile: Profile,
+    generator: np.random.Generator,
+    tied: Collection[str] = (),
+    stands: Mapping[str, int] | None = None,
+) -> Layout:
     """Return a layout in which the pieces on each work surface are assembled as far as they make up apparatus.
 
     Hoods come first, and take missing pieces from benches. The objects on a surface are arranged anew; glassware and
@@ -75,6 +81,7 @@ def assembled(layout: Layout, profile: Profile, generator: np.random.Generator, 
 
     Args:
         tied: assets that no hood takes from a bench, because a protocol says on what they stand.
+        stands: number of stands that may be placed, by asset name; None for any number.
     """
     supports = [placement for placement in layout.placements if _is_work_surface(layout, placement)]
     for support in sorted(supports, key=lambda support: not layout.asset(support.id).fume_hood):
@@ -82,7 +89,7 @@ def assembled(layout: Layout, profile: Profile, generator: np.random.Generator, 
         if layout.asset(support.id).fume_hood:
             benches = [bench for bench in supports if not layout.asset(bench.id).fume_hood]
             others = [child for bench in benches for child in _movable(layout, bench) if child.asset not in tied]
-        layout = _on_surface(layout, support, others, profile, generator)
+        layout = _on_surface(layout, support, others, profile, generator, stands)
     return layout
 
 
@@ -103,10 +110,11 @@ def _on_surface(
     others: Sequence[Placement],
     profile: Profile,
     generator: np.random.Generator,
+    stands: Mapping[str, int] | None,
 ) -> Layout:
     standing = [child for child in layout.children(support.id) if child.slot == 0]
     movable = _movable(layout, support)
-    chosen = _choose(layout, movable, others)
+    chosen = _choose(layout, movable, others, stands)
     while chosen:
         held = {piece.id for apparatus in chosen for piece in apparatus.pieces.values()}
         loose = [child for child in movable if child.id not in held]
@@ -118,7 +126,9 @@ def _on_surface(
     return layout
 
 
-def _choose(layout: Layout, pieces: Sequence[Placement], others: Sequence[Placement]) -> list[_Apparatus]:
+def _choose(
+    layout: Layout, pieces: Sequence[Placement], others: Sequence[Placement], stands: Mapping[str, int] | None
+) -> list[_Apparatus]:
     """Return the apparatus that can be made up of pieces and, where those are too few, of others.
 
     Each piece is in one apparatus, and each apparatus has one of the first pieces.
@@ -126,7 +136,8 @@ def _choose(layout: Layout, pieces: Sequence[Placement], others: Sequence[Placem
     free = [*pieces, *others]
     chosen: list[_Apparatus] = []
     for setup in published_setups():
-        while True:
+        placed = sum(placement.asset == setup.stand for placement in layout.placements)
+        while stands is None or placed + _count(chosen, setup.stand) < stands.get(setup.stand, 0):
             own: dict[int, Placement] = {}
             for slot, names in enumerate(setup.pieces):
                 left = [piece for piece in free if piece not in own.values()]
@@ -139,6 +150,10 @@ def _choose(layout: Layout, pieces: Sequence[Placement], others: Sequence[Placem
             chosen.append(_Apparatus(layout.catalog.get(setup.stand), own))
             free = [piece for piece in free if piece not in own.values()]
     return chosen
+
+
+def _count(chosen: Sequence[_Apparatus], stand: str) -> int:
+    return sum(apparatus.stand.name == stand for apparatus in chosen)
 
 
 def _arrange(
