@@ -238,6 +238,18 @@ def test_stored_glassware_is_empty_and_glassware_in_use_is_not(layout: Layout) -
     assert "borosilicate" in stored
 
 
+def test_a_stored_funnel_stands_on_its_rim(layout: Layout) -> None:
+    stored = layout.placement("stored").model_copy(update={"id": "funnel", "asset": "GlassFunnel"})
+    drawn = asset_mesh(drawn_asset(layout.replace(placements=(*layout.placements, stored)), "funnel"))
+    size = drawn.asset.size
+    assert drawn.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-6)
+    assert drawn.vertices[:, 2].max() == pytest.approx(size.height, abs=1e-6)
+    rim = drawn.vertices[drawn.vertices[:, 2] < 0.002]
+    assert np.hypot(*rim[:, :2].T).max() == pytest.approx(size.width / 2.0, abs=1e-3)
+    mesh = trimesh.Trimesh(drawn.vertices, drawn.faces, process=False)
+    assert mesh.volume > 0.0
+
+
 def test_a_plain_room_has_no_installations_and_shows_its_placements_as_they_are(laboratory: Layout) -> None:
     assert installations(laboratory) == ()
     assert all(drawn_asset(laboratory, p.id) is laboratory.asset(p.id) for p in laboratory.placements)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 from labgym.assets.model import Asset
 from labgym.assets.shapes.parts import Part
@@ -14,6 +15,8 @@ SHAPES: dict[str, Builder] = {}
 """Builder of each shape name."""
 EMPTY = "empty"
 """Shape parameter of a vessel without its content."""
+INVERTED = "inverted"
+"""Shape parameter of an object that stands upside down, as a stored funnel does on its rim."""
 LIQUIDS = frozenset({"blue_liquid", "yellow_liquid", "clear_liquid"})
 """Materials of the content of vessels."""
 
@@ -41,7 +44,15 @@ def build(asset: Asset, hidden: bool = False) -> tuple[Part, ...]:
     if asset.shape.name not in SHAPES:
         raise UnknownNameError("shape", asset.shape.name, SHAPES)
     parts = tuple(part for part in SHAPES[asset.shape.name](asset) if hidden or not part.hidden)
-    return tuple(part for part in parts if part.material not in LIQUIDS) if flag(asset, EMPTY) else parts
+    if flag(asset, EMPTY):
+        parts = tuple(part for part in parts if part.material not in LIQUIDS)
+    return tuple(_inverted(part, asset.size.height) for part in parts) if flag(asset, INVERTED) else parts
+
+
+def _inverted(part: Part, height: float) -> Part:
+    """Return a part of an object that is turned upside down about its own x axis at half its height."""
+    (x, y, z), (a, b, c, d) = part.position, part.quaternion
+    return replace(part, position=(x, -y, height - z), quaternion=(-b, a, -d, c))
 
 
 def extents(asset: Asset) -> tuple[float, float, float]:

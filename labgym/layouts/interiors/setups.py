@@ -87,7 +87,7 @@ def assembled(
     for support in sorted(supports, key=lambda support: not layout.asset(support.id).fume_hood):
         others: list[Placement] = []
         if layout.asset(support.id).fume_hood:
-            benches = [bench for bench in supports if not layout.asset(bench.id).fume_hood]
+            benches = [bench for bench in supports if layout.asset(bench.id).subtype == "workbench"]
             others = [child for bench in benches for child in _movable(layout, bench) if child.asset not in tied]
         layout = _on_surface(layout, support, others, profile, generator, stands)
     return layout
@@ -95,7 +95,8 @@ def assembled(
 
 def _is_work_surface(layout: Layout, placement: Placement) -> bool:
     asset = layout.asset(placement.id)
-    return placement.support == FLOOR and bool(asset.surfaces) and (asset.subtype == "workbench" or asset.fume_hood)
+    open_or_ventilated = asset.subtype in ("workbench", "glovebox") or asset.fume_hood
+    return placement.support == FLOOR and bool(asset.surfaces) and open_or_ventilated
 
 
 def _movable(layout: Layout, support: Placement) -> list[Placement]:
