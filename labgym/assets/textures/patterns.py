@@ -58,7 +58,7 @@ def concrete(generator: np.random.Generator, size: int) -> Field:
 
 
 def ceramic_tiles(generator: np.random.Generator, size: int) -> Field:
-    """Square tiles, four in each direction, with joints, rounded edges each with another tone."""
+    """Square tiles of different tones, four in each direction, with joints and rounded edges."""
     place = (np.arange(size) + 0.5) / size * TILES
     row, column = np.meshgrid(place, place, indexing="ij")
     gap = 0.5 - np.maximum(np.abs(np.modf(row)[0] - 0.5), np.abs(np.modf(column)[0] - 0.5))
