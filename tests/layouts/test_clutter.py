@@ -11,9 +11,12 @@ import shapely
 from shapely.geometry import Point, Polygon
 
 from labgym.errors import OptionError
-from labgym.layouts import Layout, Placement, generate, load_published, published
+from labgym.geometry import OrientedBox
+from labgym.layouts import Door, Layout, Placement, Room, generate, load_published, published
 from labgym.layouts.clutter import LEVELS, add_clutter
+from labgym.layouts.clutter.ways import Ways
 from labgym.layouts.floors import draw_floor
+from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.navigation import goal_pose
 
@@ -214,3 +217,15 @@ def test_generate_adds_clutter_last_and_its_provenance_makes_the_layout_again(si
 def test_generate_refuses_other_levels():
     with pytest.raises(OptionError, match="0 to 3"):
         generate("sub_01", clutter=4)
+
+
+def test_goals_stay_joined_where_one_exit_is_blocked_already():
+    room = Room(width=10.0, depth=4.0, doors=(Door(wall="left", offset=2.0), Door(wall="right", offset=2.0)))
+    rack = Placement(id="rack", asset="EquipmentRack", position=(0.35, 2.0, 0.0), yaw=-math.pi / 2.0)
+    building = building_of(Layout(id="room", floor=room.floor, placements=(rack,)))
+    box = OrientedBox(0.35, 2.0, 1.2, 0.7, -math.pi / 2.0, 0.0, 2.0)
+    ways = Ways(room.floor, building.entrances, [box], [(3.0, 2.0), (7.0, 2.0)])
+    right, near, far = 1, 2, 3
+    assert ways.joined(ways.values)[0] == {(right, near), (right, far), (near, far)}
+    barrier = ways.with_boxes([OrientedBox(5.0, 2.0, 0.5, 3.6, 0.0, 0.0, 1.0)])
+    assert ways.joined(barrier)[0] == {(right, far)}

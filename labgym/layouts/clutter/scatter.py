@@ -113,7 +113,7 @@ class _Scatter:
         self.fronts = BoxArray.of([front_zone(box, asset.clearance) for box, asset in self.furniture])
         low = [box for box in layout.floor.solids if box.z0 < OBSTACLE_HEIGHT]
         self.ways = Ways(layout.floor, entrances, [*low, *layout.obstacles(OBSTACLE_HEIGHT)], goals)
-        self.reached = self.ways.reached(self.ways.values)
+        self.joined = self.ways.joined(self.ways.values)
         self.count = Counter(placement.asset for placement in layout.placements)
         self.names = {placement.id for placement in layout.placements}
 
@@ -234,10 +234,10 @@ class _Scatter:
         return [bool(is_free) for is_free in free]
 
     def _leaves_ways(self, *boxes: OrientedBox) -> bool:
-        """Whether every goal is still reached with more obstacles; the ways then include them."""
+        """Whether ways still join what they joined before, with more obstacles; the ways then include them."""
         values = self.ways.with_boxes([box for box in boxes if box.z0 < OBSTACLE_HEIGHT])
-        reached = self.ways.reached(values)
-        if not all(before <= after for before, after in zip(self.reached, reached, strict=True)):
+        joined = self.ways.joined(values)
+        if not all(before <= after for before, after in zip(self.joined, joined, strict=True)):
             return False
         self.ways.values = values
         return True

@@ -1,4 +1,4 @@
-"""The ways of a floor as clearances on a grid: which goals a disc reaches from every exit. Lengths in meters."""
+"""The ways of a floor as clearances on a grid: between which exits and goals a disc moves. Lengths in meters."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ existed before, the disc with half a step to spare."""
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
+Pair = tuple[int, int]
 
 
 class Ways:
@@ -56,15 +57,25 @@ class Ways:
         lower_to_boxes(values, self._xs, self._ys, boxes, REACH)
         return values
 
-    def reached(self, values: Array) -> tuple[frozenset[int], ...]:
-        """Return, for each of `RADII`, the goals that a disc of that radius reaches from every exit."""
-        return tuple(self._reached(values, radius) for radius in RADII)
+    def joined(self, values: Array) -> tuple[frozenset[Pair], ...]:
+        """Return, for each of `RADII`, the pairs of places between which a disc of that radius moves.
 
-    def _reached(self, values: Array, radius: float) -> frozenset[int]:
+        Places are the exits and then the goals, by number; pairs of two exits are left out.
+        """
+        return tuple(self._joined(values, radius) for radius in RADII)
+
+    def _joined(self, values: Array, radius: float) -> frozenset[Pair]:
         _, labels = cv2.connectedComponents((values >= radius).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-        starts = [set(labels[nodes].tolist()) - {0} for nodes in self._starts[radius]]
-        goals = [set(labels[nodes].tolist()) - {0} for nodes in self._goals]
-        return frozenset(k for k, near in enumerate(goals) if all(near & start for start in starts))
+        exits, goals = (
+            [set(labels[nodes].tolist()) - {0} for nodes in places] for places in (self._starts[radius], self._goals)
+        )
+        places = [*exits, *goals]
+        return frozenset(
+            (first, second)
+            for second in range(len(exits), len(places))
+            for first in range(second)
+            if not places[first].isdisjoint(places[second])
+        )
 
     def _around(self, goal: Point) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Rows and columns of the grid points near a goal."""
