@@ -9,15 +9,21 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
-from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_surface, on_wall, over_door
+from labgym.layouts.fitting import Accept, Keepouts, along_walls, on_floor, on_surface, on_wall, over_door
 from labgym.layouts.floor import Space
-from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.passages import Passages
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.thresholds import PROTRUSION
+from labgym.layouts.rules.zones import HEADROOM
 from labgym.layouts.surroundings import door_of, main_door
 
 STOOLS = 4
@@ -90,6 +96,7 @@ class _Dresser:
         self.by_space = request.style is not None
         self.spaces: tuple[Space | None, ...] = layout.floor.spaces if self.by_space else (None,)
         self._located: dict[str, str | None] = {}
+        self.passages = Passages(layout)
         self.baseline: Assessment | None = None
         """Assessment that no addition may worsen; None while additions are checked stage by stage."""
 
@@ -124,12 +131,20 @@ class _Dresser:
                 near, asset = self._point(accessory.near, space), self.catalog.get(accessory.asset)
                 if near is not None:
                     poses = along_walls(self.layout, asset, near, None if space is None else space.id)[:80]
-                    self._add(on_floor(self.layout, asset, self.keepouts, poses, in_front=False))
+                    accept = self._keeps_ways(asset, space)
+                    self._add(on_floor(self.layout, asset, self.keepouts, poses, in_front=False, accept=accept))
         self._pull_up_stools()
 
     def _hang(self, name: str, near: tuple[float, float], space: Space | None) -> None:
-        where = None if space is None else space.id
-        self._add(on_wall(self.layout, self.catalog.get(name), self.keepouts, near, space=where))
+        where, asset = None if space is None else space.id, self.catalog.get(name)
+        accept = self._keeps_ways(asset, space)
+        self._add(on_wall(self.layout, asset, self.keepouts, near, space=where, accept=accept))
+
+    def _keeps_ways(self, asset: Asset, space: Space | None) -> Accept | None:
+        """The condition that an object leaves the ways of a space wide; None if it stands in no way."""
+        if space is None or asset.size.depth <= PROTRUSION or asset.mount_height >= HEADROOM:
+            return None
+        return partial(self.passages.add, space.id)
 
     def _reach_every_place(self, space: Space) -> None:
         """Add extinguishers where a place of work is too far from those of its space."""
@@ -271,5 +286,9 @@ class _Dresser:
             for placement in layout.placements
             if placement.support == FLOOR and placement.id != owner and self._role(placement) != seat
         ]
+        if self.by_space:
+            hung = [layout.box(p.id) for p in layout.placements if p.support == WALL]
+            low = [box for box in (*hung, *layout.floor.solids) if box.z0 < HEADROOM]
+            others = [replace(box, z0=0.0, z1=HEADROOM) for box in (*others, *low)]
         gaps = pairwise_distance(BoxArray.of([stool]), BoxArray.of(others))
         return bool((gaps >= PASSAGE).all())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +28,10 @@ LINTEL_GAP = 0.05
 """Height of an object over a door above its upper edge, meters."""
 BATCH = 32
 """Places that are checked together: most searches end with the first few."""
+ACCEPTED_TRIES = 8
+"""Free places on a wall for which a further condition is asked."""
+
+Accept = Callable[[OrientedBox], bool]
 
 
 @dataclass(frozen=True)
@@ -122,12 +126,14 @@ def on_wall(
     near: tuple[float, float],
     height: float | None = None,
     space: str | None = None,
+    accept: Accept | None = None,
 ) -> Placement | None:
     """Return a placement at the free place on a wall that is nearest to a point, or None if the walls are full.
 
     Args:
         height: of its bottom, meters; the asset's mount height by default.
         space: id of the space on whose walls; None for all.
+        accept: a further condition on the box of a free place; only the first few are asked.
     """
     bottom = asset.mount_height if height is None else height
     top = bottom + asset.size.height
@@ -138,22 +144,33 @@ def on_wall(
         doors += keepouts.areas
     barred = [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones]
     obstacles = [box for box in (*_boxes(layout), *barred) if box.z0 < top + ELBOW and box.z1 > bottom - ELBOW]
-    barriers = BoxArray.of(obstacles)
+    barriers, refused = BoxArray.of(obstacles), 0
     for some in _batched(candidates, BATCH):
         boxes = [OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, bottom, top) for x, y, yaw in some]
         for box, is_free in zip(boxes, _free(boxes, barriers), strict=True):
-            if is_free:
+            if not is_free:
+                continue
+            if accept is None or accept(box):
                 return _placement(layout, asset, (box.x, box.y, bottom), box.yaw, WALL, None)
+            refused += 1
+            if refused == ACCEPTED_TRIES:
+                return None
     return None
 
 
 def on_floor(
-    layout: Layout, asset: Asset, keepouts: Keepouts, poses: Iterable[tuple[float, float, float]], in_front: bool
+    layout: Layout,
+    asset: Asset,
+    keepouts: Keepouts,
+    poses: Iterable[tuple[float, float, float]],
+    in_front: bool,
+    accept: Accept | None = None,
 ) -> Placement | None:
     """Return a placement at the first free pose (x, y, yaw), or None.
 
     Args:
         in_front: whether it may stand in a front zone, as a stool does; otherwise its own front must be free too.
+        accept: a further condition on the box of a free pose.
     """
     size = asset.size
     barred = [*keepouts.areas, *keepouts.stands, *(() if in_front else keepouts.zones)]
@@ -164,7 +181,7 @@ def on_floor(
         reach = [box if in_front else front_zone(box, asset.clearance) for box in boxes]
         free = zip(boxes, _free(boxes, barriers), _free(reach, solid), strict=True)
         for box, is_free, is_served in free:
-            if is_free and is_served and inside(floor, box):
+            if is_free and is_served and inside(floor, box) and (accept is None or accept(box)):
                 return _placement(layout, asset, (box.x, box.y, 0.0), box.yaw, FLOOR, None)
     return None
 

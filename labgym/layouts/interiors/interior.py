@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Ground
+from labgym.layouts.ground.wide_ways import WideWays
 from labgym.layouts.interiors.lattice import Lattice
 from labgym.layouts.interiors.standing import Standing, strips
-from labgym.layouts.interiors.wide_ways import WideWays
 from labgym.layouts.rules.zones import front_zone
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.ground import Ground
+from labgym.layouts.ground.ground import Ground
 from labgym.layouts.rules.clearance import cells_to, lower_to_boxes
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH
 from labgym.navigation import goal_pose

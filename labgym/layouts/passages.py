@@ -1,0 +1,41 @@
+"""Whether ways out stay wide in the spaces of a furnished floor while accessories are added."""
+
+from __future__ import annotations
+
+from labgym.geometry import OrientedBox
+from labgym.layouts.ground.wide_ways import WideWays
+from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.layouts.surroundings import grounds
+
+
+class Passages:
+    """The ways of each space between its doors and its places of work; built for a space when it is first asked for."""
+
+    def __init__(self, layout: Layout) -> None:
+        """Start with the furniture of a layout."""
+        self._layout = layout
+        self._grounds = {ground.space: ground for ground in grounds(layout.floor)}
+        self._ways: dict[str, WideWays | None] = {}
+
+    def add(self, space: str, box: OrientedBox) -> bool:
+        """Add an object unless it cuts a door or a place of work off from a way out; return whether it was added.
+
+        In a space whose furniture already does so, every object is added.
+        """
+        if space not in self._ways:
+            self._ways[space] = self._furnished(space)
+        ways = self._ways[space]
+        return ways is None or ways.add([self._grounds[space].to_ground(box)], [])
+
+    def _furnished(self, space: str) -> WideWays | None:
+        ground, layout = self._grounds[space], self._layout
+        ways = WideWays(ground, [*ground.outside, *ground.solid, *ground.leaves])
+        feet, places = [], []
+        for placement in layout.placements:
+            asset, at = layout.asset(placement.id), layout.floor.space_at(*placement.position[:2])
+            if placement.support == FLOOR and asset.subtype not in MOVABLE and at is not None and at.id == space:
+                feet.append(ground.to_ground(layout.box(placement.id)))
+                places += [feet[-1]] if asset.clearance > 0.0 else []
+        ways.add(feet, places, check=False)
+        return ways if ways.joined else None
