@@ -18,8 +18,9 @@ Array = NDArray[np.float64]
 
 LONGER = 1.05
 """A path with more clearance is driven if it is at most this many times as long as the shortest one."""
-COMFORT = PLANNING_RADIUS + 0.05
-"""Radius of the disc for which exact paths are planned first, meters."""
+MARGINS = (0.05, 0.02)
+"""Distances that exact paths keep beyond the planning radius, tried in this order, meters. At a goal in front of
+furniture there is often no room for the first."""
 
 
 class AStarPolicy(Policy):
@@ -78,5 +79,8 @@ def _or_exact(path: Array | None, truth: GroundTruth) -> Array | None:
     limit = LONGER * shortest.length
     if path is not None and float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) <= limit:
         return path
-    clear = ShortestPaths(truth.layout, COMFORT).path(*ends)
-    return clear.points if clear is not None and clear.length <= limit else shortest.points
+    for margin in MARGINS:
+        clear = ShortestPaths(truth.layout, PLANNING_RADIUS + margin).path(*ends)
+        if clear is not None and clear.length <= limit:
+            return clear.points
+    return shortest.points
