@@ -29,12 +29,12 @@ def splits(
     """Draw floors of draft splits and their episodes, and print their figures and bars.
 
     For each family: floors, overlap of their furniture and walls of their hoods; over episodes and over all drives
-    that were tried: length, detour, necks, and the share that a blind policy drives freely (docs/splits.md). With 91
+    that were tried: length, detour, necks, and the shares that blind policies drive freely (docs/splits.md). With 91
     floors of each of three families it takes about ten minutes of CPU a split.
 
     Args:
         split: Splits: test, train, and seen, which has further floors of the families of training.
-        floors: Number of floors of each family. The blind policy knows the furniture of up to 90 others of them.
+        floors: Number of floors of each family. The blind policies know the furniture of up to 90 others of them.
         episodes: Number of episodes of each floor.
         seed: First development seed; the splits' own floors have others.
         own: Describe the splits' own floors. Do not tune anything on them.

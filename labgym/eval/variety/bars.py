@@ -8,7 +8,7 @@ from typing import Literal
 from labgym.eval.variety.figures import GroupFigures
 
 BLIND_FLOORS = 90
-"""Number of other floors whose furniture the blind policy knows."""
+"""Number of other floors whose furniture the blind policies know."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,8 @@ def bars(figures: GroupFigures) -> tuple[Bar, ...]:
         Bar("share of episodes with a detour of at least 1.3", episodes.detour_3, 0.30, ">="),
         Bar("share of episodes whose widest way is under 0.90 m", episodes.widest_neck, 0.30, ">="),
         Bar("episodes under 2 m", float(episodes.short), 0.0, "=", 0),
-        Bar("share of episodes that the blind policy drives freely", episodes.blind, 0.40, "<"),
+        Bar("share of episodes driven blind, by the mean of other floors", episodes.blind, 0.40, "<"),
+        Bar("share of episodes driven blind, by distance from walls", episodes.blind_walls, 0.40, "<"),
         Bar("overlap of furniture of two floors of a family", figures.overlap, 0.45, "<"),
         Bar("share of hoods on the rarest wall", figures.rarest_wall, 0.10, ">="),
     )

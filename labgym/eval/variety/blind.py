@@ -1,13 +1,15 @@
-"""The blind policy: it knows the walls of a floor and where furniture stands on other floors, and drives unseeing.
+"""Blind policies: they know the walls of a floor and where furniture stands on other floors, and drive unseeing.
 
-A floor on which it succeeds can be driven by heart: nothing has to be seen. It is as good as its knowledge allows: its
-path has the greatest probability of being free, if the parts of the path are independent.
+A floor on which they succeed can be driven by heart: nothing has to be seen. They are as good as their knowledge
+allows: the path has the greatest probability of being free, if its parts are independent. The knowledge is of one of
+two kinds: `blind_map` lays the other floors over this one, door on door; `wall_map` counts how often furniture stands
+at each distance from a wall.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -32,6 +34,8 @@ TOUCHING, CLEAR = 0.25, 0.35
 7 cm."""
 SNAP = 0.3
 """Distance by which an end too near to a wall may be moved to a free point, meters."""
+FAR = 8.0
+"""Distance from walls beyond which `wall_map` makes no difference, meters."""
 SUBPIXELS = 4
 """Binary digits after the point of corners that are drawn on a grid."""
 
@@ -42,7 +46,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class BlindMap:
-    """The knowledge of the blind policy about a floor.
+    """The knowledge of a blind policy about a floor.
 
     Attributes:
         low: coordinates of the first grid point.
@@ -115,10 +119,27 @@ def blind_map(floor: FloorSketch, others: Sequence[FloorSketch]) -> BlindMap:
         covered = _covered(other, floor)
         count += covered
         away = distances(there, floor.low, floor.walls.shape)
-        touched += covered * np.clip((CLEAR - away) / (CLEAR - TOUCHING), 0.0, 1.0)
+        touched += covered * _touching(away)
     mean = touched.sum() / max(count.sum(), 1.0)
     risk = (touched + PRIOR * mean) / (count + PRIOR)
     return BlindMap(floor.low, np.asarray(floor.walls >= PLANNING_RADIUS), risk)
+
+
+def wall_map(floor: FloorSketch, others: Sequence[FloorSketch]) -> BlindMap:
+    """Return what a policy knows that has learned how far from walls furniture stands.
+
+    The risk at a point is the mean probability, over the points of other floors at its distance from the nearest wall,
+    that the robot would touch furniture there.
+    """
+    touched, count = np.zeros(round(FAR / STEP) + 1), np.zeros(round(FAR / STEP) + 1)
+    for other in others:
+        bins = _wall_bins(other)
+        count += np.bincount(bins[other.walls > 0.0], minlength=len(count))
+        risk = _touching(distances(other.obstacles, other.low, other.walls.shape))
+        touched += np.bincount(bins[other.walls > 0.0], risk[other.walls > 0.0], len(count))
+    mean = touched.sum() / max(count.sum(), 1.0)
+    profile = (touched + PRIOR * mean) / (count + PRIOR)
+    return BlindMap(floor.low, np.asarray(floor.walls >= PLANNING_RADIUS), profile[_wall_bins(floor)])
 
 
 def is_free(floor: FloorSketch, path: Array) -> bool:
@@ -132,10 +153,13 @@ def is_free(floor: FloorSketch, path: Array) -> bool:
 
 
 def blind_drives(
-    floor: FloorSketch, others: Sequence[FloorSketch], drives: Sequence[tuple[Point, Point]]
+    floor: FloorSketch,
+    others: Sequence[FloorSketch],
+    drives: Sequence[tuple[Point, Point]],
+    knowledge: Callable[[FloorSketch, Sequence[FloorSketch]], BlindMap] = blind_map,
 ) -> list[bool]:
-    """Return whether the blind policy drives each pair of points of a floor without touching furniture."""
-    known = blind_map(floor, others)
+    """Return whether a blind policy drives each pair of points of a floor without touching furniture."""
+    known = knowledge(floor, others)
     starts: dict[Point, list[int]] = {}
     for k, (start, _) in enumerate(drives):
         starts.setdefault(start, []).append(k)
@@ -145,6 +169,16 @@ def blind_drives(
         for k, path in zip(numbers, paths, strict=True):
             free[k] = path is not None and is_free(floor, path)
     return free
+
+
+def _touching(away: Array) -> Array:
+    """Return the probability that the robot touches furniture at given distances from it, in meters."""
+    return np.asarray(np.clip((CLEAR - away) / (CLEAR - TOUCHING), 0.0, 1.0))
+
+
+def _wall_bins(floor: FloorSketch) -> NDArray[np.intp]:
+    """Return the distance of each grid point from the nearest wall, (ny, nx), in steps of the grid up to FAR."""
+    return np.asarray(np.minimum(floor.walls.astype(np.float64), FAR) / STEP).round().astype(np.intp)
 
 
 def distances(boxes: Sequence[OrientedBox], low: Array, shape: tuple[int, int]) -> Array:

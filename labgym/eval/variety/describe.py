@@ -1,4 +1,4 @@
-"""Describes draft splits: their floors and episodes, the blind policy, and the bars."""
+"""Describes draft splits: their floors and episodes, the blind policies, and the bars."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ KIND = "describe"
 _Item = TypeVar("_Item")
 SUMMARY, FLOORS, DRIVES = "summary.json", "floors.jsonl", "drives.jsonl"
 TOGETHER = 6
-"""Number of floors in a shard of the blind policy."""
+"""Number of floors in a shard of the blind policies."""
 LAST_SEED = 10**9 - 40 * PLACES
 """Greatest first seed for development: all attempts of all places stay below the seeds of the splits."""
 
@@ -36,7 +36,7 @@ class SplitsSummary(Document):
         floors: number of floors of each family.
         episodes: number of episodes of each floor, at most.
         seed: first development seed; null for the splits' own seeds.
-        known: number of other floors whose furniture the blind policy knows.
+        known: number of other floors whose furniture the blind policies know.
         groups: each split's families, then the whole split.
     """
 
@@ -80,7 +80,7 @@ def describe_splits(
 
     Args:
         splits: names of splits.
-        floors: number of floors of each family; the blind policy knows up to 90 others of them.
+        floors: number of floors of each family; the blind policies know up to 90 others of them.
         episodes: number of episodes of each floor.
         seed: first development seed; None for the splits' own seeds.
         out: folder for `summary.json`, `floors.jsonl` and `drives.jsonl`; None writes nothing.
@@ -187,7 +187,7 @@ class _Description:
                 )
 
     def _driven_blind(self, families: Sequence[_Family], folder: RunFolder | None) -> Iterator[_Family]:
-        """Yield the families with the results of the blind policy."""
+        """Yield the families with the results of the blind policies."""
         shards = {}
         for number, family in enumerate(families):
             for first in range(0, len(family.floors), TOGETHER):
@@ -196,9 +196,11 @@ class _Description:
                 reachable = [[row for row in family.drives[k] if row.length is not None] for k in chosen]
                 arguments = (name, list(chosen), family.sketches, BLIND_FLOORS, reachable)
                 shards[f"blind/{name}"] = number, chosen, Shard(f"blind/{name}", drive_blind, arguments, len(chosen))
-        results: dict[tuple[int, int], list[bool]] = {}
+        results: dict[tuple[int, int], list[tuple[bool, bool]]] = {}
         tasks = [shard for _, _, shard in shards.values()]
-        for shard, output in run_shards(tasks, folder, self.executor, "blind policy", "floor", progress=self.progress):
+        for shard, output in run_shards(
+            tasks, folder, self.executor, "blind policies", "floor", progress=self.progress
+        ):
             number, chosen, _ = shards[shard.name]
             for k, free in zip(chosen, json.loads(_file(output.files, ".json")), strict=True):
                 results[number, k] = free
@@ -207,10 +209,14 @@ class _Description:
             yield _Family(family.split, family.name, family.floors, drives, family.sketches)
 
 
-def _with_blind(rows: Sequence[DriveRow], free: Sequence[bool]) -> tuple[DriveRow, ...]:
-    """Return drives with the blind policy's results for those that have a path."""
+def _with_blind(rows: Sequence[DriveRow], free: Sequence[tuple[bool, bool]]) -> tuple[DriveRow, ...]:
+    """Return drives with the blind policies' results for those that have a path."""
     results = iter(free)
-    return tuple(row if row.length is None else row.model_copy(update={"blind": next(results)}) for row in rows)
+    names = "blind", "blind_walls"
+    return tuple(
+        row if row.length is None else row.model_copy(update=dict(zip(names, next(results), strict=True)))
+        for row in rows
+    )
 
 
 def _overlaps(family: _Family) -> list[float]:

@@ -26,7 +26,8 @@ class DriveFigures(Record):
         detour_1, detour_3: share with a detour of at least 1.1 and 1.3.
         neck, widest_neck: share whose narrowest gap on the shortest path, and on the widest way, is under 0.90 m.
         short: number of drives under 2 m.
-        blind: share that the blind policy drives without touching anything.
+        blind: share that the policy that knows the mean of other floors drives without touching anything.
+        blind_walls: the same of the policy that knows how far from walls furniture stands.
     """
 
     drives: int
@@ -38,6 +39,7 @@ class DriveFigures(Record):
     widest_neck: float | None
     short: int
     blind: float | None
+    blind_walls: float | None
 
     @classmethod
     def of(cls, rows: Iterable[DriveRow]) -> DriveFigures:
@@ -56,6 +58,7 @@ class DriveFigures(Record):
             widest_neck=_share(np.array([row.widest_neck for row in rows]) < NARROW) if rows else None,
             short=int((lengths < SHORTEST).sum()),
             blind=_share([row.blind for row in rows if row.blind is not None]),
+            blind_walls=_share([row.blind_walls for row in rows if row.blind_walls is not None]),
         )
 
 

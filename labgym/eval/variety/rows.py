@@ -60,7 +60,8 @@ class DriveRow(Record):
         neck: narrowest gap on the shortest path, meters, at most 3.
         widest_neck: narrowest gap on the widest way, meters, at most 3.
         accepted: whether it is an episode of the split.
-        blind: whether the blind policy drives it without touching anything; null if it was not tried.
+        blind: whether the policy that knows the mean of other floors drives it without touching anything; null if it
+            was not tried. blind_walls: the same of the policy that knows how far from walls furniture stands.
     """
 
     split: str
@@ -75,6 +76,7 @@ class DriveRow(Record):
     widest_neck: float | None
     accepted: bool
     blind: bool | None = None
+    blind_walls: bool | None = None
 
     @classmethod
     def of(cls, split: str, index: int, tried: TriedPair) -> DriveRow:

@@ -1,4 +1,4 @@
-"""The shards of a description: a floor is drawn, furnished and measured; then the blind policy drives on it."""
+"""The shards of a description: a floor is drawn, furnished and measured; then the blind policies drive on it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from labgym.eval.variety.blind import blind_drives
+from labgym.eval.variety.blind import blind_drives, blind_map, wall_map
 from labgym.eval.variety.hood_walls import hood_walls
 from labgym.eval.variety.rows import DriveRow, FloorRow
 from labgym.eval.variety.sketch import FloorSketch, entry_poses, places_of_work, sketch_of
@@ -49,13 +49,13 @@ def survey(split: str, index: int, first: int | None, episodes: int) -> ShardOut
 def drive_blind(
     name: str, floors: Sequence[int], sketches: Sequence[bytes], others: int, drives: Sequence[Sequence[DriveRow]]
 ) -> ShardOutput:
-    """Return whether the blind policy drives freely, for each drive with a path on some floors of a family.
+    """Return whether each blind policy drives freely, for each drive with a path on some floors of a family.
 
     Args:
         name: name of the shard.
         floors: numbers of the floors.
         sketches: of all floors of the family.
-        others: number of other floors whose furniture the policy knows: those that follow, in a circle.
+        others: number of other floors whose furniture the policies know: those that follow, in a circle.
         drives: for each of `floors` its drives.
     """
     known = [FloorSketch.from_bytes(data) for data in sketches]
@@ -63,5 +63,6 @@ def drive_blind(
     for floor, rows in zip(floors, drives, strict=True):
         following = [known[(floor + k) % len(known)] for k in range(1, min(others, len(known) - 1) + 1)]
         ends = [(row.start[:2], row.goal[:2]) for row in rows]
-        results.append(blind_drives(known[floor], following, ends))
+        free = [blind_drives(known[floor], following, ends, knowledge) for knowledge in (blind_map, wall_map)]
+        results.append(list(zip(*free, strict=True)))
     return ShardOutput({f"{SHARDS}/blind/{name}.json": json.dumps(results).encode()})

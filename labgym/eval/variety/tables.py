@@ -21,7 +21,8 @@ DRIVE_COLUMNS = (
     "neck < 0.90 m",
     "widest way < 0.90 m",
     "under 2 m",
-    "blind free",
+    "blind by place",
+    "blind by walls",
 )
 
 
@@ -46,8 +47,9 @@ def tables(summary: SplitsSummary) -> tuple[Table, ...]:
             drives,
             (
                 "L*: median length of the shortest path. Neck: narrowest gap on the shortest path; widest way:",
-                "narrowest gap on the widest way, which no other way avoids. Blind free: share that the blind policy",
-                f"drives without touching anything: it knows the walls, and the furniture of {summary.known} floors.",
+                "narrowest gap on the widest way, which no other way avoids. Blind: shares that policies without",
+                "sensors drive without touching anything. They know the walls, and the furniture of",
+                f"{summary.known} floors: by its place, seen from the main door, or by its distance from walls.",
             ),
         ),
         *(_bar_table(group) for group in summary.groups if group.family is None),
@@ -90,6 +92,7 @@ def _drive_row(group: GroupFigures, name: str, figures: DriveFigures) -> tuple[s
         percent(figures.widest_neck),
         str(figures.short),
         percent(figures.blind),
+        percent(figures.blind_walls),
     )
 
 

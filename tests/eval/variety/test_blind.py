@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from room_sketches import sketch, turned
 
-from labgym.eval.variety.blind import blind_drives, blind_map, distances, is_free
+from labgym.eval.variety.blind import blind_drives, blind_map, distances, is_free, wall_map
 from labgym.geometry import OrientedBox
 
 ISLANDS = np.array([[3.0, 3.0, 3.0, 1.5, 0.0], [7.5, 5.0, 1.2, 4.0, 0.0], [1.5, 6.0, 1.8, 0.75, 0.2]])
@@ -61,6 +61,21 @@ def test_the_risk_is_the_share_of_floors_on_which_the_robot_touches_something():
     assert risk[40, 50] == pytest.approx(0.3, abs=0.01)
     assert risk[40, 61] == pytest.approx(0.3, abs=0.02)
     assert risk[40, 65] == pytest.approx(0.0, abs=0.01)
+
+
+def test_who_knows_how_far_from_walls_furniture_stands_drives_between_it():
+    """Floors of three widths have benches 0.75 m deep along all walls, and nothing else."""
+    floors = []
+    for width in (10.0, 12.0, 14.0):
+        along = [(width / 2.0, y, width, 0.75, 0.0) for y in (0.375, 7.625)]
+        floors.append(sketch(width, 8.0, np.array(along + [(x, 4.0, 0.75, 8.0, 0.0) for x in (0.375, width - 0.375)])))
+    known = wall_map(floors[0], floors[1:])
+    assert known.risk[5, 50] == pytest.approx(1.0, abs=0.01)
+    assert known.risk[20, 50] == pytest.approx(0.0, abs=0.01)
+    crossing = [((1.5, 4.0), (8.5, 4.0)), ((2.0, 1.5), (8.0, 6.5))]
+    assert blind_drives(floors[0], floors[1:], crossing, wall_map) == [True, True]
+    surprise = sketch(10.0, 8.0, np.array([[5.0, 4.0, 1.0, 7.0, 0.0]]))
+    assert blind_drives(surprise, floors[1:], crossing, wall_map) == [False, False]
 
 
 def test_walls_leave_a_way_or_none():

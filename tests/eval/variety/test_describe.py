@@ -38,6 +38,7 @@ def drive(length: float | None, detour: float = 1.2, neck: float = 1.0, accepted
         widest_neck=neck if known else None,
         accepted=accepted,
         blind=blind,
+        blind_walls=blind,
     )
 
 
@@ -58,7 +59,9 @@ def floor(*hoods: str) -> FloorRow:
 
 def test_figures_are_counted_over_the_drives_with_a_path():
     rows = [drive(9.0, 1.3, 0.95), drive(5.0, 1.1, 0.89), drive(1.5, 1.0, 0.7), drive(None)]
-    figures = DriveFigures.of([row.model_copy(update={"blind": k == 0}) for k, row in enumerate(rows)])
+    figures = DriveFigures.of(
+        [row.model_copy(update={"blind": k == 0, "blind_walls": k < 2}) for k, row in enumerate(rows)]
+    )
     assert (figures.drives, figures.unreachable, figures.short) == (4, 1, 1)
     assert figures.length == 5.0
     assert figures.detour_1 == pytest.approx(2 / 3, abs=1e-6)
@@ -66,6 +69,7 @@ def test_figures_are_counted_over_the_drives_with_a_path():
     assert figures.neck == 1.0
     assert figures.widest_neck == pytest.approx(2 / 3, abs=1e-6)
     assert figures.blind == pytest.approx(1 / 3, abs=1e-6)
+    assert figures.blind_walls == pytest.approx(2 / 3, abs=1e-6)
 
 
 def test_bars_tell_what_is_reached():
@@ -135,9 +139,11 @@ def test_a_description_resumes_and_its_figures_are_those_of_its_rows(tmp_path, m
     assert total.accepted.drives == len(lengths) <= 8
     assert total.accepted.short == 0
     assert total.accepted.blind == pytest.approx(np.mean([r["blind"] for r in rows if r["accepted"]]), abs=1e-6)
+    walls = [r["blind_walls"] for r in rows if r["accepted"]]
+    assert total.accepted.blind_walls == pytest.approx(np.mean(walls), abs=1e-6)
     text = "\n".join(table.text() for table in tables(whole.summary))
     assert "Bars of split train" in text
-    assert "the furniture of 1 floors" in text
+    assert "1 floors: by its place" in text
 
 
 def test_what_cannot_be_described_is_refused_in_one_line(capsys):
