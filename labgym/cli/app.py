@@ -38,7 +38,7 @@ from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, fi
 from labgym.cli.protocols import protocols_app
 from labgym.cli.scores import score
 from labgym.cli.signals import Terminated, raise_termination
-from labgym.cli.splits import describe_app
+from labgym.cli.splits import describe_app, floors
 from labgym.cli.submission import submit_app
 from labgym.cli.training import ablate_app, card_app, data, train_app
 from labgym.errors import LabgymError
@@ -215,6 +215,7 @@ def policies() -> int:
     return DONE
 
 
+app.command(floors)
 app.command(describe_app, name="describe", help="Describe draft splits of floors.")
 app.command(submit_app, name="submit", help="Check results that others submit.")
 app.command(data)

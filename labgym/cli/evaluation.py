@@ -37,12 +37,13 @@ def eval_(
     limits: PolicyOptions = (),
     kernels: OptionalText = None,
 ) -> int:
-    """Evaluate a policy: drive every goal pair of every layout.
+    """Evaluate a policy: drive all episodes of a suite, or every goal pair of layouts.
 
     Args:
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt or .zip file, or the
             http:// URL of a policy server.
-        suite: Name of a suite (test, also called lab30; val; navdp_compat), or its .json file.
+        suite: Name of a suite (test, also called lab30; val; navdp_compat), or its .json file. The file of a suite
+            without published layouts needs them in --layouts.
         layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
             writes), or ids of published layouts.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
@@ -50,7 +51,7 @@ def eval_(
         out: Folder for episodes, routes and summary; by default runs/POLICY-SUITE. An interrupted evaluation resumes.
         options: Arguments of the policy, for example trust=true.
         fresh: Rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
-        repeats: Number of episodes per goal pair; by default the suite's.
+        repeats: Number of episodes per drive; by default the suite's.
         jitter: Displace the start of every episode by up to 2 cm and 2 degrees, clear of obstacles; a suite's .json
             file can set other values.
         limits: Limits of the policy's process: call_seconds=300 for one call of reset or act, load_seconds=600,
@@ -74,13 +75,14 @@ def eval_(
     if protocol is not None and not layouts:
         raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
     chosen = resolve_layouts(layouts, protocol)
-    rules = suite_of(chosen) if chosen else load_suite(suite)
+    from_file = suite.endswith(".json")
+    rules = suite_of(chosen) if chosen and not from_file else load_suite(suite)
     displacement = Jitter() if jitter else None
     repeated = rules.repeated(repeats, displacement)
     folder = out or default_folder(policy, suite if not chosen and repeated is rules else repeated.name)
     result = evaluate(
         policy,
-        chosen or rules,
+        rules,
         executor=execution.options(),
         out=folder,
         seed=seed,
@@ -90,6 +92,7 @@ def eval_(
         jitter=displacement,
         limits=ProcessLimits.named(parse_options(limits)),
         kernels=kernels,
+        layouts=chosen,
     )
     summary = result.summary
     print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.label}').text()}\n")

@@ -1,18 +1,51 @@
-"""The commands that describe what labgym generates."""
+"""The commands for draft splits of floors: write their floors, describe them."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
-from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber
 from labgym.cli.outcome import DONE, written
 
 describe_app = SubcommandApp()
 
 SplitNames = Annotated[tuple[Literal["train", "seen", "test"], ...], arg(metavar="SPLIT [SPLIT ...]")]
+
+
+def floors(
+    split: Literal["train", "seen", "test"],
+    out: Path,
+    count: int = 10,
+    first: int = 0,
+    episodes: int = 12,
+    development: OptionalWholeNumber = None,
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
+) -> int:
+    """Write floors of a draft split, and a suite of drives on them.
+
+    OUT receives layouts/ and suite.json; labgym eval --suite OUT/suite.json --layouts OUT/layouts drives them.
+    An interrupted command resumes.
+
+    Args:
+        split: train, seen (further floors of the families of training) or test (docs/splits.md).
+        out: Folder.
+        count: Number of floors.
+        first: Place of the first floor in the split.
+        episodes: Greatest number of drives of each floor.
+        development: First development seed, below 10^9, in place of the split's own. Tune on these alone.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    from labgym.eval.driving.drafted import draft_suite
+
+    suite = draft_suite(split, count, out, first, episodes, development, executor=execution.options(), fresh=fresh)
+    drives = sum(map(len, (suite.drives or {}).values()))
+    print(f"{count} floors, {drives} drives")
+    return written(out)
 
 
 @describe_app.command

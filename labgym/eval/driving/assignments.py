@@ -1,4 +1,4 @@
-"""The episodes of a layout: every goal pair `repeats` times, from a jittered start if the suite says so."""
+"""The episodes of a layout: every drive `repeats` times, from a jittered start if the suite says so."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from labgym.eval.driving.episode_row import Key, Pose
 from labgym.eval.driving.suites import Jitter, Suite
 from labgym.geometry import wrap_angle
 from labgym.layouts import Layout
-from labgym.navigation import GoalPair, goal_pairs
+from labgym.navigation import GoalPair
 
 DRAWS = 1000
 """Number of poses that are drawn before a jittered start falls back to the pair's own."""
@@ -39,12 +39,12 @@ class Assignment:
 
 def episode_keys(layout: Layout, suite: Suite) -> tuple[Key, ...]:
     """Return the keys of a layout's episodes in the order in which they are driven: by pair, then by repeat."""
-    return tuple((layout.id, pair.index, repeat) for pair in goal_pairs(layout) for repeat in range(suite.repeats))
+    return tuple((layout.id, pair.index, repeat) for pair in suite.pairs(layout) for repeat in range(suite.repeats))
 
 
 def assignments(layout: Layout, suite: Suite) -> tuple[Assignment, ...]:
     """Return a layout's episodes, in the order of `episode_keys`."""
-    pairs = goal_pairs(layout)
+    pairs = suite.pairs(layout)
     return tuple(_assignment(layout, suite, pairs[pair], repeat) for _, pair, repeat in episode_keys(layout, suite))
 
 
@@ -90,6 +90,8 @@ def jittered_start(layout: Layout, pair: GoalPair, repeat: int, jitter: Jitter) 
 
 def _assignment(layout: Layout, suite: Suite, pair: GoalPair, repeat: int) -> Assignment:
     start = pair.start if suite.jitter is None else jittered_start(layout, pair, repeat, suite.jitter)
+    if suite.drives is not None:
+        return Assignment(replace(pair, start=start), repeat, {"start": start, "goal": pair.goal})
     if start == pair.start:
         return Assignment(pair, repeat, {"pair": pair.index})
     return Assignment(replace(pair, start=start), repeat, {"pair": pair.index, "start": start})

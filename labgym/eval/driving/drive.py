@@ -46,7 +46,7 @@ class Drive:
 
 
 def drive_layout(policy: Driver, layout: Layout, suite: Suite, label: str, seed: int) -> tuple[Drive, ...]:
-    """Drive every goal pair of a layout, each as often as the suite says.
+    """Drive all episodes of a layout.
 
     Args:
         policy: the policy, in a separate process or in this one.

@@ -1,4 +1,4 @@
-"""The evaluator: drives a policy over every goal pair of every layout of a suite."""
+"""The evaluator: drives a policy through the episodes of a suite."""
 
 from __future__ import annotations
 
@@ -73,8 +73,9 @@ def evaluate(
     isolated: bool = True,
     limits: ProcessLimits | None = None,
     kernels: str | None = None,
+    layouts: Sequence[Layout] = (),
 ) -> NavigationReport:
-    """Drive every goal pair of every layout of a suite, each as often as the suite says, and return the results.
+    """Drive a policy through the episodes of a suite and return the results.
 
     The policy runs in a separate process, and each episode in a fresh copy of it: the object that is passed does not
     change. Apart from the measured planning times, the results do not depend on the number of workers, on the executor
@@ -92,13 +93,14 @@ def evaluate(
         options: arguments for `make_policy`.
         fresh: rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
         executor: where layouts are driven, instead of `workers` local processes.
-        repeats: number of episodes per goal pair; None takes the suite's.
+        repeats: number of episodes per drive; None takes the suite's.
         jitter: displacement of every start; None takes the suite's.
         isolated: False drives the policy in this process, for debugging, with one worker: it then remembers earlier
             episodes, and its errors are not contained.
         limits: limits of time and memory of the policy's process.
         kernels: "pinned" for equal results on every x86-64 processor with AVX2, "native" for the fastest; None is
             "pinned" where the processor allows it.
+        layouts: the layouts of a suite without a published split, in its order.
 
     Raises:
         UnknownNameError: the suite, the policy or the kernel mode does not exist.
@@ -111,7 +113,7 @@ def evaluate(
     executor = executor or ExecutorOptions(workers=workers)
     # The policy is copied before the layouts are read, so that its code cannot put them into the copy.
     source = _source(policy, dict(options or {}))
-    suite, layouts = _resolved(suite)
+    suite, layouts = _resolved(suite, layouts)
     suite = suite.repeated(repeats, jitter)
     here = executor == ExecutorOptions()
     if not isolated and not here:
@@ -271,18 +273,28 @@ def policy_fingerprint(
     return named_fingerprint(label, place, {**server, **source.options}, files)
 
 
-def _resolved(suite: str | Path | Suite | Sequence[Layout]) -> tuple[Suite, tuple[Layout, ...]]:
+def _resolved(
+    suite: str | Path | Suite | Sequence[Layout], layouts: Sequence[Layout]
+) -> tuple[Suite, tuple[Layout, ...]]:
     if isinstance(suite, str | Path):
         suite = load_suite(suite)
     if isinstance(suite, Suite):
-        return suite, suite.load_layouts()
-    layouts = tuple(suite)
+        if not layouts:
+            return suite, suite.load_layouts()
+        suite.check_layouts(layouts)
+        return suite, _unique(layouts)
+    unique = _unique((*suite, *layouts))
+    return suite_of(unique), unique
+
+
+def _unique(layouts: Sequence[Layout]) -> tuple[Layout, ...]:
+    """Return layouts whose ids differ, at least one."""
     ids = [layout.id for layout in layouts]
     repeated = sorted({name for name in ids if ids.count(name) > 1})
     if repeated or not layouts:
         problem = f"two layouts have the id {repeated[0]!r}" if repeated else "no layouts to drive in"
         raise LabgymError(f"{problem}; an evaluation needs at least one layout, and ids must be unique")
-    return suite_of(layouts), layouts
+    return tuple(layouts)
 
 
 def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:

@@ -12,6 +12,8 @@ from labgym.artefacts import artefacts
 from labgym.documents import Document, Record, canonical_hash
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, load_published, published
+from labgym.navigation import GoalPair, goal_pairs
+from labgym.navigation.goals import ANYWHERE
 
 ALIASES = {"lab30": "test"}
 """Other names of suites: lab30 is the suite of the 30 published test layouts."""
@@ -48,20 +50,48 @@ class Jitter(Record):
     seed: Annotated[int, Field(ge=0, le=2**53)] = 0
 
 
+Coordinate = Annotated[float, Field(ge=-1000.0, le=1000.0)]
+
+
+class SuiteDrive(Record):
+    """A drive of a layout.
+
+    Attributes:
+        start, goal: poses (x, y, yaw) in the room frame, meters and radians.
+        start_location, goal_location: names of the two places.
+    """
+
+    start: tuple[Coordinate, Coordinate, Coordinate]
+    goal: tuple[Coordinate, Coordinate, Coordinate]
+    start_location: Annotated[str, Field(max_length=100)] = ANYWHERE
+    goal_location: Annotated[str, Field(max_length=100)] = ANYWHERE
+
+    @classmethod
+    def of(cls, pair: GoalPair) -> Self:
+        """Return the drive of a pair."""
+        return cls(
+            start=pair.start, goal=pair.goal, start_location=pair.start_location, goal_location=pair.goal_location
+        )
+
+
+Drives = Annotated[tuple[SuiteDrive, ...], Field(max_length=1000)]
+
+
 class Suite(Document):
-    """An evaluation suite: every goal pair of every layout, in order, each `repeats` times.
+    """An evaluation suite: every drive of every layout, in order, each `repeats` times.
 
     Attributes:
         name, version: reports print both; the version rises with every change that changes results.
         description: one sentence.
         split: the published split of the layouts; None for layouts passed by hand.
         layouts: ids of layouts of the split; None includes all of them.
+        drives: the drives of each layout, by its id; None for the goal pairs of its first protocol.
         max_steps: control steps after which an episode is truncated.
         success_distance: an episode succeeds when the robot's center comes within this distance of the goal, meters;
             with `arrival`, when it is within this distance at the end.
         control_dt: duration of a control step, seconds.
-        repeats: number of episodes per goal pair.
-        jitter: displacement of every episode's start; None starts every episode at the pair's start.
+        repeats: number of episodes per drive.
+        jitter: displacement of every episode's start; None starts every episode at the drive's start.
         arrival, stuck: further rules that end an episode; None if only success ends it.
         metrics: "touchstone", or "navdp" for the metrics of the NavDP benchmark. Suites with `arrival`, `stuck` or
             another control step must use "navdp", whose metrics have separate names, so that tables never mix both.
@@ -74,6 +104,7 @@ class Suite(Document):
     description: Annotated[str, Field(max_length=500)] = ""
     split: Literal["val", "test"] | None = None
     layouts: Annotated[tuple[str, ...], Field(max_length=10_000)] | None = None
+    drives: Annotated[dict[str, Drives], Field(max_length=10_000)] | None = None
     max_steps: Annotated[int, Field(ge=1, le=100_000)] = 600
     success_distance: Annotated[float, Field(gt=0.0, le=5.0)] = 0.5
     control_dt: Annotated[float, Field(ge=0.025, le=1.0)] = 0.1
@@ -89,6 +120,8 @@ class Suite(Document):
             raise ValueError("metrics touchstone excludes arrival and stuck and requires control_dt 0.1")
         if self.metrics == "navdp" and not self.arrival:
             raise ValueError("metrics navdp requires arrival")
+        if self.drives is not None and set(self.drives) != set(self.layouts or ()):
+            raise ValueError("drives must name exactly the suite's layouts")
         return self
 
     @property
@@ -111,15 +144,47 @@ class Suite(Document):
         name = f"{self.name[:40]}-{repeats}x" + ("" if jitter is None else f"-{canonical_hash(dict(jitter))[:6]}")
         return self.model_copy(update={"name": name, "repeats": repeats, "jitter": jitter})
 
+    def pairs(self, layout: Layout) -> tuple[GoalPair, ...]:
+        """Return the drives of a layout, numbered from 0.
+
+        Raises:
+            LabgymError: the suite takes the goal pairs of the layout's protocol, and it has none or does not place one
+                of its locations.
+        """
+        if self.drives is None:
+            return goal_pairs(layout)
+        drives = self.drives[layout.id]
+        return tuple(
+            GoalPair(index, one.start, one.goal, one.start_location, one.goal_location)
+            for index, one in enumerate(drives)
+        )
+
+    def check_layouts(self, layouts: Sequence[Layout]) -> None:
+        """Check that layouts passed by hand are the suite's, in its order.
+
+        Raises:
+            OptionError: the suite has a published split, or other layouts.
+        """
+        if self.split is not None:
+            raise OptionError(f"suite {self.name!r} has the layouts of split {self.split!r}; leave out layouts")
+        ids = [layout.id for layout in layouts]
+        if self.layouts is not None and list(self.layouts) != ids:
+            missing, other = sorted(set(self.layouts) - set(ids)), sorted(set(ids) - set(self.layouts))
+            problem = (
+                f"{missing[0]!r} is missing" if missing else f"{other[0]!r} is not in it" if other else "the order"
+            )
+            raise OptionError(f"layouts are not those of suite {self.name!r}: {problem}")
+
     def load_layouts(self) -> tuple[Layout, ...]:
         """Return the suite's layouts in order.
 
         Raises:
-            UnknownNameError: the suite has no split, or a layout is not in the split.
+            OptionError: the suite has no split; its layouts have to be passed.
+            UnknownNameError: a layout is not in the split.
             DocumentError: a layout's file is broken.
         """
         if self.split is None:
-            raise UnknownNameError(f"split of suite {self.name!r}", None, ("val", "test"))
+            raise OptionError(f"suite {self.name!r} has no published layouts: pass its layouts (--layouts)")
         ids = published(self.split) if self.layouts is None else self.layouts
         return tuple(load_published(self.split, layout_id) for layout_id in ids)
 

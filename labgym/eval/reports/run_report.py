@@ -15,7 +15,7 @@ from labgym.eval.reports.tables import LAYOUT_COLUMNS, layout_table, leaderboard
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import aggregate
 from labgym.layouts import Layout
-from labgym.navigation import GoalPair, goal_pairs
+from labgym.navigation import GoalPair
 from labgym.table import Table, number
 
 
@@ -104,7 +104,6 @@ def _metrics(score: LayoutReport) -> tuple[tuple[str, str], ...]:
 
 
 def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
-    pairs = goal_pairs(layout) if layout.protocol else ()
     rows = [
         (
             _drive(pairs[row.pair], row.repeat, one.summary.suite.repeats),
@@ -117,6 +116,7 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
             str(row.contacts),
         )
         for one in results.evaluations
+        for pairs in [one.summary.suite.pairs(layout) if one.of(layout) else ()]
         for row in one.of(layout)
         if row.pair < len(pairs)
     ]

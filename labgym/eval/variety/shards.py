@@ -5,19 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-import numpy as np
-
 from labgym.eval.variety.blind import blind_drives, blind_map, wall_map
 from labgym.eval.variety.hood_walls import hood_walls
 from labgym.eval.variety.rows import DriveRow, FloorRow
-from labgym.eval.variety.sketch import FloorSketch, entry_poses, places_of_work, sketch_of
+from labgym.eval.variety.sketch import FloorSketch, sketch_of
 from labgym.layouts.drafts import drafted
-from labgym.navigation import draw_drives
+from labgym.layouts.drives import floor_drives
 from labgym.runs import ShardOutput
 from labgym.runs.folder import SHARDS
-
-DRIVES = 3
-"""Sub-stream of a floor's seed from which its drives are drawn."""
 
 
 def survey(split: str, index: int, first: int | None, episodes: int) -> ShardOutput:
@@ -32,8 +27,7 @@ def survey(split: str, index: int, first: int | None, episodes: int) -> ShardOut
     """
     place, tidy = drafted(split, index, first)
     layout = place.cluttered(tidy)
-    generator = np.random.default_rng([place.seed, DRIVES])
-    tried = draw_drives(layout, entry_poses(layout), places_of_work(layout), episodes, generator)
+    tried = floor_drives(layout, place.seed, episodes)
     floor = FloorRow.of(place, layout, hood_walls(layout))
     drives = [DriveRow.of(split, index, one).model_dump(mode="json") for one in tried]
     record = {"floor": floor.model_dump(mode="json"), "drives": drives}

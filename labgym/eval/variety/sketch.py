@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import io
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import OrientedBox, wrap_angle
+from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
 from labgym.layouts.rules.building import Entrance, building_of
-from labgym.navigation import OBSTACLE_HEIGHT, STAND_OFF, Pose, goal_poses
+from labgym.navigation import OBSTACLE_HEIGHT
 from labgym.navigation.barriers import Barriers
 
 STEP = 0.1
 """Spacing of the points at which the clearance from walls is stored, meters."""
-ENTRY = "entry"
-"""Name of the start poses inside the exits, with a number."""
 
 Array = NDArray[np.float64]
 
@@ -91,22 +88,6 @@ def sketch_of(tidy: Layout, cluttered: Layout) -> FloorSketch:
 def main_entrance(layout: Layout) -> Entrance:
     """Return the first exit of a floor, seen from inside."""
     return next(entrance for entrance in building_of(layout).entrances if entrance.exit)
-
-
-def entry_poses(layout: Layout) -> dict[str, Pose]:
-    """Return a start pose inside each exit: 0.60 m from the door, facing into the floor."""
-    poses: dict[str, Pose] = {}
-    for entrance in building_of(layout).entrances:
-        if entrance.exit:
-            x, y, yaw = entrance.pose
-            here = x - STAND_OFF * math.sin(yaw), y + STAND_OFF * math.cos(yaw)
-            poses[f"{ENTRY}-{len(poses) + 1}"] = (*here, wrap_angle(yaw + math.pi / 2.0))
-    return poses
-
-
-def places_of_work(layout: Layout) -> dict[str, Pose]:
-    """Return the goal poses of all protocols of a layout, by location."""
-    return {name: pose for one in layout.protocols for name, pose in goal_poses(layout, one).items()}
 
 
 def _footprints(layout: Layout) -> Array:

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from labgym.errors import DocumentError, UnknownNameError
+from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.eval.driving.suites import Suite, load_suite, suite_names
 
 
@@ -47,7 +47,7 @@ def test_a_field_out_of_order_is_named(tmp_path, change, field):
 
 
 def test_a_suite_without_a_split_has_no_layouts_of_its_own():
-    with pytest.raises(UnknownNameError, match="split"):
+    with pytest.raises(OptionError, match="no published layouts"):
         Suite(name="mine").load_layouts()
 
 

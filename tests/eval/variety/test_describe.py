@@ -16,9 +16,10 @@ from labgym.eval.variety.describe import describe_splits
 from labgym.eval.variety.figures import DriveFigures, group_figures
 from labgym.eval.variety.hood_walls import hood_walls
 from labgym.eval.variety.rows import DriveRow, FloorRow
-from labgym.eval.variety.sketch import FloorSketch, entry_poses, main_entrance, places_of_work, sketch_of
+from labgym.eval.variety.sketch import FloorSketch, main_entrance, sketch_of
 from labgym.eval.variety.tables import tables
 from labgym.layouts import Layout, Placement, Room, load_published, published
+from labgym.layouts.drives import entry_poses, places_of_work
 from labgym.layouts.floors import SPLITS
 from labgym.navigation import OBSTACLE_HEIGHT
 

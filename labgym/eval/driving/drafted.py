@@ -1,0 +1,112 @@
+"""Suites of draft floors: their layouts and drives, written to a folder that `labgym eval` reads."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from labgym.documents import json_bytes
+from labgym.errors import OptionError, UnknownNameError
+from labgym.eval.driving.suites import Suite, SuiteDrive
+from labgym.layouts import Layout
+from labgym.layouts.drafts import PLACES, drafted
+from labgym.layouts.drives import floor_drives
+from labgym.layouts.floors import SPLITS
+from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
+from labgym.runs.folder import SHARDS
+
+KIND = "floors"
+SUITE_FILE = "suite.json"
+MAX_STEPS = 1500
+"""Control steps of an episode: at half of the robot's greatest speed it drives 75 m in this time."""
+DEVELOPMENT = 10**9
+"""Seeds below this one belong to no split."""
+
+
+def draft_suite(
+    split: str,
+    count: int,
+    out: str | Path,
+    first: int = 0,
+    episodes: int = 12,
+    seed: int | None = None,
+    executor: ExecutorOptions | None = None,
+    fresh: bool = False,
+    progress: bool = True,
+) -> Suite:
+    """Write floors of a draft split and a suite of their drives into a folder; return the suite.
+
+    The folder receives `suite.json` and `layouts/`. An interrupted call resumes; the files do not depend on the
+    executor.
+
+    Args:
+        split: train, seen or test.
+        count: number of floors, 1 to 10,000.
+        out: the folder.
+        first: place of the first floor in the split.
+        episodes: greatest number of drives of each floor, 1 to 1000.
+        seed: first development seed, below 10^9; None for the split's own seeds.
+        executor: where the floors are made.
+        fresh: move the files of the folder aside and start anew.
+        progress: whether to show a progress bar.
+
+    Raises:
+        UnknownNameError: there is no such split.
+        OptionError: a number is out of range, or the folder holds something else.
+        InfeasibleError: no seed of a place gives a layout.
+        LabgymError: workers died.
+    """
+    limits = {
+        "count": (count, 1, 10_000),
+        "first": (first, 0, PLACES - 10_000),
+        "episodes": (episodes, 1, 1000),
+        "seed": (seed or 0, 0, DEVELOPMENT - 40 * PLACES),
+    }
+    for name, (value, least, most) in limits.items():
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            raise OptionError(f"{name} is {value!r}, expected a whole number from {least} to {most}")
+    if split not in SPLITS:
+        raise UnknownNameError("split of floors", split, SPLITS)
+    identity = RunIdentity.of(KIND, split=split, count=count, first=first, episodes=episodes, seed=seed)
+    with RunFolder.open(out, identity, fresh) as folder:
+        if folder.finished:
+            return Suite.load(folder.path / SUITE_FILE)
+        places = range(first, first + count)
+        shards = [Shard(f"{index:05d}", make_floor, (split, index, seed, episodes)) for index in places]
+        done = {
+            shard.name: json.loads(output.files[f"{SHARDS}/{shard.name}.json"])
+            for shard, output in run_shards(
+                shards, folder, executor or ExecutorOptions(), KIND, "floor", progress=progress
+            )
+        }
+        floors = [done[shard.name] for shard in shards]
+        suite = Suite(
+            name=f"draft-{split}",
+            description=f"Drives on {count} draft floors of the split {split}.",
+            layouts=tuple(floor["layout"]["id"] for floor in floors),
+            drives={
+                floor["layout"]["id"]: tuple(SuiteDrive.model_validate(drive) for drive in floor["drives"])
+                for floor in floors
+            },
+            max_steps=MAX_STEPS,
+        )
+        files = {f"layouts/{floor['layout']['id']}.json": json_bytes(floor["layout"]) for floor in floors}
+        folder.finish({**files, SUITE_FILE: json_bytes(suite.to_json())})
+    return suite
+
+
+def make_floor(split: str, index: int, first: int | None, episodes: int) -> ShardOutput:
+    """Return the layout at a place of a draft split, and its drives.
+
+    Args:
+        split, index, first: the place, as for `drafted`.
+        episodes: greatest number of drives.
+
+    Raises:
+        InfeasibleError: no seed of the place gives a layout.
+    """
+    place, tidy = drafted(split, index, first)
+    layout: Layout = place.cluttered(tidy)
+    drives = [SuiteDrive.of(one.pair) for one in floor_drives(layout, place.seed, episodes) if one.accepted]
+    record = {"layout": layout.to_json(), "drives": [drive.model_dump(mode="json") for drive in drives]}
+    return ShardOutput({f"{SHARDS}/{index:05d}.json": json.dumps(record, allow_nan=False).encode()})
