@@ -59,7 +59,7 @@ def test_each_variant_drives_with_its_own_weights_or_those_of_the_unchanged_poli
     monkeypatch.setattr(ablation, "IPLANNER", AblationStudy("iplanner", chosen))
     monkeypatch.setattr(iplanner_card, "IPLANNER", AblationStudy("iplanner", chosen))
     monkeypatch.setattr(ablation, "thinned_suite", lambda every: SHORT)
-    results = ablate_iplanner(data, tmp_path / "ablation", IPlannerTrainOptions(epochs=1, samples=2), 2, progress=False)
+    results = ablate_iplanner(data, tmp_path / "ablation", IPlannerTrainOptions(epochs=1, samples=2), 1, progress=False)
     weights = {name: Evaluation.read(results / name).summary.options["weights"] for name in ("whole", "obstacle")}
     assert load_iplanner(weights["obstacle"]).state_dict().keys() == load_iplanner(weights["whole"]).state_dict().keys()
     assert weights["obstacle"] != weights["whole"] == Evaluation.read(results / "glance").summary.options["weights"]
