@@ -34,6 +34,7 @@ from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.comparison import Comparison
+from labgym.eval.reproduction.figures import Figures
 from labgym.exchange.inventory import Inventory
 from labgym.layouts import Layout, generate
 from labgym.layouts.clutter import add_clutter
@@ -101,6 +102,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     LayoutSummary,
     NavigationSummary,
     Comparison,
+    Figures,
     RecordedReply,
     Words,
     Vocabulary,

@@ -22,7 +22,6 @@ from labgym import __version__
 from labgym.cli.arguments import (
     ExecutorArguments,
     LayoutName,
-    OptionalPath,
     OptionalText,
     PolicyOptions,
     allow_local_modules,
@@ -34,8 +33,9 @@ from labgym.cli.engineering import compile_, move, outline, view
 from labgym.cli.evaluation import compare, coverage, eval_, report
 from labgym.cli.imports import import_app
 from labgym.cli.layouts import generate
-from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, findings, written
+from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, written
 from labgym.cli.protocols import protocols_app
+from labgym.cli.reproduction import reproduce_app
 from labgym.cli.scores import score
 from labgym.cli.signals import Terminated, raise_termination
 from labgym.cli.splits import describe_app, floors
@@ -46,7 +46,7 @@ from labgym.pipeline import RunConfig
 
 app = SubcommandApp()
 
-GROUPS = {"assets": assets_app, "protocols": protocols_app}
+GROUPS = {"assets": assets_app, "protocols": protocols_app, "reproduce": reproduce_app}
 """Groups whose default command runs when no command of the group is named."""
 
 
@@ -186,24 +186,12 @@ def serve(
     return DONE
 
 
-@app.command
-def reproduce(split: Literal["val", "test"] = "test", out: OptionalPath = None) -> int:
-    """Check the published layouts against their hashes, and regenerate them from their seeds.
-
-    They are regenerated only if this version's generator made them; otherwise the release that made them is named.
-    Exit 1 if a file or a regenerated layout does not have its hash.
-
-    Args:
-        split: The published split.
-        out: Also write the layouts that this version makes from the same seeds, with a manifest, to OUT/SPLIT.
-    """
-    from labgym.layouts import splits
-
-    outcome = splits.reproduce(split, out)
-    if out is not None:
-        written(out / split)
-    print(outcome.notice)
-    return complaints(outcome.problems) or findings(())
+app.command(
+    reproduce_app,
+    name="reproduce",
+    help="Reproduce what was published. Plain `labgym reproduce --split test` checks the published layouts (short for "
+    "`published --split test`); the other commands reproduce the tables of the paper.",
+)
 
 
 @app.command

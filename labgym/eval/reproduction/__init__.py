@@ -1,0 +1,1 @@
+"""Studies that measure what the tables of the paper measure; each writes a page with both."""
