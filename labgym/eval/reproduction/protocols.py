@@ -251,7 +251,7 @@ def _chart(rows: Sequence[CountRow]) -> bytes:
     axes.barh(places, values, color=[colors[kind] for (kind, _), _ in ordered], height=0.72)
     axes.set_yticks(places, [category.replace("_", " ") for (_, category), _ in ordered], fontsize=8)
     axes.invert_yaxis()
-    for place, value in zip(places, values, strict=True):
+    for place, value in enumerate(values):
         axes.text(value + 0.6, place, str(value), va="center", fontsize=8, color=palette.INK)
     for kind, title in KINDS.items():
         axes.barh([0], [0], color=colors[kind], label=title)
