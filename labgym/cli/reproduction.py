@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from tyro.conf import Positional, arg
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath
 from labgym.cli.group import CommandGroup
@@ -48,6 +50,26 @@ def protocols(out: OptionalPath = None, fresh: bool = False, execution: Executio
     from labgym.eval.reproduction.protocols import ProtocolsStudy
 
     return _reproduced(ProtocolsStudy(), out, execution, fresh)
+
+
+@reproduce_app.command
+def labbuilder(
+    folder: Positional[Annotated[Path, arg(metavar="FOLDER")]],
+    out: OptionalPath = None,
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
+) -> int:
+    """Scenes of LabBuilder's authors: read, scored, repaired, driven in, and written again (docs/labbuilder.md).
+
+    Args:
+        folder: Folder of scenes (.json), with asset_bboxes.json and goal_pairs.json for all of them if there are any.
+        out: Folder of the results; by default runs/reproduce/labbuilder. Repaired scenes are in layouts, and in
+            LabBuilder's form in labbuilder/SCENE.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    from labgym.exchange.labbuilder.study import LabBuilderStudy
+
+    return _reproduced(LabBuilderStudy(folder), out, execution, fresh)
 
 
 def _reproduced(study: Study[Any], out: Path | None, execution: Execution, fresh: bool) -> int:
