@@ -56,7 +56,7 @@ class LabBuilderStudy(Study[SceneRow]):
         """Return the scene files of the folder, sorted.
 
         Raises:
-            OptionError: there are none, or too many.
+            OptionError: it has no scene, or too many.
         """
         names = (SIZES_FILE, PAIRS_FILE)
         files = [path for path in sorted(self.folder.glob("*.json")) if path.name not in names]
