@@ -32,7 +32,7 @@ class Episode:
         self.task = task
         self.robot = robot
         self.world: World = world_of(task.layout)
-        self.simulation = Simulation(self.world.model, robot)
+        self.simulation = Simulation(self.world.model, robot, self.world.out_of_reach)
         self.simulation.place(task.pair.start)
         self._to_go = self.world.to_go(task.pair.goal, distance_to_go)
         self._remaining = self._to_go.at(*task.pair.start[:2])

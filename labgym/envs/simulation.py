@@ -6,6 +6,7 @@ import math
 
 import mujoco
 
+from labgym.envs.reach import FASTEST, OutOfReach, robot_alone
 from labgym.envs.robot import PREFIX, ROBOT, RobotSpec
 from labgym.geometry import wrap_angle
 
@@ -18,15 +19,25 @@ CHECK_STEPS = 5
 class Simulation:
     """One robot in a compiled scene; nothing else moves.
 
+    While nothing is within reach, the robot is stepped in a model without the scene. The motion is the same to the bit.
+
+    Args:
+        model: the scene with the robot.
+        robot: its limits.
+        out_of_reach: where nothing is within reach; None always steps the scene.
+
     Attributes:
-        model, data: the MuJoCo model and data; every contact in them involves the robot.
+        model: the MuJoCo model of the scene; every contact involves the robot.
         pose: (x, y, yaw) in the room frame; yaw in (-pi, pi].
         velocity: forward velocity, m/s, and turn rate, rad/s.
     """
 
-    def __init__(self, model: mujoco.MjModel, robot: RobotSpec = ROBOT) -> None:
+    def __init__(self, model: mujoco.MjModel, robot: RobotSpec = ROBOT, out_of_reach: OutOfReach | None = None) -> None:
         self.model = model
-        self.data = mujoco.MjData(model)
+        self._scene = mujoco.MjData(model)
+        self._out_of_reach = out_of_reach
+        self._alone = None if out_of_reach is None else mujoco.MjData(robot_alone())
+        self._now = self._scene
         # The joints x, y and yaw were added in this order, so their coordinates are consecutive.
         self._at = slice(model.joint(PREFIX + "x").qposadr[0], model.joint(PREFIX + "yaw").qposadr[0] + 1)
         self._rate = slice(model.joint(PREFIX + "x").dofadr[0], model.joint(PREFIX + "yaw").dofadr[0] + 1)
@@ -34,11 +45,18 @@ class Simulation:
         self._checks = robot.substeps // CHECK_STEPS
         self.place((0.0, 0.0, 0.0))
 
+    @property
+    def data(self) -> mujoco.MjData:
+        """The MuJoCo data of the scene."""
+        self._step_in(self._scene)
+        return self._scene
+
     def place(self, pose: Pose) -> None:
         """Put the robot at rest at (x, y, yaw) and set the clock to 0."""
-        mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[self._at] = pose
-        mujoco.mj_forward(self.model, self.data)
+        self._now = self._scene
+        mujoco.mj_resetData(self.model, self._scene)
+        self._scene.qpos[self._at] = pose
+        mujoco.mj_forward(self.model, self._scene)
         self._read()
 
     def drive(self, v: float, w: float) -> tuple[float, bool]:
@@ -48,21 +66,38 @@ class Simulation:
             the length driven in meters, as the sum of arcs between contact checks, and whether the robot touched
             anything.
         """
-        data, at = self.data, self._at
-        data.ctrl[self._forward], data.ctrl[self._turn] = v, w
-        driven, touched = 0.0, False
-        x, y, yaw = data.qpos[at].tolist()
+        at, driven, touched = self._at, 0.0, False
+        x, y, yaw = self._now.qpos[at].tolist()
         for _ in range(self._checks):
-            mujoco.mj_step(self.model, data, CHECK_STEPS)
+            data = self._within_reach(x, y)
+            data.ctrl[self._forward], data.ctrl[self._turn] = v, w
+            mujoco.mj_step(data.model, data, CHECK_STEPS)
             touched = touched or data.ncon > 0
             last, (x, y, yaw) = (x, y, yaw), data.qpos[at].tolist()
             driven += _arc(math.hypot(x - last[0], y - last[1]), yaw - last[2])
         self._read()
         return driven, touched
 
+    def _within_reach(self, x: float, y: float) -> mujoco.MjData:
+        """Return the data to step from a position: of the robot alone, or of the scene if something is within reach."""
+        if self._out_of_reach is None or self._alone is None:
+            return self._scene
+        dx, dy, _ = self._now.qvel[self._rate].tolist()
+        free = self._out_of_reach.at(x, y) and dx * dx + dy * dy < FASTEST * FASTEST
+        self._step_in(self._alone if free else self._scene)
+        return self._now
+
+    def _step_in(self, data: mujoco.MjData) -> None:
+        """Hand the state of the robot over to other data."""
+        if data is not self._now:
+            data.qpos[self._at], data.qvel[self._rate] = self._now.qpos[self._at], self._now.qvel[self._rate]
+            data.qacc_warmstart[self._rate] = self._now.qacc_warmstart[self._rate]
+            data.time = self._now.time
+            self._now = data
+
     def _read(self) -> None:
-        x, y, yaw = self.data.qpos[self._at].tolist()
-        dx, dy, turn = self.data.qvel[self._rate].tolist()
+        x, y, yaw = self._now.qpos[self._at].tolist()
+        dx, dy, turn = self._now.qvel[self._rate].tolist()
         self.pose: Pose = (x, y, wrap_angle(yaw))
         self.velocity: tuple[float, float] = (math.cos(yaw) * dx + math.sin(yaw) * dy, turn)
 

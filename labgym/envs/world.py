@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.envs.distance_to_go import DistanceToGo, ExactDistanceToGo, GridDistanceToGo
+from labgym.envs.reach import OutOfReach
 from labgym.envs.robot import ROBOT, attach_robot
 from labgym.envs.simulation import Pose, Simulation
 from labgym.envs.stage import Senses, Stage
@@ -125,6 +126,11 @@ class World:
     def plannable_at(self, pose: Pose) -> bool:
         """Whether a disc of the planning radius fits at a pose."""
         return self._paths.free(*pose[:2])
+
+    @cached_property
+    def out_of_reach(self) -> OutOfReach:
+        """Where nothing is within reach of the robot between two contact checks."""
+        return OutOfReach(self.model)
 
     @cached_property
     def solid(self) -> RayScene:

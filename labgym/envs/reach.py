@@ -1,0 +1,81 @@
+"""Where the robot cannot touch anything within the next contact check: there, a model of the robot alone suffices."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import cv2
+import mujoco
+import numpy as np
+
+from labgym.envs.robot import PREFIX, ROBOT, attach_robot
+
+CELL = 0.05
+"""Spacing of the grid, meters."""
+FASTEST = 1.5
+"""Speed up to which the robot is judged, m/s; a push out of a contact may be faster."""
+TRAVEL = 0.06
+"""Distance that the robot is granted between two contact checks, meters: 25 ms at `FASTEST` and a reserve."""
+BOTTOM = 0.02 - 1e-3
+"""Height of the underside of the chassis, with a reserve, meters."""
+SUBPIXELS = 4
+"""Binary digits after the point of corners that are drawn on the grid."""
+
+
+class OutOfReach:
+    """The places of a scene at which no solid is within reach of the robot.
+
+    Solids are the oriented bounding boxes of the static colliding geoms between the bottom and the top of the robot,
+    drawn on a grid; the errors of the grid make them larger, never smaller.
+
+    Args:
+        model: a compiled scene with the robot, whose other geoms are fixed to the world.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        outlines = _outlines(model)
+        points = np.concatenate(outlines) if outlines else np.zeros((1, 2))
+        self._low = points.min(axis=0) - CELL
+        self._nx, self._ny = (np.ceil((points.max(axis=0) - self._low) / CELL).astype(int) + 2).tolist()
+        image = np.ones((self._ny, self._nx), dtype=np.uint8)
+        for outline in outlines:
+            corners = ((outline - self._low) / CELL * 2**SUBPIXELS).round().astype(np.int32)
+            cv2.fillConvexPoly(image, corners, (0,), shift=SUBPIXELS)
+        away = cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL
+        # A point is up to 0.7 cells from its grid point, and a side up to 0.7 cells from the nearest one drawn.
+        self._far = (away > ROBOT.chassis_radius + TRAVEL + 1.5 * CELL).tobytes()
+
+    def at(self, x: float, y: float) -> bool:
+        """Whether nothing is within reach at a point; False outside the scene."""
+        column, row = round((x - self._low[0]) / CELL), round((y - self._low[1]) / CELL)
+        return 0 <= column < self._nx and 0 <= row < self._ny and self._far[row * self._nx + column] == 1
+
+
+@cache
+def robot_alone() -> mujoco.MjModel:
+    """Return the robot without a scene; its motion equals, bit for bit, that in a scene in which it touches nothing."""
+    scene = mujoco.MjSpec()
+    attach_robot(scene)
+    scene.compiler.discardvisual = True
+    return scene.compile()
+
+
+def _outlines(model: mujoco.MjModel) -> list[np.ndarray]:
+    """Return the convex outlines, each (n, 2) meters, of the solids at the robot's height."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    outlines = []
+    for geom in range(model.ngeom):
+        colliding = model.geom_contype[geom] or model.geom_conaffinity[geom]
+        if not colliding or model.body(model.geom_bodyid[geom]).name.startswith(PREFIX):
+            continue
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            continue
+        signs = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, 8).T
+        center, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        rotation = data.geom_xmat[geom].reshape(3, 3)
+        corners = data.geom_xpos[geom] + (center + signs * half) @ rotation.T
+        margin = float(model.geom_margin[geom])
+        if corners[:, 2].max() + margin > BOTTOM and corners[:, 2].min() - margin < ROBOT.height:
+            outlines.append(cv2.convexHull(corners[:, :2].astype(np.float32))[:, 0, :].astype(np.float64))
+    return outlines
