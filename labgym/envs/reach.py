@@ -35,11 +35,14 @@ class OutOfReach:
     def __init__(self, model: mujoco.MjModel) -> None:
         outlines = _outlines(model)
         points = np.concatenate(outlines) if outlines else np.zeros((1, 2))
-        self._low = points.min(axis=0) - CELL
-        self._nx, self._ny = (np.ceil((points.max(axis=0) - self._low) / CELL).astype(int) + 2).tolist()
+        low = points.min(axis=0) - CELL
+        self._x0, self._y0 = low.tolist()
+        self._nx: int
+        self._ny: int
+        self._nx, self._ny = (np.ceil((points.max(axis=0) - low) / CELL).astype(int) + 2).tolist()
         image = np.ones((self._ny, self._nx), dtype=np.uint8)
         for outline in outlines:
-            corners = ((outline - self._low) / CELL * 2**SUBPIXELS).round().astype(np.int32)
+            corners = ((outline - low) / CELL * 2**SUBPIXELS).round().astype(np.int32)
             cv2.fillConvexPoly(image, corners, (0,), shift=SUBPIXELS)
         away = cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL
         # A point is up to 0.7 cells from its grid point, and a side up to 0.7 cells from the nearest one drawn.
@@ -47,8 +50,9 @@ class OutOfReach:
 
     def at(self, x: float, y: float) -> bool:
         """Whether nothing is within reach at a point; False outside the scene."""
-        column, row = round((x - self._low[0]) / CELL), round((y - self._low[1]) / CELL)
-        return 0 <= column < self._nx and 0 <= row < self._ny and self._far[row * self._nx + column] == 1
+        column, row = round((x - self._x0) / CELL), round((y - self._y0) / CELL)
+        inside = 0 <= column < self._nx and 0 <= row < self._ny
+        return inside and self._far[row * self._nx + column] == 1
 
 
 @cache
