@@ -37,16 +37,14 @@ class OutOfReach:
         points = np.concatenate(outlines) if outlines else np.zeros((1, 2))
         low = points.min(axis=0) - CELL
         self._x0, self._y0 = low.tolist()
-        self._nx: int
-        self._ny: int
-        self._nx, self._ny = (np.ceil((points.max(axis=0) - low) / CELL).astype(int) + 2).tolist()
+        self._nx, self._ny = (int(cells) + 2 for cells in np.ceil((points.max(axis=0) - low) / CELL))
         image = np.ones((self._ny, self._nx), dtype=np.uint8)
         for outline in outlines:
             corners = ((outline - low) / CELL * 2**SUBPIXELS).round().astype(np.int32)
             cv2.fillConvexPoly(image, corners, (0,), shift=SUBPIXELS)
         away = cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL
         # A point is up to 0.7 cells from its grid point, and a side up to 0.7 cells from the nearest one drawn.
-        self._far = (away > ROBOT.chassis_radius + TRAVEL + 1.5 * CELL).tobytes()
+        self._far: bytes = (away > ROBOT.chassis_radius + TRAVEL + 1.5 * CELL).tobytes()
 
     def at(self, x: float, y: float) -> bool:
         """Whether nothing is within reach at a point; False outside the scene."""
