@@ -36,7 +36,7 @@ class OutOfReach:
         outlines = _outlines(model)
         points = np.concatenate(outlines) if outlines else np.zeros((1, 2))
         low = points.min(axis=0) - CELL
-        self._x0, self._y0 = low.tolist()
+        self._x0, self._y0 = float(low[0]), float(low[1])
         self._nx, self._ny = (int(cells) + 2 for cells in np.ceil((points.max(axis=0) - low) / CELL))
         image = np.ones((self._ny, self._nx), dtype=np.uint8)
         for outline in outlines:
