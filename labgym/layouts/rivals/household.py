@@ -1,4 +1,4 @@
-"""What a household-minded designer puts into "a chemistry laboratory": the seeded table in a language model's place.
+"""The contents of "a chemistry laboratory" as a layperson sees it: the seeded table in a language model's place.
 
 Holodeck and SceneWeaver ask a language model which objects a room has, how many, and what stands on them. This table
 answers instead. It knows laboratories as a layperson does and no protocol; what the description names is added to it

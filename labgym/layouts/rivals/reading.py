@@ -1,4 +1,4 @@
-"""What a description names: assets of the catalog that occur in a text, as retrieval by text finds them."""
+"""Assets that a description names, as retrieval by text finds them."""
 
 from __future__ import annotations
 

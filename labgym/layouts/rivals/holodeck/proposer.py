@@ -95,6 +95,6 @@ class HolodeckPlusProposer(HolodeckProposer):
 
 
 def _remaining(plan: DesignPlan, homes: dict[str, Piece], hung: Sequence[Hung]) -> DesignPlan:
-    """What must be there, or was listed first, and has no place yet."""
+    """The objects of the first request that have no place yet."""
     large: tuple[Large, ...] = tuple(one for one in plan.large if one.name not in homes and one.wish < 2)
     return DesignPlan(large, tuple(one for one in plan.hung if one not in hung))

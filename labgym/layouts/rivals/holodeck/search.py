@@ -28,7 +28,7 @@ from labgym.layouts.rivals.plan import Constraint, Large
 PADDING = 0.10
 """Added to the width and depth of every object, meters (`size_buffer`)."""
 CLOSER = 0.045
-"""How far the padded footprint is pushed beyond the wall, meters, so that the object stands 5 mm off it."""
+"""The padded footprint is pushed this far beyond the wall, meters, so that the object stands 5 mm off it."""
 FRONT_CLEAR = 0.30
 """Least distance from the middle of an object's front to a wall, meters (`filter_facing_wall`)."""
 

@@ -1,4 +1,4 @@
-"""Which of the listed objects Holodeck takes: as many as the capacity of the floor and the walls allows.
+"""Holodeck's selection from the listed objects: as many as the capacity of the floor and the walls allows.
 
 Public repository allenai/Holodeck, `object_selector.py`: capacities, the round over the kinds of object, and the second
 request if less than `ENOUGH` of the floor's capacity is used.

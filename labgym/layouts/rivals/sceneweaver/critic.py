@@ -51,7 +51,7 @@ CRITICAL: tuple[tuple[str, Callable[[Asset], bool]], ...] = (
     ("SinkBench", lambda asset: asset.subtype == "sink"),
     ("LabStool", lambda asset: asset.subtype == "seat"),
 )
-"""What a layperson expects in a chemistry laboratory: an asset that provides it, and which assets do."""
+"""Functions that a layperson expects in a chemistry laboratory: an asset that provides each, and a test for others."""
 
 _EDGE = frozenset(choice.asset for choice in CHOICES if choice.relations[0][0] == "edge")
 
@@ -135,7 +135,8 @@ def _misplaced(item: Item, scene: Scene, chamber: Chamber) -> Problem | None:
         met = [other for other in others if other.asset.surfaces and _overlap(zone, other.box)]
         return None if met else Problem("layout", "seat astray", piece.id)
     blockers = [other for other in others if other.asset.subtype != "seat"]
-    if piece.asset.role in _EDGE and any(_overlap(_zone(box, FRONT_USE), other.box) for other in blockers):
+    used = piece.asset.role in _EDGE or bool(piece.asset.surfaces)
+    if used and any(_overlap(_zone(box, FRONT_USE), other.box) for other in blockers):
         return Problem("layout", "blocked", piece.id)
     return None
 

@@ -1,4 +1,4 @@
-"""Which problem SceneWeaver attends to, and with which tool: the seeded policy in the planner's place.
+"""The choice of a problem and of a tool: the seeded policy in the place of SceneWeaver's planner.
 
 Public repository Scene-Weaver/SceneWeaver, `scenedesigner.py` (prompt of the planner): look for the lowest grade and
 the physical problems, find the most serious problem, list the tools that fit with a confidence each, degrade the tool
