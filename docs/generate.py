@@ -43,6 +43,7 @@ from labgym.layouts.floors.ranges import BuildingRanges, described
 from labgym.layouts.rooms import RoomFile
 from labgym.layouts.sites import FloorFile
 from labgym.layouts.splits import Manifest
+from labgym.layouts.trace import Trace
 from labgym.layouts.version1 import Layout1
 from labgym.llm.replay import RecordedReply
 from labgym.protocols import Protocol
@@ -97,6 +98,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     FloorFile,
     Inventory,
     Manifest,
+    Trace,
     Suite,
     LayoutReport,
     LayoutSummary,

@@ -134,6 +134,14 @@ class SearchLimitError(InfeasibleError):
     """A search that stopped at its effort limit before it found a layout; one may exist."""
 
 
+class UnrepairedError(InfeasibleError):
+    """A proposed layout that still violates rules or lacks assets after its repair; another seed may give one."""
+
+
+class UnrepairedWarning(UserWarning):
+    """A layout that violates rules or lacks required assets, and was kept because the caller asked for that."""
+
+
 class SearchLimitWarning(UserWarning):
     """A laboratory with less furniture than the floor may hold, because searches stopped at their effort limit."""
 

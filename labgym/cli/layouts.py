@@ -5,15 +5,20 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from labgym import protocols
 from labgym.assets import Catalog
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber, ProtocolNames
 from labgym.cli.outcome import DONE, FAILED, written
-from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning
+from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
 from labgym.layouts import Floor, Room
+from labgym.layouts.failures import FAILURES, summary
+from labgym.layouts.method import Method
+from labgym.layouts.proposers import SOLVER
+from labgym.layouts.trace import Recorder
 
 if TYPE_CHECKING:
     from labgym.layouts.holdings import Holdings
@@ -36,6 +41,13 @@ def generate(
     extra: bool = False,
     fixed: OptionalPath = None,
     clutter: int = 0,
+    proposer: str = "solver",
+    adjuster: str = "rules",
+    optimise: bool = True,
+    refine: bool = True,
+    dress: Literal["solver", "always", "never"] = "solver",
+    keep: bool = False,
+    trace: OptionalPath = None,
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
 
@@ -67,10 +79,20 @@ def generate(
         extra: With --have, also add furniture that neither exists nor is required.
         clutter: Level of loose objects, such as trolleys, cartons and stools pulled out: 0 (none), 1 (tidy), 2 (busy)
             or 3 (crowded). Every goal stays reachable.
+        proposer: What proposes the first layout (docs/layouts.md); solver is a constraint solver.
+        adjuster: What adjusts layouts that violate rules: rules, or another name in docs/layouts.md.
+        optimise: Repair and adjust the proposal.
+        refine: Move furniture until every drive of the protocol is possible.
+        dress: Add accessories and safety equipment: only to what the solver proposes, always, or never.
+        keep: Write a layout that still violates rules or lacks required assets, and warn, instead of refusing it.
+        trace: A .json file for everything that was tried and every state of the layout; labgym trace draws it.
     """
+    method = Method(proposer, optimise, refine, adjuster, dress, "keep" if keep else "raise")
     if count is None:
         holdings = _holdings(have, only_have, extra)
-        return _generate_one(protocol, seed, room, family, profile, out or Path(), explain, holdings, fixed, clutter)
+        return _generate_one(
+            protocol, seed, room, family, profile, out or Path(), explain, holdings, fixed, clutter, method, trace
+        )
     from labgym.layouts.batch import generate_batch
 
     if explain:
@@ -79,6 +101,8 @@ def generate(
         raise OptionError("--have is for a single layout; leave out --count")
     if fixed is not None:
         raise OptionError("--fixed is for a single layout; leave out --count")
+    if trace is not None:
+        raise OptionError("--trace is for a single layout; leave out --count")
     if out is None:
         raise OptionError("--count needs a folder for the layouts: name it with --out")
     batch = generate_batch(
@@ -93,6 +117,7 @@ def generate(
         fresh=fresh,
         family=family,
         clutter=clutter,
+        method=method,
     )
     written(out)
     print(batch.summary)
@@ -110,6 +135,8 @@ def _generate_one(
     holdings: Holdings | None,
     fixed: Path | None,
     clutter: int,
+    method: Method,
+    trace: Path | None,
 ) -> int:
     from labgym import layouts
     from labgym.exchange.fixed import read_fixed
@@ -119,17 +146,26 @@ def _generate_one(
     pieces = () if fixed is None else read_fixed(fixed, catalog)
     request: dict[str, Any] = {"seed": seed, "room": place, "profile": profile, "floor": floor, "family": family}
     request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}
+    if explain and method.proposer != SOLVER:
+        raise OptionError(f"--explain gives the reasons of the solver; leave out --proposer {method.proposer}")
+    recorder = None if trace is None else Recorder()
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SearchLimitWarning)  # the note below says the same
-            layout = layouts.generate(resolved, **request, clutter=clutter)
+            # the notes below say the same
+            warnings.simplefilter("ignore", SearchLimitWarning)
+            warnings.simplefilter("ignore", UnrepairedWarning)
+            layout = layouts.generate(resolved, **request, clutter=clutter, **asdict(method), trace=recorder)
+    except UnrepairedError:
+        raise  # another room would not help
     except InfeasibleError as error:
         from labgym.layouts.generate import resolve_request
         from labgym.layouts.remedies import with_remedies
 
         raise with_remedies(error, resolve_request(resolved, **request)) from None
     options = layout.provenance.options
-    if options.get("note"):
+    if FAILURES in options:
+        print(f"labgym: warning: {summary(options[FAILURES])}", file=sys.stderr)
+    if options.get("note") and "furnishing" in options:
         print(f"note: {options['furnishing']} furnishing only: {options['note']}", file=sys.stderr)
     stopped = options.get("attempts", {}).get("stopped", 0)
     if stopped:
@@ -142,6 +178,8 @@ def _generate_one(
         why = layouts.reasons(resolved, **request)
         for placement, reason in why.items():
             print(f"{placement}: {reason}")
+    if recorder is not None and trace is not None:
+        written(recorder.trace().save(trace))
     return written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
 
 

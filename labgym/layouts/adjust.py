@@ -17,9 +17,12 @@ from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
 from labgym.layouts.tidying import hanging_place
+from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
 
 Level = Literal["room", "desktop"]
+ADJUST = "adjust"
+"""Operator of the commands in a trace."""
 SLIDES = (0.1, 0.25, 0.5, 1.0, 1.5)
 """Distances along a wall that are tried, meters."""
 BUDGET = 60
@@ -35,14 +38,32 @@ ALIKE = 0.6
 class Adjuster(typing.Protocol):
     """Proposes a better layout at one level; the loop verifies it again."""
 
-    def adjust(self, layout: Layout, protocol: Protocol | None, assessment: Assessment, level: Level) -> Layout:
-        """Return a better layout, or the same object if no command improves it."""
+    def adjust(
+        self,
+        layout: Layout,
+        protocol: Protocol | None,
+        assessment: Assessment,
+        level: Level,
+        trace: Recorder | None = None,
+    ) -> Layout:
+        """Return a better layout, or the same object if no command improves it.
+
+        Args:
+            trace: is given every command that is tried (`Recorder.trial`) or cannot be applied (`Recorder.refuse`).
+        """
 
 
 class RuleAdjuster:
     """Relocates, slides and swaps furniture, and rearranges what stands on surfaces."""
 
-    def adjust(self, layout: Layout, protocol: Protocol | None, assessment: Assessment, level: Level) -> Layout:
+    def adjust(
+        self,
+        layout: Layout,
+        protocol: Protocol | None,
+        assessment: Assessment,
+        level: Level,
+        trace: Recorder | None = None,
+    ) -> Layout:
         """Return the layout after the first command that improves it, or the same object if none does."""
         commands = _room_commands(layout, assessment) if level == "room" else _desktop_commands(layout, assessment)
         tried: set[Command] = set()
@@ -53,7 +74,11 @@ class RuleAdjuster:
                 break
             tried.add(command)
             candidate = apply(layout, command)
-            if evaluate_layout(candidate, protocol, assessment.profile).better_than(assessment):
+            proposed = evaluate_layout(candidate, protocol, assessment.profile)
+            better = proposed.better_than(assessment)
+            if trace is not None:
+                trace.trial(ADJUST, (command,), assessment, proposed, better)
+            if better:
                 return candidate
         return layout
 

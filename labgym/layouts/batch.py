@@ -17,9 +17,10 @@ from pydantic import Field, ValidationError
 
 from labgym.assets import Catalog
 from labgym.documents import Record, canonical_hash, document_error, json_bytes, read_json
-from labgym.errors import DocumentError, InfeasibleError, OptionError, SearchLimitError
+from labgym.errors import DocumentError, InfeasibleError, OptionError, SearchLimitError, UnrepairedError
 from labgym.layouts.floor import IDENTIFIER
 from labgym.layouts.generate import FURNISHER, GENERATOR, MAX_SEED, generate_assessed, resolve_request
+from labgym.layouts.method import DEFAULT, Method
 from labgym.layouts.model import Layout, Room
 from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import Profile
@@ -58,7 +59,10 @@ class BatchRow(Record):
         furnishing: full, reduced or required.
         clutter: level of loose objects.
         infeasible: why no layout was generated; null if one was.
-        proven: whether the room cannot hold the protocol; false if the search stopped at its effort limit.
+        proven: whether the room cannot hold the protocol; false if the search stopped at its effort limit, or if a
+            proposal could not be repaired.
+        facility, missing: numbers of facility errors and of missing assets; only in batches that keep layouts with
+            violations.
     """
 
     protocol: str
@@ -73,6 +77,13 @@ class BatchRow(Record):
     clutter: int | None = None
     infeasible: str | None = None
     proven: bool | None = None
+    facility: int | None = None
+    missing: int | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the row as plain data; `facility` and `missing` only if they are numbers."""
+        kept = self.facility is not None
+        return self.model_dump(mode="json", exclude=set() if kept else {"facility", "missing"})
 
 
 @dataclass(frozen=True)
@@ -83,17 +94,20 @@ class Batch:
         folder: its folder.
         layouts: number of layouts.
         infeasible: number of rows without a layout.
+        failing: number of layouts that were kept although they violate rules or lack required assets.
     """
 
     folder: Path
     layouts: int
     infeasible: int
+    failing: int = 0
 
     @property
     def summary(self) -> str:
         """One sentence on how many layouts there are."""
         total = self.layouts + self.infeasible
-        return f"{self.layouts} of {total} layouts generated, {self.infeasible} infeasible (reasons in {ROWS})"
+        failing = f", {self.failing} kept with violations" if self.failing else ""
+        return f"{self.layouts} of {total} layouts generated{failing}, {self.infeasible} infeasible (reasons in {ROWS})"
 
 
 def generate_batch(
@@ -110,6 +124,7 @@ def generate_batch(
     progress: bool = True,
     family: str | None = None,
     clutter: int = 0,
+    method: Method = DEFAULT,
 ) -> Batch:
     """Generate `count` layouts of each protocol, with the seeds from `seed` on, and write them into a folder.
 
@@ -128,30 +143,36 @@ def generate_batch(
         progress: whether to show a progress bar.
         family: name of a family of floors, in place of a room; each seed draws a floor.
         clutter: level of loose objects, 0 to 3.
+        method: how each layout is made; its proposer and adjuster are names.
 
     Raises:
         UnknownNameError: no such protocol, room preset, family or profile.
-        OptionError: a count, seed, level of clutter or shard size out of range, a protocol named twice, or the folder
-            holds something else or is in use.
+        OptionError: a count, seed, level of clutter or shard size out of range, a protocol named twice, an object in
+            place of the name of a proposer or an adjuster, or the folder holds something else or is in use.
         LabgymError: workers died, or have another version of labgym or another catalog.
     """
     _check_range("count", count, MAX_COUNT)
     _check_range("shard", shard, PER_FOLDER)
+    if not (isinstance(method.proposer, str) and isinstance(method.adjuster, str)):
+        raise OptionError("a batch needs the names of its proposer and adjuster, which identify it; got an object")
     requests = [
         resolve_request(protocol, seed, room, profile, catalog, (), family=family, clutter=clutter)
         for protocol in _resolved(protocols)
     ]
     _check(requests, count)
-    shards = tuple(_shards(requests, count, shard))
-    with RunFolder.open(out, _identity(requests, count, shard), fresh) as folder:
+    shards = tuple(_shards(requests, count, shard, method))
+    with RunFolder.open(out, _identity(requests, count, shard, method), fresh) as folder:
         if not folder.finished:
             digests = {"catalog": catalog_digest} if catalog is None else {}
             for _ in run_shards(shards, folder, executor, "layouts", "layout", digests, progress=progress):
                 pass
             parts = (folder.path / _part(index) for index in range(len(shards)))
             folder.finish({ROWS: (part.read_bytes() for part in parts)})
-    infeasible = sum(row.infeasible is not None for row in read_rows(out))
-    return Batch(Path(out), len(requests) * count - infeasible, infeasible)
+    infeasible = failing = 0
+    for row in read_rows(out):
+        infeasible += row.infeasible is not None
+        failing += bool(row.v or row.facility or row.missing)
+    return Batch(Path(out), len(requests) * count - infeasible, infeasible, failing)
 
 
 def read_rows(folder: str | Path) -> Iterator[BatchRow]:
@@ -252,7 +273,7 @@ def _check_range(name: str, value: int, most: int) -> None:
         raise OptionError(f"{name} is {value!r}, expected a whole number from 1 to {most}")
 
 
-def _identity(requests: list[Request], count: int, shard: int) -> RunIdentity:
+def _identity(requests: list[Request], count: int, shard: int, method: Method) -> RunIdentity:
     first = requests[0]
     return RunIdentity.of(
         KIND,
@@ -265,6 +286,7 @@ def _identity(requests: list[Request], count: int, shard: int) -> RunIdentity:
         generator=GENERATOR,
         shard=shard,
         **({"clutter": first.clutter} if first.clutter else {}),
+        **({"method": method.options} if method.options else {}),
     )
 
 
@@ -277,17 +299,19 @@ def _place(request: Request) -> Any:
     return request.room.model_dump(mode="json")
 
 
-def _shards(requests: list[Request], count: int, size: int) -> Iterator[Shard]:
+def _shards(requests: list[Request], count: int, size: int, method: Method) -> Iterator[Shard]:
     """Yield the shards; one may cover the end of a protocol and the beginning of the next."""
     total = len(requests) * count
     for index, first in enumerate(range(0, total, size)):
         positions = range(first, min(first + size, total))
         owners = range(positions[0] // count, positions[-1] // count + 1)
-        arguments = (index, positions, count, {owner: requests[owner] for owner in owners})
+        arguments = (index, positions, count, {owner: requests[owner] for owner in owners}, method)
         yield Shard(f"{index:06d}", make_shard, arguments, len(positions))
 
 
-def make_shard(index: int, positions: range, count: int, requests: dict[int, Request]) -> ShardOutput:
+def make_shard(
+    index: int, positions: range, count: int, requests: dict[int, Request], method: Method = DEFAULT
+) -> ShardOutput:
     """Return the files of the layouts at some positions of a batch, and their rows.
 
     Args:
@@ -295,25 +319,26 @@ def make_shard(index: int, positions: range, count: int, requests: dict[int, Req
         positions: positions in the batch.
         count: number of layouts of each protocol.
         requests: request with the first seed, by number of the protocol.
+        method: how each layout is made.
     """
     files: dict[str, bytes] = {}
     rows = []
     for position in positions:
         request = requests[position // count]
-        row, content = _generated(at_seed(request, request.seed + position % count), position)
+        row, content = _generated(at_seed(request, request.seed + position % count), position, method)
         rows.append(row)
         if row.file is not None:
             files[row.file] = content
-    lines = (json.dumps(row.model_dump(mode="json"), ensure_ascii=False, allow_nan=False) for row in rows)
+    lines = (json.dumps(row.to_json(), ensure_ascii=False, allow_nan=False) for row in rows)
     return ShardOutput({**files, _part(index): "".join(f"{line}\n" for line in lines).encode()})
 
 
-def _generated(request: Request, position: int) -> tuple[BatchRow, bytes]:
+def _generated(request: Request, position: int, method: Method) -> tuple[BatchRow, bytes]:
     basis: dict[str, Any] = {"protocol": request.protocol.id, "seed": request.seed, "room": request.floor.name}
     try:
-        layout, assessment = generate_assessed(request)
+        layout, assessment = generate_assessed(request, method)
     except InfeasibleError as error:
-        proven = not isinstance(error, SearchLimitError)
+        proven = not isinstance(error, SearchLimitError | UnrepairedError)
         return BatchRow(**basis, infeasible=str(error), proven=proven), b""
     row = BatchRow(
         **basis,
@@ -322,8 +347,10 @@ def _generated(request: Request, position: int) -> tuple[BatchRow, bytes]:
         v=assessment.v,
         objects=len(layout.placements),
         fitness=round(assessment.fitness, FITNESS_DIGITS),
-        furnishing=layout.provenance.options["furnishing"],
+        furnishing=layout.provenance.options.get("furnishing"),
         clutter=request.clutter,
+        facility=len(assessment.errors) if method.on_failure == "keep" else None,
+        missing=len(assessment.missing or ()) if method.on_failure == "keep" else None,
     )
     return row, json_bytes(layout.to_json())
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -12,24 +12,28 @@ import numpy as np
 
 import labgym
 from labgym.assets import Catalog
-from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning
+from labgym.errors import OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
+from labgym.layouts.adjust import Adjuster
+from labgym.layouts.adjusters import RULES
 from labgym.layouts.clutter import add_clutter, check_level
 from labgym.layouts.combination import combination
-from labgym.layouts.dressing import dress
+from labgym.layouts.dressing import dress as dressed
+from labgym.layouts.failures import FAILURES, failures, summary
 from labgym.layouts.floor import Floor
 from labgym.layouts.habits import Habits
 from labgym.layouts.holdings import Holdings
-from labgym.layouts.infeasibility import smallest_preset
-from labgym.layouts.interiors import FloorProposer
+from labgym.layouts.method import DEFAULT, Dressing, Method, OnFailure
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance, Room
 from labgym.layouts.optimise import optimise_assessed
-from labgym.layouts.propose import LIMIT_WORDS, ProceduralProposer, Proposer
+from labgym.layouts.propose import LIMIT_WORDS, Proposer
+from labgym.layouts.proposers import SOLVER, solver
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.sites import resolve_site
+from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
 from labgym.protocols import resolve as resolve_protocol
 
@@ -47,13 +51,19 @@ def generate(
     seed: int = 0,
     room: Room | str | Path | None = None,
     profile: str | Profile = "default",
-    proposer: Proposer | None = None,
+    proposer: str | Proposer | None = None,
     catalog: Catalog | None = None,
     fixed: Iterable[Placement] = (),
     floor: Floor | str | Path | None = None,
     family: str | None = None,
     holdings: Holdings | None = None,
     clutter: int = 0,
+    optimise: bool = True,
+    refine: bool = True,
+    adjuster: str | Adjuster | None = None,
+    dress: Dressing = "solver",
+    on_failure: OnFailure = "raise",
+    trace: Recorder | None = None,
 ) -> Layout:
     """Return a laboratory for one or more protocols: proposed, optimized, refined for navigation, and dressed.
 
@@ -65,7 +75,7 @@ def generate(
         seed: 0 to 2^53 - 1, the integers that JSON represents exactly.
         room: a room, a preset, a size such as "12x9", a room file, or None for the preset "bay" (8 x 8 m, two doors).
         profile: thresholds to satisfy.
-        proposer: makes the first layout; the procedural one by default.
+        proposer: makes the first layout: a name of `labgym.layouts.proposers`, or an object; by default "solver".
         catalog: source of every asset; `Catalog.load()` by default.
         fixed: floor and wall objects that stay where they are, such as a sink or a pillar. One of an asset that the
             laboratory needs takes that role; the others are obstacles.
@@ -75,52 +85,93 @@ def generate(
             space by space, too.
         clutter: level of loose objects, which are added last: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded). The other
             objects are the same at every level.
+        optimise: whether to repair and adjust the proposal (without it, the refinement repairs nothing either).
+        refine: whether to refine the layout for navigation.
+        adjuster: makes the adjustments: a name of `labgym.layouts.adjusters`, or an object; by default "rules".
+        dress: whether to add accessories and safety equipment: only to what the solver proposes, "always" or "never".
+        on_failure: what to do with a layout that still violates rules or lacks required assets: "raise" an error, or
+            "keep" it, with its failures in `provenance.options["failures"]`.
+        trace: records the state after each phase and iteration, and everything that is tried.
 
     Raises:
-        UnknownNameError: no such protocol, room preset, family or profile.
+        UnknownNameError: no such protocol, room preset, family, profile, proposer or adjuster.
         OptionError: a seed or a level of clutter out of range, not a room, more than one of room, floor and family, or
             a fixed object that does not stand on the floor or a wall.
         InfeasibleError: the room cannot hold the protocols; names the conflicts and the smallest preset that fits.
         SearchLimitError: the search ended at its effort limit without a layout; one may exist.
+        UnrepairedError: the proposal could not be repaired, and `on_failure` is "raise".
 
     Warns:
         SearchLimitWarning: searches stopped at their effort limit, and the laboratory is not fully furnished.
+        UnrepairedWarning: the layout was kept although it violates rules or lacks required assets.
     """
     request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, clutter)
-    layout = generate_assessed(request, proposer)[0]
+    method = Method(
+        proposer=SOLVER if proposer is None else proposer,
+        optimise=optimise,
+        refine=refine,
+        adjuster=RULES if adjuster is None else adjuster,
+        dress=dress,
+        on_failure=on_failure,
+    )
+    layout = generate_assessed(request, method, trace)[0]
     options = layout.provenance.options
     stopped = options.get("attempts", {}).get("stopped", 0) or LIMIT_WORDS in options.get("note", "")
-    if stopped and options["furnishing"] != "full":
+    if stopped and options.get("furnishing", "full") != "full":
         message = f"{layout.id}: {options['furnishing']} furnishing only: {options['note']}; try another seed"
         warnings.warn(message, SearchLimitWarning, stacklevel=2)
+    if FAILURES in options:
+        warnings.warn(f"{layout.id}: {summary(options[FAILURES])}", UnrepairedWarning, stacklevel=2)
     return layout
 
 
-def generate_assessed(request: Request, proposer: Proposer | None = None) -> tuple[Layout, Assessment]:
-    """Return a laboratory for a request, and the assessment that it passed.
+def generate_assessed(
+    request: Request, method: Method = DEFAULT, trace: Recorder | None = None
+) -> tuple[Layout, Assessment]:
+    """Return a laboratory for a request, and its assessment.
 
     Raises:
-        InfeasibleError, SearchLimitError: as `generate`.
+        InfeasibleError, SearchLimitError, UnrepairedError: as `generate`.
     """
-    proposer = proposer if proposer is not None else default_proposer(request)
+    proposer, adjuster, protocol = method.proposer_for(request), method.adjusts_with(), request.protocol
     layout = proposer.propose(request)
-    layout, assessment = optimise_assessed(layout, request.protocol, request.profile)
-    layout, assessment = refine_assessed(layout, assessment, request.protocol)
-    tidy, assessment = dress(layout, assessment, request)
+    if trace is not None:
+        trace.begin(layout, protocol, request.profile)
+    if method.optimise:
+        layout, assessment = optimise_assessed(layout, protocol, request.profile, adjuster, trace)
+    else:
+        assessment = evaluate_layout(layout, protocol, request.profile, navigation=True)
+    if method.refine:
+        layout, assessment = refine_assessed(layout, assessment, protocol, adjuster, method.optimise, trace)
+    tidy = layout
+    if method.dresses(proposer):
+        tidy, assessment = dressed(layout, assessment, request)
     layout = add_clutter(tidy, request.clutter, np.random.default_rng([request.seed, CLUTTER_STREAM]))
     if request.clutter:
-        assessment = evaluate_layout(layout, request.protocol, request.profile, navigation=True, earlier=assessment)
-    _verify(assessment, request)
+        assessment = evaluate_layout(layout, protocol, request.profile, navigation=True, earlier=assessment)
+    if trace is not None:
+        trace.update("dress", None, tidy)
+        trace.update("clutter", None, layout)
+    problems = failures(assessment)
+    if problems and method.on_failure == "raise":
+        raise _unrepaired(assessment, request, problems)
     options: dict[str, Any] = {"room": request.floor.name, "profile": request.profile.name}
     options |= {"family": request.family} if request.family else {}
     options |= layout.provenance.options
+    options |= method.options
+    options |= {FAILURES: problems} if problems else {}
     options |= {"inventory": _accounts(tidy, request.holdings)} if request.holdings is not None else {}
     version = {"generator": str(GENERATOR)} if request.style is None else {"furnisher": str(FURNISHER)}
     provenance = Provenance(
         generator=type(proposer).__name__,
         seed=request.seed,
         options=options,
-        versions={"labgym": labgym.__version__, **version, "ortools": _version("ortools")},
+        versions={
+            "labgym": labgym.__version__,
+            **version,
+            "ortools": _version("ortools"),
+            **layout.provenance.versions,
+        },
     )
     return layout.replace(provenance=provenance), assessment
 
@@ -131,11 +182,6 @@ def _accounts(layout: Layout, holdings: Holdings) -> dict[str, dict[str, int]]:
     placed = [p.asset for p in layout.placements if reagents or layout.asset(p.id).kind != "reagent"]
     existing = {name: holdings.counts[name] for name in sorted(set(placed) & set(holdings.counts))}
     return {"existing": existing, "to_buy": holdings.missing(placed), "unused": holdings.left(placed)}
-
-
-def default_proposer(request: Request) -> ProceduralProposer | FloorProposer:
-    """Return the proposer for a request: by the roles of four walls, or space by space."""
-    return ProceduralProposer() if request.style is None else FloorProposer()
 
 
 def reasons(
@@ -157,7 +203,7 @@ def reasons(
         UnknownNameError, OptionError, InfeasibleError: as `generate`.
     """
     request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings)
-    return default_proposer(request).plan(request).reasons()
+    return solver(request).plan(request).reasons()
 
 
 def resolve_request(
@@ -210,21 +256,15 @@ def _pinned(placement: Placement) -> Placement:
     return placement.model_copy(update={"fixed": True})
 
 
-def _verify(assessment: Assessment, request: Request) -> None:
-    """Check that a layout has no violation and no facility error, and all that is required.
-
-    Raises:
-        InfeasibleError: it violates a rule or lacks a required asset.
-    """
-    problems = [violation.message for violation in assessment.violations.items]
-    problems += [issue.message for issue in assessment.errors]
-    if assessment.missing:
-        problems.append(f"not placed: {', '.join(assessment.missing)}")
-    if problems:
-        protocol, floor = request.protocol.id, assessment.arrangement.layout.floor.name
-        what = f"the proposed layout of protocol {protocol!r} on floor {floor!r} could not be repaired"
-        smallest = smallest_preset(request) if request.style is None else None
-        raise InfeasibleError(what, problems, smallest, remedy="try another seed")
+def _unrepaired(assessment: Assessment, request: Request, problems: Mapping[str, Any]) -> UnrepairedError:
+    """Return the error for a layout that still violates rules or lacks assets."""
+    protocol, floor = request.protocol.id, assessment.arrangement.layout.floor.name
+    what = f"the proposed layout of protocol {protocol!r} on floor {floor!r} could not be repaired"
+    missing = [f"not placed: {', '.join(problems['missing'])}"] if problems["missing"] else []
+    conflicts = [*problems["violations"], *problems["errors"], *missing]
+    return UnrepairedError(
+        what, conflicts, None, remedy="try another seed, or keep the layout: on_failure='keep', --keep"
+    )
 
 
 def _version(package: str) -> str:

@@ -13,6 +13,7 @@ from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.tidying import tidied
+from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
 
 LEVELS: tuple[Level, ...] = ("room", "desktop")
@@ -41,6 +42,7 @@ def optimise_assessed(
     protocol: Protocol | None = None,
     profile: str | Profile = "default",
     adjuster: Adjuster | None = None,
+    trace: Recorder | None = None,
 ) -> tuple[Layout, Assessment]:
     """Return a layout at least as good, and its assessment with navigation.
 
@@ -48,38 +50,64 @@ def optimise_assessed(
     v(L) plus the facility errors: furniture away from its wall, a blocked front or door area, a crowded emergency
     shower, and no way 0.90 m wide to a door. v never exceeds that of the given layout. Fixed objects never move.
     Deterministic.
+
+    Args:
+        layout: the layout.
+        protocol: decides which assets are required and which transitions are judged.
+        profile: thresholds.
+        adjuster: proposes the adjustments; by default rules and search.
+        trace: records every trial and every accepted state.
     """
     adjuster = adjuster if adjuster is not None else RuleAdjuster()
     original, start = layout, evaluate_layout(layout, protocol, profile)
+    if trace is not None:
+        trace.begin(layout, protocol, start.profile)
     current = start
     for level in LEVELS:
         for _ in range(ITERATIONS):
             if current.perfect:
                 break
-            update = _update(layout, current, start.v, protocol, adjuster, level)
+            update = _update(layout, current, start.v, protocol, adjuster, level, trace)
+            if trace is not None:
+                trace.update("optimise", level, layout if update is None else update[0])
             if update is None:
                 break
             layout, current = update
         if level == "room" and (current.errors or current.collisions):
-            layout, current = _rearrange(layout, current, start.v, protocol)
-    return _with_ways(original, start, layout, current, protocol)
+            layout, current = _rearrange(layout, current, start.v, protocol, trace)
+    return _with_ways(original, start, layout, current, protocol, trace)
 
 
 def _with_ways(
-    original: Layout, start: Assessment, layout: Layout, current: Assessment, protocol: Protocol | None
+    original: Layout,
+    start: Assessment,
+    layout: Layout,
+    current: Assessment,
+    protocol: Protocol | None,
+    trace: Recorder | None,
 ) -> tuple[Layout, Assessment]:
     """The optimised layout after its ways were cleared too, the original if that has fewer violations."""
     current = current.with_navigation(protocol)
     if current.cost == 0:
         return layout, current
     start = start.with_navigation(protocol)
-    layout, current = _rearrange(layout, current, start.v, protocol)
-    layout, current = _clear_ways(layout, current, start.v, protocol)
-    return (layout, current) if current.v <= start.v else (original, start)
+    layout, current = _rearrange(layout, current, start.v, protocol, trace)
+    layout, current = _clear_ways(layout, current, start.v, protocol, trace)
+    if current.v <= start.v:
+        return layout, current
+    if trace is not None:
+        trace.update("optimise", "undo", original)
+    return original, start
 
 
 def _update(
-    layout: Layout, current: Assessment, most: int, protocol: Protocol | None, adjuster: Adjuster, level: Level
+    layout: Layout,
+    current: Assessment,
+    most: int,
+    protocol: Protocol | None,
+    adjuster: Adjuster,
+    level: Level,
+    trace: Recorder | None,
 ) -> tuple[Layout, Assessment] | None:
     """The first accepted update: repaired and adjusted, or, if pushing things apart does not help, adjusted alone."""
     bases = (
@@ -87,26 +115,38 @@ def _update(
     )
     for base in bases:
         assessment = current if base is layout else evaluate_layout(base, protocol, current.profile)
-        candidate = adjuster.adjust(base, protocol, assessment, level)
+        if trace is not None and (base is layout or base.placements != layout.placements):
+            trace.trial("as_is" if base is layout else "fast_repair", (), current, assessment, False, "start")
+        candidate = adjuster.adjust(base, protocol, assessment, level, trace)
         proposed = assessment if candidate is base else evaluate_layout(candidate, protocol, current.profile)
-        if proposed.better_than(current) and proposed.v <= most:
+        accepted = proposed.better_than(current) and proposed.v <= most
+        if trace is not None and candidate.placements != layout.placements:
+            trace.trial("update", (), current, proposed, accepted)
+        if accepted:
             return candidate, proposed
         if base.placements == layout.placements:
             return None
     return None
 
 
-def _rearrange(layout: Layout, current: Assessment, most: int, protocol: Protocol | None) -> tuple[Layout, Assessment]:
+def _rearrange(
+    layout: Layout, current: Assessment, most: int, protocol: Protocol | None, trace: Recorder | None
+) -> tuple[Layout, Assessment]:
     """The best layout with accessories put out of the way and furniture rearranged by the solver."""
     best_layout, best = layout, current
     involved = {layout.root(item).id for item in _involved(layout, current)}
-    for candidate in chain((tidied(layout, protocol),), rearrangements(layout, protocol, involved)):
+    for number, candidate in enumerate(chain((tidied(layout, protocol),), rearrangements(layout, protocol, involved))):
         candidate = fast_repair(candidate, current.profile)
         proposed = evaluate_layout(candidate, protocol, current.profile, navigation=current.navigation)
-        if proposed.better_than(best) and proposed.v <= most:
+        accepted = proposed.better_than(best) and proposed.v <= most
+        if trace is not None:
+            trace.trial("rearrange" if number else "tidy", (), best, proposed, accepted)
+        if accepted:
             best_layout, best = candidate, proposed
         if not best.errors and not best.faulty and all(move.feasible for move in best.transitions or ()):
             break
+    if trace is not None:
+        trace.update("optimise", "rearrange", best_layout)
     return best_layout, best
 
 
@@ -123,7 +163,9 @@ def _involved(layout: Layout, assessment: Assessment) -> Iterator[str]:
                     yield placement.id
 
 
-def _clear_ways(layout: Layout, current: Assessment, most: int, protocol: Protocol | None) -> tuple[Layout, Assessment]:
+def _clear_ways(
+    layout: Layout, current: Assessment, most: int, protocol: Protocol | None, trace: Recorder | None
+) -> tuple[Layout, Assessment]:
     """Relocate furniture until a way out leads from every place of work, as far as the space allows."""
     for _ in range(WAY_ITERATIONS):
         narrow = [issue for issue in current.errors if issue.rule == "egress"]
@@ -133,10 +175,15 @@ def _clear_ways(layout: Layout, current: Assessment, most: int, protocol: Protoc
         for command in way_commands(layout, WAY_BUDGET):
             candidate = apply(layout, command)
             proposed = evaluate_layout(candidate, protocol, current.profile, navigation=True)
-            if proposed.better_than(best) and proposed.v <= most:
+            accepted = proposed.better_than(best) and proposed.v <= most
+            if trace is not None:
+                trace.trial("clear_way", (command,), best, proposed, accepted)
+            if accepted:
                 best, best_layout = proposed, candidate
                 if not any(issue.rule == "egress" for issue in proposed.errors):
                     break
+        if trace is not None:
+            trace.update("optimise", "ways", best_layout)
         if best is current:
             break
         layout, current = best_layout, best

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from labgym.documents import write_bytes, write_text
 from labgym.eval.drawing.pictures import picture_bytes, topdown, view_bytes
-from labgym.eval.drawing.plan_drawing import Trace
+from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.reports.report import write_report
 from labgym.eval.reports.results import ResultsFolder
 from labgym.eval.reports.run_report import result_tables, run_report
@@ -75,7 +75,7 @@ def _write(
             write_bytes(place / name, content)
 
 
-def _draw(layout: Layout, traces: tuple[Trace, ...], name: str) -> ShardOutput:
+def _draw(layout: Layout, traces: tuple[DrivenPath, ...], name: str) -> ShardOutput:
     return ShardOutput({name: picture_bytes(topdown(layout, layout.protocol, traces))})
 
 

@@ -14,7 +14,7 @@ from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_drawing import (
-    Trace,
+    DrivenPath,
     draw_goals,
     draw_objects,
     draw_plan,
@@ -42,7 +42,7 @@ DPI = 150
 def topdown(
     layout: Layout,
     protocol: Protocol | None = None,
-    traces: Sequence[Trace] = (),
+    traces: Sequence[DrivenPath] = (),
     violations: Sequence[Violation | FacilityIssue] = (),
 ) -> Figure:
     """Draw a layout from above, with a panel that explains it.

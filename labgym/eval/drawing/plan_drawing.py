@@ -32,7 +32,7 @@ ARROW = 0.42
 
 
 @dataclass(frozen=True)
-class Trace:
+class DrivenPath:
     """A path to draw.
 
     Attributes:
@@ -233,7 +233,7 @@ def _draw_reagent(axes: Axes, asset: Asset, box: OrientedBox) -> None:
     axes.plot(box.x, box.y, "o", markersize=4.0, color=color, markeredgecolor=edge, markeredgewidth=0.8, zorder=31)
 
 
-def draw_traces(axes: Axes, traces: Sequence[Trace], colors: dict[str, str]) -> None:
+def draw_traces(axes: Axes, traces: Sequence[DrivenPath], colors: dict[str, str]) -> None:
     """Draw paths, those of the first policy on top; a cross marks the end of a path that missed its goal."""
     for depth, policy in enumerate(colors):
         for trace in traces:

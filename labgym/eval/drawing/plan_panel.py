@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.floor_drawing import SERVICES, service_style
-from labgym.eval.drawing.plan_drawing import Trace
+from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.drawing.plan_labels import FONT, readable_name
 from labgym.layouts.floor import Floor
 from labgym.layouts.model import Layout
@@ -69,7 +69,7 @@ class Panel:
             self.axes.text(*centre, str(number), fontsize=6, **style)
             self._text(readable_name(location), indent=0.3)
 
-    def traces(self, traces: Sequence[Trace], colors: dict[str, str]) -> None:
+    def traces(self, traces: Sequence[DrivenPath], colors: dict[str, str]) -> None:
         """List the policies with their numbers of successful drives."""
         self._heading("Routes")
         for policy, color in colors.items():

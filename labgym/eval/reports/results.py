@@ -10,7 +10,7 @@ import numpy as np
 
 from labgym.documents import read_json
 from labgym.errors import DocumentError
-from labgym.eval.drawing.plan_drawing import Trace
+from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.layouts import Layout
@@ -70,10 +70,10 @@ class ResultsFolder:
             (*unfinished, *problems, *(problem for one in evaluations for problem in one.problems)),
         )
 
-    def traces(self, layout: Layout) -> tuple[Trace, ...]:
+    def traces(self, layout: Layout) -> tuple[DrivenPath, ...]:
         """Return the paths of all policies in a layout, for drawing."""
         return tuple(
-            Trace(one.name, np.array(one.routes[row.key], dtype=np.float64)[:, :2], row.success)
+            DrivenPath(one.name, np.array(one.routes[row.key], dtype=np.float64)[:, :2], row.success)
             for one in self.evaluations
             for row in one.of(layout)
             if one.routes.get(row.key)

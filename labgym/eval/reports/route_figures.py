@@ -10,7 +10,7 @@ import numpy as np
 
 from labgym.errors import LabgymError
 from labgym.eval.drawing import palette
-from labgym.eval.drawing.plan_drawing import Trace, draw_objects, draw_plan, draw_traces, longest_side
+from labgym.eval.drawing.plan_drawing import DrivenPath, draw_objects, draw_plan, draw_traces, longest_side
 from labgym.eval.driving.drive import Route
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.evaluation import Evaluation
@@ -101,7 +101,7 @@ def _draw_drive(axes: Axes, layout: Layout, row: EpisodeRow, route: Route) -> No
     axes.add_patch(goal)
     axes.add_patch(start)
     if route:
-        trace = Trace(row.policy, np.array(route, dtype=np.float64)[:, :2], row.success)
+        trace = DrivenPath(row.policy, np.array(route, dtype=np.float64)[:, :2], row.success)
         draw_traces(axes, [trace], palette.policy_colors([row.policy]))
     outcome = (
         f"SPL {row.spl:.2f}" if row.success and row.spl is not None else f"failed, {row.final_distance:.1f} m left"

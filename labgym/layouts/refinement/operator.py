@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
+from labgym.layouts.adjust import Adjuster
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Command, apply, may_move
 from labgym.layouts.optimise import optimise_assessed
@@ -12,6 +14,7 @@ from labgym.layouts.refinement.fixes import deduplicated, responsible, rotation_
 from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.objective import Assessment, evaluate_layout, judged_transitions
 from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.trace import Recorder
 from labgym.navigation import Transition
 from labgym.protocols import Protocol
 
@@ -24,6 +27,7 @@ PLACES = 4
 """Maximum number of free places tried for a piece of furniture that no command frees."""
 
 Update = tuple[Command, ...]
+Judge = Callable[[Layout], tuple[Layout, Assessment]]
 
 
 def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default") -> Layout:
@@ -39,13 +43,34 @@ def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default
     return refine_assessed(layout, evaluate_layout(layout, protocol, profile, navigation=True), protocol)[0]
 
 
-def refine_assessed(layout: Layout, current: Assessment, protocol: Protocol) -> tuple[Layout, Assessment]:
-    """Return the layout of `refine` and its assessment, given the assessment of a layout with navigation."""
+def refine_assessed(
+    layout: Layout,
+    current: Assessment,
+    protocol: Protocol,
+    adjuster: Adjuster | None = None,
+    repair: bool = True,
+    trace: Recorder | None = None,
+) -> tuple[Layout, Assessment]:
+    """Return the layout of `refine` and its assessment.
+
+    Args:
+        layout: the layout.
+        current: its assessment with navigation.
+        protocol: decides the transitions.
+        adjuster: adjusts the layout after each update; by default rules and search.
+        repair: whether `optimise` repairs updates before they are judged; if not, the commands alone must help.
+        trace: records every update that is tried and every accepted state.
+    """
+    if trace is not None:
+        trace.begin(layout, protocol, current.profile)
+    judge = partial(_repaired, protocol=protocol, profile=current.profile, adjuster=adjuster, repair=repair)
     least, stalled = len(_failures(current)), 0
     for _ in range(ITERATIONS):
         if least == 0 or stalled >= PATIENCE:
             break
-        update = _update(layout, current, protocol)
+        update = _update(layout, current, protocol, judge, trace)
+        if trace is not None:
+            trace.update("refine", None, layout if update is None else update[0])
         if update is None:
             break
         layout, current = update
@@ -55,14 +80,28 @@ def refine_assessed(layout: Layout, current: Assessment, protocol: Protocol) -> 
     return layout, current
 
 
-def _update(layout: Layout, current: Assessment, protocol: Protocol) -> tuple[Layout, Assessment] | None:
+def _repaired(
+    layout: Layout, protocol: Protocol, profile: Profile, adjuster: Adjuster | None, repair: bool
+) -> tuple[Layout, Assessment]:
+    """Return an updated layout after its repair, and its assessment with navigation."""
+    if repair:
+        return optimise_assessed(layout, protocol, profile, adjuster)
+    return layout, evaluate_layout(layout, protocol, profile, navigation=True)
+
+
+def _update(
+    layout: Layout, current: Assessment, protocol: Protocol, judge: Judge, trace: Recorder | None
+) -> tuple[Layout, Assessment] | None:
     """Return the best accepted update, or None if none improves the layout."""
     places = [place for failure in _failures(current) for place in blockages(layout, failure)]
     for proposals in (_commands(layout, places, protocol), _new_places(layout, places)):
         best: tuple[Layout, Assessment] | None = None
         for commands in proposals:
-            candidate, assessment = optimise_assessed(_applied(layout, commands), protocol, current.profile)
-            if assessment.better_than(current if best is None else best[1]):
+            candidate, assessment = judge(_applied(layout, commands))
+            accepted = assessment.better_than(current if best is None else best[1])
+            if trace is not None:
+                trace.trial("refine", commands, current, assessment, accepted)
+            if accepted:
                 best = candidate, assessment
                 if assessment.cost == 0:
                     break

@@ -14,7 +14,7 @@ from matplotlib.image import imread
 from labgym.errors import OptionError
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.pictures import picture_bytes, save_picture, topdown
-from labgym.eval.drawing.plan_drawing import Trace
+from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.drawing.plan_labels import furniture_labels, readable_name
 from labgym.layouts import Door, Layout, Placement, Room, load_published
 from labgym.layouts.rules import evaluate_layout
@@ -66,7 +66,7 @@ def test_objects_stand_where_the_layout_says():
 
 
 def test_a_route_is_drawn_in_the_color_of_its_policy():
-    trace = Trace("astar", np.array([[0.5, 0.55], [5.5, 0.55]]))
+    trace = DrivenPath("astar", np.array([[0.5, 0.55], [5.5, 0.55]]))
     color = palette.policy_colors(["astar"])["astar"]
     expected = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
     assert pixel(picture_bytes(topdown(layout(), traces=[trace])), 4.3, 0.55) == pytest.approx(expected, abs=0.05)

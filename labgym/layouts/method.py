@@ -1,0 +1,87 @@
+"""How a layout is made from a request: the proposer, and the phases after it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+from labgym.errors import OptionError
+from labgym.layouts.adjust import Adjuster
+from labgym.layouts.adjusters import RULES, check_adjuster, make_adjuster
+from labgym.layouts.interiors import FloorProposer
+from labgym.layouts.propose import ProceduralProposer, Proposer
+from labgym.layouts.proposers import SOLVER, check_proposer, make_proposer
+from labgym.layouts.request import Request
+
+Dressing = Literal["solver", "always", "never"]
+OnFailure = Literal["raise", "keep"]
+
+
+@dataclass(frozen=True)
+class Method:
+    """The proposer of a layout, and the phases that follow. The default is that of published layouts.
+
+    Attributes:
+        proposer: name of a proposer, or the object.
+        optimise: whether to repair and adjust the proposal. If not, the refinement does not repair its updates either.
+        refine: whether to refine the layout for navigation.
+        adjuster: name of an adjuster, or the object.
+        dress: whether to add accessories and safety equipment that no protocol requires: only to what the solver
+            proposes, so that other proposers are judged by what they propose themselves; always; or never.
+        on_failure: whether a layout that still violates rules or lacks required assets is an error, or is kept.
+
+    Raises:
+        UnknownNameError: no proposer or adjuster has that name.
+        OptionError: `dress` or `on_failure` has another value.
+    """
+
+    proposer: str | Proposer = SOLVER
+    optimise: bool = True
+    refine: bool = True
+    adjuster: str | Adjuster = RULES
+    dress: Dressing = "solver"
+    on_failure: OnFailure = "raise"
+
+    def __post_init__(self) -> None:
+        if isinstance(self.proposer, str):
+            check_proposer(self.proposer)
+        if isinstance(self.adjuster, str):
+            check_adjuster(self.adjuster)
+        _check("dress", self.dress, get_args(Dressing))
+        _check("on_failure", self.on_failure, get_args(OnFailure))
+
+    def proposer_for(self, request: Request) -> Proposer:
+        """Return the object that proposes the layout of a request."""
+        return make_proposer(self.proposer, request) if isinstance(self.proposer, str) else self.proposer
+
+    def adjusts_with(self) -> Adjuster:
+        """Return the object that adjusts layouts."""
+        return make_adjuster(self.adjuster) if isinstance(self.adjuster, str) else self.adjuster
+
+    def dresses(self, proposer: Proposer) -> bool:
+        """Return whether accessories are added to what a proposer proposes."""
+        if self.dress == "solver":
+            return isinstance(proposer, ProceduralProposer | FloorProposer)
+        return self.dress == "always"
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What differs from the default, as plain data for provenance and for the identity of a run."""
+        names = {
+            "proposer": self.proposer if isinstance(self.proposer, str) else type(self.proposer).__name__,
+            "optimise": self.optimise,
+            "refine": self.refine,
+            "adjuster": self.adjuster if isinstance(self.adjuster, str) else type(self.adjuster).__name__,
+            "dress": self.dress,
+            "on_failure": self.on_failure,
+        }
+        default = {name: field.default for name, field in type(self).__dataclass_fields__.items()}
+        return {name: value for name, value in names.items() if value != default[name]}
+
+
+def _check(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise OptionError(f"{name} is {value!r}, expected one of {', '.join(allowed)}")
+
+
+DEFAULT = Method()

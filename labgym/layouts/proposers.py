@@ -1,0 +1,48 @@
+"""Proposers by name."""
+
+from __future__ import annotations
+
+import typing
+from pkgutil import resolve_name
+
+from labgym.errors import UnknownNameError
+from labgym.layouts.interiors import FloorProposer
+from labgym.layouts.propose import ProceduralProposer, Proposer
+from labgym.layouts.request import Request
+
+SOLVER = "solver"
+"""Name of the default: planning habits and a constraint solver."""
+PROPOSERS: dict[str, str] = {}
+"""Module and class of each other proposer; the class is made without arguments, and its module imported only then."""
+
+
+def proposer_names() -> tuple[str, ...]:
+    """Return the names of all proposers."""
+    return SOLVER, *sorted(PROPOSERS)
+
+
+def check_proposer(name: str) -> None:
+    """Check that a proposer exists, without importing it.
+
+    Raises:
+        UnknownNameError: no proposer has that name; lists all.
+    """
+    if name not in proposer_names():
+        raise UnknownNameError("proposer", name, proposer_names())
+
+
+def make_proposer(name: str, request: Request) -> Proposer:
+    """Return the proposer of a name, for a request.
+
+    Raises:
+        UnknownNameError: no proposer has that name; lists all.
+    """
+    check_proposer(name)
+    if name == SOLVER:
+        return solver(request)
+    return typing.cast(Proposer, resolve_name(PROPOSERS[name])())
+
+
+def solver(request: Request) -> ProceduralProposer | FloorProposer:
+    """Return the solver for a request: by the roles of a room's four walls, or space by space."""
+    return ProceduralProposer() if request.style is None else FloorProposer()

@@ -1,0 +1,24 @@
+"""A proposer that makes mistakes: the solver's laboratory with furniture pushed into other furniture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from labgym.layouts import Layout
+from labgym.layouts.moves import Move, apply
+from labgym.layouts.propose import ProceduralProposer
+from labgym.layouts.request import Request
+
+
+class Shaken:
+    """Pushes three pieces of furniture by 0.3 m, in directions that the seed draws."""
+
+    def propose(self, request: Request) -> Layout:
+        """Return a layout with collisions and objects out of bounds."""
+        layout = ProceduralProposer().propose(request)
+        generator = np.random.default_rng(request.seed)
+        furniture = [placement.id for placement in layout.placements if placement.support == "floor"]
+        for name in generator.choice(furniture, 3, replace=False):
+            angle = generator.uniform(0.0, 2.0 * np.pi)
+            layout = apply(layout, Move(str(name), 0.3 * float(np.cos(angle)), 0.3 * float(np.sin(angle))))
+        return layout
