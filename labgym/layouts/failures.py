@@ -14,7 +14,7 @@ LISTED = 50
 
 
 def failures(assessment: Assessment) -> dict[str, Any]:
-    """Return the violations, facility errors and missing assets of a layout; an empty dictionary if there are none.
+    """Return the violations, facility errors and missing assets of a layout; empty for a valid layout.
 
     The keys are `v` and `facility` (numbers), `violations` and `errors` (messages, at most 50 of each), and `missing`
     (names of required assets that are not placed).
