@@ -1,4 +1,4 @@
-"""What is wrong with a layout that was kept although it failed its checks, as plain data for its provenance."""
+"""Violations and missing assets of a layout that was kept in spite of them, as plain data for its provenance."""
 
 from __future__ import annotations
 

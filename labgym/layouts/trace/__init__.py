@@ -1,4 +1,4 @@
-"""What happens to a layout between its proposal and its final state, as a document."""
+"""The document `labgym.trace/1` and its recorder: every state of a layout from its proposal on."""
 
 from labgym.layouts.trace.changes import Change
 from labgym.layouts.trace.document import Figures, Iteration, Trace, Trial
