@@ -39,7 +39,7 @@ class Change(Record):
 
     @property
     def empty(self) -> bool:
-        """Whether nothing changes."""
+        """Whether the change is empty."""
         return not self.placed and not self.removed and self.order is None
 
     def apply(self, layout: Layout) -> Layout:
