@@ -66,7 +66,7 @@ class Method:
 
     @property
     def options(self) -> dict[str, Any]:
-        """What differs from the default, as plain data for provenance and for the identity of a run."""
+        """The differences from the default, as plain data for provenance and for the identity of a run."""
         names = {
             "proposer": self.proposer if isinstance(self.proposer, str) else type(self.proposer).__name__,
             "optimise": self.optimise,
