@@ -12,7 +12,7 @@ from labgym.layouts.request import Request
 
 SOLVER = "solver"
 """Name of the default: planning habits and a constraint solver."""
-PROPOSERS: dict[str, str] = {}
+PROPOSERS: dict[str, str] = {"sampler": "labgym.layouts.sampler:SamplerProposer"}
 """Module and class of each other proposer; the class is made without arguments, and its module imported only then."""
 
 

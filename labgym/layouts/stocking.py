@@ -60,7 +60,7 @@ def _homes(request: Request, units: Sequence[Unit]) -> dict[str, list[_Waiting]]
     for name in request.protocol.instruments:
         asset = request.catalog.find(name)
         if asset.placing != "floor":
-            unit_id, reason = _home(request, asset, first)
+            unit_id, reason = home(request, asset, first)
             homes.setdefault(unit_id, []).append((asset, reason))
     return {
         unit_id: sorted(waiting, key=lambda entry: (entry[0].heat_class is None, entry[0].name))
@@ -68,11 +68,12 @@ def _homes(request: Request, units: Sequence[Unit]) -> dict[str, list[_Waiting]]
     }
 
 
-def _home(request: Request, instrument: Asset, units: Mapping[str, Unit]) -> tuple[str, str]:
-    """Id of an instrument's unit and why: where the protocol puts it, where it is first used, or by category.
+def home(request: Request, instrument: Asset, units: Mapping[str, Unit]) -> tuple[str, str]:
+    """Return the id of an instrument's unit and why: where the protocol puts it, where it is first used, by category.
 
     Args:
-        units: the first unit of each role, by the name of its asset.
+        units: the first unit of each role, by the name of its asset; one with the role of the default home, or any
+            other with a surface.
     """
     protocol, habits = request.protocol, request.habits
     constraints = [rule for rule in protocol.spatial_constraints if rule.kind == "on"]
@@ -92,7 +93,8 @@ def _home(request: Request, instrument: Asset, units: Mapping[str, Unit]) -> tup
         unit = units.get(location)
         if unit is not None and unit.asset.surfaces:
             return unit.id, reason
-    return units[habits.default_home].id, "no better place"
+    last = units.get(habits.default_home) or next(unit for unit in units.values() if unit.asset.surfaces)
+    return last.id, "no better place"
 
 
 def _shelve(request: Request, cabinet: Cabinet, generator: np.random.Generator) -> tuple[Content, ...]:
