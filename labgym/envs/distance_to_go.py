@@ -6,7 +6,6 @@ import math
 from typing import Protocol
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from labgym.navigation import LengthsTo, OccupancyGrid, ShortestPaths, distance_field
 
@@ -37,6 +36,8 @@ class GridDistanceToGo:
     """
 
     def __init__(self, grid: OccupancyGrid, goal: tuple[float, ...]) -> None:
+        from scipy.ndimage import distance_transform_edt
+
         self._goal = (goal[0], goal[1])
         self._origin, self._resolution = grid.origin, grid.resolution
         field = distance_field(grid, self._goal)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
-import trimesh
 from PIL import Image
 
 from labgym.assets import Asset
@@ -29,6 +28,9 @@ from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh
 from labgym.scenes.mjcf import to_mjcf
 from labgym.scenes.patches import Array, Faces
+
+if TYPE_CHECKING:
+    import trimesh
 
 SCENE_FILE = "scene.xml"
 MESH_FOLDER = "meshes"
@@ -81,6 +83,8 @@ def write_glb(layout: Layout, path: str | Path) -> Path:
     Raises:
         OptionError: the path does not end in .glb.
     """
+    import trimesh
+
     path = Path(path)
     if path.suffix.lower() != ".glb":
         raise OptionError(f"GLB file {path.name!r} must end in .glb, for example {path.name}.glb")
@@ -119,6 +123,8 @@ def _pose(placement: Placement) -> Array:
 
 def _painted(vertices: Array, faces: Faces, material: str, image: Texture | None) -> trimesh.Trimesh:
     """Return a mesh with a material, normals and texture coordinates; a vertex is repeated for each that it has."""
+    import trimesh
+
     look = MATERIALS[material]
     normals = np.round(corner_normals(vertices, faces).reshape(-1, 3), 4)
     corners = np.column_stack([faces.ravel(), normals])

@@ -6,10 +6,9 @@ import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from labgym.assets import Asset
@@ -25,6 +24,9 @@ from labgym.scenes.finishes import finishes_at, palette
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.patches import Patch, join, visible
 from labgym.scenes.rectangle import room_covering
+
+if TYPE_CHECKING:
+    import trimesh
 
 MATERIAL_NAMES = tuple(MATERIALS)
 """Material of each material index."""
@@ -71,6 +73,8 @@ class SceneMesh:
 
     def trimesh(self) -> trimesh.Trimesh:
         """Return the mesh as trimesh's, with face colors and the face attribute `owner`."""
+        import trimesh
+
         colors = np.rint(self.rgba * 255.0).astype(np.uint8)
         owner: dict[str, Any] = {"owner": self.owner}
         return trimesh.Trimesh(self.vertices, self.faces, face_colors=colors, process=False, face_attributes=owner)

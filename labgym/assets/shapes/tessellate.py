@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from labgym.assets.shapes.parts import Array, Part, Point, Primitive, Vector
+
+if TYPE_CHECKING:
+    import trimesh
 
 SECTIONS = 24
 """Sides of a full turn."""
@@ -33,6 +36,8 @@ def local_mesh(primitive: Primitive, size: Vector, profile: tuple[Point, ...] = 
 
 
 def _mesh(primitive: Primitive, size: Vector, profile: tuple[Point, ...]) -> trimesh.Trimesh:
+    import trimesh
+
     creation = trimesh.creation
     mesh: trimesh.Trimesh
     if primitive == "box":
@@ -61,6 +66,8 @@ def _sections(diameter: float) -> int:
 
 
 def _prism(outline: Array, length: float) -> trimesh.Trimesh:
+    import trimesh
+
     count = len(outline)
     ring = np.arange(count)
     after = np.roll(ring, -1)
