@@ -234,9 +234,10 @@ def verdict_table(verdicts: Sequence[Verdict]) -> str:
 
 def layout_score(report: LayoutReport) -> str:
     """Return a layout's metrics, one per line, then missing assets, violations and warnings."""
-    from labgym.eval.reports.tables import LAYOUT_COLUMNS
+    from labgym.eval.reports.tables import layout_columns
 
-    facts = [(heading, number(getattr(report, key), digits)) for key, heading, digits in LAYOUT_COLUMNS]
+    columns = [column for column in layout_columns((report.version,)) if column[0] != "v"]
+    facts = [(heading, number(getattr(report, key), digits)) for key, heading, digits in columns]
     extra = [("v", str(report.v)), ("fitness", number(report.fitness, 3)), ("S_phys", f"{report.s_phys:.1f} of 35")]
     extra += [("S_chem", f"{report.s_chem:.1f} of 35")] if report.s_chem is not None else []
     head = f"{report.layout}: {report.version}, profile {report.profile}, protocol {report.protocol or 'none'}"

@@ -22,6 +22,7 @@ def score(
     layout: LayoutNames,
     protocol: OptionalText = None,
     profile: str = "default",
+    metrics: str = "touchstone-v1",
     as_json: Annotated[bool, arg(name="json")] = False,
     check: bool = False,
     out: OptionalPath = None,
@@ -36,6 +37,7 @@ def score(
         layout: A layout's .json file, or the id of a published layout; also several, or folders of layouts.
         protocol: Id or .json file of the protocol to score the layouts for; by default the layout's own.
         profile: Thresholds: default, strict, paper or code.
+        metrics: Version of the definitions: touchstone-v1, or touchstone-v2, which a spoilt layout cannot pass.
         as_json: Print the whole report as JSON; of several layouts the means.
         check: Exit 1 if a layout has a violation or a facility error, or lacks a required asset.
         out: Folder for scores.jsonl, with the report of each layout. An interrupted command resumes.
@@ -44,12 +46,12 @@ def score(
     if not layout:
         raise OptionError("no layout; name a file, a published layout or a folder of layouts")
     if len(layout) > 1 or out is not None or Path(layout[0]).is_dir():
-        return _score_many(layout, protocol, profile, as_json, check, out, execution.options(), fresh)
+        return _score_many(layout, protocol, profile, metrics, as_json, check, out, execution.options(), fresh)
     import labgym.eval
     from labgym.cli.describe import layout_score
     from labgym.envs.tasks import resolve_layout
 
-    report = labgym.eval.score(resolve_layout(layout[0]), protocol, profile)
+    report = labgym.eval.score(resolve_layout(layout[0]), protocol, profile, metrics=metrics)
     print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
     return DONE if report.passed or not check else FAILED
 
@@ -58,6 +60,7 @@ def _score_many(
     names: Sequence[str],
     protocol: str | None,
     profile: str,
+    metrics: str,
     as_json: bool,
     check: bool,
     out: Path | None,
@@ -77,7 +80,7 @@ def _score_many(
             failing.append(report.layout)
         return report
 
-    reports = score_layouts(lambda: each_layout(names), out, protocol, profile, executor, fresh)
+    reports = score_layouts(lambda: each_layout(names), out, protocol, profile, executor, fresh, metrics=metrics)
     summary = aggregate(noted(report) for report in reports)
     if as_json:
         print(json.dumps(summary.to_json(), indent=1, ensure_ascii=False))

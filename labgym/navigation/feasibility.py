@@ -108,8 +108,19 @@ def transitions(
         LabgymError: no protocol is given and the layout has none.
     """
     protocol = resolve_protocol(plan, protocol)
-    space, floor = _free_positions(plan, radius, resolution, method), Barriers.of(plan)
-    return tuple(_judge(floor, space, (here, there), start, goal) for here, there, start, goal in legs(plan, protocol))
+    return judge_legs(plan, legs(plan, protocol), _free_positions(plan, radius, resolution, method))
+
+
+def judge_legs(plan: FloorPlan, drives: Iterable[Leg], space: FreePositions) -> tuple[Transition, ...]:
+    """Judge drives between named places.
+
+    Args:
+        plan: the layout.
+        drives: as from `legs`.
+        space: free positions of the disc in the plan: a `ShortestPaths` or a dilated `OccupancyGrid`.
+    """
+    floor = Barriers.of(plan)
+    return tuple(_judge(floor, space, (here, there), start, goal) for here, there, start, goal in drives)
 
 
 def legs(plan: FloorPlan, protocol: Protocol) -> list[Leg]:
@@ -126,7 +137,7 @@ def legs(plan: FloorPlan, protocol: Protocol) -> list[Leg]:
     ]
 
 
-class _FreePositions(Interface):
+class FreePositions(Interface):
     """Where a disc fits, and between which positions it can move."""
 
     def free(self, x: float, y: float) -> bool:
@@ -138,14 +149,14 @@ class _FreePositions(Interface):
         ...
 
 
-def _free_positions(plan: FloorPlan, radius: float, resolution: float, method: Method) -> _FreePositions:
+def _free_positions(plan: FloorPlan, radius: float, resolution: float, method: Method) -> FreePositions:
     if method not in METHODS:
         raise UnknownNameError("method of feasibility", method, METHODS)
     return ShortestPaths(plan, radius) if method == "exact" else occupancy(plan, resolution).dilated(radius)
 
 
 def _judge(
-    floor: Barriers, space: _FreePositions, locations: tuple[str, str], start: Pose | None, goal: Pose | None
+    floor: Barriers, space: FreePositions, locations: tuple[str, str], start: Pose | None, goal: Pose | None
 ) -> Transition:
     ends: tuple[tuple[End, Pose | None], ...] = (("start", start), ("goal", goal))
     at_fault = tuple(end for end, pose in ends if pose is None)

@@ -8,6 +8,7 @@ from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.layout_report import LayoutSummary
+from labgym.layouts.rules.thresholds import VERSION_2
 from labgym.table import Table, number
 
 LAYOUT_COLUMNS = (
@@ -23,6 +24,26 @@ LAYOUT_COLUMNS = (
     ("glass", "Glass ↑", 3),
 )
 """Layout metrics in the paper's order: field of the report, heading, number of digits."""
+
+LAYOUT_COLUMNS_2 = (
+    *LAYOUT_COLUMNS,
+    ("door_nav", "Door nav ↑", 3),
+    ("fronts", "Fronts ↑", 3),
+    ("near", "Near ↑", 3),
+    ("ventilate", "Ventilate ↑", 3),
+    ("safety", "Safety ↑", 3),
+    ("facility", "Facility ↑", 3),
+    ("reach", "Reach ↑", 3),
+    ("walk", "Walk, m ↓", 1),
+    ("v", "v ↓", 2),
+)
+"""Layout metrics of touchstone-v2."""
+
+
+def layout_columns(versions: Sequence[str]) -> tuple[tuple[str, str, int], ...]:
+    """Return the columns of a table of layouts that were scored under some versions of the metrics."""
+    return LAYOUT_COLUMNS_2 if tuple(versions) == (VERSION_2,) else LAYOUT_COLUMNS
+
 
 NAVIGATION_ROWS = (
     ("success", "SR ↑", 3),
@@ -65,21 +86,24 @@ def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
         summary: means over layouts.
         name: name of the first row.
     """
-    means = {key: summary.mean(key) for key, _, _ in LAYOUT_COLUMNS}
+    shown = layout_columns(summary.versions)
+    means = {key: summary.mean(key) for key, _, _ in shown}
     printed = paper().layouts.row("LabBuilder")
     absent = [
         f"{heading.split(' ')[0]} {summary.metrics[key].count} of {summary.layouts}"
-        for key, heading, _ in LAYOUT_COLUMNS
+        for key, heading, _ in shown
         if summary.metrics[key].nulls
     ]
     notes = [f"Means over layouts, {', '.join(summary.versions)}, profile {', '.join(summary.profiles)}."]
     if absent:
         notes.append(f"Means over the layouts to which the metric applies: {', '.join(absent)}.")
+    if shown is LAYOUT_COLUMNS_2:
+        notes.append("Step nav and Door nav are pooled over the drives of all layouts.")
     notes.append("The paper does not give the thresholds of its chemistry metrics, so its row is not comparable.")
     return Table(
         title=f"Layout metrics, {summary.layouts} layouts",
-        columns=("Method", *(heading for _, heading, _ in LAYOUT_COLUMNS)),
-        rows=(_layout_row(name, means), _layout_row("LabBuilder (paper)", printed)),
+        columns=("Method", *(heading for _, heading, _ in shown)),
+        rows=(_layout_row(name, means, shown), _layout_row("LabBuilder (paper)", printed, shown)),
         notes=tuple(notes),
     )
 
@@ -160,5 +184,7 @@ def _shown(estimate: Estimate, digits: int, whole: bool) -> str:
     return interval(estimate, digits) if whole else number(estimate.value, digits)
 
 
-def _layout_row(name: str, values: Mapping[str, str | float | None]) -> tuple[str, ...]:
-    return (name, *(number(values[key], digits) for key, _, digits in LAYOUT_COLUMNS))
+def _layout_row(
+    name: str, values: Mapping[str, str | float | None], columns: Sequence[tuple[str, str, int]]
+) -> tuple[str, ...]:
+    return (name, *(number(values.get(key), digits) for key, _, digits in columns))

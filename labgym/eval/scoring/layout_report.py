@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -152,6 +152,54 @@ class LayoutReport(Document):
         """Whether the layout has no violation, no facility error and every required asset."""
         errors = any(issue.severity == "error" for issue in self.warnings)
         return not (self.violations or self.missing or errors)
+
+
+class LayoutReport2(LayoutReport):
+    """touchstone-v2 metrics of one layout; the fields of version 1 have the definitions of version 2.
+
+    Attributes:
+        asset: 1 if all required assets and all required safety equipment are placed. missing: what is absent of both.
+        prot_nav: 1 if all transitions and all drives from doors have a path.
+        door_nav: share of the doors of the rooms in use from which the robot reaches the first step there.
+        entries: number of those doors.
+        fronts: mean free share of the depth that the catalog requires in front of furniture.
+        near, ventilate: mean satisfaction of the protocol's constraints.
+        safety: share of the required kinds of safety equipment that are placed.
+        facility: mean over the facility rules that apply; facility_rules: share of objects that keep each.
+        hard_facility: number of broken facility rules that count in v.
+        walk: walking distance of the protocol's workflow, meters; None if a walk is blocked. between_steps, fetching:
+            its two parts. trips: number of trips to fetch something.
+        reach: share of the items of the steps within the arm's envelope. out_of_reach: the other placements.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.layout-report/2"
+
+    door_nav: Share | None
+    entries: Count
+    fronts: Share | None
+    near: Share | None
+    ventilate: Share | None
+    safety: Share | None
+    facility: Share | None
+    facility_rules: dict[str, Share]
+    hard_facility: Count
+    walk: float | None
+    between_steps: float | None
+    fetching: float | None
+    trips: Count | None
+    reach: Share | None
+    out_of_reach: tuple[str, ...]
+
+
+def parse_report(data: Any, source: object = "document") -> LayoutReport:
+    """Validate the plain data of a report of either version.
+
+    Raises:
+        DocumentError: another schema, or an invalid field; names the source and the field.
+    """
+    if isinstance(data, dict) and data.get("schema") == LayoutReport2.SCHEMA:
+        return LayoutReport2.parse(data, source)
+    return LayoutReport.parse(data, source)
 
 
 class MetricMean(Record):

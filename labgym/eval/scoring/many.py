@@ -9,10 +9,12 @@ from pathlib import Path
 
 from labgym.documents import canonical_hash
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.scoring.layout_report import LayoutReport
+from labgym.eval.scoring.layout_report import LayoutReport, parse_report
 from labgym.eval.scoring.score import score
 from labgym.layouts.batch import catalog_digest
 from labgym.layouts.model import Layout
+from labgym.layouts.rules import thresholds
+from labgym.layouts.rules.thresholds import VERSION
 from labgym.navigation import resolve_protocol
 from labgym.protocols import Protocol
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
@@ -33,6 +35,7 @@ def score_layouts(
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
     progress: bool = True,
+    metrics: str = VERSION,
 ) -> Iterator[LayoutReport]:
     """Yield the scores of layouts in their order.
 
@@ -45,26 +48,29 @@ def score_layouts(
         executor: where layouts are scored; the scores do not depend on it.
         fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
+        metrics: version of the definitions.
 
     Raises:
+        UnknownNameError: there is no such profile or version.
         OptionError: the folder holds something else or is in use.
         DocumentError: a layout cannot be read, or names an asset or a support that does not exist.
         LabgymError: workers died, or have another version of labgym or another catalog.
     """
+    thresholds.profile(profile, metrics)
     jobs = ((layout, _target(layout, protocol)) for layout in layouts())
     guard = {"catalog": catalog_digest}
     if out is None:
         parts = {}
-        shards = _shards(jobs, profile)
+        shards = _shards(jobs, profile, metrics)
         for shard, output in run_shards(shards, None, executor, "score", "layout", guard, progress=progress):
             parts[shard.name] = output.files[_part(shard.name)]
         yield from (_report(line, "score") for name in sorted(parts) for line in parts[name].splitlines())
         return
-    identity, count = _identity(layouts(), protocol, profile)
+    identity, count = _identity(layouts(), protocol, profile, metrics)
     with RunFolder.open(out, identity, fresh) as folder:
         if not folder.finished:
             names = []
-            shards = _shards(jobs, profile)
+            shards = _shards(jobs, profile, metrics)
             for shard, _ in run_shards(shards, folder, executor, "score", "layout", guard, count, progress):
                 names.append(shard.name)
             folder.finish({SCORES: ((folder.path / _part(name)).read_bytes() for name in sorted(names))})
@@ -86,23 +92,23 @@ def read_scores(folder: str | Path) -> Iterator[LayoutReport]:
             yield _report(line, f"{path}:{number}")
 
 
-def score_shard(name: str, jobs: tuple[Job, ...], profile: str) -> ShardOutput:
+def score_shard(name: str, jobs: tuple[Job, ...], profile: str, metrics: str = VERSION) -> ShardOutput:
     """Return the file of a shard: a report per line."""
-    reports = (score(layout, protocol, profile).to_json() for layout, protocol in jobs)
+    reports = (score(layout, protocol, profile, metrics=metrics).to_json() for layout, protocol in jobs)
     lines = (json.dumps(report, ensure_ascii=False, allow_nan=False) for report in reports)
     return ShardOutput({_part(name): "".join(f"{line}\n" for line in lines).encode()})
 
 
-def _shards(jobs: Iterator[Job], profile: str) -> Iterator[Shard]:
+def _shards(jobs: Iterator[Job], profile: str, metrics: str) -> Iterator[Shard]:
     index = 0
     while batch := tuple(islice(jobs, PER_SHARD)):
         inputs = [[layout.id, layout.hash] for layout, _ in batch]
-        yield Shard(f"{index:07d}", score_shard, (f"{index:07d}", batch, profile), len(batch), inputs)
+        yield Shard(f"{index:07d}", score_shard, (f"{index:07d}", batch, profile, metrics), len(batch), inputs)
         index += 1
 
 
 def _identity(
-    layouts: Iterable[Layout], protocol: Protocol | str | Path | None, profile: str
+    layouts: Iterable[Layout], protocol: Protocol | str | Path | None, profile: str, metrics: str
 ) -> tuple[RunIdentity, int]:
     """Return the identity of the scores and the number of layouts."""
     names, target = [], None
@@ -117,6 +123,7 @@ def _identity(
         protocol=target,
         profile=profile,
         catalog=catalog_digest(),
+        **({} if metrics == VERSION else {"metrics": metrics}),  # folders of version 1 keep their identity
     )
     return identity, len(names)
 
@@ -134,4 +141,4 @@ def _report(line: bytes, source: str) -> LayoutReport:
         data = json.loads(line)
     except ValueError as error:
         raise DocumentError(source, "", f"not valid JSON ({error})") from None
-    return LayoutReport.parse(data, source)
+    return parse_report(data, source)

@@ -12,11 +12,13 @@ from labgym.eval.scoring.consistency import consistency_proxy
 from labgym.eval.scoring.layout_report import (
     Gated,
     LayoutReport,
+    LayoutReport2,
     LayoutSummary,
     MetricMean,
     PhysicalScore,
     ReportedViolation,
 )
+from labgym.eval.scoring.version2 import METRICS_2, version_2
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility import facility_issues
@@ -24,7 +26,8 @@ from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.satisfaction import mean, penalised, worst_mean
 from labgym.layouts.rules.separation import contained
 from labgym.layouts.rules.storage import in_own_class
-from labgym.layouts.rules.thresholds import OVERLAP_VOLUME, PENETRATION, VERSION, Profile
+from labgym.layouts.rules.thresholds import OVERLAP_VOLUME, PENETRATION, VERSION, VERSION_2, Profile
+from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.navigation import resolve_protocol
 from labgym.protocols import Protocol
 
@@ -47,6 +50,7 @@ def score(
     protocol: Protocol | str | Path | None = None,
     profile: str | Profile = "default",
     contacts: bool = True,
+    metrics: str | None = None,
 ) -> LayoutReport:
     """Return the LabTouchstone metrics of a layout.
 
@@ -55,20 +59,31 @@ def score(
         protocol: a protocol, its id or its .json file; by default the layout's first, if it has one.
         profile: name of the thresholds, or a `Profile`.
         contacts: whether to compile the scene and count contacts in MuJoCo (`cn_mj`).
+        metrics: version of the definitions, `touchstone-v1` or `touchstone-v2`; by default the profile's, which is
+            touchstone-v1 for all named profiles.
+
+    Returns:
+        A `LayoutReport2` under touchstone-v2.
 
     Raises:
-        UnknownNameError: the protocol or the profile does not exist.
+        UnknownNameError: the protocol, the profile or the version does not exist.
         DocumentError: the layout names an asset or a support that does not exist, or is inconsistent.
     """
     layout.check_references()
     target = layout.protocol if protocol is None else resolve_protocol(layout, protocol)
-    assessment = evaluate_layout(layout, target, profile, navigation=True)
+    assessment = evaluate_layout(layout, target, profile, navigation=True, metrics=metrics)
+    report = _report(layout, target, assessment, contacts)
+    return version_2(report, assessment) if isinstance(assessment, Assessment2) else report
+
+
+def _report(layout: Layout, target: Protocol | None, assessment: Assessment, contacts: bool) -> LayoutReport:
     flam, incomp = worst_mean(assessment.flammable), worst_mean(assessment.incompatible)
     store, glass = mean(assessment.storage), mean(assessment.glass)
     asset = None if assessment.missing is None else int(not assessment.missing)
     feasible = [transition.feasible for transition in assessment.transitions or ()]
     separated = contained(assessment.arrangement, assessment.incompatible)
-    physical, s_chem = _physical(assessment), _chemical_points((flam, incomp, store, glass))
+    ventilate = mean(assessment.ventilation) if isinstance(assessment, Assessment2) else None
+    physical, s_chem = _physical(assessment), _chemical_points((flam, incomp, store, glass, ventilate))
     proxy = consistency_proxy(assessment, target)
     return LayoutReport(
         layout=layout.id,
@@ -116,10 +131,13 @@ def score(
 def aggregate(reports: Iterable[LayoutReport]) -> LayoutSummary:
     """Return the means over layouts by metric; nulls are left out of the means and counted.
 
-    Gated scores are named `gated_flam` and so on, scores of the proxy `proxy_realism` and so on.
+    Gated scores are named `gated_flam` and so on, scores of the proxy `proxy_realism` and so on. Under touchstone-v2
+    the transitions of all layouts are pooled: `step_nav` and `door_nav` are means over drives, not over layouts.
     """
     names = (*METRICS, *(f"gated_{name}" for name in GATED), *(f"proxy_{name}" for name in PROXY))
     columns: dict[str, list[float | None]] = {name: [] for name in names}
+    further: dict[str, list[float | None]] = {name: [] for name in METRICS_2}
+    drives: dict[str, list[int]] = {"step_nav": [], "door_nav": []}
     definitions = set()
     for report in reports:  # One at a time: a million reports take gigabytes.
         definitions.add((report.profile, report.version))
@@ -128,17 +146,32 @@ def aggregate(reports: Iterable[LayoutReport]) -> LayoutSummary:
         values += [getattr(gated, name) for name in GATED] + [getattr(proxy, name) for name in PROXY]
         for column, value in zip(columns.values(), values, strict=True):
             column.append(value)
+        if isinstance(report, LayoutReport2):
+            drives["step_nav"].append(report.transitions)
+            drives["door_nav"].append(report.entries)
+            for name, own in further.items():
+                own.append(getattr(report, name))
+    versions = {version for _, version in definitions}
+    pooled = versions == {VERSION_2}
+    if pooled:
+        columns |= further
     return LayoutSummary(
         layouts=len(columns["obj"]),
         profiles=tuple(sorted({profile for profile, _ in definitions})),
-        versions=tuple(sorted({version for _, version in definitions})),
-        metrics={name: _mean(column) for name, column in columns.items()},
+        versions=tuple(sorted(versions)),
+        metrics={name: _mean(column, drives.get(name) if pooled else None) for name, column in columns.items()},
     )
 
 
-def _mean(column: list[float | None]) -> MetricMean:
+def _mean(column: list[float | None], weights: list[int] | None = None) -> MetricMean:
+    """Return the mean of the values that are not null; weights have one value for each of the column."""
     values = [value for value in column if value is not None]
-    mean = math.fsum(values) / len(values) if values else None
+    if weights is None:
+        mean = math.fsum(values) / len(values) if values else None
+    else:
+        shares = [(value, weight) for value, weight in zip(column, weights, strict=True) if value is not None]
+        total = sum(weight for _, weight in shares)
+        mean = math.fsum(value * weight for value, weight in shares) / total if total else None
     return MetricMean(mean=mean, count=len(values), nulls=len(column) - len(values))
 
 
@@ -158,6 +191,8 @@ def _physical(assessment: Assessment) -> PhysicalScore:
     standing = {placement.id for placement in placements} - desktop
     colliding = frozenset[str]().union(*(collision.ids for collision in assessment.collisions))
     misplaced = {fault.id for fault in assessment.bounds if fault.cause != "height"}
+    if isinstance(assessment, Assessment2):
+        misplaced |= {front.ids[0] for front in assessment.fronts if front.hard}
     floating = {fault.id for fault in assessment.bounds if fault.cause == "height"}
     return PhysicalScore(
         tabletop_bounds=10.0 * _clean(desktop, misplaced),

@@ -14,7 +14,7 @@ from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.thresholds import HEIGHT_TOLERANCE, ROOM_TOLERANCE, SURFACE_TOLERANCE, WALL_TOLERANCE
 
-Cause = Literal["room", "surface", "height"]
+Cause = Literal["room", "surface", "height", "support"]
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,9 @@ class BoundsFault:
 
     Attributes:
         cause: `room` (in a wall or a column, or outside of all rooms), `surface` (over the edge of its support, or, if
-            wall-mounted, away from every wall or over an opening), `height` (above or below its support).
-        amount: by how much, meters.
+            wall-mounted, away from every wall or over an opening), `height` (above or below its support), `support`
+            (on something that does not carry such an object; touchstone-v2 only).
+        amount: by how much, meters; 0 for `support`.
     """
 
     id: str

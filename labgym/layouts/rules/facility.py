@@ -73,7 +73,7 @@ class FacilityIssue(Record):
 def facility_issues(arrangement: Arrangement, profile: Profile) -> tuple[FacilityIssue, ...]:
     """Return every facility rule that a layout breaks."""
     return (
-        *_exits(arrangement.building, profile),
+        *building_exit_issues(arrangement.building, profile),
         *placing_issues(arrangement),
         *egress_issues(arrangement),
         *_hoods(arrangement),
@@ -84,10 +84,11 @@ def facility_issues(arrangement: Arrangement, profile: Profile) -> tuple[Facilit
 
 def exit_issues(room: Room, profile: Profile) -> list[FacilityIssue]:
     """Return what is wrong with the number and width of a room's doors."""
-    return _exits(OneRoom(room), profile)
+    return building_exit_issues(OneRoom(room), profile)
 
 
-def _exits(building: Building, profile: Profile) -> list[FacilityIssue]:
+def building_exit_issues(building: Building, profile: Profile) -> list[FacilityIssue]:
+    """Return what is wrong with the number and width of a building's doors."""
     issues = []
     for label, width in dict.fromkeys((entrance.label, entrance.width) for entrance in building.entrances):
         if width < EXIT_WIDTH - 0.005:

@@ -16,7 +16,7 @@ from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.satisfaction import Instance, penalised
 from labgym.layouts.rules.separation import flammable_instances, incompatible_instances
 from labgym.layouts.rules.storage import storage_instances
-from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.thresholds import VERSION_2, Profile
 from labgym.layouts.rules.violations import (
     Violations,
     bounds_violations,
@@ -144,25 +144,29 @@ def evaluate_layout(
     profile: str | Profile = "default",
     navigation: bool = False,
     earlier: Assessment | None = None,
+    metrics: str | None = None,
 ) -> Assessment:
     """Apply every rule to a layout.
 
     Args:
         layout: the layout.
         protocol: required assets and transitions; None leaves both out.
-        profile: name of the thresholds, or a profile.
+        profile: name of the thresholds, or a profile; its `metrics` choose the version of the definitions.
         navigation: whether to plan the protocol's transitions and check egress, which takes as long as all the rest.
         earlier: assessment of another state of the layout, whose transitions are taken over if neither floor nor
             obstacles nor goal poses have changed. It changes no result.
+        metrics: version of the definitions, `touchstone-v1` or `touchstone-v2`; by default the profile's.
 
     Raises:
-        UnknownNameError: the profile, an asset or a support does not exist.
+        UnknownNameError: the profile, the version, an asset or a support does not exist.
     """
-    limits, arrangement = thresholds.profile(profile), Arrangement.of(layout)
+    limits, arrangement = thresholds.profile(profile, metrics), Arrangement.of(layout)
     bounds, overlaps = bounds_faults(arrangement), collisions(arrangement)
     out_of_bounds = frozenset(fault.id for fault in bounds)
     faulty = out_of_bounds.union(*(collision.ids for collision in overlaps))
-    return Assessment(
+    version_2 = limits.metrics == VERSION_2
+    drives = navigation and protocol is not None and not version_2
+    basis = Assessment(
         profile=limits,
         arrangement=arrangement,
         bounds=bounds,
@@ -172,9 +176,14 @@ def evaluate_layout(
         storage=penalised(storage_instances(arrangement), faulty),
         glass=penalised(glass_instances(arrangement, limits), faulty),
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
-        transitions=judged_transitions(layout, protocol, earlier) if navigation and protocol is not None else None,
+        transitions=judged_transitions(layout, protocol, earlier) if drives and protocol is not None else None,
         navigation=navigation,
     )
+    if not version_2:
+        return basis
+    from labgym.layouts.rules.touchstone2.assessment import assess  # it extends the assessment of this module
+
+    return assess(basis, protocol, earlier)
 
 
 def judged_transitions(layout: Layout, protocol: Protocol, earlier: Assessment | None = None) -> tuple[Transition, ...]:

@@ -10,8 +10,15 @@ from labgym.layouts.floor.exits import CALIFORNIA, NFPA_45
 
 Severity = Literal["warning", "error"]
 
-VERSION = "touchstone-v1"
+Metrics = Literal["touchstone-v1", "touchstone-v2"]
+
+VERSION: Metrics = "touchstone-v1"
 """Name of the metric definitions; a report that names another version is not comparable."""
+
+VERSION_2: Metrics = "touchstone-v2"
+"""The definitions that a spoilt layout cannot pass; see `labgym.layouts.rules.touchstone2`."""
+
+VERSIONS: tuple[Metrics, ...] = (VERSION, VERSION_2)
 
 ROOM_TOLERANCE = 0.010
 """A footprint may reach this far beyond the room's interior, metres: skirting and plaster tolerances."""
@@ -101,6 +108,9 @@ class Profile:
         second_exit: severity of a missing second exit; a layout with an error is not generated.
         second_exit_area: largest laboratory with one exit, square meters.
         second_exit_source: where that limit comes from.
+        metrics: version of the metric definitions that these thresholds are applied with.
+        tie_breakers: whether, of two layouts with equal v and F, the one with the better reach and the shorter walk is
+            preferred (touchstone-v2 only). Off for benchmark splits.
     """
 
     name: str
@@ -112,6 +122,8 @@ class Profile:
     second_exit: Severity = "warning"
     second_exit_area: float = NFPA_45
     second_exit_source: str = "NFPA 45, class B"
+    metrics: Metrics = VERSION
+    tie_breakers: bool = False
 
 
 PROFILES = {
@@ -158,14 +170,25 @@ PROFILES["code"] = replace(
 )
 
 
-def profile(name: str | Profile) -> Profile:
+def profile(name: str | Profile, metrics: str | None = None) -> Profile:
     """Return the thresholds of that name; a `Profile` is returned unchanged.
 
+    Args:
+        name: name of the thresholds, or a profile.
+        metrics: version of the metric definitions; by default the profile's own, which is touchstone-v1 for all named
+            profiles.
+
     Raises:
-        UnknownNameError: no profile has that name.
+        UnknownNameError: no profile, or no version, has that name.
     """
+    if metrics is not None and metrics not in VERSIONS:
+        raise UnknownNameError("version of the metrics", metrics, VERSIONS)
     if isinstance(name, Profile):
-        return name
-    if name not in PROFILES:
+        limits = name
+    elif name in PROFILES:
+        limits = PROFILES[name]
+    else:
         raise UnknownNameError("profile", name, PROFILES)
-    return PROFILES[name]
+    if metrics is None or metrics == limits.metrics:
+        return limits
+    return replace(limits, metrics=VERSION_2 if metrics == VERSION_2 else VERSION)

@@ -12,7 +12,11 @@ from labgym.layouts.rules.collisions import Collision
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.navigation.feasibility import Transition
 
-Kind = Literal["bounds", "collision", "flammable", "incompatible", "storage", "navigation"]
+Kind = Literal[
+    "bounds", "collision", "flammable", "incompatible", "storage", "navigation",
+    "front", "near", "ventilation", "missing", "facility",
+]  # fmt: skip
+"""Kinds of hard violations; those of the last line exist in touchstone-v2 only."""
 
 
 @dataclass(frozen=True)
@@ -104,10 +108,22 @@ def _bounds_violation(arrangement: Arrangement, placement_id: str, faults: list[
     }
     remedies = {"room": "move it inward", "surface": "move it back onto its support", "height": "set it on its support"}
     worst = max(faults, key=lambda fault: fault.amount)
-    reasons = ", ".join(f"{fault.amount:.3f} m {problems[fault.cause]}" for fault in faults)
-    message = f"{placement_id} at ({x:.2f}, {y:.2f}, {z:.2f}) is {reasons}"
+    where = f"{placement_id} at ({x:.2f}, {y:.2f}, {z:.2f}) is"
+    if worst.cause == "support":
+        asset = arrangement.assets[arrangement.row(placement_id)]
+        place = {"floor": "on the floor", "wall": "on a wall"}.get(asset.placing, "on furniture")
+        message = f"{where} on {support}; a {asset.subtype} belongs {place}"
+        return Violation("bounds", (placement_id,), 1.0, message, f"place it {place}")
+    reasons = ", ".join(
+        f"{fault.amount:.3f} m {problems[fault.cause]}" if fault.cause != "support" else f"on {support}"
+        for fault in faults
+    )
     return Violation(
-        "bounds", (placement_id,), worst.amount, message, f"{remedies[worst.cause]} by {worst.amount:.3f} m"
+        "bounds",
+        (placement_id,),
+        worst.amount,
+        f"{where} {reasons}",
+        f"{remedies[worst.cause]} by {worst.amount:.3f} m",
     )
 
 

@@ -1,0 +1,90 @@
+"""Safety equipment that a laboratory must have for what it holds: part of completeness."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from labgym.assets import Asset
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.presence import resolved
+from labgym.protocols import Protocol
+
+Hazard = Callable[[Asset], bool]
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A kind of safety equipment.
+
+    Attributes:
+        asset: the asset that is added where it is missing.
+        accepted: assets that meet the requirement.
+        calls: whether a reagent calls for it.
+        source: the rule that requires it.
+    """
+
+    asset: str
+    accepted: frozenset[str]
+    calls: Hazard
+    source: str
+
+
+def _corrosive(reagent: Asset) -> bool:
+    return reagent.hazards.acid or reagent.hazards.base
+
+
+def _flammable(reagent: Asset) -> bool:
+    return reagent.hazards.flammable
+
+
+def _hazardous(reagent: Asset) -> bool:
+    return any(value for _, value in reagent.hazards)
+
+
+def _liquid(reagent: Asset) -> bool:
+    return _hazardous(reagent) and reagent.chemistry is not None and reagent.chemistry.state == "liquid"
+
+
+REQUIREMENTS = (
+    Requirement(
+        "EmergencyShower", frozenset({"EmergencyShower"}), _corrosive, "OSHA 1910.151(c); Z358.1; JGJ 91-2019, 5.3.3"
+    ),
+    Requirement(
+        "EyewashStation", frozenset({"EyewashStation"}), _corrosive, "OSHA 1910.151(c); Z358.1; JGJ 91-2019, 5.3.3"
+    ),
+    Requirement(
+        "FireExtinguisher",
+        frozenset({"FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"}),
+        _flammable,
+        "OSHA 1910.157(d)(4); NFPA 10, 6.3",
+    ),
+    Requirement("SpillKit", frozenset({"SpillKit"}), _liquid, "Prudent Practices, 6.C.3; OSHA 1910.120(q)"),
+    Requirement(
+        "SolventWasteContainer",
+        frozenset({"SolventWasteContainer", "SolidWasteBin", "WasteStation"}),
+        _hazardous,
+        "40 CFR 262.15: waste is collected at or near the point of generation",
+    ),
+)
+"""What laboratories need, and the reagents that call for it."""
+
+
+def required_equipment(arrangement: Arrangement, protocol: Protocol | None) -> tuple[Requirement, ...]:
+    """Return what the reagents of a layout, and those that its protocol requires, call for."""
+    catalog = arrangement.layout.catalog
+    names = () if protocol is None else resolved(tuple(use.name for use in protocol.reagents), catalog)
+    reagents = [*(arrangement.assets[row] for row in arrangement.reagents), *map(catalog.get, names)]
+    return tuple(one for one in REQUIREMENTS if any(one.calls(reagent) for reagent in reagents))
+
+
+def missing_equipment(
+    arrangement: Arrangement, required: Iterable[Requirement], out_of_bounds: frozenset[str]
+) -> tuple[str, ...]:
+    """Return the assets to add: of each requirement that nothing meets. What is out of bounds meets none."""
+    placed = {
+        asset.role
+        for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True)
+        if placement.id not in out_of_bounds
+    }
+    return tuple(one.asset for one in required if placed.isdisjoint(one.accepted))

@@ -1,0 +1,101 @@
+"""The score of the facility rules, and the rules of them that are hard."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from labgym.layouts.model import FLOOR
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.facility import FacilityIssue, hoods, one_sided
+from labgym.layouts.rules.supplies import SOURCES, Supplies, supplies_of
+from labgym.layouts.rules.thresholds import MOVABLE
+
+HARD = frozenset({"egress", "door_area", "shower_clear", "no_exit"})
+"""Facility rules that count in v(L): ways out, door areas, the shower's clear space. A missing second exit counts where
+the profile makes it an error."""
+
+
+def is_hard(issue: FacilityIssue) -> bool:
+    """Return whether an issue counts in v(L) of touchstone-v2."""
+    return issue.rule in HARD or (issue.rule == "second_exit" and issue.severity == "error")
+
+
+@dataclass(frozen=True)
+class FacilityScore:
+    """How well a layout meets the facility rules.
+
+    Attributes:
+        rules: share of objects without an issue by rule, in [0, 1]; only rules that apply to something.
+    """
+
+    rules: Mapping[str, float]
+
+    @property
+    def total(self) -> float | None:
+        """Mean over the rules that apply, None if none does."""
+        return sum(self.rules.values()) / len(self.rules) if self.rules else None
+
+
+def facility_score(arrangement: Arrangement, issues: tuple[FacilityIssue, ...]) -> FacilityScore:
+    """Return the share of the objects that a rule applies to and that keep it, for each facility rule.
+
+    Objects are doors, exits, rooms, pieces of furniture, hoods, showers or reagents, by the rule. Several issues of one
+    object count once: the object is the first id of an issue, or, of a rule about doors and rooms, the issue itself.
+    """
+    shares = {}
+    for rule, count in applicable(arrangement).items():
+        if count:
+            own = [issue for issue in issues if issue.rule == rule]
+            broken = len({issue.ids[:1] for issue in own}) if rule in BY_OBJECT else len(own)
+            shares[rule] = 1.0 - min(broken / count, 1.0)
+    return FacilityScore(shares)
+
+
+BY_OBJECT = frozenset(
+    {
+        "back_to_wall", "front_clearance", "shower_clear", "supply", "hood_door", "hood_opposite_desk", "shower_walk",
+        "corrosive_height",
+    }
+)  # fmt: skip
+"""Rules whose issues name the object first; the others are about doors, exits, keep-outs and rooms."""
+
+
+def applicable(arrangement: Arrangement) -> dict[str, int]:
+    """Return the number of objects that each facility rule applies to."""
+    building, assets = arrangement.building, arrangement.assets
+    on_floor = [row for row, placement in enumerate(arrangement.placements) if placement.support == FLOOR]
+    hooded = len(hoods(arrangement))
+    return {
+        "egress": sum(entrance.exit for entrance in building.entrances),
+        "door_area": len(building.entrances),
+        "keep_out": len(arrangement.layout.floor.keep_outs),
+        "front_clearance": sum(assets[row].clearance > 0.0 and assets[row].subtype not in MOVABLE for row in on_floor),
+        "back_to_wall": sum(one_sided(arrangement, row) for row in on_floor),
+        "shower_clear": sum(asset.subtype == "shower" for asset in assets),
+        "supply": _supplied(arrangement, on_floor),
+        "no_exit": len(building.workplaces),
+        "second_exit": len(building.workplaces),
+        "exit_width": len({(entrance.label, entrance.width) for entrance in building.entrances}),
+        "hood_door": hooded,
+        "hood_opposite_desk": hooded,
+        "shower_walk": hooded,
+        "corrosive_height": sum(_corrosive_liquid(arrangement, row) for row in arrangement.reagents),
+    }
+
+
+def _supplied(arrangement: Arrangement, rows: list[int]) -> int:
+    """Number of pieces that need a service of which the floor has points."""
+    floor = arrangement.layout.floor
+    if not floor.services:
+        return 0
+    described = Supplies.of(floor, floor.spaces[0]).described
+    return sum(
+        any(kind in described and kind in SOURCES for kind in supplies_of(arrangement.assets[row])) for row in rows
+    )
+
+
+def _corrosive_liquid(arrangement: Arrangement, row: int) -> bool:
+    asset = arrangement.assets[row]
+    liquid = asset.chemistry is not None and asset.chemistry.state == "liquid"
+    return liquid and (asset.hazards.acid or asset.hazards.base)

@@ -1,0 +1,114 @@
+"""Flam and Incomp where reagents are used: at the location of each step that handles them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from labgym.geometry import pairwise_distance
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.separation import hazard_between, heat_band
+from labgym.layouts.rules.storage import closed_cabinet
+from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.touchstone2.placing import Whereabouts
+from labgym.protocols import Protocol
+
+
+@dataclass(frozen=True)
+class Handling:
+    """The reagents that a protocol handles at one location.
+
+    Attributes:
+        location: row of the location.
+        vessels: rows of the instruments that the steps with a reagent use and that stand there; the location's own row
+            without any.
+        reagents: roles of the reagents.
+        own: roles of everything that the protocol uses there: its own heat and its own reagents are the protocol's
+            matter, not the layout's.
+    """
+
+    location: int
+    vessels: tuple[int, ...]
+    reagents: frozenset[str]
+    own: frozenset[str]
+
+
+def handlings(arrangement: Arrangement, protocol: Protocol) -> tuple[Handling, ...]:
+    """Return what a protocol handles at each of its locations that is placed, in the order of the first visit."""
+    whereabouts = Whereabouts.of(arrangement, protocol)
+    names = {use.name for use in protocol.reagents}
+    places = []
+    for location in protocol.locations:
+        row = whereabouts.place(location)
+        steps = [step for step in protocol.steps if step.location == location]
+        reagents = {name for step in steps for name in step.uses if name in names}
+        if row is None or not reagents:
+            continue
+        handled = [step for step in steps if not names.isdisjoint(step.uses)]
+        tools = dict.fromkeys(name for step in handled for name in step.uses if name not in names)
+        vessels = tuple(
+            vessel
+            for name in tools
+            for vessel in whereabouts.of_name(name)
+            if row in whereabouts.carriers(vessel) and arrangement.assets[vessel].heat_class is None
+        )
+        roles = frozenset(whereabouts.role(name) for name in reagents)
+        own = frozenset(whereabouts.role(name) for step in steps for name in step.uses)
+        places.append(Handling(row, vessels or (row,), roles, own))
+    return tuple(places)
+
+
+def flammable_handling(arrangement: Arrangement, protocol: Protocol, profile: Profile) -> tuple[Instance, ...]:
+    """Return one instance for each location that handles a flammable reagent and each heat source of others.
+
+    The distance runs from the nearest vessel. Heat that the protocol itself uses at the location does not count.
+    """
+    catalog, sources = arrangement.layout.catalog, []
+    for row, asset in enumerate(arrangement.assets):
+        band = heat_band(asset, profile)
+        if band is not None:
+            sources.append((row, band))
+    instances = []
+    for place in handlings(arrangement, protocol):
+        flammable = sorted(name for name in place.reagents if catalog.get(name).hazards.flammable)
+        for source, band in sources if flammable else ():
+            carried = place.location in Whereabouts.of(arrangement, protocol).carriers(source)
+            if carried and arrangement.assets[source].role in place.own:
+                continue
+            gap = _gap(arrangement, place.vessels, source)
+            ids = arrangement.placements[place.location].id, arrangement.placements[source].id
+            note = f"{flammable[0]}, flammable, is used near a heat source ({arrangement.assets[source].heat_class})"
+            hard = gap < band.d_low
+            instances.append(Instance("flammable", ids, gap, band.d_low, band.satisfaction(gap), hard, note))
+    return tuple(instances)
+
+
+def incompatible_handling(arrangement: Arrangement, protocol: Protocol, profile: Profile) -> tuple[Instance, ...]:
+    """Return one instance for each location and each placed reagent incompatible with what is used there.
+
+    Reagents that the protocol uses at the location do not count; a reagent in a closed cabinet is separated
+    (IFC 5003.9.8: an approved cabinet replaces the distance).
+    """
+    catalog, band = arrangement.layout.catalog, profile.incompatible
+    instances = []
+    for place in handlings(arrangement, protocol):
+        for row in arrangement.reagents:
+            asset = arrangement.assets[row]
+            if asset.role in place.own:
+                continue
+            hazards = (hazard_between(catalog.get(name), asset, profile.pairs) for name in sorted(place.reagents))
+            hazard = next((one for one in hazards if one is not None), None)
+            if hazard is None:
+                continue
+            gap = _gap(arrangement, place.vessels, row)
+            shut = closed_cabinet(arrangement, row) is not None
+            satisfaction = 1.0 if shut else band.satisfaction(gap)
+            ids = arrangement.placements[place.location].id, arrangement.placements[row].id
+            hard = not shut and gap < band.d_low
+            note = f"{hazard.hazard}, where it is used"
+            instances.append(Instance("incompatible", ids, gap, band.d_low, satisfaction, hard, note))
+    return tuple(instances)
+
+
+def _gap(arrangement: Arrangement, rows: tuple[int, ...], other: int) -> float:
+    return float(pairwise_distance(arrangement.take(list(rows)), arrangement.take([other])).min())
