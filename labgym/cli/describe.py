@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from labgym.assets.inference import Agreement, Inference
     from labgym.eval.driving.episode_row import EpisodeRow
     from labgym.eval.scoring.layout_report import LayoutReport
+    from labgym.layouts.rules.regulations import Ruling
     from labgym.protocols.experiments import Experiment
     from labgym.protocols.experiments.feasibility import Verdict
     from labgym.protocols.retrieval import SearchResults
@@ -248,6 +249,26 @@ def layout_score(report: LayoutReport) -> str:
         for item in report.warnings
     ]
     return "\n".join([head, "", *_facts(facts + extra), *([""] if lines else []), *lines])
+
+
+def regulation_table(layout: str, regulations: str, rulings: Sequence[Ruling]) -> str:
+    """Return a table of the rulings of a regulation profile on a layout."""
+    rows = tuple(
+        (
+            ruling.outcome,
+            number(ruling.value, 2),
+            f"{ruling.sense} {ruling.limit:g}",
+            ruling.requires,
+            ruling.where,
+            f"{ruling.source}{'' if ruling.basis == 'read' else ' *'}",
+        )
+        for ruling in rulings
+    )
+    failed = sum(ruling.outcome == "fail" for ruling in rulings)
+    applied = sum(ruling.outcome != "does not apply" for ruling in rulings)
+    heading = f"{layout}, {regulations}: {applied - failed} of {applied} clauses that apply are met"
+    columns = ("ruling", "value", "limit", "requirement", "where", "source")
+    return Table(heading, columns, rows, notes=("* The figure was not checked against the clause.",)).text()
 
 
 def episode_outcome(row: EpisodeRow) -> str:

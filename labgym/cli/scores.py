@@ -23,6 +23,7 @@ def score(
     protocol: OptionalText = None,
     profile: str = "default",
     metrics: str = "touchstone-v1",
+    regulations: OptionalText = None,
     as_json: Annotated[bool, arg(name="json")] = False,
     check: bool = False,
     out: OptionalPath = None,
@@ -38,6 +39,7 @@ def score(
         protocol: Id or .json file of the protocol to score the layouts for; by default the layout's own.
         profile: Thresholds: default, strict, paper or code.
         metrics: Version of the definitions: touchstone-v1, or touchstone-v2, which a spoilt layout cannot pass.
+        regulations: Print what each clause of a profile says about one layout: US, EN or CN.
         as_json: Print the whole report as JSON; of several layouts the means.
         check: Exit 1 if a layout has a violation or a facility error, or lacks a required asset.
         out: Folder for scores.jsonl, with the report of each layout. An interrupted command resumes.
@@ -45,6 +47,8 @@ def score(
     """
     if not layout:
         raise OptionError("no layout; name a file, a published layout or a folder of layouts")
+    if regulations is not None:
+        return _rulings(layout, regulations, as_json, check)
     if len(layout) > 1 or out is not None or Path(layout[0]).is_dir():
         return _score_many(layout, protocol, profile, metrics, as_json, check, out, execution.options(), fresh)
     import labgym.eval
@@ -54,6 +58,26 @@ def score(
     report = labgym.eval.score(resolve_layout(layout[0]), protocol, profile, metrics=metrics)
     print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
     return DONE if report.passed or not check else FAILED
+
+
+def _rulings(names: Sequence[str], regulations: str, as_json: bool, check: bool) -> int:
+    from labgym.cli.describe import regulation_table
+    from labgym.envs.tasks import resolve_layout
+    from labgym.layouts.rules.arrangement import Arrangement
+    from labgym.layouts.rules.regulations import rulings
+
+    if len(names) != 1:
+        raise OptionError(f"--regulations takes one layout, got {len(names)}")
+    layout = resolve_layout(names[0])
+    layout.check_references()
+    result = rulings(Arrangement.of(layout), regulations)
+    listed = [ruling.model_dump(mode="json") for ruling in result]
+    print(
+        json.dumps(listed, indent=1, ensure_ascii=False)
+        if as_json
+        else regulation_table(layout.id, regulations, result)
+    )
+    return FAILED if check and any(ruling.outcome == "fail" for ruling in result) else DONE
 
 
 def _score_many(

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from labgym.documents import Document, Record
 from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.regulations import Ruling
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=0)]
@@ -170,6 +171,7 @@ class LayoutReport2(LayoutReport):
         walk: walking distance of the protocol's workflow, meters; None if a walk is blocked. between_steps, fetching:
             its two parts. trips: number of trips to fetch something.
         reach: share of the items of the steps within the arm's envelope. out_of_reach: the other placements.
+        regulations: rulings of each clause by regulation profile: US, EN, CN. They count in no score.
     """
 
     SCHEMA: ClassVar[str] = "labgym.layout-report/2"
@@ -189,6 +191,7 @@ class LayoutReport2(LayoutReport):
     trips: Count | None
     reach: Share | None
     out_of_reach: tuple[str, ...]
+    regulations: dict[str, tuple[Ruling, ...]]
 
 
 def parse_report(data: Any, source: object = "document") -> LayoutReport:

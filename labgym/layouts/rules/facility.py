@@ -179,7 +179,7 @@ def shower_walks(arrangement: Arrangement) -> dict[str, float]:
     showers = _emergency_showers(arrangement)
     if not walks or not showers:
         return walks
-    grid = occupancy(_with_open_doors(arrangement.layout)).dilated(PLANNING_RADIUS)
+    grid = occupancy(with_open_doors(arrangement.layout)).dilated(PLANNING_RADIUS)
     for shower in showers:
         x, y, _ = goal_pose(box_of(arrangement, shower))
         field = distance_field(grid, (x, y))
@@ -191,7 +191,7 @@ def shower_walks(arrangement: Arrangement) -> dict[str, float]:
     return walks
 
 
-def _with_open_doors(layout: Layout) -> Layout:
+def with_open_doors(layout: Layout) -> Layout:
     """Return a layout in which passages take the place of closed interior doors."""
     if layout.floor.is_rectangle:
         return layout

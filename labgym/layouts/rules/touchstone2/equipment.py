@@ -46,6 +46,8 @@ def _liquid(reagent: Asset) -> bool:
     return _hazardous(reagent) and reagent.chemistry is not None and reagent.chemistry.state == "liquid"
 
 
+EXTINGUISHERS = frozenset({"FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"})
+
 REQUIREMENTS = (
     Requirement(
         "EmergencyShower", frozenset({"EmergencyShower"}), _corrosive, "OSHA 1910.151(c); Z358.1; JGJ 91-2019, 5.3.3"
@@ -55,7 +57,7 @@ REQUIREMENTS = (
     ),
     Requirement(
         "FireExtinguisher",
-        frozenset({"FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"}),
+        EXTINGUISHERS,
         _flammable,
         "OSHA 1910.157(d)(4); NFPA 10, 6.3",
     ),

@@ -1,0 +1,88 @@
+"""A layout as regulations measure it: its rooms and doors, and the walks of people."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from labgym.geometry.frames import PlanarPose
+from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.facility import with_open_doors
+from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.navigation import goal_pose
+from labgym.navigation.visibility import ShortestPaths
+
+INSIDE = 0.35
+"""Distance from an exit at which a walk to it ends, meters."""
+PERSON = 0.25
+"""Radius of the disc that stands for a person, meters: half the shoulder breadth of a large man (ISO 7250-3: 95th
+percentile up to 0.51 m)."""
+OUTWARD = (0.0, 0.1, 0.2, 0.3, 0.4)
+"""Further distances from furniture in a niche at which a person stands, meters; the first free one counts."""
+
+
+@dataclass(frozen=True)
+class Premises:
+    """A layout, and shortest walks in it: for a disc of 0.25 m, with interior doors open, without movable objects."""
+
+    arrangement: Arrangement
+
+    @cached_property
+    def paths(self) -> ShortestPaths:
+        """Shortest paths for people."""
+        layout = with_open_doors(self.arrangement.layout)
+        loose = {p.id for p in layout.placements if p.support == FLOOR and layout.asset(p.id).subtype in MOVABLE}
+        kept = (p for p in layout.placements if layout.root(p.id).id not in loose)
+        return ShortestPaths(layout.replace(placements=tuple(kept)) if loose else layout, PERSON)
+
+    def rows(self, *subtypes: str) -> list[int]:
+        """Return the rows of the objects of some subtypes."""
+        return [row for row, asset in enumerate(self.arrangement.assets) if asset.subtype in subtypes]
+
+    @cached_property
+    def hoods(self) -> list[int]:
+        """Rows of the fume hoods."""
+        return [row for row, asset in enumerate(self.arrangement.assets) if asset.fume_hood]
+
+    @cached_property
+    def workplaces(self) -> list[int]:
+        """Rows of the floor furniture with a clearance in front, at which people work."""
+        return [
+            row
+            for row, (placement, asset) in enumerate(
+                zip(self.arrangement.placements, self.arrangement.assets, strict=True)
+            )
+            if placement.support == FLOOR and asset.clearance > 0.0 and asset.subtype not in MOVABLE
+        ]
+
+    def name(self, row: int) -> str:
+        """Return the id of an object."""
+        return self.arrangement.placements[row].id
+
+    def pose(self, row: int) -> PlanarPose:
+        """Return where a person stands before an object, or before what carries it."""
+        layout = self.arrangement.layout
+        placement = self.arrangement.placements[row]
+        root = placement if placement.support in (FLOOR, WALL) else layout.root(placement.id)
+        box = layout.box(root.id)
+        x, y, yaw = goal_pose(box)
+        poses = [(x + out * box.front[0], y + out * box.front[1], yaw) for out in OUTWARD]
+        return next((pose for pose in poses if self.paths.free(*pose[:2])), poses[0])
+
+    def walk(self, start: PlanarPose, goals: list[PlanarPose]) -> float:
+        """Return the length of the shortest walk to the nearest of some places, meters; inf without one."""
+        best = math.inf
+        for goal in sorted(goals, key=lambda goal: math.dist(start[:2], goal[:2])):
+            if math.dist(start[:2], goal[:2]) >= best:
+                break
+            path = self.paths.path(start, goal)
+            best = min(best, math.inf if path is None else path.length)
+        return best
+
+    @cached_property
+    def exits(self) -> list[PlanarPose]:
+        """Places just inside the doors that lead out of the floor."""
+        poses = [entrance.pose for entrance in self.arrangement.building.entrances if entrance.exit]
+        return [(x - INSIDE * math.sin(yaw), y + INSIDE * math.cos(yaw), yaw) for x, y, yaw in poses]
