@@ -31,6 +31,7 @@ from labgym.documents import Document, tagged, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
+from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.comparison import Comparison
@@ -101,6 +102,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     Trace,
     Suite,
     LayoutReport,
+    LayoutReport2,
     LayoutSummary,
     NavigationSummary,
     Comparison,

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Literal
 
+import numpy as np
+
 from labgym.geometry import OrientedBox, distance, penetration
 from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.rules.egress import WIDEST, narrow_ways
@@ -25,6 +27,8 @@ LOOKOUT = 4.0
 """Depth in front of furniture in which something opposite is looked for, meters."""
 OPPOSITE = -0.9
 """Two pieces face each other if the product of their front directions is at most this."""
+PARALLEL = 0.3
+"""A wall is beside a hood if the distances of the two ends of its side differ by less than this, meters."""
 TALL = 1.5
 """Obstructions of this height and more disturb the air in front of a hood, meters."""
 
@@ -255,9 +259,14 @@ def hood_to_side_wall(premises: Premises) -> list[Measured]:
         box = box_of(arrangement, row)
         corners = box.corners()  # back left, back right, front right, front left
         sides = (corners[[0, 3]], corners[[1, 2]])
-        walls = [float(abs(arrangement.building.gaps(side)).max(axis=1).min()) for side in sides]
-        gaps.append(Measured(premises.name(row), min(walls)))
-    return [gap for gap in gaps if math.isfinite(gap.value)]
+        near = []
+        for side in sides:
+            ends = arrangement.building.gaps(side)
+            ends = ends[np.isfinite(ends).all(axis=1)]
+            near += ends[np.ptp(ends, axis=1) < PARALLEL].min(axis=1).tolist()
+        if near:
+            gaps.append(Measured(premises.name(row), max(min(near), 0.0)))
+    return gaps
 
 
 def incompatibles_outside_cabinets(premises: Premises) -> list[Measured]:

@@ -28,8 +28,8 @@ def entry_legs(arrangement: Arrangement, protocol: Protocol) -> list[Leg]:
             first.setdefault(arrangement.spaces[arrangement.row(root)], location)
     legs: list[Leg] = []
     for entrance in arrangement.building.entrances:
-        location = first.get(entrance.space)
-        if location is None:
+        first_stop = first.get(entrance.space)
+        if first_stop is None:
             continue
         x, y, yaw = entrance.pose
         start: Pose = (
@@ -37,5 +37,5 @@ def entry_legs(arrangement: Arrangement, protocol: Protocol) -> list[Leg]:
             y + INSIDE * math.cos(yaw),
             wrap_angle(yaw + math.pi / 2.0),
         )
-        legs.append((entrance.label, location, start, location_pose(layout, location)))
+        legs.append((entrance.label, first_stop, start, location_pose(layout, first_stop)))
     return legs

@@ -46,10 +46,15 @@ def facility_score(arrangement: Arrangement, issues: tuple[FacilityIssue, ...]) 
     shares = {}
     for rule, count in applicable(arrangement).items():
         if count:
-            own = [issue for issue in issues if issue.rule == rule]
+            own = [issue for issue in issues if issue.rule == rule and _counts(issue)]
             broken = len({issue.ids[:1] for issue in own}) if rule in BY_OBJECT else len(own)
             shares[rule] = 1.0 - min(broken / count, 1.0)
     return FacilityScore(shares)
+
+
+def _counts(issue: FacilityIssue) -> bool:
+    """Whether an issue concerns one of the objects that are counted: not the front of a movable object."""
+    return issue.rule != "front_clearance" or issue.severity == "error"
 
 
 BY_OBJECT = frozenset(

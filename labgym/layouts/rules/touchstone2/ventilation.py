@@ -39,7 +39,7 @@ def ventilation_instances(arrangement: Arrangement, protocol: Protocol, unusable
             if homes.get(name) == location and whereabouts.of_name(name)
         ]
         outside = [name for name in vessels if not _inside(whereabouts, name)]
-        ids = () if place is None else (arrangement.placements[place].id,)
+        ids: tuple[str, ...] = () if place is None else (arrangement.placements[place].id,)
         usable = place is not None and unusable.isdisjoint(ids)
         share = 1.0 - len(outside) / len(vessels) if vessels else 1.0
         ids += tuple(arrangement.placements[whereabouts.of_name(name)[0]].id for name in outside)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from labgym.geometry.frames import PlanarPose
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.facility import with_open_doors
 from labgym.layouts.rules.touchstone2.placing import Whereabouts
 from labgym.navigation.goals import goal_pose, location_pose
 from labgym.navigation.visibility import ShortestPaths
@@ -38,17 +39,18 @@ class Workflow:
 
 
 def walking_distance(arrangement: Arrangement, protocol: Protocol, paths: ShortestPaths | None = None) -> Workflow:
-    """Return the length of the walks of a protocol's workflow, along shortest paths of a disc of 0.30 m, exact.
+    """Return the length of the walks of a protocol's workflow, along exact shortest paths of a disc of 0.30 m.
 
     The walks are those from each step's location to the next one's, and at each step a round trip to every piece of
     furniture that holds items of the step and is not its location, one trip for each piece. An instrument that has been
-    fetched stays with the work and goes along to the following locations; a reagent goes back to its place.
+    fetched stays with the work and goes along to the following locations; a reagent goes back to its place. Closed
+    interior doors are opened.
 
     Args:
-        paths: the shortest paths of the layout, if they exist already.
+        paths: the shortest paths of the layout with interior doors open, if they exist already.
     """
     whereabouts = Whereabouts.of(arrangement, protocol)
-    paths = ShortestPaths(arrangement.layout) if paths is None else paths
+    paths = ShortestPaths(with_open_doors(arrangement.layout)) if paths is None else paths
     reagents = {use.name for use in protocol.reagents}
     lengths: dict[tuple[PlanarPose, PlanarPose], float | None] = {}
 

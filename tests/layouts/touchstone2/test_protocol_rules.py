@@ -1,0 +1,255 @@
+"""touchstone-v2 by hand: supports, glass on the floor, storage classes, near, ventilation, handling, reach, walks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from laboratories import put
+
+from labgym.layouts import Door, Layout, Placement, Room
+from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.touchstone2.assessment import Assessment2
+from labgym.layouts.rules.touchstone2.reach import ARM_REACH, SHOULDER_HEIGHT, item_reaches
+from labgym.layouts.rules.touchstone2.workflow import walking_distance
+from labgym.protocols import Protocol, ReagentUse, Step
+from labgym.protocols.constraints import derive
+
+HALF = math.pi / 2.0
+PROTOCOL = derive(
+    Protocol(
+        id="by-hand",
+        name="By hand",
+        reaction_type="substitution",
+        reagents=(ReagentUse(name="DiethylEther", role="solvent"), ReagentUse(name="SodiumChloride", role="salt")),
+        instruments=("RoundBottomFlask", "MagneticHotplateStirrer", "ElectronicScale"),
+        steps=(
+            Step(
+                index=1, location="PreparationBench", action="Weigh", text="Weigh.",
+                uses=("SodiumChloride", "ElectronicScale"),
+            ),
+            Step(
+                index=2, location="FumeHood", action="Stir", text="Stir.",
+                uses=("DiethylEther", "RoundBottomFlask", "MagneticHotplateStirrer"),
+            ),
+        ),
+    )
+)  # fmt: skip
+"""Ether is flammable and volatile: it is handled in the hood, in the flask, beside the protocol's own hotplate."""
+
+CLEAN = (
+    put("hood", "FumeHood", 4.0, 7.575, yaw=math.pi),
+    put("bench", "PreparationBench", 7.625, 4.0, yaw=HALF),
+    put("flammables", "FlammableCabinet", 0.23, 3.5, yaw=-HALF),
+    put("general", "GeneralCabinet", 0.23, 5.5, yaw=-HALF),
+    put("ether", "DiethylEther", 0.23, 3.5, 0.1, on="flammables", slot=0),
+    put("salt", "SodiumChloride", 0.23, 5.5, 0.1, on="general", slot=0),
+    put("flask", "RoundBottomFlask", 4.0, 7.55, 0.9, on="hood", slot=0),
+    put("plate", "MagneticHotplateStirrer", 4.4, 7.55, 0.9, on="hood", slot=0),
+    put("scale", "ElectronicScale", 7.6, 4.0, 0.9, on="bench", slot=0),
+    put("extinguisher", "FireExtinguisher", 0.1, 2.0, 0.9, yaw=-HALF, on="wall"),
+    put("spills", "SpillKit", 0.6, 7.75, yaw=math.pi),
+    put("waste", "SolventWasteContainer", 1.4, 7.75, yaw=math.pi),
+    put("shower", "EmergencyShower", 6.9, 7.6, yaw=math.pi),
+)
+
+
+def laboratory(*changed: Placement, without: tuple[str, ...] = ()) -> Layout:
+    """The clean laboratory with placements replaced or added by id, each on its surface, and some left out."""
+    by_id = {placement.id: placement for placement in (*CLEAN, *changed) if placement.id not in without}
+    floor = Room(width=8.0, depth=8.0, doors=(Door(wall="front", offset=1.2), Door(wall="front", offset=6.0))).floor
+    layout = Layout(id="by-hand", floor=floor, protocols=(PROTOCOL,), placements=tuple(by_id.values()))
+    on_shelf = {
+        each.id: each.model_copy(update={"position": (*each.position[:2], layout.surface(each.support, each.slot).z0)})
+        for each in layout.placements
+        if each.slot is not None and each.position[2] == 0.1
+    }
+    return layout.replace(placements=tuple(on_shelf.get(each.id, each) for each in layout.placements))
+
+
+def assess(*changed: Placement, without: tuple[str, ...] = (), navigation: bool = False) -> Assessment2:
+    layout = laboratory(*changed, without=without)
+    assessment = evaluate_layout(layout, PROTOCOL, navigation=navigation, metrics="touchstone-v2")
+    assert isinstance(assessment, Assessment2)
+    return assessment
+
+
+def kinds(assessment: Assessment2) -> dict[str, int]:
+    """Number of violations by kind."""
+    items = assessment.violations.items
+    assert len(items) == assessment.v
+    return {kind: len(assessment.violations.of(kind)) for kind in dict.fromkeys(item.kind for item in items)}
+
+
+def test_a_laboratory_in_order_has_no_violation_and_full_fitness() -> None:
+    clean = assess(navigation=True)
+    assert (kinds(clean), clean.fitness, clean.perfect) == ({}, 1.0, True)
+    assert len(clean.entries or ()) == 2
+    assert all(value == 1.0 for value in clean.facility.rules.values())
+
+
+WRONG_SUPPORTS = {
+    "an instrument on the floor": put("scale", "ElectronicScale", 6.0, 4.0),
+    "a reagent on the floor": put("salt", "SodiumChloride", 2.0, 4.0),
+    "an extinguisher off its wall": put("extinguisher", "FireExtinguisher", 2.0, 5.0),
+    "a stool on a bench": put("stool", "LabStool", 7.6, 4.5, 0.9, on="bench", slot=0),
+}
+
+
+@pytest.mark.parametrize("placement", WRONG_SUPPORTS.values(), ids=WRONG_SUPPORTS)
+def test_the_wrong_kind_of_support_is_out_of_bounds_in_version_2_only(placement: Placement) -> None:
+    assessment = assess(placement)
+    assert assessment.out_of_bounds == {placement.id}
+    assert "belongs" in assessment.violations.of("bounds")[0].message
+    assert not evaluate_layout(laboratory(placement), PROTOCOL).out_of_bounds
+
+
+def test_portable_equipment_may_stand_on_furniture_and_a_cylinder_on_the_floor() -> None:
+    kit = put("spills", "SpillKit", 7.6, 4.6, 0.9, on="bench", slot=0)
+    assert not assess(kit, put("argon", "ArgonGas", 6.0, 6.0)).out_of_bounds
+
+
+def test_glass_on_the_floor_scores_0_and_so_does_glass_on_what_fell() -> None:
+    on_floor = assess(put("flask", "RoundBottomFlask", 4.0, 4.0))
+    assert [(one.ids, one.satisfaction) for one in on_floor.glass] == [(("flask",), 0.0)]
+    assert evaluate_layout(laboratory(put("flask", "RoundBottomFlask", 4.0, 4.0)), PROTOCOL).glass == ()
+    stand = put("stand", "AdditionStand", 4.0, 4.0)
+    height = laboratory(stand).surface("stand", 0).z0
+    on_stand = assess(stand, put("flask", "RoundBottomFlask", 4.0, 4.0, height, on="stand", slot=0))
+    assert on_stand.out_of_bounds >= {"stand"}
+    assert [one.satisfaction for one in on_stand.glass] == [0.0]
+
+
+def test_a_reagent_in_a_cabinet_of_another_class_is_not_stored() -> None:
+    swapped = assess(put("salt", "SodiumChloride", 0.23, 3.7, 0.1, on="flammables", slot=0))
+    assert kinds(swapped)["storage"] == 1
+    assert "storage class General, in a cabinet of class Flammable" in swapped.violations.of("storage")[0].message
+
+
+def test_the_pieces_of_an_apparatus_are_near_up_to_an_arms_reach() -> None:
+    near = assess().near
+    assert [(one.satisfaction, one.hard) for one in near] == [(1.0, False)]
+    far = assess(put("plate", "MagneticHotplateStirrer", 7.6, 3.4, 0.9, on="bench", slot=0)).near[0]
+    flask, plate = laboratory().box("flask"), laboratory(CLEAN[-1]).asset("plate").size
+    dx, dy = (
+        7.6 - plate.width / 2.0 - flask.x - flask.width / 2.0,
+        flask.y - flask.depth / 2.0 - 3.4 - plate.depth / 2.0,
+    )
+    assert far.distance == pytest.approx(math.hypot(dx, dy), abs=0.02)
+    assert far.satisfaction == pytest.approx(0.85 / far.distance)
+    assert far.hard
+
+
+def test_harmful_vapors_stay_in_the_hood() -> None:
+    assert [one.satisfaction for one in assess().ventilation] == [1.0]
+    out = assess(put("flask", "RoundBottomFlask", 7.6, 4.4, 0.9, on="bench", slot=0))
+    assert [(one.satisfaction, one.hard) for one in out.ventilation] == [(0.5, True)]
+    assert "RoundBottomFlask outside of FumeHood" in out.violations.of("ventilation")[0].message
+    turned = assess(put("hood", "FumeHood", 4.0, 7.575))
+    assert [one.satisfaction for one in turned.ventilation] == [0.0]
+
+
+def test_flammables_count_where_they_are_used_but_not_for_the_protocols_own_heat() -> None:
+    assert [one for one in assess().flammable if "is used" in one.note] == []
+    burner = put("burner", "BunsenBurner", 4.0, 7.3, 0.9, on="hood", slot=0)
+    near = next(one for one in assess(burner).flammable if "is used" in one.note)
+    layout = laboratory(burner)
+    flask, flame = layout.box("flask"), layout.box("burner")
+    gap = flask.y - flask.depth / 2.0 - flame.y - flame.depth / 2.0
+    assert near.distance == pytest.approx(max(gap, 0.0))
+    assert near.hard
+
+
+def test_an_open_incompatible_reagent_counts_where_another_is_used() -> None:
+    acid = put("acid", "NitricAcid", 3.85, 7.55, 0.9, on="hood", slot=0)
+    used = [one for one in assess(acid).incompatible if "where it is used" in one.note]
+    assert [(one.ids, one.hard) for one in used] == [(("hood", "acid"), True)]
+
+
+def test_a_cabinet_that_faces_the_wall_and_a_blocked_hood_are_hard() -> None:
+    turned = assess(put("general", "GeneralCabinet", 0.23, 5.5, yaw=HALF), without=("salt",))
+    front = {one.ids[0]: one for one in turned.fronts}["general"]
+    assert front.hard
+    assert front.satisfaction < 0.05
+    blocked = assess(put("island", "LabBench1800", 4.0, 6.2, yaw=math.pi))
+    layout = laboratory(put("island", "LabBench1800", 4.0, 6.2, yaw=math.pi))
+    gap = (
+        layout.box("hood").y
+        - layout.box("hood").depth / 2.0
+        - layout.box("island").y
+        - layout.box("island").depth / 2.0
+    )
+    assert {one.ids[0]: one.distance for one in blocked.fronts}["hood"] == pytest.approx(gap)
+
+
+def test_missing_safety_equipment_and_missing_assets_count_in_v() -> None:
+    bare = assess(without=("extinguisher", "spills", "waste", "scale"))
+    assert bare.unequipped == ("FireExtinguisher", "SpillKit", "SolventWasteContainer")
+    assert bare.missing == ("ElectronicScale",)
+    assert kinds(bare) == {"missing": 4}
+
+
+def test_corrosives_call_for_a_shower_and_an_eyewash() -> None:
+    acid = put("acid", "HydrochloricAcid", 0.23, 5.7, 0.1, on="general", slot=0)
+    assert assess(acid).unequipped == ("EyewashStation",)
+    assert assess(acid, without=("shower",)).unequipped == ("EmergencyShower", "EyewashStation")
+
+
+def test_stools_before_the_doors_stop_the_robot_but_are_no_egress_issue() -> None:
+    stools = [put(f"stool{k}", "LabStool", x, 0.45) for k, x in enumerate((1.2, 6.0))]
+    assessment = assess(*stools, navigation=True)
+    assert [drive.feasible for drive in assessment.entries or ()] == [False, False]
+    assert [drive.feasible for drive in assessment.transitions or ()] == [True]
+    assert kinds(assessment) == {"navigation": 2, "facility": 2}
+    assert {issue.rule for issue in assessment.issues} == {"door_area"}
+
+
+def test_reach_is_the_distance_from_the_shoulder_at_the_goal_pose() -> None:
+    arrangement = Arrangement.of(laboratory())
+    reaches = {one.item: one for one in item_reaches(arrangement, PROTOCOL)}
+    box = laboratory().box("flask")
+    hood = laboratory().box("hood")
+    shoulder = (4.0, hood.y - hood.depth / 2.0 - 0.6, SHOULDER_HEIGHT)
+    assert reaches["flask"].distance == pytest.approx(math.dist(shoulder, (box.x, box.y, (box.z0 + box.z1) / 2.0)))
+    assert set(reaches) == {"salt", "scale", "ether", "flask", "plate"}
+    far = Arrangement.of(laboratory(put("scale", "ElectronicScale", 4.6, 7.55, 0.9, on="hood", slot=0)))
+    lost = {one.item: one for one in item_reaches(far, PROTOCOL)}["scale"]
+    assert not lost.reached
+    assert lost.distance > ARM_REACH
+
+
+def test_the_walk_of_the_workflow_by_hand() -> None:
+    layout = laboratory()
+    bench, hood = (6.65, 4.0), (4.0, 7.575 - layout.asset("hood").size.depth / 2.0 - 0.6)
+    bench = (layout.box("bench").x - layout.box("bench").depth / 2.0 - 0.6, 4.0)
+    store = {
+        name: (layout.box(name).x + layout.box(name).depth / 2.0 + 0.6, layout.box(name).y)
+        for name in ("general", "flammables")
+    }
+    walk = walking_distance(Arrangement.of(layout), PROTOCOL)
+    assert walk.between == pytest.approx(math.dist(bench, hood))
+    assert walk.fetching == pytest.approx(
+        2.0 * (math.dist(bench, store["general"]) + math.dist(hood, store["flammables"]))
+    )
+    assert (walk.trips, walk.blocked) == (2, 0)
+    away = walking_distance(
+        Arrangement.of(laboratory(put("flask", "RoundBottomFlask", 7.6, 4.4, 0.9, on="bench", slot=0))), PROTOCOL
+    )
+    assert away.fetching == pytest.approx(walk.fetching + 2.0 * math.dist(bench, hood))
+    assert away.length == pytest.approx(away.between + away.fetching)
+
+
+def test_tie_breakers_prefer_the_shorter_walk_only_when_asked() -> None:
+    moved = (
+        put("general", "GeneralCabinet", 0.23, 6.5, yaw=-HALF),
+        put("salt", "SodiumChloride", 0.23, 6.5, 0.1, on="general", slot=0),
+    )
+    near, far = assess(), assess(*moved)
+    assert not near.better_than(far)
+    profile = replace(near.profile, tie_breakers=True)
+    near, far = replace(near, profile=profile), replace(far, profile=profile)
+    assert (near.cost, near.fitness, near.reach) == (far.cost, far.fitness, far.reach)
+    assert near.better_than(far)
+    assert not far.better_than(near)

@@ -1,0 +1,109 @@
+"""Ways to spoil a layout: each worsens the headline figures of touchstone-v2 that it names, on two families."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+
+from labgym.layouts import Layout, generate, load_published
+from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.rules.satisfaction import mean, worst_mean
+from labgym.layouts.rules.touchstone2.assessment import Assessment2
+from labgym.layouts.spoiling import SPOILINGS
+
+LESS_IS_BETTER = {"ob", "cn", "v"}
+PASSED_VERSION_1 = (
+    "sink_in_door", "bare_necessities", "wrong_cabinets", "cabinet_faces_wall", "stools_in_doors", "no_extinguisher",
+)  # fmt: skip
+"""Spoilt layouts with the v and F of the untouched one under touchstone-v1."""
+
+
+WITH_WAYS = {"prot_nav", "door_nav", "facility"}
+"""Figures that depend on ways, which take as long as all the rest."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """An untouched layout and its assessments without and with ways."""
+
+    layout: Layout
+    without_ways: Assessment2
+    with_ways: Assessment2
+
+
+def assess(layout: Layout, ways: bool) -> Assessment2:
+    assessment = evaluate_layout(layout, layout.protocol, navigation=ways, metrics="touchstone-v2")
+    assert isinstance(assessment, Assessment2)
+    return assessment
+
+
+def figure(assessment: Assessment2, name: str) -> float | None:
+    """A headline figure, computed from the assessment."""
+    drives = (*(assessment.transitions or ()), *(assessment.entries or ()))
+    entries = assessment.entries or ()
+    lists = {
+        "store": assessment.storage,
+        "glass": assessment.glass,
+        "fronts": assessment.fronts,
+        "near": assessment.near,
+        "ventilate": assessment.ventilation,
+    }
+    if name in lists:
+        return mean(lists[name])
+    return {
+        "ob": lambda: len(assessment.out_of_bounds),
+        "cn": lambda: len(assessment.collisions),
+        "v": lambda: assessment.v,
+        "fitness": lambda: assessment.fitness,
+        "asset": lambda: float(not (assessment.missing or assessment.unequipped)),
+        "safety": lambda: 1.0 - len(assessment.unequipped) / len(assessment.equipment),
+        "prot_nav": lambda: float(all(drive.feasible for drive in drives)),
+        "door_nav": lambda: sum(drive.feasible for drive in entries) / len(entries),
+        "flam": lambda: worst_mean(assessment.flammable),
+        "incomp": lambda: worst_mean(assessment.incompatible),
+        "facility": lambda: assessment.facility.total,
+        "reach": lambda: assessment.reach,
+    }[name]()
+
+
+def worse(name: str, before: float | None, after: float | None) -> bool:
+    if before is None or after is None:
+        return before is not None
+    return after > before + 1e-9 if name in LESS_IS_BETTER else after < before - 1e-9
+
+
+@pytest.fixture(scope="module")
+def cases() -> dict[str, Case]:
+    """A published room and a floor of the family `ell`."""
+    layouts = {"room": load_published("test", "test-cyc_02"), "ell": generate("sub_02", 704, family="ell")}
+    return {name: Case(layout, assess(layout, False), assess(layout, True)) for name, layout in layouts.items()}
+
+
+def test_untouched_layouts_have_no_violation(cases: dict[str, Case]) -> None:
+    assert [case.with_ways.v for case in cases.values()] == [0, 0]
+
+
+@pytest.mark.parametrize("name", SPOILINGS)
+def test_every_way_to_spoil_a_layout_worsens_its_headline_figures(cases: dict[str, Case], name: str) -> None:
+    spoiling, applied = SPOILINGS[name], 0
+    ways = not WITH_WAYS.isdisjoint(spoiling.figures)
+    for case in cases.values():
+        assert case.layout.protocol is not None
+        spoilt = spoiling.spoil(case.layout, case.layout.protocol)
+        if spoilt is case.layout:
+            continue
+        applied += 1
+        before, after = case.with_ways if ways else case.without_ways, assess(spoilt, ways)
+        for one in spoiling.figures:
+            assert worse(one, figure(before, one), figure(after, one)), one
+    assert applied
+
+
+@pytest.mark.parametrize("name", PASSED_VERSION_1)
+def test_some_of_them_pass_version_1_unnoticed(cases: dict[str, Case], name: str) -> None:
+    layout = cases["room"].layout
+    assert layout.protocol is not None
+    spoilt = SPOILINGS[name].spoil(layout, layout.protocol)
+    before, after = (evaluate_layout(one, layout.protocol, navigation=True) for one in (layout, spoilt))
+    assert (after.v, after.fitness, after.missing) == (before.v, before.fitness, before.missing)
