@@ -94,7 +94,7 @@ def read_scores(folder: str | Path) -> Iterator[LayoutReport]:
 
 def score_shard(name: str, jobs: tuple[Job, ...], profile: str, metrics: str = VERSION) -> ShardOutput:
     """Return the file of a shard: a report per line."""
-    reports = (score(layout, protocol, profile, metrics=metrics).to_json() for layout, protocol in jobs)
+    reports = (score(layout, protocol, thresholds.profile(profile, metrics)).to_json() for layout, protocol in jobs)
     lines = (json.dumps(report, ensure_ascii=False, allow_nan=False) for report in reports)
     return ShardOutput({_part(name): "".join(f"{line}\n" for line in lines).encode()})
 
