@@ -31,11 +31,11 @@ from labgym.documents import Document, tagged, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
-from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reproduction.figures import Figures
+from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.exchange.inventory import Inventory
 from labgym.layouts import Layout, generate
 from labgym.layouts.clutter import add_clutter
