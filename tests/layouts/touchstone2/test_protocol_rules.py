@@ -37,7 +37,7 @@ PROTOCOL = derive(
         ),
     )
 )  # fmt: skip
-"""Ether is flammable and volatile: it is handled in the hood, in the flask, beside the protocol's own hotplate."""
+"""Ether is flammable and volatile: it is handled in the hood, in the flask, next to the hotplate of the protocol."""
 
 CLEAN = (
     put("hood", "FumeHood", 4.0, 7.575, yaw=math.pi),
