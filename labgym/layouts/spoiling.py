@@ -412,7 +412,7 @@ def wall_units_on_floor(layout: Layout, _: Protocol) -> Layout:
 
 
 def hood_at_door(layout: Layout, _: Protocol) -> Layout:
-    """Put a hood beside a door, with its back to the wall."""
+    """Put a hood next to a door, with its back to the wall."""
     hoods, entrances = _hoods(layout), building_of(layout).entrances
     if not hoods or not entrances:
         return layout
@@ -472,6 +472,6 @@ SPOILINGS: Mapping[str, Spoiling] = {
     "hood_missing": Spoiling("the hoods are missing", ("asset", "v"), hood_missing),
     "far_on_benches": Spoiling("instruments in the far corners", ("reach",), far_on_benches),
     "wall_units_on_floor": Spoiling("wall units on the floor", ("ob", "v"), wall_units_on_floor),
-    "hood_at_door": Spoiling("a hood beside a door", ("facility",), hood_at_door),
+    "hood_at_door": Spoiling("a hood next to a door", ("facility",), hood_at_door),
 }
 """Ways to spoil a layout by name; the first five passed touchstone-v1 at full score."""

@@ -72,7 +72,7 @@ class Clause:
 
 
 class Ruling(Record):
-    """What one clause says about a layout.
+    """The ruling of one clause on a layout.
 
     Attributes:
         source, requires, sense, limit, basis: as of the clause.

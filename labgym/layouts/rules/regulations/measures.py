@@ -1,4 +1,4 @@
-"""What clauses measure in a layout; a measure without values does not apply."""
+"""The quantities that clauses measure in a layout; a measure without values does not apply."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LOOKOUT = 4.0
 OPPOSITE = -0.9
 """Two pieces face each other if the product of their front directions is at most this."""
 PARALLEL = 0.3
-"""A wall is beside a hood if the distances of the two ends of its side differ by less than this, meters."""
+"""A wall runs along a side of a hood if the distances of the two ends of its side differ by less than this, meters."""
 TALL = 1.5
 """Obstructions of this height and more disturb the air in front of a hood, meters."""
 

@@ -1,4 +1,4 @@
-"""Store, version 2: a reagent is stored if it stands in a cabinet of its own storage class."""
+"""Store, version 2: a reagent is stored if it stands in a cabinet of its storage class."""
 
 from __future__ import annotations
 
