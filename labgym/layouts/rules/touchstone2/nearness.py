@@ -1,4 +1,4 @@
-"""Near: what a protocol requires close together, the pieces of one apparatus and places with many trips between them."""
+"""Near: what a protocol requires close together, the pieces of one apparatus and places with many trips."""
 
 from __future__ import annotations
 
