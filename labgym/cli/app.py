@@ -35,6 +35,7 @@ from labgym.cli.imports import import_app
 from labgym.cli.layouts import generate
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, written
 from labgym.cli.protocols import protocols_app
+from labgym.cli.repairs import repair
 from labgym.cli.reproduction import reproduce_app
 from labgym.cli.scores import score
 from labgym.cli.signals import Terminated, raise_termination
@@ -101,6 +102,7 @@ app.command(score)
 app.command(name="compile")(compile_)
 app.command(view)
 app.command(move)
+app.command(repair)
 app.command(outline)
 app.command(import_app, name="import", help="Read laboratories that other programs wrote.")
 

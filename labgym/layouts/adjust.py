@@ -5,17 +5,19 @@ from __future__ import annotations
 import math
 import typing
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
 from typing import Literal
 
-from labgym.geometry import OrientedBox
+from labgym.geometry import BoxArray, OrientedBox, wrap_angle
 from labgym.layouts.model import FLOOR, WALL, Layout
-from labgym.layouts.moves import Command, Move, Settle, Swap, apply, may_move
+from labgym.layouts.moves import Command, Move, Rotate, Swap, apply, may_move
 from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.satisfaction import Instance
-from labgym.layouts.rules.storage import STORAGE_CLASSES
-from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
+from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED, Profile
+from labgym.layouts.settling import free_spots, homes
 from labgym.layouts.tidying import hanging_place
 from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
@@ -31,6 +33,10 @@ PLACES = 8
 """Maximum number of free places tried for a piece of furniture."""
 NUDGES = (0.2, 0.4)
 """Distances that an island is moved to widen a way, meters."""
+SLOTS = 10
+"""Maximum number of slots on which spots are tried for an object."""
+OWN_SPOTS = 4
+"""Maximum number of spots tried on the slot on which an object stands; on other slots one is tried."""
 ALIKE = 0.6
 """Greatest difference in width and depth together between objects that are swapped, meters."""
 
@@ -54,7 +60,7 @@ class Adjuster(typing.Protocol):
 
 
 class RuleAdjuster:
-    """Relocates, slides and swaps furniture, and rearranges what stands on surfaces."""
+    """Relocates, turns, slides and swaps furniture; turns items, and settles them elsewhere on any proper surface."""
 
     def adjust(
         self,
@@ -65,7 +71,10 @@ class RuleAdjuster:
         trace: Recorder | None = None,
     ) -> Layout:
         """Return the layout after the first command that improves it, or the same object if none does."""
-        commands = _room_commands(layout, assessment) if level == "room" else _desktop_commands(layout, assessment)
+        if level == "room":
+            commands = _room_commands(layout, assessment)
+        else:
+            commands = _desktop_commands(layout, protocol, assessment)
         tried: set[Command] = set()
         for command in commands:
             if command in tried:
@@ -90,7 +99,7 @@ def _unsatisfied(assessment: Assessment) -> list[Instance]:
 
 
 def _room_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
-    """Relocations, slides and swaps of the floor objects that break a rule or carry what does."""
+    """Relocations, turns, slides and swaps of the floor objects that break a rule or carry what does."""
     groups = [issue.ids for issue in assessment.errors]
     groups += [collision.ids for collision in assessment.collisions]
     groups += [(fault.id,) for fault in assessment.bounds]
@@ -103,9 +112,11 @@ def _room_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
             if place is not None:
                 yield place
         for root in roots:
+            yield from _turns(layout, root)
+        for root in roots:
             yield from _slides(layout, root)
         for root in roots:
-            yield from _swaps(layout, root)
+            yield from swaps(layout, root)
 
 
 def way_commands(layout: Layout, most: int) -> list[Command]:
@@ -137,8 +148,8 @@ def _slides(layout: Layout, root: str) -> Iterator[Command]:
             yield Move(root, round(sign * distance * along[0], 6), round(sign * distance * along[1], 6))
 
 
-def _swaps(layout: Layout, root: str) -> Iterator[Command]:
-    """Swaps with floor objects of about the same footprint, the most similar first."""
+def swaps(layout: Layout, root: str) -> Iterator[Command]:
+    """Yield swaps of a floor object with others of about the same footprint, the most similar first."""
     box = layout.box(root)
     others = []
     for placement in layout.placements:
@@ -154,49 +165,36 @@ def _difference(first: OrientedBox, second: OrientedBox) -> float:
     return abs(first.width - second.width) + abs(first.depth - second.depth)
 
 
-def _desktop_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
-    """Other spots for glass near an edge, objects that collide or hang over, and reagents that are not stored."""
-    for instance in _unsatisfied(assessment):
-        if instance.rule == "storage":
-            yield from _cabinet_spots(layout, instance.ids[0])
-        else:
-            for item in instance.ids:
-                yield from _surface_spots(layout, item)
-    for collision in assessment.collisions:
-        for item in collision.ids:
-            yield from _surface_spots(layout, item)
-    for fault in assessment.bounds:
-        yield from _surface_spots(layout, fault.id)
+def _turns(layout: Layout, root: str) -> Iterator[Command]:
+    """Turns that set an object parallel to the walls, then by quarters from there, the least first."""
+    box, building = layout.box(root), building_of(layout)
+    skew = float(building.skew(BoxArray.of([box]))[0])
+    straight = min(
+        (wrap_angle(box.yaw + turn) for turn in (skew, -skew)),
+        key=lambda yaw: float(building.skew(BoxArray.of([replace(box, yaw=yaw)]))[0]),
+    )
+    quarters = [wrap_angle(straight + quarter * math.pi / 2.0) for quarter in range(4)]
+    for yaw in sorted(quarters, key=lambda yaw: abs(wrap_angle(yaw - box.yaw))):
+        if abs(wrap_angle(yaw - box.yaw)) > 1e-6:
+            yield Rotate(root, round(yaw, 9))
 
 
-def _surface_spots(layout: Layout, item: str) -> Iterator[Command]:
-    """A coarse grid of spots on the same surface, its middle line first."""
+def _desktop_commands(layout: Layout, protocol: Protocol | None, assessment: Assessment) -> Iterator[Command]:
+    """Other spots for what breaks a rule on a surface, and for what lies on the floor but belongs on a surface."""
+    items = [item for collision in assessment.collisions for item in collision.ids]
+    items += [fault.id for fault in assessment.bounds]
+    items += [item for instance in _unsatisfied(assessment) for item in instance.ids]
+    items += [p.id for p in layout.placements if p.support == FLOOR and layout.asset(p.id).placing == "desktop"]
+    for item in dict.fromkeys(items):
+        if layout.asset(item).placing == "desktop" and may_move(layout, item):
+            yield from _spots(layout, item, protocol, assessment.profile)
+
+
+def _spots(layout: Layout, item: str, protocol: Protocol | None, profile: Profile) -> Iterator[Command]:
+    """A quarter turn in place, then free spots on the object's surface and on others where it may stand."""
     placement = layout.placement(item)
-    if placement.support not in layout.by_id or placement.slot is None or not may_move(layout, item):
-        return
-    surface, size = layout.surface(placement.support, placement.slot), layout.asset(item).size
-    reach_x, reach_y = (surface.width - size.width) / 2.0, (surface.depth - size.depth) / 2.0
-    if reach_x < 0.0 or reach_y < 0.0:
-        return
-    rows = (0.0, -0.5, 0.5)
-    for row in rows:
-        for column in range(-4, 5):
-            yield Settle(item, placement.support, placement.slot, reach_x * column / 4.5, reach_y * row)
-
-
-def _cabinet_spots(layout: Layout, reagent: str) -> Iterator[Command]:
-    """Shelves of a cabinet of the reagent's own class, then of any storage cabinet."""
-    if not may_move(layout, reagent):
-        return
-    chemistry = layout.asset(reagent).chemistry
-    own = chemistry.storage_class if chemistry is not None else None
-    classes = {placement.id: layout.asset(placement.id).storage_class for placement in layout.placements}
-    cabinets = [placement for placement in layout.placements if classes[placement.id] in STORAGE_CLASSES]
-    size = layout.asset(reagent).size
-    for cabinet in sorted(cabinets, key=lambda placement: (classes[placement.id] != own, placement.id)):
-        for slot, surface in enumerate(layout.asset(cabinet.id).surfaces):
-            reach = (surface.width - size.width) / 2.0
-            if reach < 0.0 or size.depth > surface.depth or (surface.headroom or 10.0) < size.height:
-                continue
-            for column in range(-2, 3):
-                yield Settle(reagent, cabinet.id, slot, reach * column / 2.0, 0.0)
+    if placement.support != FLOOR:
+        yield Rotate(item, round(wrap_angle(placement.yaw + math.pi / 2.0), 9))
+    for support, slot in islice(homes(layout, item, protocol), SLOTS):
+        most = OWN_SPOTS if (support, slot) == (placement.support, placement.slot) else 1
+        yield from free_spots(layout, item, support, slot, profile, most)

@@ -32,7 +32,8 @@ class Unit:
         stance: back against a wall, free on all sides (island), or one short end against a wall (peninsula).
         walls: walls that it may stand against, preferred ones first.
         clear: distance that other furniture keeps on all sides, meters; 0 for the ordinary gap between neighbors.
-        anchors: preferred position along each wall, 0 to 1 from the wall's start; for an island its y.
+        anchors: preferred position along each wall, 0 to 1 from the wall's start; for an island its y ("island") and,
+            if it is not to stand in the middle, its x ("island_x").
         reason: why the room has it.
         supplies: kinds of service that it needs: water, gas, exhaust.
     """

@@ -379,8 +379,11 @@ class _Program:
         foot, anchors = piece.foot, piece.unit.anchors
         doubled_x, doubled_y = foot.x0.value + foot.x1.value, foot.y0.value + foot.y1.value
         if piece.unit.stance == "island":
-            anchor_y = int(2 * anchors["island"] * self.depth)
-            self.terms += [self._absolute(doubled_x - self.width), self._absolute(doubled_y - anchor_y)]
+            anchor_x, anchor_y = anchors.get("island_x", 0.5), int(2 * anchors["island"] * self.depth)
+            self.terms += [
+                self._absolute(doubled_x - int(2 * anchor_x * self.width)),
+                self._absolute(doubled_y - anchor_y),
+            ]
             return
         for wall, chosen in piece.walls.items():
             if wall not in anchors:

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator
 
 from labgym.layouts.brief import Brief, Unit, Wall
 from labgym.layouts.floor_plan import solve
+from labgym.layouts.habits import Habits
 from labgym.layouts.interiors.rearranging import rearranged
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.moves import Place, apply, may_move
@@ -17,8 +18,9 @@ from labgym.layouts.rules.zones import INTRUSION
 from labgym.layouts.tidying import tidied
 from labgym.protocols import Protocol
 
-EFFORTS = (0.3, 0.6, 1.5)
-"""Deterministic search time with only the furniture in question free, with all wall furniture, and with all."""
+EFFORTS = (0.1, 0.1, 0.2, 0.6)
+"""Deterministic search time with only the wall furniture in question free, with islands in question too, with all wall
+furniture, and with all furniture."""
 AISLE = 0.95
 """Clear width kept around islands, meters: a way out."""
 
@@ -26,10 +28,10 @@ AISLE = 0.95
 def rearrangements(layout: Layout, protocol: Protocol | None, involved: Collection[str]) -> Iterator[Layout]:
     """Yield layouts with one-sided furniture at walls and islands free, close to where they are.
 
-    First only the involved furniture moves, then all furniture that stands against walls, then all. Islands keep a way
-    around them. Fixed objects are obstacles; stools, bins and boards make way. Fronts, door areas and the shower's
-    clear space are free; chemical distances are not considered. On a floor of another shape than one rectangle each
-    space is rearranged in its frame, and islands stay.
+    First only the involved furniture moves, wall furniture before islands, then all furniture that stands against
+    walls, then all. Islands keep a way around them, and peninsulas their short end at a side wall. Fixed objects are
+    obstacles; stools, bins and boards make way. Fronts, door areas and the shower's clear space are free; chemical
+    distances are not considered. On a floor of another shape than one rectangle each space is rearranged in its frame.
     """
     furniture = [
         placement.id
@@ -39,10 +41,10 @@ def rearrangements(layout: Layout, protocol: Protocol | None, involved: Collecti
         and may_move(layout, placement.id)
     ]
     at_walls = [item for item in furniture if layout.asset(item).size.depth < ONE_SIDED or item in involved]
+    in_question = [item for item in furniture if item in involved]
+    walled = [item for item in in_question if layout.asset(item).size.depth < ONE_SIDED]
     last: set[str] = set()
-    for movers, effort in zip(
-        ([item for item in furniture if item in involved], at_walls, furniture), EFFORTS, strict=True
-    ):
+    for movers, effort in zip((walled, in_question, at_walls, furniture), EFFORTS, strict=True):
         if set(movers) != last:
             last = set(movers)
             one_room = layout.floor.is_rectangle
@@ -88,8 +90,14 @@ def _unit(layout: Layout, placement: Placement) -> Unit:
     walls = sorted(distances, key=lambda wall: (distances[wall] + _turn(placement.yaw, wall), wall))
     along = {wall: x / room.width if wall in ("front", "back") else y / room.depth for wall in walls}
     if asset.size.depth >= ONE_SIDED:
-        size, anchor = asset.size, min(max(y / room.depth, 0.0), 1.0)
-        return Unit(placement.id, asset, size.width, size.depth, 0.0, "island", (), {"island": anchor})
+        size, share = asset.size, min(max(y / room.depth, 0.0), 1.0)
+        if Habits.published().of(asset.role).stance == "peninsula":
+            sides = tuple(wall for wall in walls if wall in ("left", "right"))
+            return Unit(
+                placement.id, asset, size.width, size.depth, 0.0, "peninsula", sides, dict.fromkeys(sides, share)
+            )
+        anchors = {"island": share, "island_x": min(max(x / room.width, 0.0), 1.0)}
+        return Unit(placement.id, asset, size.width, size.depth, 0.0, "island", (), anchors)
     clear = max(0.0, SHOWER_RADIUS - asset.size.short / 2.0) if asset.subtype == "shower" else 0.0
     return Unit(
         placement.id,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration, wrap_angle
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.moves import Place, descendants
-from labgym.layouts.rules.building import building_of
+from labgym.layouts.rules.building import Building, building_of
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
 from labgym.layouts.rules.zones import INTRUSION, front_zone
 
@@ -44,11 +45,20 @@ def free_places(layout: Layout, placement_id: str, most: int = MOST) -> tuple[Pl
     building, box = building_of(layout), layout.box(placement_id)
     if layout.asset(placement_id).size.depth < ONE_SIDED:
         return _usable(layout, placement_id, building.wall_poses(box, WALL_GAP, WALL_STEP), WALL_GAP, most)
+    here = (box.x, box.y, box.yaw)
     for aisle in AISLES:
-        places = _usable(layout, placement_id, building.open_poses(box, aisle, FLOOR_STEP), aisle, most)
+        stays = [here] if _stays(building, box, aisle) else []
+        poses = [*stays, *building.open_poses(box, aisle, FLOOR_STEP)]
+        places = _usable(layout, placement_id, poses, aisle, most)
         if places:
             return places
     return ()
+
+
+def _stays(building: Building, box: OrientedBox, aisle: float) -> bool:
+    """Whether an island keeps an aisle to every wall where it is."""
+    around = replace(box, width=box.width + 2.0 * aisle, depth=box.depth + 2.0 * aisle, z1=box.z0 + 0.1)
+    return bool(building.outside(BoxArray.of([around]))[0] <= 0.0)
 
 
 def _usable(layout: Layout, placement_id: str, poses: Sequence[Pose], gap: float, most: int) -> tuple[Place, ...]:

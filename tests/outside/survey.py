@@ -11,10 +11,10 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from outside.checks import findings, simulator_findings
-from outside.written_plan import WrittenPlan
+from outside.simulator import simulator_findings
 
 from labgym.errors import InfeasibleError
+from labgym.eval.outside import WrittenPlan, findings
 from labgym.layouts import generate
 from labgym.protocols import protocols
 from labgym.scenes import to_mjcf

@@ -7,9 +7,9 @@ import json
 import math
 
 import pytest
-from outside.checks import findings, simulator_findings
-from outside.written_plan import WrittenPlan
+from outside.simulator import simulator_findings
 
+from labgym.eval.outside import WrittenPlan, findings
 from labgym.layouts import Layout, generate
 from labgym.scenes import to_mjcf
 

@@ -1,4 +1,4 @@
-"""Rearranges furniture that stands on a floor, space by space: wall units return to walls, near to where they are."""
+"""Rearranges furniture that stands on a floor, space by space: each piece goes to a free place near to where it is."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from labgym.layouts.interiors.standing import Standing
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.moves import Place, apply
 from labgym.layouts.pieces import clear_around
+from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
@@ -27,32 +28,39 @@ TURN = 0.5
 
 
 def rearranged(layout: Layout, movers: Collection[str], effort: float) -> Layout | None:
-    """Return a layout with some wall furniture at free places of its space's walls, None if it does not fit.
+    """Return a layout with some furniture at free places of its spaces, None if it does not fit.
 
-    All other furniture stays and is an obstacle, as are islands. Fronts, door areas, keep-outs, required services and
-    the shower's clear space are respected; chemical distances and ways are not considered.
+    Wall furniture goes to the walls, then islands to the nearest place in the open with an aisle around it. All other
+    furniture stays and is an obstacle. Fronts, door areas, keep-outs, required services and the shower's clear space
+    are respected; chemical distances and ways are not considered.
 
     Args:
         movers: ids of floor objects. effort: deterministic search time for each space.
     """
     ids = [item for item in movers if layout.asset(item).size.depth < ONE_SIDED]
-    if not ids:
+    if not movers:
         return None
     building = building_of(layout)
-    homes = building.spaces(BoxArray.of([layout.box(item) for item in ids])).tolist()
+    homes = building.spaces(BoxArray.of([layout.box(item) for item in ids])).tolist() if ids else []
     for index, ground in enumerate(grounds(layout.floor)):
         here = [item for item, home in zip(ids, homes, strict=True) if home == index]
         if here:
-            moves = _moves(layout, ground, here, ids, effort)
+            moves = _moves(layout, ground, here, movers, effort)
             if moves is None:
                 return None
             for move in moves:
                 layout = apply(layout, move)
+    for item in movers:
+        if item not in ids:
+            places = free_places(layout, item, 1)
+            if not places:
+                return None
+            layout = apply(layout, places[0])
     return layout
 
 
 def _moves(
-    layout: Layout, ground: Ground, here: Sequence[str], movers: Sequence[str], effort: float
+    layout: Layout, ground: Ground, here: Sequence[str], movers: Collection[str], effort: float
 ) -> list[Place] | None:
     """Places of some furniture of a space, None if the solver finds none."""
     standing = _standing(layout, ground, set(movers))

@@ -76,10 +76,13 @@ def facility_issues(arrangement: Arrangement, profile: Profile) -> tuple[Facilit
         *building_exit_issues(arrangement.building, profile),
         *placing_issues(arrangement),
         *egress_issues(arrangement),
-        *_hoods(arrangement),
-        *_showers(arrangement),
-        *_corrosives(arrangement),
+        *equipment_issues(arrangement),
     )
+
+
+def equipment_issues(arrangement: Arrangement) -> list[FacilityIssue]:
+    """Return the issues of hoods, emergency showers and corrosives: all of them warnings."""
+    return [*_hoods(arrangement), *_showers(arrangement), *_corrosives(arrangement)]
 
 
 def exit_issues(room: Room, profile: Profile) -> list[FacilityIssue]:

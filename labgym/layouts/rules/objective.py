@@ -10,7 +10,7 @@ from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault, bounds_faults
 from labgym.layouts.rules.collisions import Collision, collisions
-from labgym.layouts.rules.facility import FacilityIssue, egress_issues, placing_issues
+from labgym.layouts.rules.facility import FacilityIssue, egress_issues, equipment_issues, placing_issues
 from labgym.layouts.rules.glass import glass_instances
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.satisfaction import Instance, penalised
@@ -108,6 +108,12 @@ class Assessment:
         issues = (*self._placing, *egress)
         fixed = {placement.id for placement in self.arrangement.placements if placement.fixed}
         return tuple(issue for issue in issues if issue.severity == "error" and not fixed.issuperset(issue.ids))
+
+    @cached_property
+    def warnings(self) -> tuple[FacilityIssue, ...]:
+        """Facility rules that are advice, as far as objects can be moved to follow them: not the number of exits."""
+        issues = (*self._placing, *equipment_issues(self.arrangement))
+        return tuple(issue for issue in issues if issue.severity == "warning")
 
     @cached_property
     def _placing(self) -> tuple[FacilityIssue, ...]:

@@ -1,15 +1,15 @@
-"""What is wrong with a written layout, by polygons and by MuJoCo's distances; independent of labgym's own rules."""
+"""What is wrong with a written layout, by polygons; independent of the rules of `labgym.layouts.rules`."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import mujoco
-import numpy as np
 import shapely
-from outside.written_plan import Item, WrittenPlan
 from shapely.geometry import Point
+
+from labgym.eval.outside.written_plan import Item, WrittenPlan
 
 DEEP = 1e-3
 """Two solids overlap if they interpenetrate by more than this on every axis, meters."""
@@ -46,8 +46,8 @@ def findings(plan: WrittenPlan) -> list[Finding]:
         *_overlaps(plan),
         *_outside(plan),
         *_unsupported(plan),
-        *_unreached(plan, "goal", DISC, _in_the_robots_way(plan), plan.goals(), {}),
-        *_unreached(plan, "way out", WAY, _in_a_way_out(plan), *_places(plan)),
+        *unreached(plan, "goal", DISC, _in_the_robots_way(plan), plan.goals(), {}),
+        *unreached(plan, "way out", WAY, _in_a_way_out(plan), *_places(plan)),
     ]
 
 
@@ -105,7 +105,7 @@ def _wall_gap(plan: WrittenPlan, item: Item) -> float:
     middle = item.z + item.height / 2
     back = item.rectangle(-item.width / 4, item.width / 4, -item.depth / 2, -item.depth / 2 + 1e-4)
     behind = [block.polygon.distance(back) for block in plan.building if block.z0 < middle < block.z1]
-    return min(behind, default=np.inf)
+    return min(behind, default=math.inf)
 
 
 def _in_the_robots_way(plan: WrittenPlan) -> list[shapely.Polygon]:
@@ -134,7 +134,7 @@ def _places(plan: WrittenPlan) -> tuple[dict[str, Point], dict[str, float]]:
     return places, reach
 
 
-def _unreached(
+def unreached(
     plan: WrittenPlan,
     kind: str,
     radius: float,
@@ -142,7 +142,7 @@ def _unreached(
     places: dict[str, Point],
     reach: dict[str, float],
 ) -> Iterator[Finding]:
-    """What a disc does not reach from an exit: its center moves where it is a radius away from every obstacle."""
+    """Yield what a disc does not reach from an exit; its center moves where it is a radius away from every obstacle."""
     grown = shapely.union_all([polygon.buffer(radius - SLACK, quad_segs=32) for polygon in obstacles])
     free = plan.domain.difference(grown)
     parts = [part for part in getattr(free, "geoms", [free]) if part.area > 0.0]
@@ -158,79 +158,3 @@ def _unreached(
             gap = part.distance(place) - reach.get(name, 0.0)
             if gap > 2 * SLACK:
                 yield Finding(kind, (f"exit {number}", name), gap)
-
-
-def simulator_findings(plan: WrittenPlan, model: mujoco.MjModel) -> list[Finding]:
-    """Return what is wrong with the compiled scene, in which drawers and doors stand open as the layout says.
-
-    Solid geoms interpenetrate, an object stands on nothing, or the robot does not reach a goal between the geoms.
-    """
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    geoms = list(_outlines_of_geoms(model, data))
-    blocked = _unreached(plan, "simulated goal", DISC, geoms, plan.goals(), {})
-    deep = [finding for finding in _deep_contacts(model, data) if not plan.assembled(*finding.who)]
-    return [*deep, *_hanging(plan, model, data), *blocked]
-
-
-def _outlines_of_geoms(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[shapely.Polygon]:
-    """The outlines on the floor of solid geoms in the robot's way, as hulls of the corners of their boxes."""
-    signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    for geom in np.flatnonzero((model.geom_group == 3) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)):
-        corners = model.geom_aabb[geom, :3] + signs * model.geom_aabb[geom, 3:]
-        world = data.geom_xpos[geom] + corners @ data.geom_xmat[geom].reshape(3, 3).T
-        if world[:, 2].min() < ROBOT_TOP:
-            yield shapely.MultiPoint(world[:, :2]).convex_hull
-
-
-def _deep_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Finding]:
-    solid = np.flatnonzero((model.geom_group == 3) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
-    rotation = np.abs(data.geom_xmat[solid].reshape(-1, 3, 3))
-    center = data.geom_xpos[solid] + np.einsum(
-        "nij,nj->ni", data.geom_xmat[solid].reshape(-1, 3, 3), model.geom_aabb[solid, :3]
-    )
-    half = np.einsum("nij,nj->ni", rotation, model.geom_aabb[solid, 3:])
-    low, high = center - half, center + half
-    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
-    first, second = shapely.STRtree(boxes).query(boxes, predicate="intersects")
-    rise = np.minimum(high[first, 2], high[second, 2]) - np.maximum(low[first, 2], low[second, 2])
-    bodies = model.geom_bodyid[solid]
-    pairs = (first < second) & (rise > DEEP) & (bodies[first] != bodies[second])
-    fromto, seen = np.zeros(6), set()
-    for one, other in zip(solid[first[pairs]].tolist(), solid[second[pairs]].tolist(), strict=True):
-        distance = mujoco.mj_geomDistance(model, data, one, other, 0.01, fromto)
-        who = tuple(sorted(_owner(model, geom) for geom in (one, other)))
-        if distance < -DEEP and who not in seen:
-            seen.add(who)
-            yield Finding("simulated overlap", who, -distance)
-
-
-def _hanging(plan: WrittenPlan, model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Finding]:
-    """Objects below whose solids nothing solid follows within a gap; what hangs on a wall is left out.
-
-    So are the pieces of an apparatus, which clamps and joints hold: tests/assets/test_apparatus.py.
-    """
-    groups = np.array([0, 0, 0, 1, 0, 0], dtype=np.uint8)
-    hit = np.zeros(1, dtype=np.int32)
-    for item in plan.items:
-        if item.support == "wall" or plan.assembled(item.id, item.support):
-            continue
-        body = model.body(item.id).id
-        below = []
-        for point in _under(item):
-            start = np.array([point[0], point[1], item.z + 1e-4])
-            distance = mujoco.mj_ray(model, data, start, np.array([0.0, 0.0, -1.0]), groups, 1, body, hit)
-            below.append(distance if distance >= 0.0 else np.inf)
-        if min(below) > LOOSE_FIT:
-            yield Finding("simulated support", (item.id,), float(min(below)))
-
-
-def _under(item: Item) -> list[tuple[float, float]]:
-    w, d = 0.4 * item.width, 0.4 * item.depth
-    corners = item.rectangle(-w, w, -d, d).exterior.coords[:4]
-    return [(item.x, item.y), *((x, y) for x, y in corners)]
-
-
-def _owner(model: mujoco.MjModel, geom: int) -> str:
-    body = int(model.geom_bodyid[geom])
-    return model.body(body).name if body else model.geom(geom).name

@@ -1,6 +1,6 @@
 """A written layout as polygons with heights, read from its JSON file and the catalog's files alone.
 
-Nothing of labgym is imported: what this module misreads, labgym does not share.
+It shares no code with the layout model and its rules: what this module misreads, they do not share.
 """
 
 from __future__ import annotations
@@ -17,7 +17,10 @@ import shapely
 from shapely.affinity import rotate, translate
 from shapely.geometry import Point, Polygon
 
-CATALOG = Path(__file__).resolve().parents[2] / "assets" / "catalog"
+from labgym.artefacts import artefacts
+from labgym.errors import DocumentError
+
+SCHEMA = "labgym.layout/2"
 BOARD = 0.02
 """Thickness of the shelves of a hollow asset, meters."""
 LEAF = 0.05
@@ -62,6 +65,7 @@ class Item:
 
     @cached_property
     def footprint(self) -> Polygon:
+        """The outline of the bounding box on the floor."""
         return self.rectangle(-self.width / 2, self.width / 2, -self.depth / 2, self.depth / 2)
 
     def in_front(self, distance: float) -> Point:
@@ -71,18 +75,19 @@ class Item:
 
     @property
     def scale(self) -> tuple[float, float, float]:
+        """Factors of width, depth and height by which the object differs from its catalog entry."""
         size = self.entry["size"]
         return self.width / size["width"], self.depth / size["depth"], self.height / size["height"]
 
     def surfaces(self) -> list[tuple[Polygon, float]]:
         """The surfaces that carry objects, with their heights above the floor."""
         kx, ky, kz = self.scale
-        found = []
+        carriers = []
         for surface in self.entry.get("surfaces", ()):
             x, y = surface.get("x", 0.0) * kx, surface.get("y", 0.0) * ky
             hw, hd = surface["width"] * kx / 2, surface["depth"] * ky / 2
-            found.append((self.rectangle(x - hw, x + hw, y - hd, y + hd), self.z + surface["z"] * kz))
-        return found
+            carriers.append((self.rectangle(x - hw, x + hw, y - hd, y + hd), self.z + surface["z"] * kz))
+        return carriers
 
     def blocks(self) -> Iterator[Block]:
         """The solid parts: the bounding box, or the shell and the shelves of a hollow object, and fittings on top."""
@@ -126,18 +131,25 @@ class Exit:
     inward: tuple[float, float]
 
     def inside(self, distance: float) -> Point:
+        """The point at a distance from the door into the floor, meters."""
         return Point(self.x + self.inward[0] * distance, self.y + self.inward[1] * distance)
 
 
 class WrittenPlan:
-    """A layout file of schema `labgym.layout/2`."""
+    """A layout file of schema `labgym.layout/2`.
+
+    Raises:
+        DocumentError: another schema, or two placements of one id.
+    """
 
     def __init__(self, data: dict[str, Any]) -> None:
-        assert data["schema"] == "labgym.layout/2"
+        if data.get("schema") != SCHEMA:
+            raise DocumentError("layout", "schema", f"expected {SCHEMA!r}, got {str(data.get('schema'))[:80]!r}")
         self.data, floor = data, data["floor"]
         self.items = [_item(placement) for placement in data["placements"]]
         self.by_id = {item.id: item for item in self.items}
-        assert len(self.by_id) == len(self.items)
+        if len(self.by_id) != len(self.items):
+            raise DocumentError("layout", "placements", "two placements have the same id; ids must be unique")
         self.spaces = shapely.union_all([polygon for space in floor["spaces"] for polygon in _region(space)])
         self.exits: list[Exit] = []
         self.ways: list[Polygon] = []
@@ -152,6 +164,7 @@ class WrittenPlan:
 
     @classmethod
     def load(cls, path: str | Path) -> WrittenPlan:
+        """Read a layout file."""
         return cls(json.loads(Path(path).read_text()))
 
     @cached_property
@@ -279,5 +292,5 @@ def _item(placement: dict[str, Any]) -> Item:
 @lru_cache(maxsize=1)
 def entries() -> dict[str, dict[str, Any]]:
     """The catalog's entries by name."""
-    files = sorted(CATALOG.rglob("*.json"))
+    files = sorted((artefacts("assets") / "catalog").rglob("*.json"))
     return {entry["name"]: entry for file in files for entry in json.loads(file.read_text())["assets"]}

@@ -1,0 +1,61 @@
+"""The command that repairs layouts."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from labgym.cli.arguments import LayoutName, OptionalPath, OptionalText
+from labgym.cli.outcome import DONE, FAILED, written
+from labgym.errors import OptionError
+
+if TYPE_CHECKING:
+    from labgym.layouts.repairs import Repair
+
+
+def repair(
+    layout: LayoutName, out: OptionalPath = None, profile: str = "default", protocol: OptionalText = None
+) -> int:
+    """Repair a layout: hand-edited, imported from another program, or proposed by a model.
+
+    Items return to surfaces, reagents to cabinets and furniture to walls; what the protocol requires and is missing is
+    added; objects that need not move stay. Each change is printed, and what could not be repaired with the reason; the
+    exit code is then 1. Objects with `fixed` never move.
+
+    Args:
+        layout: A layout's .json file, or the id of a published layout.
+        out: The .json file of the repaired layout; it may be the same file. Default: NAME-repaired.json in the current
+            folder.
+        profile: Thresholds to satisfy: default, strict, paper or code.
+        protocol: Id or .json file of the protocol to repair the layout for; by default all protocols of the layout.
+    """
+    from labgym import protocols
+    from labgym.envs.tasks import resolve_layout
+    from labgym.layouts.repairs import repair_layout
+
+    target = out if out is not None else Path(f"{Path(layout).stem}-repaired.json")
+    if target.suffix != ".json":
+        raise OptionError(f"layout file {target.name!r} must end in .json")
+    chosen = None if protocol is None else protocols.resolve(protocol)
+    result = repair_layout(resolve_layout(layout), chosen, profile)
+    for change in result.changes:
+        print(change.text)
+    print(_summary(result))
+    written(result.layout.save(target))
+    for problem in result.problems:
+        print(f"labgym: not repaired: {problem}", file=sys.stderr)
+    return FAILED if result.problems else DONE
+
+
+def _summary(result: Repair) -> str:
+    """Return one line on how many objects changed, and the violations before and after."""
+    counts = Counter(change.kind for change in result.changes)
+    total, moved = len(result.layout.placements), counts["moved"] + counts["resettled"]
+    numbers = [(a.v, len(a.errors), len(a.missing or ())) for a in (result.before, result.after)]
+    parts = [
+        f"{name} {before} -> {after}"
+        for name, before, after in zip(("violations", "facility errors", "missing assets"), *numbers, strict=True)
+    ]
+    return f"{moved} of {total} objects moved, {counts['added']} added; {', '.join(parts)}"

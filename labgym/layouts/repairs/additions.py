@@ -1,0 +1,118 @@
+"""Adds what a protocol requires and a layout lacks: furniture along the walls, objects where they belong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from labgym.assets import Asset
+from labgym.geometry import to_world
+from labgym.layouts.habits import Habits
+from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.layouts.moves import apply
+from labgym.layouts.rearrange import rearrangements
+from labgym.layouts.relocation import free_places
+from labgym.layouts.repairs.rank import State
+from labgym.layouts.rules.storage import STORAGE_CLASSES
+from labgym.layouts.settling import free_spots, homes
+from labgym.layouts.surroundings import grounds
+from labgym.protocols import Protocol
+
+PLACES = 6
+"""Maximum number of free places tried for a piece of furniture in a space."""
+SPOTS = 12
+"""Maximum number of free spots tried for an object."""
+DEFAULT_USES = ("laboratory",)
+
+
+def with_missing(state: State) -> State:
+    """Return a state with the required assets that it lacks, as far as they find a place.
+
+    Furniture comes first, then reagents, then other objects. Each piece is added where the rank stays best. A reagent
+    without a cabinet of its class gets one.
+    """
+    catalog = state.layout.catalog
+    for asset in sorted((catalog.find(name) for name in state.assessment.missing or ()), key=_order):
+        if asset.kind == "reagent" and not _has_cabinet(state.layout, asset):
+            state = _with_one(state, _cabinet_for(state.layout, asset)) or state
+        state = _with_one(state, asset) or state
+    return state
+
+
+def _order(asset: Asset) -> tuple[int, float, str]:
+    rank = 0 if asset.placing == "floor" else 1 if asset.kind == "reagent" else 2
+    return rank, -asset.size.width * asset.size.depth, asset.name
+
+
+def _class_of(reagent: Asset) -> str:
+    return reagent.chemistry.storage_class if reagent.chemistry is not None else "General"
+
+
+def _has_cabinet(layout: Layout, reagent: Asset) -> bool:
+    storage = _class_of(reagent)
+    return any(layout.asset(p.id).storage_class == storage for p in layout.placements if p.support == FLOOR)
+
+
+def _cabinet_for(layout: Layout, reagent: Asset) -> Asset:
+    storage = _class_of(reagent)
+    kinds: dict[str, str] = {name: kind.asset for name, kind in Habits.published().cabinets.items()}
+    return layout.catalog.get(kinds[storage if storage in STORAGE_CLASSES else "General"])
+
+
+def _with_one(state: State, asset: Asset) -> State | None:
+    """Return the state with one more piece at the best of the first places that are free, None if none is."""
+    best: State | None = None
+    for candidate in _candidates(state, asset):
+        larger = state.with_layout(candidate)
+        if best is None or larger.rank < best.rank:
+            best = larger
+        rank, least = larger.rank, state.rank
+        if rank.cost <= least.cost and rank.warnings <= least.warnings and rank.shortfall <= least.shortfall:
+            break
+    return best
+
+
+def _candidates(state: State, asset: Asset) -> Iterator[Layout]:
+    if asset.placing == "floor":
+        return _on_floor(state.layout, asset, state.protocol)
+    return _on_surfaces(state, asset)
+
+
+def _on_floor(layout: Layout, asset: Asset, protocol: Protocol | None) -> Iterator[Layout]:
+    """Yield layouts with a piece of furniture at free places of each space, or where the solver makes room for it."""
+    uses = Habits.published().uses.get(asset.role, DEFAULT_USES)
+    spaces = sorted(grounds(layout.floor), key=lambda g: uses.index(g.use) if g.use in uses else len(uses))
+    trials = []
+    for ground in spaces:
+        x, y = to_world([(ground.width / 2.0, ground.depth / 2.0)], ground.frame)[0].tolist()
+        trials.append(_with(layout, asset, (round(x, 6), round(y, 6), 0.0), FLOOR, None))
+    for trial in trials:
+        for place in free_places(trial, trial.placements[-1].id, PLACES):
+            yield apply(trial, place)
+    for trial in trials:
+        yield from rearrangements(trial, protocol, {trial.placements[-1].id})
+
+
+def _on_surfaces(state: State, asset: Asset) -> Iterator[Layout]:
+    """Yield layouts with an object on free spots where it belongs."""
+    layout = state.layout
+    carrier = next((p for p in layout.placements if p.support == FLOOR and layout.asset(p.id).surfaces), None)
+    if carrier is None or asset.placing != "desktop":
+        return
+    trial = _with(layout, asset, carrier.position, carrier.id, 0)
+    name, count = trial.placements[-1].id, 0
+    for support, slot in homes(trial, name, state.protocol):
+        for spot in free_spots(trial, name, support, slot, state.profile, most=1):
+            yield apply(trial, spot)
+            count += 1
+        if count >= SPOTS:
+            return
+
+
+def _with(layout: Layout, asset: Asset, position: tuple[float, float, float], support: str, slot: int | None) -> Layout:
+    """Return the layout with one more placement, under the next free id."""
+    numbers = [placement.id.rpartition("_")[2] for placement in layout.placements if placement.asset == asset.name]
+    number = 1 + max((int(text) for text in numbers if text.isdecimal()), default=0)
+    while f"{asset.name}_{number}" in layout.by_id:
+        number += 1
+    placement = Placement(id=f"{asset.name}_{number}", asset=asset.name, position=position, support=support, slot=slot)
+    return layout.replace(placements=(*layout.placements, placement))

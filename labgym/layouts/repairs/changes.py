@@ -1,0 +1,98 @@
+"""What differs between a layout and its repair, object by object."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from labgym.geometry import rotate, wrap_angle
+from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+
+STILL, STRAIGHT = 5e-4, 1e-3
+"""Shifts in meters and turns in radians up to which an object counts as unmoved."""
+
+ChangeKind = Literal["moved", "resettled", "added", "removed"]
+
+
+@dataclass(frozen=True)
+class Change:
+    """A difference.
+
+    Attributes:
+        id: the placement.
+        kind: `moved` (also turned; what is carried along is not listed), `resettled` (on another support or slot),
+            `added` or `removed`.
+        text: the difference in words.
+    """
+
+    id: str
+    kind: ChangeKind
+    text: str
+
+
+def changes(before: Layout, after: Layout) -> tuple[Change, ...]:
+    """Return the differences, in the order of the later layout.
+
+    An object that moved with its support has none, nor has one whose support was moved under it.
+    """
+    listed = []
+    for placement in after.placements:
+        change = _change(before, after, placement)
+        if change is not None:
+            listed.append(change)
+    gone = [placement for placement in before.placements if placement.id not in after.by_id]
+    return (*listed, *(Change(placement.id, "removed", f"{placement.id}: removed") for placement in gone))
+
+
+def moved_ids(before: Layout, after: Layout) -> tuple[str, ...]:
+    """Return the ids of the objects that were moved by themselves, not carried along, and not added."""
+    return tuple(change.id for change in changes(before, after) if change.kind in ("moved", "resettled"))
+
+
+def _change(before: Layout, after: Layout, placement: Placement) -> Change | None:
+    name, there = placement.id, _where(after, placement)
+    earlier = before.by_id.get(name)
+    if earlier is None:
+        return Change(name, "added", f"{name}: added {there}")
+    here = _where(before, earlier)
+    if (earlier.support, earlier.slot) != (placement.support, placement.slot):
+        return Change(name, "resettled", f"{name}: put {there}, was {here}")
+    shift, turn = _relative(before, earlier, after, placement)
+    if shift <= STILL and abs(turn) <= STRAIGHT:
+        return None
+    parts = []
+    if shift > STILL:
+        parts.append(f"moved {shift:.2f} m from {here} to {there}")
+    if abs(turn) > STRAIGHT:
+        parts.append(f"turned by {math.degrees(turn):.0f} degrees")
+    return Change(name, "moved", f"{name}: {' and '.join(parts)}")
+
+
+def _relative(before: Layout, earlier: Placement, after: Layout, later: Placement) -> tuple[float, float]:
+    """Return how far an object moved and turned, in the room or on its support if that is less; meters and radians."""
+    local, other = _pose(before, earlier), _pose(after, later)
+    on_support = math.dist(local[:3], other[:3]), wrap_angle(other[3] - local[3])
+    in_room = math.dist(earlier.position, later.position), wrap_angle(later.yaw - earlier.yaw)
+    return min(on_support, in_room, key=lambda move: move[0] + abs(move[1]))
+
+
+def _pose(layout: Layout, placement: Placement) -> tuple[float, float, float, float]:
+    """Return an object's pose (x, y, z, yaw) in the frame of what carries it."""
+    x, y, z = placement.position
+    if placement.support in (FLOOR, WALL):
+        return x, y, z, placement.yaw
+    base = layout.placement(placement.support)
+    local = rotate(x - base.position[0], y - base.position[1], -base.yaw)
+    return *local, z - base.position[2], placement.yaw - base.yaw
+
+
+def _where(layout: Layout, placement: Placement) -> str:
+    x, y, z = placement.position
+    if placement.support == FLOOR:
+        return f"at ({x:.2f}, {y:.2f})"
+    if placement.support == WALL:
+        return f"on a wall at ({x:.2f}, {y:.2f}, {z:.2f})"
+    shelves = len(layout.asset(placement.support).surfaces)
+    where = f"shelf {(placement.slot or 0) + 1} of {placement.support}" if shelves > 1 else placement.support
+    return f"on {where} at ({x:.2f}, {y:.2f}, {z:.2f})"

@@ -1,0 +1,158 @@
+"""Furniture that is in the way, overlaps or stands free: back under its load, or placed anew by the solver."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from itertools import islice
+
+from labgym.layouts.adjust import swaps
+from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.moves import apply, may_move, replaced
+from labgym.layouts.rearrange import rearrangements
+from labgym.layouts.relocation import free_places
+from labgym.layouts.repairs.changes import moved_ids
+from labgym.layouts.repairs.rank import State
+from labgym.layouts.tidying import tidied
+
+Interval = tuple[float, float]
+RELOCATIONS = 12
+"""Maximum number of pieces that are relocated one after the other."""
+PLACES = 6
+"""Maximum number of free places tried for a piece."""
+ADVISED_PLACES = 24
+"""Maximum number of free places tried for a piece that a warning concerns."""
+EVERYWHERE: Interval = (-math.inf, math.inf)
+
+
+def under_loads(state: State) -> State:
+    """Return the state after furniture that was moved without what stood on it was moved back under it.
+
+    The load stays in place, and the furniture moves by the least distance at which all of it stands on it.
+    """
+    off = {fault.id for fault in state.assessment.bounds if fault.cause == "surface"}
+    for carrier in state.layout.placements:
+        load = [child.id for child in state.layout.children(carrier.id)]
+        stranded = [item for item in load if item in off]
+        if carrier.support != FLOOR or carrier.fixed or 2 * len(stranded) < len(load) or not stranded:
+            continue
+        for candidate in _under_load(state.layout, carrier.id):
+            proposed = state.with_layout(candidate)
+            if proposed.rank < state.rank:
+                state = proposed
+                break
+    return state
+
+
+def _under_load(layout: Layout, carrier: str) -> Iterator[Layout]:
+    """Yield layouts with a piece of furniture moved alone so that all of its load stands over its surfaces."""
+    along, across = EVERYWHERE, EVERYWHERE
+    for child in layout.children(carrier):
+        surface, box = layout.surface(carrier, child.slot or 0), layout.box(child.id)
+        corners = [surface.to_local(float(x), float(y)) for x, y in box.corners()]
+        along = _shared(along, [x for x, _ in corners], surface.width)
+        across = _shared(across, [y for _, y in corners], surface.depth)
+    if along[0] > along[1] or across[0] > across[1]:
+        return
+    placement = layout.placement(carrier)
+    cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
+    x, y, z = placement.position
+    for share in (0.0, 0.5):
+        dx, dy = _within(along, share), _within(across, share)
+        position = (round(x + dx * cosine - dy * sine, 6), round(y + dx * sine + dy * cosine, 6), z)
+        yield replaced(layout, {carrier: placement.model_copy(update={"position": position})})
+
+
+def _shared(interval: Interval, coordinates: list[float], length: float) -> Interval:
+    """Return the shifts of a surface in an interval for which coordinates lie within its length."""
+    return max(interval[0], max(coordinates) - length / 2.0), min(interval[1], min(coordinates) + length / 2.0)
+
+
+def _within(interval: Interval, share: float) -> float:
+    """Return the shift of an interval that is nearest to 0, or moved by a share of the way to its middle."""
+    nearest = min(max(0.0, interval[0]), interval[1])
+    return nearest + share * ((interval[0] + interval[1]) / 2.0 - nearest)
+
+
+def relocated(state: State) -> State:
+    """Return the state after single pieces went to free places near them, one after the other, as long as that helps.
+
+    The piece that takes part in most faults comes first. Accessories that are in the way are put aside.
+    """
+    for _ in range(RELOCATIONS):
+        update = _relocation(state)
+        if update is None:
+            break
+        state = update
+    proposed = state.with_layout(tidied(state.layout, state.protocol)) if state.rank.cost else state
+    return proposed if proposed.rank < state.rank else state
+
+
+def _relocation(state: State) -> State | None:
+    counts = Counter(item for item in _involved(state) if may_move(state.layout, item))
+    for item in sorted(counts, key=lambda item: (-counts[item], item)):
+        best = state
+        for place in free_places(state.layout, item, PLACES):
+            proposed = state.with_layout(apply(state.layout, place))
+            if proposed.rank < best.rank:
+                best = proposed
+                if best.rank.cost < state.rank.cost and best.rank.warnings <= state.rank.warnings:
+                    break
+        if best.rank.cost < state.rank.cost:
+            return best
+    return None
+
+
+def placed_anew(state: State, levels: int) -> State:
+    """Return the state after the solver has found places for the furniture that is involved in faults.
+
+    Args:
+        levels: how many of the steps of `rearrangements`, each of which moves more furniture, are tried.
+    """
+    best, involved = state, {item for item in _involved(state) if may_move(state.layout, item)}
+    if not involved:
+        return state
+    for candidate in islice(rearrangements(state.layout, state.protocol, involved), levels):
+        proposed = state.with_layout(candidate)
+        if proposed.rank < best.rank:
+            best = proposed
+        if best.rank.sound:
+            break
+    return best
+
+
+def advised(before: State, state: State) -> State:
+    """Return the state after pieces that the repair has moved went where fewer facility warnings concern them."""
+    moved = {state.layout.root(item).id for item in moved_ids(before.layout, state.layout)}
+    known = {issue.message for issue in before.assessment.warnings}
+    issues = [issue for issue in state.assessment.warnings if issue.message not in known]
+    for item in sorted({item for issue in issues for item in issue.ids} & moved):
+        if state.layout.placement(item).support != FLOOR or not may_move(state.layout, item):
+            continue
+        for command in (*free_places(state.layout, item, ADVISED_PLACES), *swaps(state.layout, item)):
+            proposed = state.with_layout(apply(state.layout, command))
+            if proposed.rank < state.rank:
+                state = proposed
+                break
+    return state
+
+
+def _involved(state: State) -> Iterator[str]:
+    """Yield the floor objects that take part in a fault of furniture or ways."""
+    layout, assessment = state.layout, state.assessment
+    for fault in assessment.bounds:
+        if layout.placement(fault.id).support == FLOOR:
+            yield fault.id
+    for collision in assessment.collisions:
+        roots = [layout.root(item).id for item in collision.ids]
+        if roots[0] != roots[1]:
+            yield from roots
+    for issue in assessment.errors:
+        yield from (layout.root(item).id for item in issue.ids)
+    for transition in assessment.transitions or ():
+        if not transition.feasible:
+            for location in (transition.start_location, transition.goal_location):
+                placement = layout.find(location)
+                if placement is not None:
+                    yield layout.root(placement.id).id

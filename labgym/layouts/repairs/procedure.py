@@ -1,0 +1,127 @@
+"""Repair of any layout: hand-edited, imported, or proposed by a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from labgym.layouts.adjust import Adjuster
+from labgym.layouts.combination import combination
+from labgym.layouts.model import Layout
+from labgym.layouts.optimise import optimise_assessed
+from labgym.layouts.refinement import refine_assessed
+from labgym.layouts.repair import fast_repair
+from labgym.layouts.repairs.additions import with_missing
+from labgym.layouts.repairs.changes import Change, changes
+from labgym.layouts.repairs.economy import economical
+from labgym.layouts.repairs.furniture import advised, placed_anew, relocated, under_loads
+from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.resettling import lying, resettled
+from labgym.layouts.rules.objective import Assessment
+from labgym.layouts.rules.thresholds import Profile
+from labgym.protocols import Protocol
+
+ROUNDS = 3
+"""Maximum number of rounds of all stages."""
+LEVELS = 2
+"""Steps of the rearrangement that are tried before the optimization: only furniture that is involved moves."""
+
+
+@dataclass(frozen=True)
+class Repair:
+    """A repaired layout.
+
+    Attributes:
+        layout: the layout; the same object if nothing was wrong, or nothing could be improved.
+        before, after: assessments with navigation, of the layout as it was and as it is.
+        changes: what was changed, object by object.
+        problems: what is still wrong, one sentence for each fault; empty if the layout is sound.
+    """
+
+    layout: Layout
+    before: Assessment
+    after: Assessment
+    changes: tuple[Change, ...]
+    problems: tuple[str, ...]
+
+
+def repair_layout(
+    layout: Layout,
+    protocol: Protocol | None = None,
+    profile: str | Profile = "default",
+    adjuster: Adjuster | None = None,
+) -> Repair:
+    """Return a layout without the faults of another, as far as they can be repaired.
+
+    Items return to surfaces and reagents to their cabinets, furniture is pushed apart, returned to walls or placed anew
+    by the solver, what the protocol requires and is missing is added, and the optimization and the refinement for
+    navigation run over the rest. A stage is kept if the layout has fewer faults after it; what need not have moved is
+    put back in the end. Fixed objects stay exactly where they are. Deterministic.
+
+    Args:
+        layout: any layout.
+        protocol: what the layout is for; by default all of its own protocols together.
+        profile: thresholds.
+        adjuster: proposes commands in the optimization; rules and search by default.
+    """
+    protocol = protocol if protocol is not None else _protocol_of(layout)
+    start = State.of(layout, protocol, profile)
+    state = start
+    for _ in range(ROUNDS):
+        if state.rank.sound and not lying(state.layout):
+            break
+        before = state
+        state = _round(state, adjuster)
+        if not state.rank < before.rank:
+            break
+    if state is not start:
+        state = advised(start, economical(start, state))
+    return Repair(
+        layout if state is start else state.layout,
+        start.assessment,
+        state.assessment,
+        changes(layout, state.layout),
+        problems(state),
+    )
+
+
+def problems(state: State) -> tuple[str, ...]:
+    """Return what is wrong with a layout, one sentence for each fault."""
+    sentences = [violation.message for violation in state.assessment.violations.items]
+    sentences += [issue.message for issue in state.assessment.errors]
+    sentences += [f"{name} is missing, and no place for it was found" for name in state.assessment.missing or ()]
+    return tuple(sentences)
+
+
+def _protocol_of(layout: Layout) -> Protocol | None:
+    several = layout.protocols
+    return combination(several, layout.catalog) if len(several) > 1 else layout.protocol
+
+
+def _round(state: State, adjuster: Adjuster | None) -> State:
+    """Return the state after every stage, each of which is kept if it improves the rank."""
+    state = under_loads(state)
+    state = resettled(state)
+    state = _better(state, fast_repair(state.layout, state.profile))
+    state = with_missing(state)
+    if state.rank.cost:
+        state = placed_anew(relocated(state), LEVELS)
+        state = resettled(state)
+    if state.rank.cost:
+        state = resettled(_optimised(state, adjuster))
+    return state
+
+
+def _better(state: State, layout: Layout) -> State:
+    if layout.placements == state.layout.placements:
+        return state
+    proposed = state.with_layout(layout)
+    return proposed if proposed.rank < state.rank else state
+
+
+def _optimised(state: State, adjuster: Adjuster | None) -> State:
+    """Return the state after the optimization and the refinement for navigation."""
+    layout, assessment = optimise_assessed(state.layout, state.protocol, state.profile, adjuster)
+    if state.protocol is not None:
+        layout, assessment = refine_assessed(layout, assessment, state.protocol)
+    proposed = State(layout, assessment, state.protocol)
+    return proposed if proposed.rank < state.rank else state

@@ -1,0 +1,72 @@
+"""The order of layouts during a repair: nothing missing, then fewer faults, fewer warnings, a higher fitness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from labgym.layouts.model import Layout
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.thresholds import Profile
+from labgym.protocols import Protocol
+
+DIGITS = 9
+"""Decimals of the fitness that count."""
+
+
+@dataclass(frozen=True, order=True)
+class Rank:
+    """How bad a layout is; less is better, the fields in their order.
+
+    Attributes:
+        missing: number of required assets that are not placed.
+        cost: v(L) plus the number of facility errors.
+        warnings: number of facility warnings.
+        shortfall: 1 - F.
+    """
+
+    missing: int
+    cost: int
+    warnings: int
+    shortfall: float
+
+    @classmethod
+    def of(cls, assessment: Assessment) -> Rank:
+        """Return the rank of a layout, given its assessment with navigation."""
+        shortfall = round(1.0 - assessment.fitness, DIGITS)
+        return cls(len(assessment.missing or ()), assessment.cost, len(assessment.warnings), shortfall)
+
+    @property
+    def sound(self) -> bool:
+        """Whether the layout has no violation and no facility error, and nothing is missing."""
+        return not self.missing and not self.cost
+
+
+@dataclass(frozen=True)
+class State:
+    """A layout with its assessment, with navigation, and its rank."""
+
+    layout: Layout
+    assessment: Assessment
+    protocol: Protocol | None
+
+    @classmethod
+    def of(cls, layout: Layout, protocol: Protocol | None, profile: str | Profile) -> State:
+        """Assess a layout."""
+        return cls(layout, evaluate_layout(layout, protocol, profile, navigation=True), protocol)
+
+    def with_layout(self, layout: Layout) -> State:
+        """Return the state of another version of the layout."""
+        profile, earlier = self.assessment.profile, self.assessment
+        assessment = evaluate_layout(layout, self.protocol, profile, navigation=True, earlier=earlier)
+        return State(layout, assessment, self.protocol)
+
+    @property
+    def profile(self) -> Profile:
+        """The thresholds."""
+        return self.assessment.profile
+
+    @cached_property
+    def rank(self) -> Rank:
+        """The rank of the layout."""
+        return Rank.of(self.assessment)

@@ -1,0 +1,118 @@
+"""What a user gets back from the repair of a layout."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from shapely import Polygon
+
+from labgym.layouts import Layout, generate
+from labgym.layouts.damage import damaged
+from labgym.layouts.moves import Move, Rotate, apply, replaced
+from labgym.layouts.repairs import repair_layout
+from labgym.layouts.rules.objective import evaluate_layout
+
+
+@pytest.fixture(scope="module")
+def room() -> Layout:
+    return generate("sub_01", 3, "roomy")
+
+
+def outline(layout: Layout, item: str) -> Polygon:
+    return Polygon(layout.box(item).corners())
+
+
+def harmed(layout: Layout, kind: str, pieces: int, seed: int = 5) -> tuple[Layout, tuple[str, ...]]:
+    damage = damaged(layout, kind, pieces, np.random.default_rng(seed))
+    return damage.layout, damage.ids
+
+
+def pinned(layout: Layout, *ids: str) -> Layout:
+    return replaced(layout, {item: layout.placement(item).model_copy(update={"fixed": True}) for item in ids})
+
+
+def on_floor(layout: Layout, item: str, x: float, y: float) -> Layout:
+    """Let an item lie on the floor."""
+    placement = layout.placement(item)
+    lying = placement.model_copy(update={"position": (x, y, 0.0), "support": "floor", "slot": None})
+    return replaced(layout, {item: lying})
+
+
+def test_a_sound_layout_is_returned_as_it_is(room):
+    result = repair_layout(room)
+    assert result.layout is room
+    assert result.changes == ()
+    assert result.problems == ()
+
+
+def test_items_that_lie_on_the_floor_return_to_surfaces(room):
+    items = [p.id for p in room.placements if room.asset(p.id).placing == "desktop" and not room.children(p.id)][::17]
+    spoilt = room
+    for k, item in enumerate(items):
+        spoilt = on_floor(spoilt, item, 2.0 + 0.5 * k, 4.0)
+    after = repair_layout(spoilt).layout
+    for item in items:
+        placement = after.placement(item)
+        assert placement.support in after.by_id
+        surface = after.surface(placement.support, placement.slot)
+        assert Polygon(surface.corners()).buffer(0.005).covers(outline(after, item))
+        assert placement.position[2] == pytest.approx(surface.z0, abs=0.005)
+    assert evaluate_layout(after, after.protocol, navigation=True).cost == 0
+    assert all(after.placement(p.id) == p for p in room.placements if p.id not in items)
+
+
+def test_furniture_returns_under_the_load_that_it_has_left(room):
+    spoilt, ids = harmed(room, "load_left", 2)
+    result = repair_layout(spoilt)
+    assert result.problems == ()
+    moved = {change.id for change in result.changes}
+    assert moved <= set(ids)
+    for carrier in ids:
+        for child in result.layout.children(carrier):
+            assert outline(result.layout, carrier).buffer(0.01).covers(outline(result.layout, child.id))
+
+
+def test_what_the_protocol_requires_and_is_missing_is_added(room):
+    spoilt, _ = harmed(room, "removed", 3)
+    before = evaluate_layout(spoilt, room.protocol)
+    result = repair_layout(spoilt)
+    assert before.missing
+    assert result.after.missing == ()
+    assert result.problems == ()
+    added = [result.layout.placement(change.id).asset for change in result.changes if change.kind == "added"]
+    assert sorted(added) == sorted(room.catalog.find(name).name for name in before.missing)
+    assert {placement.id for placement in spoilt.placements} <= {placement.id for placement in result.layout.placements}
+
+
+def test_fixed_objects_stay_exactly_where_they_are(room):
+    spoilt, _ = harmed(room, "furniture_stacked", 3)
+    spoilt = pinned(spoilt, "SinkBench_1", *[p.id for p in spoilt.placements if p.asset == "HotPlate"])
+    after = repair_layout(spoilt).layout
+    for placement in spoilt.placements:
+        if placement.fixed:
+            assert after.placement(placement.id) == placement
+            root = spoilt.root(placement.id)
+            assert after.placement(root.id) == root
+
+
+def test_what_cannot_be_repaired_is_named_with_the_reason(room):
+    first, second = "SinkBench_1", "GlasswareCabinet_1"
+    here, there = room.placement(second).position, room.placement(first).position
+    spoilt = pinned(apply(room, Move(second, there[0] - here[0], there[1] - here[1])), first, second)
+    result = repair_layout(spoilt)
+    assert result.problems
+    assert any(first in problem and second in problem for problem in result.problems)
+
+
+def test_a_repair_moves_little(room):
+    spoilt = apply(room, Rotate("FumeHood_1", room.placement("FumeHood_1").yaw + math.pi))
+    result = repair_layout(spoilt)
+    assert result.problems == ()
+    assert [change.id for change in result.changes] == ["FumeHood_1"]
+
+
+def test_the_same_layout_is_repaired_in_the_same_way(room):
+    spoilt, _ = harmed(room, "moved", 2)
+    assert repair_layout(spoilt).layout.hash == repair_layout(spoilt).layout.hash
