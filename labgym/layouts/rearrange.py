@@ -42,6 +42,8 @@ def rearrangements(layout: Layout, protocol: Protocol | None, involved: Collecti
     ]
     at_walls = [item for item in furniture if layout.asset(item).size.depth < ONE_SIDED or item in involved]
     in_question = [item for item in furniture if item in involved]
+    if not in_question:
+        return
     walled = [item for item in in_question if layout.asset(item).size.depth < ONE_SIDED]
     last: set[str] = set()
     for movers, effort in zip((walled, in_question, at_walls, furniture), EFFORTS, strict=True):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
-from itertools import islice
+from itertools import islice, product
 
 from labgym.layouts.adjust import swaps
 from labgym.layouts.model import FLOOR, Layout
@@ -23,13 +23,15 @@ PLACES = 6
 """Maximum number of free places tried for a piece."""
 ADVISED_PLACES = 24
 """Maximum number of free places tried for a piece that a warning concerns."""
+SHARES = (0.0, 0.5, 1.0)
+"""Places tried between the nearest one at which a load stands on its furniture, and that in which it is in the middle."""
 EVERYWHERE: Interval = (-math.inf, math.inf)
 
 
 def under_loads(state: State) -> State:
     """Return the state after furniture that was moved without what stood on it was moved back under it.
 
-    The load stays in place, and the furniture moves by the least distance at which all of it stands on it.
+    The load stays in place. Of the places of the furniture at which all of it stands on it the best one is taken.
     """
     off = {fault.id for fault in state.assessment.bounds if fault.cause == "surface"}
     for carrier in state.layout.placements:
@@ -37,11 +39,14 @@ def under_loads(state: State) -> State:
         stranded = [item for item in load if item in off]
         if carrier.support != FLOOR or carrier.fixed or 2 * len(stranded) < len(load) or not stranded:
             continue
+        best = state
         for candidate in _under_load(state.layout, carrier.id):
             proposed = state.with_layout(candidate)
-            if proposed.rank < state.rank:
-                state = proposed
-                break
+            if proposed.rank < best.rank:
+                best = proposed
+                if best.rank.sound:
+                    break
+        state = best
     return state
 
 
@@ -58,8 +63,8 @@ def _under_load(layout: Layout, carrier: str) -> Iterator[Layout]:
     placement = layout.placement(carrier)
     cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
     x, y, z = placement.position
-    for share in (0.0, 0.5):
-        dx, dy = _within(along, share), _within(across, share)
+    for share, other in product(SHARES, SHARES):
+        dx, dy = _within(along, share), _within(across, other)
         position = (round(x + dx * cosine - dy * sine, 6), round(y + dx * sine + dy * cosine, 6), z)
         yield replaced(layout, {carrier: placement.model_copy(update={"position": position})})
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from labgym.layouts.adjust import Adjuster
 from labgym.layouts.combination import combination
 from labgym.layouts.model import Layout
+from labgym.layouts.moves import may_move
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.repair import fast_repair
@@ -67,7 +68,7 @@ def repair_layout(
     start = State.of(layout, protocol, profile)
     state = start
     for _ in range(ROUNDS):
-        if state.rank.sound and not lying(state.layout):
+        if not curable(state):
             break
         before = state
         state = _round(state, adjuster)
@@ -103,12 +104,24 @@ def _round(state: State, adjuster: Adjuster | None) -> State:
     state = resettled(state)
     state = _better(state, fast_repair(state.layout, state.profile))
     state = with_missing(state)
-    if state.rank.cost:
+    if curable(state):
         state = placed_anew(relocated(state), LEVELS)
         state = resettled(state)
-    if state.rank.cost:
+    if curable(state):
         state = resettled(_optimised(state, adjuster))
     return state
+
+
+def curable(state: State) -> bool:
+    """Whether a layout has a fault in which something takes part that may move, or lacks something."""
+    assessment, layout = state.assessment, state.layout
+    if assessment.missing or assessment.errors or any(not leg.feasible for leg in assessment.transitions or ()):
+        return True
+    faults = [(fault.id,) for fault in assessment.bounds]
+    faults += [collision.ids for collision in assessment.collisions]
+    faults += [instance.ids for instance in assessment.instances if instance.hard]
+    items = {item for ids in faults for item in ids} | set(lying(layout))
+    return any(may_move(layout, each) for item in items for each in (item, layout.root(item).id))
 
 
 def _better(state: State, layout: Layout) -> State:
