@@ -24,7 +24,7 @@ PLACES = 6
 ADVISED_PLACES = 24
 """Maximum number of free places tried for a piece that a warning concerns."""
 SHARES = (0.0, 0.5, 1.0)
-"""Places tried between the nearest one at which a load stands on its furniture, and that in which it is in the middle."""
+"""Places tried: from the nearest one at which the load stands on its furniture to that in which it is in the middle."""
 EVERYWHERE: Interval = (-math.inf, math.inf)
 
 
