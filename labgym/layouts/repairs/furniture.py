@@ -23,8 +23,8 @@ PLACES = 6
 """Maximum number of free places tried for a piece."""
 ADVISED_PLACES = 24
 """Maximum number of free places tried for a piece that a warning concerns."""
-SHARES = (0.0, 0.5, 1.0)
-"""Places tried: from the nearest one at which the load stands on its furniture to that in which it is in the middle."""
+SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
+"""Places tried between the two ends of those at which a load stands on its furniture, along each side."""
 EVERYWHERE: Interval = (-math.inf, math.inf)
 
 
@@ -44,7 +44,7 @@ def under_loads(state: State) -> State:
             proposed = state.with_layout(candidate)
             if proposed.rank < best.rank:
                 best = proposed
-                if best.rank.sound:
+                if carrier.id not in set(_involved(best)):
                     break
         state = best
     return state
@@ -63,8 +63,7 @@ def _under_load(layout: Layout, carrier: str) -> Iterator[Layout]:
     placement = layout.placement(carrier)
     cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
     x, y, z = placement.position
-    for share, other in product(SHARES, SHARES):
-        dx, dy = _within(along, share), _within(across, other)
+    for dx, dy in sorted(product(_shifts(along), _shifts(across)), key=lambda shift: math.hypot(*shift)):
         position = (round(x + dx * cosine - dy * sine, 6), round(y + dx * sine + dy * cosine, 6), z)
         yield replaced(layout, {carrier: placement.model_copy(update={"position": position})})
 
@@ -74,10 +73,10 @@ def _shared(interval: Interval, coordinates: list[float], length: float) -> Inte
     return max(interval[0], max(coordinates) - length / 2.0), min(interval[1], min(coordinates) + length / 2.0)
 
 
-def _within(interval: Interval, share: float) -> float:
-    """Return the shift of an interval that is nearest to 0, or moved by a share of the way to its middle."""
-    nearest = min(max(0.0, interval[0]), interval[1])
-    return nearest + share * ((interval[0] + interval[1]) / 2.0 - nearest)
+def _shifts(interval: Interval) -> list[float]:
+    """Return the least shift in an interval, and others between its ends."""
+    low, high = interval
+    return [min(max(0.0, low), high), *(low + share * (high - low) for share in SHARES)]
 
 
 def relocated(state: State) -> State:
