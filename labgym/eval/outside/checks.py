@@ -1,4 +1,4 @@
-"""What is wrong with a written layout, by polygons; independent of the rules of `labgym.layouts.rules`."""
+"""Faults of a written layout, by polygons; independent of the rules of `labgym.layouts.rules`."""
 
 from __future__ import annotations
 

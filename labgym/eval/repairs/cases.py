@@ -60,7 +60,7 @@ def patient(case: Case, seed: int) -> Patient:
     """Return the damaged laboratory of a case.
 
     Args:
-        seed: random seed of the benchmark; each case has a stream of its own.
+        seed: random seed of the benchmark; each case draws from a separate stream.
 
     Raises:
         LabgymError: none of the laboratories that were drawn can be damaged in that way.

@@ -16,7 +16,7 @@ from labgym.protocols import Protocol
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is wrong with a repaired layout.
+    """The faults of a repaired layout.
 
     Attributes:
         v: number of violations.

@@ -1,4 +1,4 @@
-"""What differs between a layout and its repair, object by object."""
+"""The differences between a layout and its repair, object by object."""
 
 from __future__ import annotations
 

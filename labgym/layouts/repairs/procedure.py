@@ -60,7 +60,7 @@ def repair_layout(
 
     Args:
         layout: any layout.
-        protocol: what the layout is for; by default all of its own protocols together.
+        protocol: what the layout is for; by default all protocols of the layout together.
         profile: thresholds.
         adjuster: proposes commands in the optimization; rules and search by default.
     """
@@ -117,7 +117,7 @@ def curable(state: State) -> bool:
     assessment, layout = state.assessment, state.layout
     if assessment.missing or assessment.errors or any(not leg.feasible for leg in assessment.transitions or ()):
         return True
-    faults = [(fault.id,) for fault in assessment.bounds]
+    faults: list[tuple[str, ...]] = [(fault.id,) for fault in assessment.bounds]
     faults += [collision.ids for collision in assessment.collisions]
     faults += [instance.ids for instance in assessment.instances if instance.hard]
     items = {item for ids in faults for item in ids} | set(lying(layout))
