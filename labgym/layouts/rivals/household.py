@@ -8,6 +8,13 @@ answers instead. It knows laboratories as a layperson does and no protocol; what
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Relation = Literal[
+    "edge", "middle", "near", "far", "in front of", "behind", "left of", "right of", "side of", "around",
+    "center aligned", "face to",
+]  # fmt: skip
+"""Holodeck's constraint vocabulary (section 3 of the paper and its prompt for constraints)."""
 
 IN_CABINET = 0.583
 """Probability that a reagent that the description names goes into the chemical cabinet and not onto a bench: the share
@@ -41,7 +48,7 @@ class Choice:
     chance: float
     least: int = 1
     most: int = 1
-    relations: tuple[tuple[str, str], ...] = (("edge", ""),)
+    relations: tuple[tuple[Relation, str], ...] = (("edge", ""),)
     aligned: bool = False
     tops: tuple[Top, ...] = ()
 

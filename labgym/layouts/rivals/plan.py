@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
 from labgym.assets import Asset
 from labgym.layouts.request import Request
 from labgym.layouts.rivals import household
-from labgym.layouts.rivals.household import Choice, Hanging, Top
+from labgym.layouts.rivals.household import Choice, Hanging, Relation, Top
 from labgym.layouts.rivals.reading import assets_in, description
 
-Relation = Literal[
-    "edge", "middle", "near", "far", "in front of", "behind", "left of", "right of", "side of", "around",
-    "center aligned", "face to",
-]  # fmt: skip
-"""Holodeck's constraint vocabulary (section 3 of the paper and its prompt for constraints)."""
 SHARE_OF_SECOND = 0.5
 """Probability that the second request adds a kind of object that the first one left out."""
 
@@ -64,6 +58,10 @@ class DesignPlan:
 
     large: tuple[Large, ...]
     hung: tuple[Hung, ...] = ()
+
+
+Designer = Callable[[Request, np.random.Generator], DesignPlan]
+"""Lists objects and constraints for a request."""
 
 
 def household_plan(request: Request, generator: np.random.Generator) -> DesignPlan:
@@ -117,7 +115,7 @@ def _large(
     for relation, kind in choice.relations:
         targets = [one.name for one in earlier if one.asset.name == kind]
         if not kind or targets:
-            constraints.append(Constraint(relation, targets[number % len(targets)] if targets else ""))  # type: ignore[arg-type]
+            constraints.append(Constraint(relation, targets[number % len(targets)] if targets else ""))
     if choice.aligned and number:
         constraints.append(Constraint("center aligned", f"{choice.asset}-0"))
     return Large(

@@ -16,7 +16,8 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.layouts.request import Request
 from labgym.layouts.rivals import household
-from labgym.layouts.rivals.plan import Constraint, DesignPlan, Large, Relation, hung, listed
+from labgym.layouts.rivals.household import Relation
+from labgym.layouts.rivals.plan import Constraint, DesignPlan, Large, hung, listed
 
 
 def protocol_plan(request: Request, generator: np.random.Generator) -> DesignPlan:

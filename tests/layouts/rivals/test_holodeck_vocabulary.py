@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from labgym.layouts.rivals.holodeck.vocabulary import Spots, expanded, far, gap, near, satisfied, scores
-from labgym.layouts.rivals.plan import Constraint, Relation
+from labgym.layouts.rivals.household import Relation
+from labgym.layouts.rivals.plan import Constraint
 
 GRID = 0.4
 

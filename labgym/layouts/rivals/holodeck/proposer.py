@@ -9,7 +9,7 @@ Floor plan, doors and windows are the request's; the language model is a seeded 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,7 +21,7 @@ from labgym.layouts.rivals.holodeck.mounting import mount
 from labgym.layouts.rivals.holodeck.search import Limits, grid_step, search, yaw_of
 from labgym.layouts.rivals.holodeck.selection import select
 from labgym.layouts.rivals.piece import Piece, layout_of, named
-from labgym.layouts.rivals.plan import DesignPlan, Hung, Large, household_plan
+from labgym.layouts.rivals.plan import Designer, DesignPlan, Hung, Large, household_plan
 from labgym.layouts.rivals.protocol_plan import protocol_plan
 from labgym.layouts.rivals.randomness import generator_of, numbers_in_use
 from labgym.layouts.rivals.spawning import spawn
@@ -29,22 +29,20 @@ from labgym.layouts.rivals.spawning import spawn
 STREAM = 0x401
 """Sub-stream of the seed."""
 
-Designer = Callable[[Request, np.random.Generator], DesignPlan]
-"""Lists objects and constraints for a request."""
-
 
 @dataclass(frozen=True)
 class HolodeckProposer:
     """Holodeck with a description of the experiment; deterministic.
 
     Attributes:
-        designer: what stands in for the language model.
+        designer: lists objects and constraints. source: who the designer is, for the layout's provenance.
         limits: size of the search.
     """
 
     designer: Designer = household_plan
     limits: Limits = field(default_factory=Limits)
     name: str = "holodeck"
+    source: str = "table"
 
     def propose(self, request: Request) -> Layout:
         """Return Holodeck's scene: the largest laboratory space first, what has no place there in the next ones."""
@@ -60,7 +58,7 @@ class HolodeckProposer:
             if not plan.large:
                 break
         options = {
-            "designer": "table",
+            "designer": self.source,
             "expansions": expansions,
             "left_out": [one.name for one in plan.large if one.wish < 2],
         }

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.layouts.rivals.plan import Constraint, Relation
+from labgym.layouts.rivals.household import Relation
+from labgym.layouts.rivals.plan import Constraint
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -9,17 +9,16 @@ here if it falls at all, which is the paper's intention without the noise of a l
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from labgym.assets import Asset
 from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
-from labgym.layouts.rivals import household
 from labgym.layouts.rivals.chamber import Chamber, chambers
-from labgym.layouts.rivals.household import Choice
 from labgym.layouts.rivals.piece import layout_of
+from labgym.layouts.rivals.plan import Designer, DesignPlan, Large, household_plan
 from labgym.layouts.rivals.randomness import generator_of, numbers_in_use
 from labgym.layouts.rivals.reading import assets_in, description
 from labgym.layouts.rivals.sceneweaver.critic import Critique, critique
@@ -45,10 +44,19 @@ class Step:
 
 @dataclass(frozen=True)
 class SceneWeaverProposer:
-    """SceneWeaver with a description of the experiment; deterministic."""
+    """SceneWeaver with a description of the experiment; deterministic.
+
+    Attributes:
+        steps: greatest number of steps.
+        designer: lists the large objects of the initial scene. planner: makes the planner of a run.
+        source: who the designer and the planner are, for the layout's provenance.
+    """
 
     name: str = "sceneweaver"
     steps: int = STEPS
+    designer: Designer = household_plan
+    planner: Callable[[np.random.Generator], Planner] = TablePlanner
+    source: str = "table"
 
     def propose(self, request: Request) -> Layout:
         """Return SceneWeaver's scene in the largest laboratory space."""
@@ -56,7 +64,7 @@ class SceneWeaverProposer:
         scene, history = self.run(request, chamber)
         last = history[-1].critique
         options = {
-            "designer": "table",
+            "designer": self.source,
             "steps": len(history),
             "rolled_back": sum(not step.kept for step in history),
             "grades": {name: round(grade, 2) for name, grade in last.grades.items()},
@@ -68,9 +76,9 @@ class SceneWeaverProposer:
         generator = generator_of(request, STREAM)
         named = assets_in(description(request.protocol), request.catalog)
         toolbox = Toolbox(request, chamber, generator, Counter(numbers_in_use(request)))
-        scene = settle(toolbox.initial(_listed(request, chamber, named, generator)), chamber)
+        scene = settle(toolbox.initial(_first(self.designer(request, generator), chamber)), chamber)
         history = [Step(None, True, critique(scene, chamber, named))]
-        planner: Planner = TablePlanner(generator)
+        planner = self.planner(generator)
         while len(history) < self.steps - 1:
             before = history[-1].critique
             action = planner.choose(before)
@@ -87,14 +95,6 @@ class SceneWeaverProposer:
         return cleared(scene, chamber), history
 
 
-def _listed(
-    request: Request, chamber: Chamber, named: tuple[Asset, ...], generator: np.random.Generator
-) -> list[tuple[Asset, Choice | None]]:
-    """Large objects of the initial scene: drawn from the table, and those that the description names."""
-    objects: list[tuple[Asset, Choice | None]] = []
-    for choice in household.FLOOR:
-        count = int(generator.integers(choice.least, choice.most + 1)) if generator.random() < choice.chance else 0
-        objects += [(request.catalog.get(choice.asset), choice)] * count
-    present = {asset.role for asset, _ in objects}
-    objects += [(asset, None) for asset in named if asset.placing == "floor" and asset.role not in present]
-    return [entry for entry in objects if entry[0].size.height <= chamber.ground.ceiling]
+def _first(plan: DesignPlan, chamber: Chamber) -> list[Large]:
+    """The large objects of the initial scene: the first request's, without what stands on them."""
+    return [one for one in plan.large if one.wish < 2 and one.asset.size.height <= chamber.ground.ceiling]

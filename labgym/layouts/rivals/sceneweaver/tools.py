@@ -20,6 +20,7 @@ from labgym.layouts.rivals import household
 from labgym.layouts.rivals.chamber import Chamber
 from labgym.layouts.rivals.household import Choice, Top
 from labgym.layouts.rivals.piece import Piece, named
+from labgym.layouts.rivals.plan import Constraint, Large
 from labgym.layouts.rivals.sceneweaver.critic import Critique, Problem
 from labgym.layouts.rivals.sceneweaver.physics import wall_poses
 from labgym.layouts.rivals.sceneweaver.policy import Action
@@ -53,14 +54,11 @@ class Toolbox:
             return self._rotate(scene, problem.subject)
         return self._relate(scene, problem.subject)
 
-    def initial(self, kinds: Sequence[tuple[Asset, Choice | None]]) -> Scene:
-        """Return the first scene: large objects with relations, at the poses that a language model would write down.
-
-        Objects against walls follow each other along the walls with some error; the others stand around the middle.
-        """
+    def initial(self, objects: Sequence[Large]) -> Scene:
+        """Return the first scene: objects at edges at random along the walls, the others around the middle."""
         scene = Scene(())
-        for asset, choice in kinds:
-            scene = scene.adding([self._placed(scene, asset, choice)])
+        for one in objects:
+            scene = scene.adding([self._placed(scene, one.asset, one.constraints)])
         return scene
 
     def _add(self, scene: Scene, problem: Problem, critique: Critique) -> Scene:
@@ -77,13 +75,13 @@ class Toolbox:
         choices = fresh if fresh and problem.fault == "monotonous" else [*fresh, *household.FLOOR]
         for index in self.generator.permutation(len(choices))[: 1 + int(self.generator.integers(0, 3))].tolist():
             choice = choices[index]
-            scene = scene.adding([self._placed(scene, self.request.catalog.get(choice.asset), choice)])
+            scene = scene.adding([self._placed(scene, self.request.catalog.get(choice.asset), _constraints(choice))])
         return scene
 
     def _provide(self, scene: Scene, asset: Asset) -> Scene:
         """Add an object that is missing, on or in furniture if it is a small one."""
         if asset.placing != "desktop":
-            return scene.adding([self._placed(scene, asset, _TABLE.get(asset.name))])
+            return scene.adding([self._placed(scene, asset, _constraints(_TABLE.get(asset.name)))])
         kind = household.BENCH
         if asset.kind == "reagent":
             stored = self.generator.random() < household.IN_CABINET
@@ -112,9 +110,9 @@ class Toolbox:
         drawn = int(self.generator.integers(top.least, top.most + 1))
         return drawn if self.generator.random() < top.chance else 0
 
-    def _placed(self, scene: Scene, asset: Asset, choice: Choice | None) -> Item:
+    def _placed(self, scene: Scene, asset: Asset, constraints: Sequence[Constraint]) -> Item:
         """A large object at the pose that the designer writes down, with the relation of its kind."""
-        relation, parent = self._relation(scene, choice)
+        relation, parent = self._relation(scene, constraints)
         ground = self.chamber.ground
         x, y = self.generator.uniform(0.3, 0.7, 2) * (ground.width, ground.depth)
         piece = Piece(
@@ -131,11 +129,14 @@ class Toolbox:
             )
         return Item(piece, relation, parent)
 
-    def _relation(self, scene: Scene, choice: Choice | None) -> tuple[RelationKind | None, str]:
-        """against_wall for what stands at the edge, front_against a bench for seats."""
-        if choice is None or choice.relations[0][0] == "edge":
+    def _relation(self, scene: Scene, constraints: Sequence[Constraint]) -> tuple[RelationKind | None, str]:
+        """against_wall for what stands at the edge, front_against a bench for seats.
+
+        A target is a kind of object or one that is numbered, such as LabBench-0.
+        """
+        if all(constraint.relation != "middle" for constraint in constraints):
             return "against_wall", ROOM
-        targets = [kind for relation, kind in choice.relations if relation == "around"]
+        targets = [one.target.partition("-")[0] for one in constraints if one.relation == "around"]
         parents = [item.piece.id for item in scene.large if item.piece.asset.name in targets]
         parents = parents or [item.piece.id for item in scene.large if item.piece.asset.subtype == "workbench"]
         if targets and parents:
@@ -179,3 +180,9 @@ class Toolbox:
         large = [item.piece for item in scene.large]
         idle = [piece for piece in large if not scene.on(piece.id)] or large
         return idle[int(self.generator.integers(len(idle)))].id
+
+
+def _constraints(choice: Choice | None) -> tuple[Constraint, ...]:
+    """The constraints of a kind in the table; none for other objects, which stand against a wall."""
+    relations = () if choice is None else choice.relations
+    return tuple(Constraint(relation, target) for relation, target in relations)
