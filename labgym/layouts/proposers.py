@@ -12,7 +12,15 @@ from labgym.layouts.request import Request
 
 SOLVER = "solver"
 """Name of the default: planning habits and a constraint solver."""
-PROPOSERS: dict[str, str] = {"sampler": "labgym.layouts.sampler:SamplerProposer"}
+PROPOSERS: dict[str, str] = {
+    "holodeck": "labgym.layouts.rivals:HolodeckProposer",
+    "holodeck+": "labgym.layouts.rivals:HolodeckPlusProposer",
+    "holodeck-llm": "labgym.layouts.rivals.language:HolodeckLanguageProposer",
+    "holodeck-plus-llm": "labgym.layouts.rivals.language:HolodeckPlusLanguageProposer",
+    "sampler": "labgym.layouts.sampler:SamplerProposer",
+    "sceneweaver": "labgym.layouts.rivals:SceneWeaverProposer",
+    "sceneweaver-llm": "labgym.layouts.rivals.language:SceneWeaverLanguageProposer",
+}
 """Module and class of each other proposer; the class is made without arguments, and its module imported only then."""
 
 

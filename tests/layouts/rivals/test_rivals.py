@@ -3,7 +3,7 @@
 import pytest
 
 from labgym.assets import Catalog
-from labgym.layouts.generate import resolve_request
+from labgym.layouts.generate import generate, resolve_request
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.rivals import HolodeckPlusProposer, HolodeckProposer, SceneWeaverProposer
 from labgym.layouts.rivals.holodeck.search import Limits
@@ -111,3 +111,10 @@ def test_the_household_plan_reads_the_description_and_no_lists(catalog: Catalog)
     plans = [household_plan(one, generator_of(request, 1)) for one in (request, other)]
     assert plans[0] == plans[1]
     assert "Phenol" in {top.name for large in plans[0].large for top in large.tops}
+
+
+@pytest.mark.filterwarnings("ignore::labgym.errors.UnrepairedWarning")
+def test_generate_takes_a_rival_by_name_and_keeps_its_faults() -> None:
+    layout = generate("pro_01", 4, proposer="sceneweaver", optimise=False, refine=False, on_failure="keep")
+    assert layout.provenance.generator == "SceneWeaverProposer"
+    assert layout.provenance.options["failures"]["missing"]

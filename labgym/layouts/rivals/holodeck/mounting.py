@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,6 +45,7 @@ def mount(
         if not spots:
             continue
         blocked = [piece.box for piece in (*standing, *mounted)]
+        blocked += [replace(box, z0=0.0, z1=chamber.ground.ceiling) for box in chamber.ground.solid]
         free = np.ones(len(spots), dtype=np.bool_)
         if blocked:
             free = np.all(pairwise_penetration(BoxArray.of(spots), BoxArray.of(blocked)) <= SLACK, axis=1)
