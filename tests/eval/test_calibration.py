@@ -10,6 +10,7 @@ from labgym.eval.calibration import proposals, targets, value
 from labgym.eval.reports.paper import paper
 from labgym.layouts.sampler.rates import calibration
 from labgym.layouts.splits import FIRST_SEED, manifest
+from labgym.protocols import protocols
 
 
 def test_the_fitted_figures_are_the_papers() -> None:
@@ -29,11 +30,12 @@ def test_the_published_figures_reach_their_targets() -> None:
 
 
 def test_the_figures_hold_on_val_within_their_spread() -> None:
-    """The published seeds of val alone: 30 of the layouts of the calibration."""
+    """The published seeds of val alone: 30 of the layouts of the calibration, one of each protocol."""
     seeds = [entry.seed for entry in manifest("val").layouts]
     assert all(FIRST_SEED["val"] <= seed < FIRST_SEED["test"] for seed in seeds)
     published = calibration()
     sample = proposals(published.rates, seeds=1)[0]
+    assert {proposal.report.protocol for proposal in sample} == set(protocols())
     for figure in published.figures:
         if figure.name in ("ob", "cn", "obj"):
             assert figure.deviation is not None

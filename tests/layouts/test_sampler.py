@@ -198,13 +198,6 @@ def test_confused_spaces_have_furniture_of_another_use() -> None:
     assert uses(Rates(space_confused=1.0)) == {"write-up"}
 
 
-@pytest.mark.parametrize("protocol", sorted(protocols()))
-def test_every_protocol_gets_a_proposal_with_the_calibrated_rates(protocol: str) -> None:
-    layout = SamplerProposer().propose(request(protocol, seed=7))
-    layout.check_references()
-    assert len(layout.placements) > 10
-
-
 def test_floors_and_several_protocols_get_proposals() -> None:
     for asked in (
         request("red_02", seed=4, family="refit"),
