@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from tyro.conf import Positional, arg
+from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber, Texts
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import complaints, findings, written
 
 if TYPE_CHECKING:
+    from labgym.eval.reproduction.figures import Figures
+    from labgym.eval.reproduction.scope import Scope as StudyScope
     from labgym.eval.reproduction.study import Study
 
 reproduce_app = CommandGroup(default="published")
@@ -72,15 +76,151 @@ def labbuilder(
     return _reproduced(LabBuilderStudy(folder), out, execution, fresh)
 
 
+@dataclass(frozen=True)
+class ScopeArguments:
+    """The size of a study.
+
+    Attributes:
+        quick: A small version: few protocols, one seed.
+        protocols: Ids or .json files of protocols; by default all 30, or some of them with --quick.
+        seed: First seed of the layouts.
+        seeds: Number of seeds of each protocol; by default 3, or 1 with --quick.
+    """
+
+    quick: bool = False
+    protocols: Texts = ()
+    seed: int = 0
+    seeds: OptionalWholeNumber = None
+
+    def scope(self, study: str) -> StudyScope:
+        """Return protocols and seeds."""
+        from labgym.eval.reproduction.scope import scope_of
+
+        return scope_of(study, self.quick, self.protocols, self.seed, self.seeds)
+
+
+Scope = OmitArgPrefixes[ScopeArguments]
+WHOLE = ScopeArguments()
+
+
+@reproduce_app.command
+def comparison(
+    scope: Scope = WHOLE, out: OptionalPath = None, fresh: bool = False, execution: Execution = THIS_PROCESS
+) -> int:
+    """Table 2: layouts of labgym's generators and of the paper's rivals, under one set of metrics.
+
+    With a language model (LABGYM_LLM_BASE_URL, LABGYM_LLM_MODEL) also those of the proposer llm.
+
+    Args:
+        out: Folder of the results; by default runs/reproduce/comparison.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    return _reproduced(_comparison(scope), out, execution, fresh)
+
+
+@reproduce_app.command
+def ablation(
+    scope: Scope = WHOLE, out: OptionalPath = None, fresh: bool = False, execution: Execution = THIS_PROCESS
+) -> int:
+    """Table 3: the method without annotations, protocol, optimization or refinement for navigation.
+
+    The proposer is sampler, with a language model also llm.
+
+    Args:
+        out: Folder of the results; by default runs/reproduce/ablation.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    return _reproduced(_ablation(scope), out, execution, fresh)
+
+
+@reproduce_app.command
+def navigation(
+    scope: Scope = WHOLE,
+    policies: Texts = (),
+    out: OptionalPath = None,
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
+) -> int:
+    """Table 4: policies in layouts before and after the refinement for navigation.
+
+    Args:
+        policies: Names of policies; by default astar, dwa, iplanner, navdp and ppo, with --quick astar and iplanner,
+            as far as their packages are installed.
+        out: Folder of the results; by default runs/reproduce/navigation.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    return _reproduced(_navigation(scope, policies), out, execution, fresh)
+
+
+@reproduce_app.command(name="all")
+def all_(
+    scope: Scope = WHOLE,
+    scenes: OptionalPath = None,
+    out: Path = RUNS,
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
+) -> int:
+    """All of these, one after the other, and a page that links to theirs.
+
+    Args:
+        scenes: Folder of scenes for labbuilder, which is left out without it.
+        out: Folder of the results, each in the subfolder of its name.
+        fresh: Move the files of the subfolders aside and start anew.
+    """
+    from labgym.eval.reproduction.everything import reproduce_all
+    from labgym.eval.reproduction.protocols import ProtocolsStudy
+    from labgym.eval.reproduction.study import PAGE
+    from labgym.exchange.labbuilder.study import LabBuilderStudy
+
+    studies: list[Study[Any]] = [ProtocolsStudy(), _comparison(scope), _ablation(scope), _navigation(scope)]
+    remarks = ["A small version: few protocols and one seed (--quick)."] if scope.quick else []
+    if scenes is not None:
+        studies.append(LabBuilderStudy(scenes))
+    else:
+        remarks.append("labbuilder is left out: name a folder of scenes with --scenes.")
+    for figures in reproduce_all(studies, out, execution.options(), fresh, remarks=remarks):
+        _print(figures)
+    return written(out / PAGE)
+
+
+def _comparison(arguments: ScopeArguments) -> Study[Any]:
+    from labgym.eval.reproduction.comparison import ComparisonStudy, comparison_variants
+    from labgym.eval.reproduction.scope import model_name
+
+    scope, model = arguments.scope("comparison"), model_name()
+    return ComparisonStudy(comparison_variants(bool(model)), scope.protocols, scope.seeds, model=model)
+
+
+def _ablation(arguments: ScopeArguments) -> Study[Any]:
+    from labgym.eval.reproduction.ablation import AblationStudy, ablation_variants
+    from labgym.eval.reproduction.scope import model_name
+
+    scope, model = arguments.scope("ablation"), model_name()
+    proposers = ("sampler", "llm") if model else ("sampler",)
+    variants = tuple(variant for proposer in proposers for variant in ablation_variants(proposer))
+    return AblationStudy(variants, scope.protocols, scope.seeds, model=model)
+
+
+def _navigation(arguments: ScopeArguments, policies: Sequence[str] = ()) -> Study[Any]:
+    from labgym.eval.reproduction.navigation import POLICIES, QUICK_POLICIES, NavigationStudy, installed
+
+    scope = arguments.scope("navigation")
+    chosen = tuple(policies) or installed(QUICK_POLICIES if arguments.quick else POLICIES)
+    return NavigationStudy(chosen, "sampler", scope.protocols, scope.seeds)
+
+
 def _reproduced(study: Study[Any], out: Path | None, execution: Execution, fresh: bool) -> int:
     """Run a study, print its tables and the path of its page."""
     from labgym.eval.reproduction.study import PAGE, reproduce
 
     folder = out if out is not None else RUNS / study.name
-    figures = reproduce(study, folder, execution.options(), fresh)
+    _print(reproduce(study, folder, execution.options(), fresh))
+    return written(folder / PAGE)
+
+
+def _print(figures: Figures) -> None:
     for table in figures.tables:
         print(f"\n{table.table().text()}")
     print()
     for line in figures.summary:
         print(line)
-    return written(folder / PAGE)

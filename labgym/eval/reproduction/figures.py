@@ -16,6 +16,8 @@ Scale = Literal["share", "points", "amount"]
 Value = int | float | None
 DECIMALS = 6
 """Decimals to which figures are rounded, so that they do not depend on the last bit of a mathematics library."""
+FEWEST_PROTOCOLS = 5
+"""Number of protocols below which a figure has no interval: it would span almost all values."""
 CSV_COLUMNS = ("table", "row", "origin", "detail", "metric", "value", "low", "high", "cases")
 
 
@@ -160,11 +162,13 @@ def mean_cell(values: Sequence[Value], clusters: Sequence[str], scale: Scale) ->
         estimate = positive_mean(floats, clusters)
     else:
         estimate = bounded_mean(floats, clusters, 0.0, 1.0 if scale == "share" else 10.0)
-    return estimate_cell(estimate)
+    return estimate_cell(estimate, clusters)
 
 
-def estimate_cell(estimate: Estimate) -> Cell:
-    """Return an estimate as a figure."""
+def estimate_cell(estimate: Estimate, clusters: Sequence[str]) -> Cell:
+    """Return an estimate as a figure, without its interval if it is of fewer than `FEWEST_PROTOCOLS` protocols."""
+    if len(set(clusters)) < FEWEST_PROTOCOLS:
+        estimate = estimate.model_copy(update={"low": None, "high": None})
     value, low, high = (
         None if x is None else round(x, DECIMALS) for x in (estimate.value, estimate.low, estimate.high)
     )

@@ -47,7 +47,9 @@ def _verdict(assessment: Assessment) -> str:
         f"collisions {len(assessment.collisions)}",
         f"unsafe or not stored {sum(instance.hard for instance in assessment.instances)}",
         f"transitions {feasible} of {len(moves)}",
-        f"missing: {', '.join(missing[:5])}{', ...' if len(missing) > 5 else ''}" if missing else "all assets placed",
+        f"missing or out of bounds: {', '.join(missing[:5])}{', ...' if len(missing) > 5 else ''}"
+        if missing
+        else "all assets placed",
     ]
     return "; ".join(parts)
 

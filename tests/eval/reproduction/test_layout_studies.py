@@ -1,0 +1,168 @@
+"""Comparison and ablation: rows are the scores of their layouts, means follow from rows, failures by a stated rule."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from labgym.assets import Catalog
+from labgym.errors import InfeasibleError
+from labgym.eval import score
+from labgym.eval.reports.paper import paper
+from labgym.eval.reproduction import cases
+from labgym.eval.reproduction.ablation import AblationStudy, ablation_variants
+from labgym.eval.reproduction.blindfold import bare_catalog, described
+from labgym.eval.reproduction.cases import LayoutRow, Variant, measure
+from labgym.eval.reproduction.comparison import ComparisonStudy, comparison_variants
+from labgym.eval.reproduction.figures import Figures
+from labgym.eval.reproduction.layout_tables import paper_table, second_table
+from labgym.eval.reproduction.plates import failure_section
+from labgym.eval.reproduction.study import parse_rows, reproduce
+from labgym.layouts import Layout
+from labgym.layouts.method import Method
+from labgym.protocols import protocols
+
+PROTOCOL = protocols()["sub_01"]
+RAW = {"optimise": False, "refine": False, "on_failure": "keep"}
+VARIANTS = (
+    Variant("sampler", "sampler", Method(proposer="sampler", **RAW)),
+    Variant("solver", "solver", Method(on_failure="keep")),
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two generators, one protocol, one seed: 2 s, and 1 s for three pictures."""
+    folder = tmp_path_factory.mktemp("reproduce") / "comparison"
+    reproduce(ComparisonStudy(VARIANTS, (PROTOCOL,), range(7, 8)), folder, progress=False)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def rows(folder):
+    return parse_rows((folder / "rows.jsonl").read_bytes(), LayoutRow)
+
+
+def test_a_row_has_the_scores_of_its_layout(folder, rows):
+    assert [(row.variant, row.protocol, row.seed) for row in rows] == [(v.key, "sub_01", 7) for v in VARIANTS]
+    for row in rows:
+        layout = Layout.load(folder / row.file)
+        assert layout.hash == row.hash
+        report = score(layout, PROTOCOL)
+        assert (report.v, report.passed) == (row.v, row.valid)
+        for name in ("ob", "cn", "asset", "step_nav", "flam", "glass"):
+            assert row.metrics[name] == pytest.approx(getattr(report, name))
+        assert row.metrics["gated_glass"] == pytest.approx(report.asset * report.glass)
+        second = score(layout, PROTOCOL, metrics="touchstone-v2")
+        assert (row.metrics_2["v"], row.metrics_2["facility"]) == (second.v, pytest.approx(second.facility))
+    assert rows[0].v > 0
+    assert rows[1].valid
+
+
+def test_the_tables_have_our_lines_and_the_paper_s_with_every_column(folder):
+    table = Figures.load(folder / "figures.json").tables[0]
+    printed = {line.name: line.cells for line in table.lines if line.origin == "paper"}
+    assert [line.name for line in table.lines] == ["sampler", "solver", *printed]
+    for row in paper().layouts.rows:
+        numbers = {key: value for key, value in row.items() if key != "method" and value is not None}
+        assert {key: cell.value for key, cell in printed[row["method"]].items()} == numbers
+
+
+def test_the_page_shows_both_layouts_and_the_failures(folder):
+    html = (folder / "index.html").read_text()
+    assert html.count("data:image/png;base64,") == 3
+    assert "<h2>Failures</h2>" in html
+
+
+def made_row(variant: str, protocol: str, v: int | None, **more) -> LayoutRow:
+    return LayoutRow(variant=variant, protocol=protocol, seed=0, v=v, file=None if v is None else "x", **more)
+
+
+def test_means_are_over_layouts_and_drives_of_version_2_are_pooled():
+    values = [0.25, 1.0, 0.5, 0.75, 1.0, 0.0]
+    own = [
+        made_row(
+            "a",
+            f"p{k}",
+            k,
+            valid=k == 0,
+            metrics={"flam": value, "gated_flam": value / 2},
+            metrics_2={"step_nav": value, "transitions": float(k)},
+        )
+        for k, value in enumerate(values)
+    ]
+    lost = made_row("a", "p9", None, failure="too small")
+    variants = (Variant("a", "A", Method()),)
+    line = paper_table([*own, lost], variants, paper().layouts, "T").lines[0]
+    assert line.cells["flam"].value == pytest.approx(np.mean(values) / 2, abs=1e-6)
+    assert line.cells["flam"].cases == 6
+    pooled = second_table([*own, lost], variants).lines[0].cells
+    assert pooled["step_nav"].value == pytest.approx(np.dot(values, range(6)) / 15, abs=1e-6)
+    assert pooled["step_nav"].cases == 15
+    assert "A 1" in " ".join(paper_table([*own, lost], variants, paper().layouts, "T").notes)
+
+
+def test_the_failure_shown_is_the_layout_with_the_greatest_v(folder, rows):
+    twice = [*rows, rows[0].model_copy(update={"seed": 3, "v": 1}), rows[0].model_copy(update={"seed": 1})]
+    section = failure_section(twice, VARIANTS, (PROTOCOL,), folder, "default")
+    assert [plate.title for plate in section.plates] == ["sampler: sub_01, seed 1"]
+    assert f"v = {rows[0].v}" in section.plates[0].lines[0]
+    assert "solver (1 layouts)" in section.text[1]
+
+
+def test_a_protocol_without_a_layout_is_a_row(monkeypatch):
+    def impossible(*_):
+        raise InfeasibleError("protocol 'sub_01'", ["no wall is free"], None)
+
+    monkeypatch.setattr(cases, "layout_of", impossible)
+    output = measure(Variant("solver", "solver", Method(on_failure="keep")), PROTOCOL, 0, "default")
+    (row,) = parse_rows(next(iter(output.files.values())), LayoutRow)
+    assert row.file is None
+    assert "no wall is free" in row.failure
+    assert not row.valid
+
+
+def test_the_language_model_of_a_layout_is_named(folder, rows):
+    layout = Layout.load(folder / rows[0].file)
+    for options, name in (({"designer": "table"}, "seeded table"), ({"model": "m"}, "m"), ({}, "")):
+        provenance = layout.provenance.model_copy(update={"options": options})
+        assert cases.made_by(layout.replace(provenance=provenance)) == name
+
+
+def test_without_annotations_the_catalog_has_geometry_alone():
+    catalog = Catalog.published()
+    bare = bare_catalog(catalog)
+    assert [asset.name for asset in bare.assets] == [asset.name for asset in catalog.assets]
+    for asset in bare.assets:
+        assert not any(value for _, value in asset.hazards)
+        assert (asset.storage_class, asset.heat_class, asset.chemistry) == (None, None, None)
+        assert asset.size == catalog.get(asset.name).size
+
+
+def test_without_the_protocol_its_description_is_all_that_is_left():
+    left = described(PROTOCOL, Catalog.published())
+    assert left.chemical_constraints == left.spatial_constraints == ()
+    assert {"Phenol", "BenzylBromide"} <= {use.name for use in left.reagents}
+    assert "EthylAcetate" not in {use.name for use in left.reagents}
+    assert left.steps != PROTOCOL.steps
+    other = PROTOCOL.model_copy(update={"reagents": PROTOCOL.reagents[:1], "instruments": ("GloveBox",)})
+    assert described(other, Catalog.published()) == left.model_copy(update={"id": other.id})
+
+
+def test_an_ablated_layout_is_scored_with_the_whole_catalog_and_protocol():
+    (variant,) = (one for one in ablation_variants("sampler") if one.hidden == "annotations")
+    raw = Variant(variant.key, variant.title, Method(proposer="sampler", **RAW), "annotations")
+    output = measure(raw, PROTOCOL, 7, "default")
+    layout = Layout.parse(json.loads(next(c for name, c in output.files.items() if name.startswith("layouts"))))
+    assert layout.protocol == PROTOCOL
+    assert layout.catalog == Catalog.published()
+
+
+def test_the_variants_are_those_of_the_paper_and_names_are_unique():
+    keys = [variant.key for variant in comparison_variants(False)]
+    assert {"solver", "sampler", "sampler-dressed", "sampler-proposal-alone"} <= set(keys)
+    assert len(set(keys)) == len(keys)
+    study = AblationStudy(ablation_variants("sampler"), (PROTOCOL,), range(1))
+    assert len({shard.name for shard in study.shards()}) == 5 == len(study.printed().rows)
