@@ -55,7 +55,7 @@ class Variant:
 
 
 class LayoutRow(Record):
-    """A layout of a variant, or the reason why there is none.
+    """A layout of a variant, or the reason why it has none.
 
     Attributes:
         variant: key of the variant. protocol: id. seed: seed.
@@ -86,7 +86,7 @@ class LayoutRow(Record):
     failure: str | None = None
 
     def layout(self, folder: Path) -> Layout | None:
-        """Return the layout of the row from the run's folder; None if there is none."""
+        """Return the layout of the row from the run's folder; None without one."""
         return None if self.file is None else Layout.load(folder / self.file)
 
 
