@@ -41,6 +41,7 @@ from labgym.cli.scores import score
 from labgym.cli.signals import Terminated, raise_termination
 from labgym.cli.splits import describe_app, floors
 from labgym.cli.submission import submit_app
+from labgym.cli.traces import trace
 from labgym.cli.training import ablate_app, card_app, data, train_app
 from labgym.errors import LabgymError
 from labgym.pipeline import RunConfig
@@ -94,6 +95,7 @@ app.command(
 
 
 app.command(generate)
+app.command(trace)
 
 
 app.command(score)

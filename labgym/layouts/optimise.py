@@ -120,7 +120,7 @@ def _update(
         candidate = adjuster.adjust(base, protocol, assessment, level, trace)
         proposed = assessment if candidate is base else evaluate_layout(candidate, protocol, current.profile)
         accepted = proposed.better_than(current) and proposed.v <= most
-        if trace is not None and candidate.placements != layout.placements:
+        if trace is not None and candidate.placements != layout.placements and (candidate is base or not accepted):
             trace.trial("update", (), current, proposed, accepted)
         if accepted:
             return candidate, proposed

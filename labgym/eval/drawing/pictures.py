@@ -145,10 +145,10 @@ def picture_bytes(figure: Figure, kind: str = "png") -> bytes:
     }[kind]
     with matplotlib.rc_context({"svg.hashsalt": "labgym", "svg.fonttype": "path"}):
         figure.savefig(stream, format=kind, dpi=DPI, metadata=metadata)
-    return _with_palette(stream) if kind == "png" else stream.getvalue()
+    return with_palette(stream) if kind == "png" else stream.getvalue()
 
 
-def _with_palette(png: io.BytesIO) -> bytes:
+def with_palette(png: io.BytesIO) -> bytes:
     """Return a PNG with the picture's 255 most frequent colors, which is a quarter of the size."""
     from PIL import Image
 

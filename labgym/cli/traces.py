@@ -1,0 +1,81 @@
+"""The command that draws traces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import Positional, arg
+
+from labgym.cli.arguments import OptionalPath, OptionalText
+from labgym.cli.outcome import written
+from labgym.errors import OptionError
+from labgym.layouts.trace import Trace
+
+Source = Positional[Annotated[str, arg(metavar="TRACE_OR_LAYOUT")]]
+
+
+def trace(
+    source: Source,
+    out: Path = Path("trace.html"),
+    profile: str = "default",
+    protocol: OptionalText = None,
+    save: OptionalPath = None,
+) -> int:
+    """Draw how a layout was repaired: v, F and r over the iterations, the trials, and an animated plan.
+
+    Violations are outlined in red at every state, furniture that moved in blue. A layout is first optimized and
+    refined.
+
+    Args:
+        source: The .json file of a trace (labgym generate --trace), the .json file of a layout, or the id of a
+            published layout.
+        out: The drawing: .html for a page with all trials, .gif or .mp4 for a film.
+        profile: Of a layout: thresholds to satisfy.
+        protocol: Of a layout: id or .json file of the protocol; by default the layout's.
+        save: Of a layout: also write its trace to this .json file.
+    """
+    from tqdm import tqdm
+
+    from labgym.eval.drawing import film
+    from labgym.eval.drawing.trace_frames import trace_pictures, trace_states
+    from labgym.eval.reports.trace_page import write_trace_page
+
+    if out.suffix not in (".html", ".gif", ".mp4"):
+        raise OptionError(f"drawing {out.name!r} must end in .html, .gif or .mp4")
+    document = _read(source)
+    if document is None:
+        document = _recorded(source, profile, protocol)
+    elif save is not None or protocol is not None or profile != "default":
+        raise OptionError(f"{source} is a trace; --profile, --protocol and --save are for layouts")
+    if save is not None:
+        written(document.save(save))
+    states = trace_states(document)
+    if out.suffix == ".html":
+        return written(write_trace_page(document, tqdm(states, "states"), out))
+    return written(film.save_film(tqdm(trace_pictures(document, states), "film", len(states)), out, rate=1.0))
+
+
+def _read(source: str) -> Trace | None:
+    """Return the trace in a file; None if the source is not the file of a trace."""
+    from labgym.documents import read_json
+
+    if not source.endswith(".json"):
+        return None
+    data = read_json(source)
+    kind = str(data.get("schema", "")) if isinstance(data, dict) else ""
+    return Trace.parse(data, source) if kind.startswith("labgym.trace/") else None
+
+
+def _recorded(source: str, profile: str, protocol: str | None) -> Trace:
+    """Return the trace of the optimization and the refinement of a layout."""
+    from labgym.envs.tasks import resolve_layout
+    from labgym.layouts.optimise import optimise_assessed
+    from labgym.layouts.refinement import refine_assessed
+    from labgym.layouts.trace import Recorder
+
+    layout, recorder = resolve_layout(source, protocol), Recorder()
+    optimised, assessment = optimise_assessed(layout, layout.protocol, profile, trace=recorder)
+    if layout.protocol is not None:
+        refine_assessed(optimised, assessment, layout.protocol, trace=recorder)
+    return recorder.trace()
