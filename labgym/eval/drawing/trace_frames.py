@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -133,6 +134,8 @@ def draw_curves(panels: Sequence[Axes], trace: Trace, current: int | None = None
     Args:
         current: number of the iteration that is marked.
     """
+    from matplotlib.ticker import MaxNLocator
+
     numbers = np.arange(len(trace.iterations))
     figures = [iteration.figures for iteration in trace.iterations]
     violations, fitness, rate, trials = panels
@@ -161,18 +164,18 @@ def draw_curves(panels: Sequence[Axes], trace: Trace, current: int | None = None
             axes.axvline(current, color=palette.INK, linewidth=0.9, linestyle=(0, (3, 2)))
     for axes in (violations, trials):
         axes.legend(fontsize=6.5, frameon=False, loc="upper right")
-    trials.xaxis.get_major_locator().set_params(integer=True)
+    trials.xaxis.set_major_locator(MaxNLocator(integer=True))
     trials.set_xlabel("iteration", fontsize=8, family=FONT)
 
 
 def trace_pictures(trace: Trace, states: Sequence[State]) -> Iterator[NDArray[np.uint8]]:
     """Yield a picture (height, width, 3) of each state, all of one size."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
 
     for state in states:
-        canvas = FigureCanvasAgg(draw_state(trace, state))
-        canvas.draw()
-        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+        stream = io.BytesIO()
+        draw_state(trace, state).savefig(stream, format="png")
+        yield np.asarray(Image.open(stream).convert("RGB"))
 
 
 def _poses(layout: Layout, protocol: Protocol | None) -> dict[str, Pose]:
