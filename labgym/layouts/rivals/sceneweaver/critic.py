@@ -20,7 +20,7 @@ from labgym.layouts.rivals.chamber import SLACK, Chamber, footprints
 from labgym.layouts.rivals.household import FLOOR as CHOICES
 from labgym.layouts.rivals.piece import Piece
 from labgym.layouts.rivals.sceneweaver.physics import collisions, outside
-from labgym.layouts.rivals.sceneweaver.scene import Item, Scene
+from labgym.layouts.rivals.sceneweaver.scene import Scene
 
 Criterion = Literal["physics", "realism", "functionality", "layout", "completion"]
 Fault = Literal[
@@ -32,6 +32,8 @@ CAPPED = 5.0
 """Greatest grade of functionality while something critical is missing, and of layout while objects collide."""
 FRONT_USE = 0.6
 """Depth in front of furniture that nothing should block, meters: an assumption for "blocker in front of furniture"."""
+AWAY = 0.1
+"""Distance from which furniture that belongs at a wall stands off it, meters: an assumption."""
 FACING = 0.3
 """A front that is this close to a wall faces it, meters: as in Holodeck."""
 SEATED = 0.3
@@ -114,31 +116,43 @@ def _functionality(scene: Scene, named: Sequence[Asset]) -> tuple[float, list[Pr
 
 
 def _layout(scene: Scene, chamber: Chamber) -> tuple[float, list[Problem]]:
-    large = scene.large
-    problems = [problem for item in large if (problem := _misplaced(item, scene, chamber)) is not None]
-    grade = 10.0 * (1.0 - len(problems) / len(large)) if large else 0.0
-    return grade, problems
+    pieces = [item.piece for item in scene.large]
+    if not pieces:
+        return 0.0, []
+    boxes = [piece.box for piece in pieces]
+    zones = [_zone(box, SEATED if _is_seat(piece) else FRONT_USE) for piece, box in zip(pieces, boxes, strict=True)]
+    met = pairwise_penetration(_flat(zones), _flat(boxes)) > SLACK
+    np.fill_diagonal(met, False)
+    backs = chamber.wall_distance(np.array([box.to_world(0.0, -box.depth / 2.0) for box in boxes]))
+    fronts = chamber.wall_distance(np.array([box.to_world(0.0, box.depth / 2.0) for box in boxes]))
+    problems = []
+    for k, piece in enumerate(pieces):
+        ahead = [pieces[other] for other in np.flatnonzero(met[k])]
+        fault = _misplacement(piece, float(backs[k]), float(fronts[k]), ahead)
+        if fault is not None:
+            problems.append(Problem("layout", fault, piece.id))
+    return 10.0 * (1.0 - len(problems) / len(pieces)), problems
 
 
-def _misplaced(item: Item, scene: Scene, chamber: Chamber) -> Problem | None:
-    """The first fault of an object's place or orientation."""
-    piece, box = item.piece, item.piece.box
-    back, front = box.to_world(0.0, -box.depth / 2.0), box.to_world(0.0, box.depth / 2.0)
-    distance = chamber.wall_distance(np.array([back, front]))
-    if piece.asset.role in _EDGE and distance[0] > 0.1:
-        return Problem("layout", "off the wall", piece.id)
-    if distance[1] < FACING:
-        return Problem("layout", "facing a wall", piece.id)
-    others = [other.piece for other in scene.large if other.piece.id != piece.id]
-    if piece.asset.subtype == "seat":
-        zone = _zone(box, SEATED)
-        met = [other for other in others if other.asset.surfaces and _overlap(zone, other.box)]
-        return None if met else Problem("layout", "seat astray", piece.id)
-    blockers = [other for other in others if other.asset.subtype != "seat"]
+def _misplacement(piece: Piece, back: float, front: float, ahead: Sequence[Piece]) -> Fault | None:
+    """The first fault of a piece's place or orientation.
+
+    Args:
+        back, front: distances of the middles of its back and front to the nearest wall, meters.
+        ahead: pieces in the zone in front of it.
+    """
+    if piece.asset.role in _EDGE and back > AWAY:
+        return "off the wall"
+    if front < FACING:
+        return "facing a wall"
+    if _is_seat(piece):
+        return None if any(other.asset.surfaces for other in ahead) else "seat astray"
     used = piece.asset.role in _EDGE or bool(piece.asset.surfaces)
-    if used and any(_overlap(_zone(box, FRONT_USE), other.box) for other in blockers):
-        return Problem("layout", "blocked", piece.id)
-    return None
+    return "blocked" if used and any(not _is_seat(other) for other in ahead) else None
+
+
+def _is_seat(piece: Piece) -> bool:
+    return piece.asset.subtype == "seat"
 
 
 def _zone(box: OrientedBox, depth: float) -> OrientedBox:
@@ -147,9 +161,9 @@ def _zone(box: OrientedBox, depth: float) -> OrientedBox:
     return OrientedBox(x, y, box.width, depth, box.yaw)
 
 
-def _overlap(first: OrientedBox, second: OrientedBox) -> bool:
-    boxes = [footprints(b.centre, b.half, b.yaw) for b in (BoxArray.of([first]), BoxArray.of([second]))]
-    return bool(pairwise_penetration(*boxes)[0, 0] > SLACK)
+def _flat(boxes: Sequence[OrientedBox]) -> BoxArray:
+    array = BoxArray.of(boxes)
+    return footprints(array.centre, array.half, array.yaw)
 
 
 def _completion(scene: Scene, chamber: Chamber) -> tuple[float, list[Problem]]:
