@@ -26,7 +26,8 @@ from labgym.eval.drawing.plan_panel import PANEL_INCHES, Panel
 from labgym.layouts.model import Layout
 from labgym.layouts.rules import Violation
 from labgym.layouts.rules.facility import FacilityIssue
-from labgym.navigation import goal_poses
+from labgym.navigation import Pose
+from labgym.navigation.goals import location_pose
 from labgym.protocols import Protocol
 
 if TYPE_CHECKING:
@@ -48,7 +49,8 @@ def topdown(
     """Draw a layout from above, with a panel that explains it.
 
     Args:
-        protocol: the protocol whose locations are drawn as numbered goal poses; None draws none.
+        protocol: the protocol whose locations are drawn as numbered goal poses, as far as the layout has them; None
+            draws none.
         traces: paths to draw; policies get colors in the order in which they first occur.
         violations: violations and broken facility rules, to mark in red and list in the panel with their numbers.
 
@@ -65,7 +67,7 @@ def topdown(
     figure = Figure(facecolor="#ffffff")
     axes, column = (figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False, label=label) for label in ("plan", "panel"))
     axes.set_axis_off()
-    poses = goal_poses(layout, protocol) if protocol else {}
+    poses = _goal_poses(layout, protocol) if protocol else {}
     colors = palette.policy_colors(list(dict.fromkeys(trace.policy for trace in traces)))
     draw_plan(axes, layout.floor)
     draw_objects(axes, layout, 72.0 * scale, poses.values())
@@ -91,6 +93,12 @@ def topdown(
     column.set_position((right, MARGIN_INCHES / height, PANEL_INCHES / width, inner / height))
     column.set_ylim(inner, 0.0)
     return figure
+
+
+def _goal_poses(layout: Layout, protocol: Protocol) -> dict[str, Pose]:
+    """Goal poses of the locations that the layout has, in the order of their first visit."""
+    placed = [location for location in protocol.locations if layout.find(location) is not None]
+    return {location: location_pose(layout, location) for location in placed}
 
 
 def save_picture(figure: Figure, path: str | Path) -> Path:

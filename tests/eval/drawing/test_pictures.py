@@ -18,6 +18,7 @@ from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.drawing.plan_labels import furniture_labels, readable_name
 from labgym.layouts import Door, Layout, Placement, Room, load_published
 from labgym.layouts.rules import evaluate_layout
+from labgym.protocols import protocols
 
 ROOM = Room(name="picture", width=6.0, depth=4.0, doors=(Door(wall="front", offset=1.0),))
 
@@ -63,6 +64,14 @@ def test_objects_stand_where_the_layout_says():
     for (x, y), color in {(0.55, 3.55): floor, (3.55, 1.9): bench, (3.4, 0.55): floor, (2.4, 1.9): bench}.items():
         expected = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
         assert pixel(png, x, y) == pytest.approx(expected, abs=0.01)
+
+
+def test_locations_that_the_layout_lacks_are_left_out_of_the_route():
+    picture = topdown(layout(), protocols()["sub_01"])
+    texts = [text.get_text() for axes in picture.axes for text in axes.texts]
+    assert "Preparation bench" in texts
+    assert "Fume hood" in texts
+    assert not any("Validation" in text for text in texts)
 
 
 def test_a_route_is_drawn_in_the_color_of_its_policy():
