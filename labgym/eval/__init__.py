@@ -2,11 +2,12 @@
 
 from labgym.eval.driving.runner import NavigationReport, evaluate
 from labgym.eval.driving.suites import Suite, load_suite, suite_names
-from labgym.eval.scoring.layout_report import LayoutReport, LayoutSummary
+from labgym.eval.scoring.layout_report import LayoutReport, LayoutReport2, LayoutSummary
 from labgym.eval.scoring.score import aggregate, score
 
 __all__ = [
     "LayoutReport",
+    "LayoutReport2",
     "LayoutSummary",
     "NavigationReport",
     "Suite",

@@ -124,7 +124,9 @@ def _report(layout: Layout, target: Protocol | None, assessment: Assessment, con
         consistency_proxy=proxy,
         total_with_proxy=None if s_chem is None else physical.total + s_chem + proxy.total,
         violations=tuple(ReportedViolation(**asdict(violation)) for violation in assessment.violations.items),
-        warnings=facility_issues(assessment.arrangement, assessment.profile),
+        warnings=assessment.issues
+        if isinstance(assessment, Assessment2)
+        else facility_issues(assessment.arrangement, assessment.profile),
     )
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 from labgym.layouts import Layout, generate, load_published
+from labgym.layouts.damage import KINDS, damaged
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.satisfaction import mean, worst_mean
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
@@ -107,3 +109,10 @@ def test_some_of_them_pass_version_1_unnoticed(cases: dict[str, Case], name: str
     spoilt = SPOILINGS[name].spoil(layout, layout.protocol)
     before, after = (evaluate_layout(one, layout.protocol, navigation=True) for one in (layout, spoilt))
     assert (after.v, after.fitness, after.missing) == (before.v, before.fitness, before.missing)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_damage_raises_v(cases: dict[str, Case], kind: str) -> None:
+    case = cases["ell"]
+    harmed = damaged(case.layout, kind, 1, np.random.default_rng(0)).layout
+    assert assess(harmed, True).v > case.with_ways.v

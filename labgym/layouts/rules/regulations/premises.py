@@ -11,7 +11,7 @@ from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility import with_open_doors
 from labgym.layouts.rules.thresholds import MOVABLE
-from labgym.navigation import goal_pose
+from labgym.navigation import LengthsTo, goal_pose
 from labgym.navigation.visibility import ShortestPaths
 
 INSIDE = 0.35
@@ -63,6 +63,16 @@ class Premises:
 
     def pose(self, row: int) -> PlanarPose:
         """Return where a person stands before an object, or before what carries it."""
+        if row not in self._poses:
+            self._poses[row] = self._pose(row)
+        return self._poses[row]
+
+    @cached_property
+    def _poses(self) -> dict[int, PlanarPose]:
+        """Poses that have been computed, by row."""
+        return {}
+
+    def _pose(self, row: int) -> PlanarPose:
         layout = self.arrangement.layout
         placement = self.arrangement.placements[row]
         root = placement if placement.support in (FLOOR, WALL) else layout.root(placement.id)
@@ -77,9 +87,28 @@ class Premises:
         for goal in sorted(goals, key=lambda goal: math.dist(start[:2], goal[:2])):
             if math.dist(start[:2], goal[:2]) >= best:
                 break
-            path = self.paths.path(start, goal)
-            best = min(best, math.inf if path is None else path.length)
+            best = min(best, self._length(start, goal))
         return best
+
+    def _length(self, start: PlanarPose, goal: PlanarPose) -> float:
+        if (start, goal) not in self._lengths:
+            length = math.inf
+            if self.paths.connected(start, goal):
+                if goal not in self._fields:
+                    self._fields[goal] = LengthsTo(self.paths, goal)
+                length = self._fields[goal].at(*start[:2])
+            self._lengths[start, goal] = length
+        return self._lengths[start, goal]
+
+    @cached_property
+    def _lengths(self) -> dict[tuple[PlanarPose, PlanarPose], float]:
+        """Lengths of walks that have been computed."""
+        return {}
+
+    @cached_property
+    def _fields(self) -> dict[PlanarPose, LengthsTo]:
+        """Searches from places to which walks lead."""
+        return {}
 
     @cached_property
     def exits(self) -> list[PlanarPose]:

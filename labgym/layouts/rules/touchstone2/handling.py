@@ -23,14 +23,15 @@ class Handling:
         vessels: rows of the instruments that the steps with a reagent use and that stand there; the location's own row
             without any.
         reagents: roles of the reagents.
-        own: roles of everything that the protocol uses there: its own heat and its own reagents are the protocol's
-            matter, not the layout's.
+        own: roles of everything that the protocol uses there; its reagents do not count as neighbors.
+        own_rows: rows of what of it stands there; its heat does not count as a neighbor.
     """
 
     location: int
     vessels: tuple[int, ...]
     reagents: frozenset[str]
     own: frozenset[str]
+    own_rows: frozenset[int]
 
 
 def handlings(arrangement: Arrangement, protocol: Protocol) -> tuple[Handling, ...]:
@@ -53,8 +54,17 @@ def handlings(arrangement: Arrangement, protocol: Protocol) -> tuple[Handling, .
             if row in whereabouts.carriers(vessel) and arrangement.assets[vessel].heat_class is None
         )
         roles = frozenset(whereabouts.role(name) for name in reagents)
-        own = frozenset(whereabouts.role(name) for step in steps for name in step.uses)
-        places.append(Handling(row, vessels or (row,), roles, own))
+        used = dict.fromkeys(name for step in steps for name in step.uses)
+        own_rows = (each for name in used for each in whereabouts.of_name(name))
+        places.append(
+            Handling(
+                location=row,
+                vessels=vessels or (row,),
+                reagents=roles,
+                own=frozenset(whereabouts.role(name) for name in used),
+                own_rows=frozenset(each for each in own_rows if row in whereabouts.carriers(each)),
+            )
+        )
     return tuple(places)
 
 
@@ -72,8 +82,7 @@ def flammable_handling(arrangement: Arrangement, protocol: Protocol, profile: Pr
     for place in handlings(arrangement, protocol):
         flammable = sorted(name for name in place.reagents if catalog.get(name).hazards.flammable)
         for source, band in sources if flammable else ():
-            carried = place.location in Whereabouts.of(arrangement, protocol).carriers(source)
-            if carried and arrangement.assets[source].role in place.own:
+            if source in place.own_rows:
                 continue
             gap = _gap(arrangement, place.vessels, source)
             ids = arrangement.placements[place.location].id, arrangement.placements[source].id
