@@ -241,6 +241,7 @@ def layout_score(report: LayoutReport) -> str:
     facts = [(heading, number(getattr(report, key), digits)) for key, heading, digits in columns]
     extra = [("v", str(report.v)), ("fitness", number(report.fitness, 3)), ("S_phys", f"{report.s_phys:.1f} of 35")]
     extra += [("S_chem", f"{report.s_chem:.1f} of 35")] if report.s_chem is not None else []
+    extra += _judged(report)
     head = f"{report.layout}: {report.version}, profile {report.profile}, protocol {report.protocol or 'none'}"
     lines = [f"missing: {', '.join(report.missing)}"] if report.missing else []
     lines += [f"violation: {item.message}; {item.suggestion}" for item in report.violations]
@@ -269,6 +270,25 @@ def regulation_table(layout: str, regulations: str, rulings: Sequence[Ruling]) -
     heading = f"{layout}, {regulations}: {applied - failed} of {applied} clauses that apply are met"
     columns = ("ruling", "value", "limit", "requirement", "where", "source")
     return Table(heading, columns, rows, notes=("* The figure was not checked against the clause.",)).text()
+
+
+def _judged(report: LayoutReport) -> list[tuple[str, str]]:
+    """Return the scores of a vision-language model with their spread over its samples, and the total."""
+    judgement = report.judgement
+    if judgement is None or report.s_consist is None:
+        return []
+    from labgym.eval.scoring.judgement import DIMENSIONS
+
+    facts = [
+        (heading, f"{judgement.mean(dimension):.1f} of 10, spread {judgement.spread(dimension):.1f}")
+        for heading, dimension in zip(("Real", "Lay", "Comp"), DIMENSIONS, strict=True)
+    ]
+    unusable = f", {judgement.unusable} unusable" if judgement.unusable else ""
+    by = f"{judgement.model}, {judgement.mode}, {len(judgement.samples)} samples{unusable}"
+    facts.append(("S_consist", f"{report.s_consist:.1f} of 30, spread {judgement.spread():.1f} ({by})"))
+    zeros = sorted({condition for sample in judgement.samples for condition in sample.hard_zeros})
+    facts += [("hard zeros", ", ".join(zeros))] if zeros else []
+    return facts + ([("total", f"{report.total:.1f} of 100")] if report.total is not None else [])
 
 
 def episode_outcome(row: EpisodeRow) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import arg
 
@@ -14,6 +14,12 @@ from labgym.cli.outcome import DONE, FAILED, written
 from labgym.errors import OptionError
 from labgym.runs import ExecutorOptions
 
+if TYPE_CHECKING:
+    from labgym.eval.scoring.judging.options import JudgeOptions
+
+OptionalMode = Annotated[
+    Literal["strict", "medium", "lenient"] | None, arg(metavar="{strict,medium,lenient}", help_behavior_hint="")
+]
 MAX_LISTED = 20
 """Largest number of layouts that are named as failing."""
 
@@ -29,6 +35,8 @@ def score(
     out: OptionalPath = None,
     execution: Execution = THIS_PROCESS,
     fresh: bool = False,
+    judge: OptionalMode = None,
+    samples: int = 3,
 ) -> int:
     """Score a layout: geometry, feasibility and chemical safety; list violations and warnings.
 
@@ -44,18 +52,34 @@ def score(
         check: Exit 1 if a layout has a violation or a facility error, or lacks a required asset.
         out: Folder for scores.jsonl, with the report of each layout. An interrupted command resumes.
         fresh: With --out, move the files of the folder aside and start anew.
+        judge: Let the configured vision-language model judge pictures of each layout, strict, medium or lenient
+            (docs/language-models.md).
+        samples: With --judge, number of answers about each layout; their spread is reported.
     """
+    from labgym.eval.scoring.judging.options import JudgeOptions
+    from labgym.llm import LanguageModelConfig
+
     if not layout:
         raise OptionError("no layout; name a file, a published layout or a folder of layouts")
     if regulations is not None:
         return _rulings(layout, regulations, as_json, check)
+    options = None if judge is None else JudgeOptions(judge, samples)
+    if options is not None:
+        LanguageModelConfig.from_environment()  # before anything is computed
     if len(layout) > 1 or out is not None or Path(layout[0]).is_dir():
-        return _score_many(layout, protocol, profile, metrics, as_json, check, out, execution.options(), fresh)
+        return _score_many(layout, protocol, profile, metrics, as_json, check, out, execution.options(), fresh, options)
     import labgym.eval
     from labgym.cli.describe import layout_score
     from labgym.envs.tasks import resolve_layout
 
-    report = labgym.eval.score(resolve_layout(layout[0]), protocol, profile, metrics=metrics)
+    named = resolve_layout(layout[0])
+    report = labgym.eval.score(named, protocol, profile, metrics=metrics)
+    if options is not None:
+        from labgym.eval.scoring.judging.judge import Judge
+        from labgym.llm import LanguageModel
+
+        with LanguageModel.from_environment() as model:
+            report = Judge(model, options).completed(report, named, protocol)
     print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
     return DONE if report.passed or not check else FAILED
 
@@ -90,6 +114,7 @@ def _score_many(
     out: Path | None,
     executor: ExecutorOptions,
     fresh: bool,
+    judge: JudgeOptions | None,
 ) -> int:
     from labgym.envs.tasks import each_layout
     from labgym.eval.reports.tables import layout_table
@@ -104,7 +129,9 @@ def _score_many(
             failing.append(report.layout)
         return report
 
-    reports = score_layouts(lambda: each_layout(names), out, protocol, profile, executor, fresh, metrics=metrics)
+    reports = score_layouts(
+        lambda: each_layout(names), out, protocol, profile, executor, fresh, metrics=metrics, judge=judge
+    )
     summary = aggregate(noted(report) for report in reports)
     if as_json:
         print(json.dumps(summary.to_json(), indent=1, ensure_ascii=False))

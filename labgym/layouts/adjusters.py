@@ -10,7 +10,10 @@ from labgym.layouts.adjust import Adjuster
 
 RULES = "rules"
 """Name of the default: rules and search."""
-ADJUSTERS: dict[str, str] = {RULES: "labgym.layouts.adjust:RuleAdjuster"}
+ADJUSTERS: dict[str, str] = {
+    RULES: "labgym.layouts.adjust:RuleAdjuster",
+    "llm": "labgym.layouts.language:LanguageAdjuster",
+}
 """Module and class of each adjuster; the class is made without arguments, and its module imported only then."""
 
 

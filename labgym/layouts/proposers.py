@@ -17,6 +17,7 @@ PROPOSERS: dict[str, str] = {
     "holodeck+": "labgym.layouts.rivals:HolodeckPlusProposer",
     "holodeck-llm": "labgym.layouts.rivals.language:HolodeckLanguageProposer",
     "holodeck-plus-llm": "labgym.layouts.rivals.language:HolodeckPlusLanguageProposer",
+    "llm": "labgym.layouts.language:LanguageProposer",
     "sampler": "labgym.layouts.sampler:SamplerProposer",
     "sceneweaver": "labgym.layouts.rivals:SceneWeaverProposer",
     "sceneweaver-llm": "labgym.layouts.rivals.language:SceneWeaverLanguageProposer",

@@ -17,7 +17,7 @@ from labgym.llm.config import LanguageModelConfig
 from labgym.llm.dialect import Dialect
 from labgym.llm.errors import LanguageModelError
 from labgym.llm.messages import Message, Question
-from labgym.llm.replay import RecordedReply, ReplayCache
+from labgym.llm.replay import MAX_REPLY, RecordedReply, ReplayCache
 
 if TYPE_CHECKING:
     from labgym.llm.endpoint import Endpoint
@@ -131,13 +131,21 @@ class LanguageModel:
         """Usage by all questions so far."""
         return self._usage
 
-    def ask(self, prompt: str, messages: tuple[Message, ...], answer: type[Answer]) -> Reply[Answer]:
+    def ask(
+        self,
+        prompt: str,
+        messages: tuple[Message, ...],
+        answer: type[Answer],
+        seed: int | None = None,
+        temperature: float | None = None,
+    ) -> Reply[Answer]:
         """Return the model's answer.
 
         Args:
             prompt: name and version of the prompt, such as annotate-asset/1; part of the key of a recorded reply.
             messages: the conversation so far.
             answer: the pydantic model of the answer.
+            seed, temperature: in place of those of the configuration; part of the key of a recorded reply.
 
         Raises:
             LanguageModelError: no reply, or a reply that does not satisfy `answer`.
@@ -145,17 +153,19 @@ class LanguageModel:
             MissingDependencyError: the package openai is not installed.
         """
         request = Question(prompt, messages, answer)
-        key = request.key(self.config)
+        changes = {"seed": seed, "temperature": temperature}
+        config = self.config.model_copy(update={name: new for name, new in changes.items() if new is not None})
+        key = request.key(config)
         recorded = self._cache.get(key) if self._cache is not None else None
         replayed = recorded is not None
         if recorded is None:
-            recorded = self._asked(request, key)
+            recorded = self._asked(request, key, config)
         else:
             self._count(Usage(replayed=1))
         where = f"; it is recorded in {self._cache.path(key)}" if self._cache is not None else ""
         return Reply(validated(recorded.text, answer, where), recorded.text, key, recorded.model, prompt, replayed)
 
-    def _asked(self, request: Question, key: str) -> RecordedReply:
+    def _asked(self, request: Question, key: str, config: LanguageModelConfig) -> RecordedReply:
         if self.config.replay:
             assert self._cache is not None
             raise LanguageModelError(
@@ -163,16 +173,20 @@ class LanguageModel:
                 f"no reply to request {key[:16]} (prompt {request.prompt}, model {self.config.model}) is recorded in "
                 f"{self._cache.folder}; unset LABGYM_LLM_REPLAY to ask the server",
             )
-        completion = self._completion(request)
+        completion = self._completion(request, config)
         tokens = completion.tokens
         cost = (tokens.prompt_tokens * (self.config.price_in or 0.0)) / 1e6
         cost += (tokens.completion_tokens * (self.config.price_out or 0.0)) / 1e6
         self._count(Usage(1, 0, tokens.prompt_tokens, tokens.completion_tokens, cost))
+        text = self._connected().redacted(completion.text(config))
+        if len(text) > MAX_REPLY:
+            what = f"the reply has {len(text)} characters; at most {MAX_REPLY} are read"
+            raise LanguageModelError("oversize", f"language model {config.model}: {what}; lower LABGYM_LLM_MAX_TOKENS")
         recorded = RecordedReply(
             request=key,
             prompt=request.prompt,
-            model=self.config.model,
-            text=self._connected().redacted(completion.text(self.config)),
+            model=config.model,
+            text=text,
             tokens_in=tokens.prompt_tokens,
             tokens_out=tokens.completion_tokens,
         )
@@ -180,11 +194,11 @@ class LanguageModel:
             self._cache.put(recorded)
         return recorded
 
-    def _completion(self, request: Question) -> Completion:
+    def _completion(self, request: Question, config: LanguageModelConfig) -> Completion:
         endpoint = self._connected()
         while True:
             try:
-                raw = endpoint.complete(self._dialect.body(request, self.config))
+                raw = endpoint.complete(self._dialect.body(request, config))
                 break
             except LanguageModelError as error:
                 if error.reason != "rejected" or not self._dialect.adapt(str(error)):

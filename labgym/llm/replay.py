@@ -10,6 +10,9 @@ from pydantic import Field
 from labgym.documents import Document
 from labgym.errors import DocumentError
 
+MAX_REPLY = 4_000_000
+"""Greatest length of a reply, characters."""
+
 
 class RecordedReply(Document):
     """The reply of a model to one request.
@@ -26,7 +29,7 @@ class RecordedReply(Document):
     request: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
     prompt: str
     model: str
-    text: Annotated[str, Field(max_length=4_000_000)]
+    text: Annotated[str, Field(max_length=MAX_REPLY)]
     tokens_in: Annotated[int, Field(ge=0)] = 0
     tokens_out: Annotated[int, Field(ge=0)] = 0
 

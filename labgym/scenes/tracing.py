@@ -58,11 +58,19 @@ def trace(
         UnknownNameError: the camera does not exist.
         OptionError: the size is not between 1x1 and LARGEST, or the number of samples is not positive.
     """
+    return trace_view(layout, picture_view(layout, camera), width, height, samples)
+
+
+def trace_view(layout: Layout, place: View, width: int, height: int, samples: int = 4) -> NDArray[np.uint8]:
+    """Return a ray-traced picture of a layout from any camera, shape (height, width, 3).
+
+    Raises:
+        OptionError: as `trace`.
+    """
     if not (1 <= width <= LARGEST[0] and 1 <= height <= LARGEST[1]):
         raise OptionError(f"picture size {width}x{height} is not between 1x1 and {LARGEST[0]}x{LARGEST[1]}")
     if samples < 1:
         raise OptionError(f"samples must be at least 1, got {samples}")
-    place = picture_view(layout, camera)
     mesh = scene_mesh(layout, hidden_walls(layout.floor, place.position))
     frames = placement_frames(layout.placements)
     if not _within(layout.floor, place):

@@ -1,13 +1,15 @@
 """A rule-based proxy for semantic plausibility.
 
 It does not replace a vision-language model and is reported under its own name. Each dimension is ten times the mean of
-its rules.
+its rules. Version 1 has rules of general planning, and passes layouts that one fault makes useless. Version 2 adds
+rules in which every fault counts, and conditions under which a dimension is 0, as in the paper.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Literal
 
 from labgym.eval.scoring.layout_report import ConsistencyProxy, RuleScore
 from labgym.layouts.model import FLOOR, WALL
@@ -35,6 +37,15 @@ ROBOT_FRONT = 0.90
 BARE_WALL = 0.2
 """Share of the walls' length that furniture should line (LabBuilder's completeness rule: at most 80% empty)."""
 
+MOSTLY = 0.5
+"""Share of desktop items on the floor, and of reagents outside of cabinets of their class, above which realism and
+layout are 0 in version 2."""
+
+BARE_TOPS = 0.2
+"""Share of work surfaces in use under which completeness is 0 in version 2 (LabBuilder: over 80% empty)."""
+
+Version = Literal[1, 2]
+
 ESSENTIALS: dict[str, frozenset[str]] = {
     "bench": frozenset({"workbench"}),
     "hood": frozenset({"ventilation"}),
@@ -46,29 +57,98 @@ ESSENTIALS: dict[str, frozenset[str]] = {
 """Subtypes of the essentials of a synthesis laboratory, in addition to a reagent cabinet."""
 
 
-def consistency_proxy(assessment: Assessment, protocol: Protocol | None) -> ConsistencyProxy:
-    """Return scores for realism, layout and completeness by rules, at most 10 each."""
+SAFETY: dict[str, frozenset[str]] = {
+    "emergency shower": frozenset({"shower"}),
+    "eyewash": frozenset({"eyewash"}),
+    "fire extinguisher": frozenset({"fire"}),
+    "waste": frozenset({"container", "station"}),
+}
+"""Subtypes of safety equipment; version 2 counts what is missing."""
+
+
+def consistency_proxy(assessment: Assessment, protocol: Protocol | None, version: Version = 1) -> ConsistencyProxy:
+    """Return scores for realism, layout and completeness by rules, at most 10 each.
+
+    Args:
+        assessment: with navigation; without it, version 2 judges neither ways out nor transitions.
+        protocol: what the laboratory is for.
+        version: version of the rules.
+    """
     arrangement = assessment.arrangement
-    rules = [
-        rule
-        for rule in (
-            *_realism(arrangement),
-            *_layout(arrangement, protocol),
-            *_completeness(assessment, protocol),
-        )
-        if rule is not None
-    ]
+    listed = [*_realism(arrangement), *_layout(arrangement, protocol), *_completeness(assessment, protocol)]
+    if version == 2:
+        listed += _faults(assessment)
+    rules = [rule for rule in listed if rule is not None]
+    zeros = _hard_zeros(assessment, rules) if version == 2 else []
     return ConsistencyProxy(
-        realism=_points(rules, "realism"),
-        layout=_points(rules, "layout"),
-        completeness=_points(rules, "completeness"),
-        rules=tuple(rules),
+        realism=_points(rules, zeros, "realism"),
+        layout=_points(rules, zeros, "layout"),
+        completeness=_points(rules, zeros, "completeness"),
+        rules=(*rules, *zeros),
+        version=version,
     )
 
 
-def _points(rules: Iterable[RuleScore], dimension: str) -> float:
+def _points(rules: Iterable[RuleScore], zeros: Iterable[RuleScore], dimension: str) -> float:
+    if any(zero.dimension == dimension for zero in zeros):
+        return 0.0
     scores = [rule.score for rule in rules if rule.dimension == dimension]
     return 10.0 * sum(scores) / len(scores) if scores else 0.0
+
+
+def _faults(assessment: Assessment) -> list[RuleScore | None]:
+    """Return the rules of version 2: each is 1 without a fault, a half with one, a third with two."""
+    arrangement = assessment.arrangement
+    own = _in_own_class(arrangement)
+    subtypes = {asset.subtype for asset in arrangement.assets}
+    lacking = sum(subtypes.isdisjoint(kinds) for kinds in SAFETY.values())
+    unreachable = [not transition.feasible for transition in assessment.transitions or ()]
+    return [
+        _count("realism", "objects stand wholly on their support and in nothing else", len(assessment.faulty)),
+        _count("layout", "no facility rule is broken", len(assessment.errors)),
+        _count("layout", "the robot gets from step to step", sum(unreachable)) if unreachable else None,
+        _count("layout", "reagents stand in a cabinet of their class", own.count(False)) if own else None,
+        _count("completeness", "safety equipment is present", lacking),
+        None
+        if assessment.missing is None
+        else _count("completeness", "nothing that the protocol requires is missing", len(assessment.missing)),
+    ]
+
+
+def _hard_zeros(assessment: Assessment, rules: Iterable[RuleScore]) -> list[RuleScore]:
+    """Return a rule with score 0 for each condition under which its dimension is 0."""
+    by_name = {rule.rule: rule for rule in rules}
+    on_furniture = by_name.get("desktop items stand on furniture, not on the floor")
+    in_use, lined = by_name.get("benches, desks and hoods carry something"), by_name["walls are lined with furniture"]
+    shut = [issue for issue in assessment.errors if issue.rule in ("door_area", "egress")]
+    own = _in_own_class(assessment.arrangement)
+    stuck = [transition for transition in assessment.transitions or () if not transition.feasible]
+    conditions = [
+        ("realism", "most desktop items stand on the floor", on_furniture is not None and on_furniture.score < MOSTLY),
+        ("layout", "a door or the way to it is blocked", bool(shut)),
+        ("layout", "a step cannot be reached", bool(stuck)),
+        ("layout", "most reagents are not in a cabinet of their class", own.count(False) > MOSTLY * len(own)),
+        ("completeness", "benches are nearly empty", in_use is not None and in_use.score < BARE_TOPS),
+        ("completeness", "walls are nearly empty", lined.score < 1.0),
+    ]
+    return [_rule(dimension, f"hard zero: {name}", 0.0, "") for dimension, name, holds in conditions if holds]
+
+
+def _in_own_class(arrangement: Arrangement) -> list[bool]:
+    """Return for each reagent that has a storage class whether it stands in furniture of that class."""
+    classed = [row for row in arrangement.reagents if _own_class(arrangement, row) is not None]
+    return [_cabinet_class(arrangement, row) == _own_class(arrangement, row) for row in classed]
+
+
+def _own_class(arrangement: Arrangement, row: int) -> str | None:
+    chemistry = arrangement.assets[row].chemistry
+    return None if chemistry is None else chemistry.storage_class
+
+
+def _cabinet_class(arrangement: Arrangement, row: int) -> str | None:
+    """Return the storage class of what an object stands in, None on the floor, on a wall or on other furniture."""
+    support = arrangement.placements[row].support
+    return None if support in (FLOOR, WALL) else arrangement.layout.asset(support).storage_class
 
 
 def _realism(arrangement: Arrangement) -> list[RuleScore | None]:
@@ -162,6 +242,11 @@ def _against_wall(arrangement: Arrangement, row: int) -> bool:
 def _share(dimension: str, rule: str, passed: list[bool]) -> RuleScore | None:
     """Return the share of objects that pass a rule as its score; None if it applies to no object."""
     return _rule(dimension, rule, sum(passed) / len(passed), f"{sum(passed)} of {len(passed)}") if passed else None
+
+
+def _count(dimension: str, rule: str, faults: int) -> RuleScore:
+    """Return the score of a rule in which every fault counts."""
+    return _rule(dimension, rule, 1.0 / (1.0 + faults), f"{faults} faults" if faults else "")
 
 
 def _rule(dimension: str, rule: str, score: float, detail: str) -> RuleScore:

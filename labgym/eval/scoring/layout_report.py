@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from labgym.documents import Document, Record
+from labgym.eval.scoring.judgement import DIMENSIONS, Judgement
+from labgym.layouts.floor.fields import Growing
 from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.regulations import Ruling
 
@@ -53,18 +55,22 @@ class RuleScore(Record):
     detail: str = ""
 
 
-class ConsistencyProxy(Record):
+class ConsistencyProxy(Growing):
     """Rule-based proxy for the scores of a vision-language model, reported under its own name.
 
     Attributes:
-        realism, layout, completeness: at most 10 each, ten times the mean of their rules.
-        rules: the score of each rule.
+        realism, layout, completeness: at most 10 each, ten times the mean of their rules; 0 under a hard zero.
+        rules: the score of each rule, and with a score of 0 each hard zero.
+        version: of the rules; 1 has no hard zeros.
     """
+
+    ADDED: ClassVar[frozenset[str]] = frozenset({"version"})
 
     realism: float
     layout: float
     completeness: float
     rules: tuple[RuleScore, ...]
+    version: Literal[1, 2] = 1
 
     @property
     def total(self) -> float:
@@ -82,7 +88,7 @@ class ReportedViolation(Record):
     suggestion: str
 
 
-class LayoutReport(Document):
+class LayoutReport(Growing, Document):
     """LabTouchstone metrics of one layout. A metric that does not apply is None and is left out of means.
 
     Attributes:
@@ -101,7 +107,8 @@ class LayoutReport(Document):
         instances: number of instances behind each chemical score.
         v, fitness: the generator's objective; v includes navigation.
         physical, s_phys: at most 35 points. s_chem: at most 35 points, None if no chemical score applies.
-        real, lay, comp, s_consist: scores of a vision-language model; None, since no model is included.
+        real, lay, comp, s_consist: scores of a vision-language model: means over its samples, at most 10 each, and
+            their sum; None without a model. judgement: the samples.
         consistency_proxy: rule-based scores under their own name.
         total: S_phys + S_chem + S_consist; None without a model.
         total_with_proxy: the same with the proxy as the third part.
@@ -109,6 +116,7 @@ class LayoutReport(Document):
     """
 
     SCHEMA: ClassVar[str] = "labgym.layout-report/1"
+    ADDED: ClassVar[frozenset[str]] = frozenset({"judgement"})
 
     layout: str
     layout_hash: str
@@ -147,6 +155,15 @@ class LayoutReport(Document):
     total_with_proxy: float | None = None
     violations: tuple[ReportedViolation, ...]
     warnings: tuple[FacilityIssue, ...]
+    judgement: Judgement | None = None
+
+    def judged(self, judgement: Judgement) -> LayoutReport:
+        """Return the report with the scores of a vision-language model, and the total of 100 points."""
+        real, lay, comp = (judgement.mean(dimension) for dimension in DIMENSIONS)
+        points = real + lay + comp
+        total = None if self.s_chem is None else self.s_phys + self.s_chem + points
+        scores = {"real": real, "lay": lay, "comp": comp, "s_consist": points, "total": total}
+        return self.model_copy(update={**scores, "judgement": judgement})
 
     @property
     def passed(self) -> bool:

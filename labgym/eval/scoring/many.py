@@ -9,12 +9,14 @@ from pathlib import Path
 
 from labgym.documents import canonical_hash
 from labgym.errors import DocumentError, OptionError
+from labgym.eval.scoring.judging.options import JudgeOptions
 from labgym.eval.scoring.layout_report import LayoutReport, parse_report
 from labgym.eval.scoring.score import score
 from labgym.layouts.batch import catalog_digest
 from labgym.layouts.model import Layout
 from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.thresholds import VERSION
+from labgym.llm import LanguageModel, LanguageModelConfig
 from labgym.navigation import resolve_protocol
 from labgym.protocols import Protocol
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
@@ -36,6 +38,7 @@ def score_layouts(
     fresh: bool = False,
     progress: bool = True,
     metrics: str = VERSION,
+    judge: JudgeOptions | None = None,
 ) -> Iterator[LayoutReport]:
     """Yield the scores of layouts in their order.
 
@@ -49,28 +52,31 @@ def score_layouts(
         fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
         metrics: version of the definitions.
+        judge: how the model that the environment of each worker configures judges the layouts; None for no judge.
 
     Raises:
+        LanguageModelError: a judge, but no model is configured or reachable, or it gives no usable answer.
         UnknownNameError: there is no such profile or version.
         OptionError: the folder holds something else or is in use.
         DocumentError: a layout cannot be read, or names an asset or a support that does not exist.
         LabgymError: workers died, or have another version of labgym or another catalog.
     """
     thresholds.profile(profile, metrics)
+    model = None if judge is None else LanguageModelConfig.from_environment().model
     jobs = ((layout, _target(layout, protocol)) for layout in layouts())
     guard = {"catalog": catalog_digest}
     if out is None:
         parts = {}
-        shards = _shards(jobs, profile, metrics)
+        shards = _shards(jobs, profile, metrics, judge)
         for shard, output in run_shards(shards, None, executor, "score", "layout", guard, progress=progress):
             parts[shard.name] = output.files[_part(shard.name)]
         yield from (_report(line, "score") for name in sorted(parts) for line in parts[name].splitlines())
         return
-    identity, count = _identity(layouts(), protocol, profile, metrics)
+    identity, count = _identity(layouts(), protocol, profile, metrics, judge, model)
     with RunFolder.open(out, identity, fresh) as folder:
         if not folder.finished:
             names = []
-            shards = _shards(jobs, profile, metrics)
+            shards = _shards(jobs, profile, metrics, judge)
             for shard, _ in run_shards(shards, folder, executor, "score", "layout", guard, count, progress):
                 names.append(shard.name)
             folder.finish({SCORES: ((folder.path / _part(name)).read_bytes() for name in sorted(names))})
@@ -92,23 +98,43 @@ def read_scores(folder: str | Path) -> Iterator[LayoutReport]:
             yield _report(line, f"{path}:{number}")
 
 
-def score_shard(name: str, jobs: tuple[Job, ...], profile: str, metrics: str = VERSION) -> ShardOutput:
+def score_shard(
+    name: str, jobs: tuple[Job, ...], profile: str, metrics: str = VERSION, judge: JudgeOptions | None = None
+) -> ShardOutput:
     """Return the file of a shard: a report per line."""
-    reports = (score(layout, protocol, thresholds.profile(profile, metrics)).to_json() for layout, protocol in jobs)
+    reports = (report.to_json() for report in _reports(jobs, profile, metrics, judge))
     lines = (json.dumps(report, ensure_ascii=False, allow_nan=False) for report in reports)
     return ShardOutput({_part(name): "".join(f"{line}\n" for line in lines).encode()})
 
 
-def _shards(jobs: Iterator[Job], profile: str, metrics: str) -> Iterator[Shard]:
+def _reports(jobs: tuple[Job, ...], profile: str, metrics: str, judge: JudgeOptions | None) -> Iterator[LayoutReport]:
+    limits = thresholds.profile(profile, metrics)
+    if judge is None:
+        yield from (score(layout, protocol, limits) for layout, protocol in jobs)
+        return
+    from labgym.eval.scoring.judging.judge import Judge  # imported here because it loads the renderer
+
+    with LanguageModel.from_environment() as model:
+        for layout, protocol in jobs:
+            yield Judge(model, judge).completed(score(layout, protocol, limits), layout, protocol)
+
+
+def _shards(jobs: Iterator[Job], profile: str, metrics: str, judge: JudgeOptions | None) -> Iterator[Shard]:
     index = 0
     while batch := tuple(islice(jobs, PER_SHARD)):
         inputs = [[layout.id, layout.hash] for layout, _ in batch]
-        yield Shard(f"{index:07d}", score_shard, (f"{index:07d}", batch, profile, metrics), len(batch), inputs)
+        arguments = (f"{index:07d}", batch, profile, metrics, *(() if judge is None else (judge,)))
+        yield Shard(f"{index:07d}", score_shard, arguments, len(batch), inputs)
         index += 1
 
 
 def _identity(
-    layouts: Iterable[Layout], protocol: Protocol | str | Path | None, profile: str, metrics: str
+    layouts: Iterable[Layout],
+    protocol: Protocol | str | Path | None,
+    profile: str,
+    metrics: str,
+    judge: JudgeOptions | None,
+    model: str | None,
 ) -> tuple[RunIdentity, int]:
     """Return the identity of the scores and the number of layouts."""
     names, target = [], None
@@ -124,6 +150,7 @@ def _identity(
         profile=profile,
         catalog=catalog_digest(),
         **({} if metrics == VERSION else {"metrics": metrics}),  # folders of version 1 keep their identity
+        **({} if judge is None else {"judge": [model, judge.label, judge.samples]}),
     )
     return identity, len(names)
 

@@ -1,0 +1,1 @@
+"""The semantic judge: a vision-language model that scores rendered views of a layout."""

@@ -1,0 +1,62 @@
+"""Answers of a language model that describe an existing layout, and a request to test with."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from labgym.layouts import Layout
+from labgym.layouts.generate import resolve_request
+from labgym.layouts.model import FLOOR
+from labgym.layouts.request import Request
+
+
+def request_for(protocol: str = "alk_03", seed: int = 3, **options: Any) -> Request:
+    """Return a request for a protocol of the library."""
+    settings: dict[str, Any] = {"room": None, "profile": "default", "catalog": None, "fixed": ()}
+    return resolve_request(protocol, seed, **{**settings, **options})
+
+
+def room_answer(layout: Layout) -> dict[str, Any]:
+    """Return the answer at room level that describes a layout; all its furniture is in the zone `reaction`."""
+    furniture = [
+        {
+            "asset": placement.asset,
+            "zone": "reaction",
+            "x": placement.position[0],
+            "y": placement.position[1],
+            "yaw": math.degrees(placement.yaw),
+            "holds": [child.id for child in layout.children(placement.id)],
+        }
+        for placement in layout.placements
+        if placement.support == FLOOR
+    ]
+    zone = {"name": "reaction", "space": layout.floor.spaces[0].id, "x0": 0.5, "y0": 1.0, "x1": 5.0, "y1": 6.0}
+    count = len(layout.protocols[0].steps)
+    steps = [{"step": number, "zone": "reaction"} for number in range(1, count + 1)]
+    return {"refusal": "", "zones": [zone], "furniture": furniture, "steps": steps}
+
+
+def surface_answer(layout: Layout, carrier: str) -> dict[str, Any]:
+    """Return the answer about a piece of furniture, in the frame of a person in front of each surface."""
+    items = []
+    for child in layout.children(carrier):
+        surface = layout.surface(carrier, child.slot or 0)
+        x, y = surface.to_local(child.position[0], child.position[1])
+        items.append(
+            {
+                "id": child.id,
+                "surface": child.slot,
+                "x": surface.width / 2.0 - x,
+                "y": surface.depth / 2.0 - y,
+                "yaw": math.degrees(math.remainder(child.yaw - surface.yaw, math.tau)),
+            }
+        )
+    return {"items": items}
+
+
+def conversation(layout: Layout) -> list[str]:
+    """Return the replies that describe a layout, in the order in which they are requested."""
+    carriers = [p.id for p in layout.placements if p.support == FLOOR and layout.children(p.id)]
+    return [json.dumps(room_answer(layout)), *(json.dumps(surface_answer(layout, each)) for each in carriers)]
