@@ -84,7 +84,7 @@ def _report(layout: Layout, target: Protocol | None, assessment: Assessment, con
     separated = contained(assessment.arrangement, assessment.incompatible)
     ventilate = mean(assessment.ventilation) if isinstance(assessment, Assessment2) else None
     physical, s_chem = _physical(assessment), _chemical_points((flam, incomp, store, glass, ventilate))
-    proxy = consistency_proxy(assessment, target)
+    proxy = consistency_proxy(assessment, target, 2 if isinstance(assessment, Assessment2) else 1)
     return LayoutReport(
         layout=layout.id,
         layout_hash=layout.hash,
