@@ -30,7 +30,8 @@ from labgym.exchange.labbuilder.scene_tables import (
 )
 from labgym.exchange.labbuilder.sizes import SIZES_FILE
 from labgym.exchange.labbuilder.writing import SCENE_FILE, pairs_data, scene_data, sizes_data
-from labgym.layouts import Layout, optimise, refine
+from labgym.layouts import Layout
+from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.protocols import Protocol
 from labgym.runs import Shard, ShardOutput
@@ -99,7 +100,7 @@ class LabBuilderStudy(Study[SceneRow]):
             facts={
                 "metrics": "touchstone-v1, profile default",
                 "scenes": ", ".join(row.scene for row in rows),
-                "repair": "optimise and refine, rule adjuster",
+                "repair": "as labgym repair, rule adjuster",
                 "policy": POLICY,
                 **code_facts(),
             },
@@ -139,8 +140,7 @@ def _measured(path: Path) -> tuple[SceneRow, dict[str, bytes]]:
     places = visited(bare, read_goals(path.with_name(PAIRS_FILE), path.stem)) or usual_places(bare)
     protocol = route_protocol(bare, places)
     before = bare if protocol is None else bare.replace(protocols=(protocol,))
-    after = optimise(before, protocol)
-    after = after if protocol is None else refine(after, protocol)
+    after = repair_layout(before, protocol).layout
     drives = evaluate(POLICY, [after], progress=False).rows if protocol is not None and protocol.moves else ()
     written = {SCENE_FILE: scene_data(after), SIZES_FILE: sizes_data(after), PAIRS_FILE: pairs_data(after)}
     poses = {placement.id: (placement.position, placement.yaw) for placement in before.placements}

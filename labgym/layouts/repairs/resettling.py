@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from labgym.assets.sizes import size_problem
 from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.moves import apply, may_move
 from labgym.layouts.repairs.rank import State
@@ -14,11 +15,16 @@ SPOTS = 8
 
 
 def lying(layout: Layout) -> tuple[str, ...]:
-    """Return the ids of the items that lie on the floor or hang on a wall, but belong on a surface."""
+    """Return the ids of the items that lie on the floor or hang on a wall, but belong on a surface.
+
+    A piece that is as large as only floor-standing ones may be, such as a tall evaporator, belongs on the floor.
+    """
     return tuple(
         placement.id
         for placement in layout.placements
-        if placement.support in (FLOOR, WALL) and layout.asset(placement.id).placing == "desktop"
+        if placement.support in (FLOOR, WALL)
+        and layout.asset(placement.id).placing == "desktop"
+        and (placement.size is None or size_problem(layout.asset(placement.id), on_floor=False) is None)
     )
 
 

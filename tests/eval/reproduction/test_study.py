@@ -40,7 +40,7 @@ def squared(number: int, stop: bool = False) -> ShardOutput:
 
 @dataclass(frozen=True)
 class SquareStudy(Study[SquareRow]):
-    count: int = 4
+    count: int = 5
     stop: bool = False
     name: ClassVar[str] = "squares"
     row: ClassVar[type[Record]] = SquareRow
@@ -81,7 +81,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_rows_are_in_the_order_of_the_shards(folder):
     rows = [json.loads(line) for line in (folder / "rows.jsonl").read_text().splitlines()]
-    assert rows == [{"number": k, "square": k * k} for k in range(4)]
+    assert rows == [{"number": k, "square": k * k} for k in range(5)]
 
 
 def test_the_figures_are_read_from_a_finished_folder_without_running(folder):
@@ -91,7 +91,7 @@ def test_the_figures_are_read_from_a_finished_folder_without_running(folder):
     assert (
         figures
         == Figures.load(folder / "figures.json")
-        == SquareStudy().figures([SquareRow(number=k, square=k * k) for k in range(4)])
+        == SquareStudy().figures([SquareRow(number=k, square=k * k) for k in range(5)])
     )
 
 
@@ -101,7 +101,7 @@ def test_an_interrupted_study_resumes_and_ends_with_the_same_bytes(folder, tmp_p
         reproduce(SquareStudy(stop=True), tmp_path / "again", progress=False)
     assert CALLS == [0, 1]
     reproduce(SquareStudy(), tmp_path / "again", progress=False)
-    assert CALLS == [0, 1, 2, 3]
+    assert CALLS == [0, 1, 2, 3, 4]
     assert content(tmp_path / "again") == content(folder)
 
 
@@ -111,19 +111,19 @@ def test_two_workers_write_the_same_bytes_as_one(folder, tmp_path):
 
 
 def test_another_study_in_the_folder_is_refused(folder):
-    with pytest.raises(OptionError, match=r"count \(4 there, 5 requested\)"):
-        reproduce(SquareStudy(5), folder, progress=False)
+    with pytest.raises(OptionError, match=r"count \(5 there, 6 requested\)"):
+        reproduce(SquareStudy(6), folder, progress=False)
 
 
 def test_the_csv_has_a_line_for_each_figure(folder):
     lines = list(csv.DictReader(io.StringIO((folder / "figures.csv").read_text())))
     assert [(line["row"], line["origin"], line["value"]) for line in lines] == [
-        (EVIL, "labgym", "3.5"),
+        (EVIL, "labgym", "6.0"),
         ("Holodeck", "paper", "3.5"),
         ("nothing", "labgym", ""),
     ]
-    assert float(lines[0]["low"]) < 3.5 < float(lines[0]["high"])
-    assert lines[0]["cases"] == "4"
+    assert float(lines[0]["low"]) < 6.0 < float(lines[0]["high"])
+    assert lines[0]["cases"] == "5"
 
 
 class Page(HTMLParser):
@@ -153,7 +153,7 @@ def test_the_page_is_well_formed_escapes_text_and_marks_the_paper_s_rows(folder)
     assert page.open == []
     assert page.text.count(EVIL) == 4
     assert 'class="paper"' in html
-    assert "4 rows" in page.text
+    assert "5 rows" in page.text
     assert "Table 9" in html
 
 
