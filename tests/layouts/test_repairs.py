@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from shapely import Polygon
 
-from labgym.layouts import Layout, generate
+from labgym.assets import Size
+from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.damage import damaged
 from labgym.layouts.moves import Move, Rotate, apply, replaced
 from labgym.layouts.repairs import repair_layout
+from labgym.layouts.repairs.resettling import lying
 from labgym.layouts.rules.objective import evaluate_layout
 
 
@@ -45,6 +47,14 @@ def test_a_sound_layout_is_returned_as_it_is(room):
     assert result.layout is room
     assert result.changes == ()
     assert result.problems == ()
+
+
+def test_an_instrument_of_floor_standing_size_belongs_on_the_floor(room):
+    small = Placement(id="Small", asset="RotaryEvaporator", position=(5.0, 5.0, 0.0))
+    tall = Placement(
+        id="Tall", asset="RotaryEvaporator", position=(5.0, 5.0, 0.8), size=Size(width=2.3, depth=0.9, height=2.37)
+    )
+    assert lying(room.replace(placements=(*room.placements, small, tall))) == ("Small",)
 
 
 def test_items_that_lie_on_the_floor_return_to_surfaces(room):
