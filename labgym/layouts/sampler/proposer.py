@@ -53,7 +53,7 @@ class SamplerProposer:
             provenance=Provenance(
                 generator="sampler",
                 seed=request.seed,
-                options={"furnishing": "required", "note": "as proposed", "errors": errors_of(slips)},
+                options={"furnishing": "required", "note": "sampler proposes only what protocols and safety require", "errors": errors_of(slips)},
             ),
         )
 
