@@ -17,6 +17,9 @@ from labgym.layouts.sampler.siting import Pose, site_furniture
 from labgym.layouts.sampler.slips import Slips, errors_of
 from labgym.layouts.sampler.surfaces import Resting, contents_of, stock_furniture
 
+NOTE = "the sampler proposes only what protocols and safety require"
+"""Why its layouts are not fully furnished, for their provenance."""
+
 
 @dataclass(frozen=True)
 class SamplerProposer:
@@ -53,7 +56,7 @@ class SamplerProposer:
             provenance=Provenance(
                 generator="sampler",
                 seed=request.seed,
-                options={"furnishing": "required", "note": "sampler proposes only what protocols and safety require", "errors": errors_of(slips)},
+                options={"furnishing": "required", "note": NOTE, "errors": errors_of(slips)},
             ),
         )
 
