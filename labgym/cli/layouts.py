@@ -47,6 +47,7 @@ def generate(
     refine: bool = True,
     dress: Literal["solver", "always", "never"] = "solver",
     keep: bool = False,
+    zones: bool = False,
     trace: OptionalPath = None,
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
@@ -85,9 +86,10 @@ def generate(
         refine: Move furniture until every drive of the protocol is possible.
         dress: Add accessories and safety equipment: only to what the solver proposes, always, or never.
         keep: Write a layout that still violates rules or lacks required assets, and warn, instead of refusing it.
+        zones: Record functional zones, and where each step is done if its hood or bench exists more than once.
         trace: A .json file for everything that was tried and every state of the layout; labgym trace draws it.
     """
-    method = Method(proposer, optimise, refine, adjuster, dress, "keep" if keep else "raise")
+    method = Method(proposer, optimise, refine, adjuster, dress, "keep" if keep else "raise", zones)
     if count is None:
         holdings = _holdings(have, only_have, extra)
         return _generate_one(

@@ -34,6 +34,7 @@ from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.sites import resolve_site
 from labgym.layouts.trace import Recorder
+from labgym.layouts.zoning import zoned
 from labgym.protocols import Protocol
 from labgym.protocols import resolve as resolve_protocol
 
@@ -64,6 +65,7 @@ def generate(
     dress: Dressing = "solver",
     on_failure: OnFailure = "raise",
     trace: Recorder | None = None,
+    zones: bool = False,
 ) -> Layout:
     """Return a laboratory for one or more protocols: proposed, optimized, refined for navigation, and dressed.
 
@@ -91,6 +93,7 @@ def generate(
         dress: whether to add accessories and safety equipment: only to what the solver proposes, "always" or "never".
         on_failure: what to do with a layout that still violates rules or lacks required assets: "raise" an error, or
             "keep" it, with its failures in `provenance.options["failures"]`.
+        zones: give the proposal functional zones, and assign the steps of the protocol to them (`Layout.zones`).
         trace: records the state after each phase and iteration, and everything that is tried.
 
     Raises:
@@ -113,6 +116,7 @@ def generate(
         adjuster=RULES if adjuster is None else adjuster,
         dress=dress,
         on_failure=on_failure,
+        zones=zones,
     )
     layout = generate_assessed(request, method, trace)[0]
     options = layout.provenance.options
@@ -135,6 +139,8 @@ def generate_assessed(
     """
     proposer, adjuster, protocol = method.proposer_for(request), method.adjusts_with(), request.protocol
     layout = proposer.propose(request)
+    if method.zones and not layout.zones:
+        layout = zoned(layout, protocol)
     if trace is not None:
         trace.begin(layout, protocol, request.profile)
     if method.optimise:

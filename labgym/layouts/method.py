@@ -28,6 +28,7 @@ class Method:
         adjuster: name of an adjuster, or the object.
         dress: whether to add accessories and safety equipment that no protocol requires: only to what the solver
             proposes, so that other proposers are judged by what they propose themselves; always; or never.
+        zones: whether the proposal gets functional zones and an assignment of the steps to them, if it has none.
         on_failure: whether a layout that still violates rules or lacks required assets is an error, or is kept.
 
     Raises:
@@ -41,6 +42,7 @@ class Method:
     adjuster: str | Adjuster = RULES
     dress: Dressing = "solver"
     on_failure: OnFailure = "raise"
+    zones: bool = False
 
     def __post_init__(self) -> None:
         if isinstance(self.proposer, str):
@@ -74,6 +76,7 @@ class Method:
             "adjuster": self.adjuster if isinstance(self.adjuster, str) else type(self.adjuster).__name__,
             "dress": self.dress,
             "on_failure": self.on_failure,
+            "zones": self.zones,
         }
         default = {name: field.default for name, field in type(self).__dataclass_fields__.items()}
         return {name: value for name, value in names.items() if value != default[name]}

@@ -20,9 +20,11 @@ from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.geometry import OrientedBox, wrap_angle
 from labgym.layouts import version1
 from labgym.layouts.floor import Door, Floor, Identifier, Room
+from labgym.layouts.floor.fields import Growing
 from labgym.layouts.placement import FLOOR, WALL, Placement, placed_box, placed_part, resized
 from labgym.layouts.provenance import Provenance
 from labgym.layouts.version1 import Layout1, Version1Fields
+from labgym.layouts.zone import Assignments, Zones, zone_problem, zones_within
 from labgym.protocols import Protocol, protocols
 
 __all__ = ["FLOOR", "WALL", "Door", "Floor", "Layout", "Placement", "Provenance", "Room", "placed_box"]
@@ -55,7 +57,7 @@ EmbeddedProtocol = Annotated[
 ]
 
 
-class Layout(Document):
+class Layout(Document, Growing):
     """A floor with placements and the protocols that it is for. Immutable; bound to a catalog.
 
     A layout is written as version 2 of the document. A version 1 file can still be read: it stays version 1, with its
@@ -67,8 +69,11 @@ class Layout(Document):
         floor: walls, doors and spaces.
         placements: the objects and their positions.
         provenance: how the layout was made.
+        zones: functional zones.
+        assignment: the zone in which the steps of a location are carried out, if the asset stands in several.
     """
 
+    ADDED: ClassVar[frozenset[str]] = frozenset({"zones", "assignment"})
     SCHEMA: ClassVar[str] = "labgym.layout/2"
 
     id: Identifier
@@ -76,6 +81,8 @@ class Layout(Document):
     floor: Floor
     placements: Annotated[tuple[Placement, ...], Field(max_length=2000)]
     provenance: Provenance = Provenance()
+    zones: Zones = ()
+    assignment: Assignments = ()
 
     _catalog: Catalog = PrivateAttr()
     _version_1: Version1Fields | None = PrivateAttr(default=None)
@@ -176,6 +183,11 @@ class Layout(Document):
                 self._check_support(placement)
             except LabgymError as error:
                 raise DocumentError(source, f"placements.{index}.support", str(error)) from None
+        if self.zones or self.assignment:
+            roots = {placement.id for placement in self.placements if placement.support in (FLOOR, WALL)}
+            problem = zone_problem(self.zones, self.assignment, roots)
+            if problem is not None:
+                raise DocumentError(source, "zones", problem)
 
     def _check_state(self, placement: Placement, source: object, field: str) -> None:
         from labgym.assets.articulation import check_state
@@ -260,8 +272,10 @@ class Layout(Document):
         """
         if self._version_1 is not None:
             return version1.hash_of(self._version_1, self.placements)
+        functions = {name: _canonical(getattr(self, name)) for name in self.ADDED if getattr(self, name)}
         return canonical_hash(
             {
+                **functions,
                 "schema": self.SCHEMA,
                 "floor": {name: value for name, value in _canonical(self.floor).items() if name != "name"},
                 "placements": [_canonical(placement) for placement in self.placements],
@@ -363,9 +377,23 @@ class Layout(Document):
         held = support in self.by_id and self.asset(support).subtype == APPARATUS_STAND
         return support if held else None
 
+    def all_of(self, asset: str) -> Iterator[Placement]:
+        """Yield the placements of an asset and of variants of it."""
+        return (p for p in self.placements if p.asset == asset or self.asset(p.id).variant_of == asset)
+
     def find(self, asset: str) -> Placement | None:
-        """Return the first placement of an asset or of a variant of it, or None."""
-        return next((p for p in self.placements if p.asset == asset or self.asset(p.id).variant_of == asset), None)
+        """Return the first placement of an asset or of a variant of it, or None.
+
+        If the asset is assigned to a zone, its first placement there comes before all others.
+        """
+        furniture = next((self.zone(one.zone) for one in self.assignment if one.location == asset), ())
+        inside = (placement for placement in self.all_of(asset) if self.root(placement.id).id in furniture)
+        first = next(inside, None) if furniture else None
+        return next(self.all_of(asset), None) if first is None else first
+
+    def zone(self, name: str) -> tuple[str, ...]:
+        """Return the furniture of a zone; empty if no zone has that name."""
+        return next((zone.furniture for zone in self.zones if zone.name == name), ())
 
     def obstacles(self, below: float) -> Iterator[OrientedBox]:
         """Yield bounding boxes of floor and wall objects, and their open parts, that reach below a height in meters."""
@@ -381,15 +409,19 @@ class Layout(Document):
         """Return a copy with some fields changed, bound to the same catalog (or to `catalog=`).
 
         A version 1 layout becomes version 2 if its floor or its protocols are changed, or if a placement is given a
-        field that version 1 does not have.
+        field that version 1 does not have. Zones lose the furniture that is removed.
         """
         catalog = changes.pop("catalog", self._catalog)
-        fields = {name: getattr(self, name) for name in type(self).model_fields}
-        layout = Layout(**{**fields, **changes}, catalog=catalog)
+        fields = {name: getattr(self, name) for name in type(self).model_fields} | changes
+        if fields["zones"]:
+            fields["zones"] = zones_within(fields["zones"], {placement.id for placement in fields["placements"]})
+            names = {zone.name for zone in fields["zones"]}
+            fields["assignment"] = tuple(one for one in fields["assignment"] if one.zone in names)
+        layout = Layout(**fields, catalog=catalog)
         if catalog is self._catalog:
             layout._take_over(self)
         same_floor = layout.floor is self.floor or layout.floor == self.floor
-        unchanged = same_floor and layout.protocols == self.protocols
+        unchanged = same_floor and layout.protocols == self.protocols and not layout.zones
         if unchanged and not any(p.size or p.fixed or p.state for p in layout.placements):
             layout._version_1 = self._version_1
         elif self._version_1 is not None and "protocols" not in changes:

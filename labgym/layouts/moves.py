@@ -1,11 +1,13 @@
-"""Edits of a layout: move, rotate, place, swap, settle. What stands on an object goes with it."""
+"""Edits of a layout: move, rotate, place, swap, settle, assign. What stands on an object goes with it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from labgym.errors import UnknownNameError
 from labgym.geometry import OrientedBox, rotate, wrap_angle
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.zone import ZoneAssignment
 
 
 @dataclass(frozen=True)
@@ -55,15 +57,25 @@ class Settle:
     yaw: float = 0.0
 
 
-Command = Move | Rotate | Place | Swap | Settle
+@dataclass(frozen=True)
+class Assign:
+    """Carry out the steps of a location (an asset name) in a zone of the layout."""
+
+    location: str
+    zone: str
+
+
+Command = Move | Rotate | Place | Swap | Settle | Assign
 
 
 def apply(layout: Layout, command: Command) -> Layout:
     """Return the layout after a command.
 
     Raises:
-        UnknownNameError: a placement that it names does not exist.
+        UnknownNameError: a placement or a zone that it names does not exist.
     """
+    if isinstance(command, Assign):
+        return _reassigned(layout, command)
     if isinstance(command, Move):
         return _carried(layout, command.id, layout.placement(command.id).yaw, command.dx, command.dy)
     if isinstance(command, Rotate):
@@ -134,6 +146,15 @@ def _settled(layout: Layout, command: Settle) -> Layout:
     )
     changed = moved.placement(command.id).model_copy(update={"support": command.support, "slot": command.slot})
     return replaced(moved, {command.id: changed})
+
+
+def _reassigned(layout: Layout, command: Assign) -> Layout:
+    """Assign a location to a zone; the others keep theirs."""
+    names = [zone.name for zone in layout.zones]
+    if command.zone not in names:
+        raise UnknownNameError("zone", command.zone, names)
+    others = tuple(one for one in layout.assignment if one.location != command.location)
+    return layout.replace(assignment=(*others, ZoneAssignment(location=command.location, zone=command.zone)))
 
 
 def rests_on(layout: Layout, placement: Placement) -> float | None:

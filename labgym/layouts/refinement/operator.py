@@ -7,7 +7,7 @@ from functools import partial
 
 from labgym.layouts.adjust import Adjuster
 from labgym.layouts.model import Layout
-from labgym.layouts.moves import Command, apply, may_move
+from labgym.layouts.moves import Assign, Command, apply, may_move
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement.blockages import Blockage, blockages
 from labgym.layouts.refinement.fixes import deduplicated, responsible, rotation_fixes, translations
@@ -93,8 +93,9 @@ def _update(
     layout: Layout, current: Assessment, protocol: Protocol, judge: Judge, trace: Recorder | None
 ) -> tuple[Layout, Assessment] | None:
     """Return the best accepted update, or None if none improves the layout."""
-    places = [place for failure in _failures(current) for place in blockages(layout, failure)]
-    for proposals in (_commands(layout, places, protocol), _new_places(layout, places)):
+    failures = _failures(current)
+    places = [place for failure in failures for place in blockages(layout, failure)]
+    for proposals in (_commands(layout, failures, places, protocol), _new_places(layout, places)):
         best: tuple[Layout, Assessment] | None = None
         for commands in proposals:
             candidate, assessment = judge(_applied(layout, commands))
@@ -110,7 +111,9 @@ def _update(
     return None
 
 
-def _commands(layout: Layout, places: Sequence[Blockage], protocol: Protocol) -> Iterator[Update]:
+def _commands(
+    layout: Layout, failures: Sequence[Transition], places: Sequence[Blockage], protocol: Protocol
+) -> Iterator[Update]:
     """Yield all updates together, then the single commands that free the most transitions before any repair."""
     turns = tuple(dict.fromkeys(turn for place in places for turn in rotation_fixes(layout, place)))
     pushes = deduplicated(push for place in places for push in responsible(layout, place))
@@ -118,11 +121,24 @@ def _commands(layout: Layout, places: Sequence[Blockage], protocol: Protocol) ->
     together: Update = (*turns, *(push.command for push in pushes if push.id not in turned))
     if len(together) > 1:
         yield together
-    every: list[Command] = [*turns, *(push.command for place in places for push in translations(layout, place))]
+    pushed = (push.command for place in places for push in translations(layout, place))
+    every: list[Command] = [*_reassignments(layout, failures), *turns, *pushed]
     singles = list(dict.fromkeys(every))
     unreachable = {command: _unreachable(apply(layout, command), protocol) for command in singles}
     for command in sorted(singles, key=unreachable.__getitem__)[:SINGLES]:
         yield (command,)
+
+
+def _reassignments(layout: Layout, failures: Sequence[Transition]) -> Iterator[Assign]:
+    """Yield the other zones in which the steps at the ends of infeasible transitions can be carried out."""
+    if not layout.zones:
+        return
+    for location in dict.fromkeys(end for move in failures for end in (move.start_location, move.goal_location)):
+        current = layout.find(location)
+        roots = {layout.root(item.id).id for item in layout.all_of(location) if item is not current}
+        for zone in layout.zones:
+            if roots.intersection(zone.furniture):
+                yield Assign(location, zone.name)
 
 
 def _new_places(layout: Layout, places: Sequence[Blockage]) -> Iterator[Update]:

@@ -11,6 +11,7 @@ from labgym.errors import LabgymError
 from labgym.layouts.floor import Identifier
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import Placement
+from labgym.layouts.zone import Assignments, Zones
 
 MOST_PLACEMENTS = 2000
 
@@ -22,25 +23,33 @@ class Change(Record):
         placed: the placements that are new or differ, as they are after the change.
         removed: ids of the placements that the change removes.
         order: ids of all placements after the change; None if the others keep their order and new ones follow them.
+        zones, assignment: functional zones and their assignment after the change; None if they stay.
     """
 
     placed: Annotated[tuple[Placement, ...], Field(max_length=MOST_PLACEMENTS)] = ()
     removed: Annotated[tuple[Identifier, ...], Field(max_length=MOST_PLACEMENTS)] = ()
     order: Annotated[tuple[Identifier, ...], Field(max_length=MOST_PLACEMENTS)] | None = None
+    zones: Zones | None = None
+    assignment: Assignments | None = None
 
     @classmethod
     def between(cls, before: Layout, after: Layout) -> Self:
         """Return the change that leads from one state of a layout to another."""
         placed = tuple(item for item in after.placements if before.by_id.get(item.id) != item)
         removed = tuple(item.id for item in before.placements if item.id not in after.by_id)
-        change = cls(placed=placed, removed=removed)
         order = tuple(item.id for item in after.placements)
-        return change if change._order(before) == order else cls(placed=placed, removed=removed, order=order)
+        return cls(
+            placed=placed,
+            removed=removed,
+            order=None if cls(placed=placed, removed=removed)._order(before) == order else order,
+            zones=None if after.zones == before.zones else after.zones,
+            assignment=None if after.assignment == before.assignment else after.assignment,
+        )
 
     @property
     def empty(self) -> bool:
         """Whether the change is empty."""
-        return not self.placed and not self.removed and self.order is None
+        return self == type(self)()
 
     def apply(self, layout: Layout) -> Layout:
         """Return the layout after the change.
@@ -56,7 +65,11 @@ class Change(Record):
         unknown = [name for name in (*self.removed, *order) if name not in items]
         if unknown or len(set(order)) < len(order):
             raise LabgymError(f"the change does not fit the layout: {unknown[0] if unknown else 'a repeated id'!r}")
-        changed = layout.replace(placements=tuple(items[name] for name in order))
+        changed = layout.replace(
+            placements=tuple(items[name] for name in order),
+            zones=layout.zones if self.zones is None else self.zones,
+            assignment=layout.assignment if self.assignment is None else self.assignment,
+        )
         changed.check_references("change")
         return changed
 
