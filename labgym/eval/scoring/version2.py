@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from labgym.eval.scoring.layout_report import LayoutReport, LayoutReport2
 from labgym.layouts.rules.regulations import REGULATIONS, rulings
-from labgym.layouts.rules.regulations.premises import Premises
 from labgym.layouts.rules.satisfaction import mean
 from labgym.layouts.rules.thresholds import VERSION_2
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
@@ -34,7 +33,6 @@ def version_2(report: LayoutReport, assessment: Assessment2) -> LayoutReport2:
     """
     entries, moves = assessment.entries or (), assessment.transitions or ()
     drives = (*moves, *entries)
-    premises = Premises(assessment.arrangement)
     equipment, walk = assessment.equipment, assessment.workflow
     absent = (*report.missing, *assessment.unequipped)
     return LayoutReport2(
@@ -59,7 +57,7 @@ def version_2(report: LayoutReport, assessment: Assessment2) -> LayoutReport2:
             "trips": None if walk is None else walk.trips,
             "reach": assessment.reach,
             "out_of_reach": tuple(item.item for item in assessment.reaches if not item.reached),
-            "regulations": {name: rulings(assessment.arrangement, name, premises) for name in REGULATIONS},
+            "regulations": {name: rulings(assessment.arrangement, name, assessment.premises) for name in REGULATIONS},
         }
     )
 

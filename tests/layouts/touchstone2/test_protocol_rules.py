@@ -162,6 +162,15 @@ def test_flammables_count_where_they_are_used_but_not_for_the_protocols_own_heat
     assert near.hard
 
 
+def test_heat_that_another_protocol_of_the_layout_uses_there_does_not_count() -> None:
+    burner = put("burner", "BunsenBurner", 4.0, 7.3, 0.9, on="hood", slot=0)
+    step = Step(index=1, location="FumeHood", action="Heat", text="Heat.", uses=("BunsenBurner",))
+    other = PROTOCOL.model_copy(update={"id": "other", "instruments": ("BunsenBurner",), "steps": (step,)})
+    shared = laboratory(burner).replace(protocols=(PROTOCOL, other))
+    assessment = evaluate_layout(shared, PROTOCOL, metrics="touchstone-v2")
+    assert [one for one in assessment.flammable if "is used" in one.note] == []
+
+
 def test_an_open_incompatible_reagent_counts_where_another_is_used() -> None:
     acid = put("acid", "NitricAcid", 3.85, 7.55, 0.9, on="hood", slot=0)
     used = [one for one in assess(acid).incompatible if "where it is used" in one.note]

@@ -10,6 +10,7 @@ from labgym.layouts.rules.bounds import BoundsFault
 from labgym.layouts.rules.facility import FacilityIssue, building_exit_issues, egress_issues, facility_issues
 from labgym.layouts.rules.objective import CHEMISTRY_WEIGHT, GEOMETRY_WEIGHT, Assessment
 from labgym.layouts.rules.presence import missing_assets
+from labgym.layouts.rules.regulations.premises import Premises
 from labgym.layouts.rules.satisfaction import Instance, penalised
 from labgym.layouts.rules.touchstone2.entries import entry_legs
 from labgym.layouts.rules.touchstone2.equipment import Requirement, missing_equipment, required_equipment
@@ -126,7 +127,12 @@ class Assessment2(Assessment):
     @cached_property
     def workflow(self) -> Workflow | None:
         """The walks of the protocol's workflow; None without a protocol."""
-        return None if self.protocol is None else walking_distance(self.arrangement, self.protocol)
+        return None if self.protocol is None else walking_distance(self.arrangement, self.protocol, self.premises)
+
+    @cached_property
+    def premises(self) -> Premises:
+        """The walks of people, for the workflow and for regulations."""
+        return Premises(self.arrangement)
 
     @cached_property
     def reaches(self) -> tuple[ItemReach, ...]:

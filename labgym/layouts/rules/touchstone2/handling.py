@@ -23,7 +23,8 @@ class Handling:
         vessels: rows of the instruments that the steps with a reagent use and that stand there; the location's own row
             without any.
         reagents: roles of the reagents.
-        own: roles of everything that the protocol uses there; its reagents do not count as neighbors.
+        own: roles of everything that is used there, by other protocols of the layout too, which take turns; its
+            reagents do not count as neighbors.
         own_rows: rows of what of it stands there; its heat does not count as a neighbor.
     """
 
@@ -38,6 +39,7 @@ def handlings(arrangement: Arrangement, protocol: Protocol) -> tuple[Handling, .
     """Return what a protocol handles at each of its locations that is placed, in the order of the first visit."""
     whereabouts = Whereabouts.of(arrangement, protocol)
     names = {use.name for use in protocol.reagents}
+    sharing = tuple(one for one in arrangement.layout.protocols if one != protocol)
     places = []
     for location in protocol.locations:
         row = whereabouts.place(location)
@@ -54,7 +56,8 @@ def handlings(arrangement: Arrangement, protocol: Protocol) -> tuple[Handling, .
             if row in whereabouts.carriers(vessel) and arrangement.assets[vessel].heat_class is None
         )
         roles = frozenset(whereabouts.role(name) for name in reagents)
-        used = dict.fromkeys(name for step in steps for name in step.uses)
+        shared = (step for one in sharing for step in one.steps if step.location == location)
+        used = dict.fromkeys(name for step in (*steps, *shared) for name in step.uses)
         own_rows = (each for name in used for each in whereabouts.of_name(name))
         places.append(
             Handling(
@@ -71,7 +74,7 @@ def handlings(arrangement: Arrangement, protocol: Protocol) -> tuple[Handling, .
 def flammable_handling(arrangement: Arrangement, protocol: Protocol, profile: Profile) -> tuple[Instance, ...]:
     """Return one instance for each location that handles a flammable reagent and each heat source of others.
 
-    The distance runs from the nearest vessel. Heat that the protocol itself uses at the location does not count.
+    The distance runs from the nearest vessel. Heat that a protocol of the layout uses at the location does not count.
     """
     catalog, sources = arrangement.layout.catalog, []
     for row, asset in enumerate(arrangement.assets):
