@@ -95,3 +95,11 @@ def test_a_reply_that_is_not_of_the_form_is_an_error(loopback, model_at, request
     loopback.says("I would rather not.")
     with pytest.raises(LanguageModelError):
         HolodeckLanguageProposer(model_at()).propose(request_)
+
+
+def test_the_request_decides_the_random_seed_and_a_wrong_form_goes_back(loopback, model_at, request_):
+    loopback.says("not JSON")
+    loopback.says(json.dumps({"objects": ROOM}))
+    layout = HolodeckLanguageProposer(model_at()).propose(request_)
+    assert [sent["seed"] for sent in loopback.requests] == [1, 1]
+    assert layout.placements

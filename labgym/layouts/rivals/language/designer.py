@@ -15,8 +15,11 @@ from labgym.layouts.rivals.plan import Constraint, DesignPlan, Hung, Large
 from labgym.layouts.rivals.reading import description
 from labgym.llm.client import LanguageModel
 from labgym.llm.prompting import load_prompt
+from labgym.llm.rounds import ask_with_repairs
 
 PROMPTS = Path(__file__).resolve().parent / "prompts"
+SEEDS = 2**31
+"""Number of random seeds that a server accepts."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class ModelDesigner:
         """Return the plan that the model lists; names without an asset are left out, as a retrieval without result.
 
         Raises:
-            LanguageModelError: no reply, or a reply that is not of the form.
+            LanguageModelError: no reply, or still none of the form after the repairs.
         """
         del generator
         prompt = load_prompt(PROMPTS / "design_room.md")
@@ -45,7 +48,8 @@ class ModelDesigner:
             room={"width": round(x1 - x0, 2), "depth": round(y1 - y0, 2)},
             requirements=_requirements(request) if self.structured else "none",
         )
-        return plan_of(self.model.ask(prompt.label, messages, ListedRoom).answer, request.catalog)
+        reply = ask_with_repairs(self.model, prompt.label, messages, ListedRoom, seed=request.seed % SEEDS)
+        return plan_of(reply.answer, request.catalog)
 
 
 def plan_of(answer: ListedRoom, catalog: Catalog) -> DesignPlan:

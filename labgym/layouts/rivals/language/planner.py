@@ -10,6 +10,7 @@ from labgym.layouts.rivals.sceneweaver.critic import Critique
 from labgym.layouts.rivals.sceneweaver.policy import CONFIDENCE, Action
 from labgym.llm.client import LanguageModel
 from labgym.llm.prompting import load_prompt
+from labgym.llm.rounds import ask_with_repairs
 
 MOST = 100
 """Greatest number of problems that the model is shown."""
@@ -20,12 +21,13 @@ class ModelPlanner:
     """Asks a language model for each step.
 
     Attributes:
-        purpose: description of the room.
+        purpose: description of the room. seed: random seed of the questions.
         failures: steps that were rolled back or did not solve their problem.
     """
 
     model: LanguageModel
     purpose: str
+    seed: int = 0
     failures: list[Action] = field(default_factory=list)
 
     def choose(self, critique: Critique) -> Action | None:
@@ -34,7 +36,7 @@ class ModelPlanner:
         A tool that does not fit the fault is replaced by the first one that does.
 
         Raises:
-            LanguageModelError: no reply, or a reply that is not of the form.
+            LanguageModelError: no reply, or still none of the form after the repairs.
         """
         problems = critique.problems[:MOST]
         if not problems:
@@ -47,7 +49,7 @@ class ModelPlanner:
             tools={fault: list(tools) for fault, tools in CONFIDENCE.items()},
             failures=[[one.problem.fault, one.problem.subject, one.tool] for one in self.failures],
         )
-        answer = self.model.ask(prompt.label, messages, ChosenStep).answer
+        answer = ask_with_repairs(self.model, prompt.label, messages, ChosenStep, seed=self.seed).answer
         if answer.stop or answer.problem >= len(problems):
             return None
         problem = problems[answer.problem]

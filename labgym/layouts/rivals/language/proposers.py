@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.layouts.rivals.holodeck import HolodeckProposer
-from labgym.layouts.rivals.language.designer import ModelDesigner
+from labgym.layouts.rivals.language.designer import SEEDS, ModelDesigner
 from labgym.layouts.rivals.language.planner import ModelPlanner
 from labgym.layouts.rivals.reading import description
 from labgym.layouts.rivals.sceneweaver import SceneWeaverProposer
@@ -68,7 +68,7 @@ class SceneWeaverLanguageProposer:
             rival = SceneWeaverProposer(
                 name=self.name,
                 designer=ModelDesigner(model),
-                planner=lambda _: ModelPlanner(model, purpose),
+                planner=lambda _: ModelPlanner(model, purpose, request.seed % SEEDS),
                 source=model.config.model,
             )
             return rival.propose(request)
