@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import random
 from typing import Any
 
 from labgym.layouts import Layout
@@ -60,3 +61,42 @@ def conversation(layout: Layout) -> list[str]:
     """Return the replies that describe a layout, in the order in which they are requested."""
     carriers = [p.id for p in layout.placements if p.support == FLOOR and layout.children(p.id)]
     return [json.dumps(room_answer(layout)), *(json.dumps(surface_answer(layout, each)) for each in carriers)]
+
+
+def random_answer(schema: dict[str, Any], draw: random.Random, most: int = 30) -> Any:
+    """Return a random value that a closed JSON Schema allows; numbers are often at their bounds."""
+    definitions = schema.get("$defs", {})
+
+    def value(part: dict[str, Any]) -> Any:
+        if "$ref" in part:
+            return value(definitions[part["$ref"].rpartition("/")[2]])
+        if "anyOf" in part:
+            return value(draw.choice(part["anyOf"]))
+        if "const" in part:
+            return part["const"]
+        if "enum" in part:
+            return draw.choice(part["enum"])
+        if part["type"] == "object":
+            return {name: value(each) for name, each in part["properties"].items()}
+        if part["type"] == "array":
+            return [value(part["items"]) for _ in range(draw.randint(0, min(part["maxItems"], most)))]
+        if part["type"] == "integer":
+            return draw.randint(part["minimum"], part["maximum"])
+        if part["type"] == "number":
+            low, high = part["minimum"], part["maximum"]
+            return draw.choice([low, high, draw.uniform(low, high)])
+        return ""
+
+    return value(schema)
+
+
+def answers_at_random(loopback: Any, seed: int) -> None:
+    """Let a loopback server answer every request at random, within the schema that the request names."""
+    draw = random.Random(seed)
+
+    def answer(handler: Any) -> None:
+        schema = loopback.requests[-1]["response_format"]["json_schema"]["schema"]
+        loopback.says(json.dumps(random_answer(schema, draw)))
+        loopback.script.pop()(handler)
+
+    loopback.does(answer)

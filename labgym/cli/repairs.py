@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 
 
 def repair(
-    layout: LayoutName, out: OptionalPath = None, profile: str = "default", protocol: OptionalText = None
+    layout: LayoutName,
+    out: OptionalPath = None,
+    profile: str = "default",
+    protocol: OptionalText = None,
+    adjuster: str = "rules",
 ) -> int:
     """Repair a layout: hand-edited, imported from another program, or proposed by a model.
 
@@ -30,16 +34,19 @@ def repair(
             folder.
         profile: Thresholds to satisfy: default, strict, paper or code.
         protocol: Id or .json file of the protocol to repair the layout for; by default all protocols of the layout.
+        adjuster: What adjusts the layout where repair by geometry does not help: rules, or llm, the configured language
+            model (docs/language-models.md).
     """
     from labgym import protocols
     from labgym.envs.tasks import resolve_layout
+    from labgym.layouts.adjusters import make_adjuster
     from labgym.layouts.repairs import repair_layout
 
     target = out if out is not None else Path(f"{Path(layout).stem}-repaired.json")
     if target.suffix != ".json":
         raise OptionError(f"layout file {target.name!r} must end in .json")
     chosen = None if protocol is None else protocols.resolve(protocol)
-    result = repair_layout(resolve_layout(layout), chosen, profile)
+    result = repair_layout(resolve_layout(layout), chosen, profile, adjuster=make_adjuster(adjuster))
     for change in result.changes:
         print(change.text)
     print(_summary(result))

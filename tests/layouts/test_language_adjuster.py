@@ -6,8 +6,10 @@ import json
 import math
 
 import pytest
+from model_answers import answers_at_random
 
-from labgym.layouts import generate
+from labgym.cli import main
+from labgym.layouts import Layout, generate
 from labgym.layouts.language import LanguageAdjuster
 from labgym.layouts.language.commands import surface_pose
 from labgym.layouts.model import FLOOR
@@ -225,3 +227,29 @@ def test_the_optimiser_takes_the_model_and_never_adds_a_violation(unstored, loop
 def test_a_sound_layout_asks_nothing(layout, loopback, model_at):
     assert optimise(layout, PROTOCOL, adjuster=LanguageAdjuster(model_at())) is layout
     assert loopback.requests == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("level", ["room", "desktop"])
+def test_random_commands_never_make_a_layout_worse(layout, loopback, model_at, level, seed):
+    spoilt = apply(layout, Move(layout.find("EyewashStation").id, 0.3, 0.3))
+    before = evaluate_layout(spoilt, PROTOCOL)
+    answers_at_random(loopback, seed)
+    adjuster = LanguageAdjuster(model_at())
+    result = adjuster.adjust(spoilt, PROTOCOL, before, level)
+    after = evaluate_layout(result, PROTOCOL)
+    assert result is spoilt or after.better_than(before)
+    assert {p.id for p in result.placements} == {p.id for p in spoilt.placements}
+    result.check_references()
+
+
+def test_the_command_repair_takes_the_model(unstored, loopback, monkeypatch, tmp_path, capsys):
+    spoilt, back = unstored
+    for name, value in {"BASE_URL": loopback.url, "MODEL": "test-model"}.items():
+        monkeypatch.setenv(f"LABGYM_LLM_{name}", value)
+    loopback.says(commands(back))
+    file = spoilt.save(tmp_path / "spoilt.json")
+    code = main(["repair", str(file), "--adjuster", "llm", "--out", str(tmp_path / "repaired.json")])
+    assert (code, capsys.readouterr().err) == (0, "")
+    assert evaluate_layout(Layout.load(tmp_path / "repaired.json"), PROTOCOL).v == 0
+    assert main(["repair", str(file), "--adjuster", "magic", "--out", str(tmp_path / "other.json")]) == 2

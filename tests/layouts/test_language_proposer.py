@@ -8,7 +8,7 @@ from collections import Counter
 from typing import Any
 
 import pytest
-from model_answers import conversation, request_for, room_answer, surface_answer
+from model_answers import answers_at_random, conversation, request_for, room_answer, surface_answer
 
 from labgym.cli import main
 from labgym.errors import UnrepairedError
@@ -376,3 +376,17 @@ def test_a_layout_without_what_is_required_ends_in_one_line(loopback, model_at):
 def test_everything_at_the_origin_is_a_layout_with_violations(proposed):
     layout = proposed(_all_at_the_origin)
     assert evaluate_layout(layout, REQUEST.protocol).v > 10
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_answers_within_the_form_are_layouts(loopback, model_at, seed):
+    request = request_for(("alk_03", "sub_01", "con_04")[seed % 3], seed, **({} if seed % 2 else {"family": "suite"}))
+    answers_at_random(loopback, seed)
+    layout = LanguageProposer(model_at()).propose(request)
+    layout.check_references()
+    offer = offer_of(request)
+    items = [p for p in layout.placements if p.support != "floor"]
+    assert {p.id for p in items} <= set(offer.items)
+    assert {p.asset for p in layout.placements} - {p.asset for p in items} <= set(offer.furniture)
+    missing = evaluate_layout(layout, request.protocol).missing
+    assert not missing or layout.provenance.options["notes"], "what is missing is noted"

@@ -40,6 +40,10 @@ LAYOUT_COLUMNS_2 = (
 """Layout metrics of touchstone-v2."""
 
 
+SEMANTIC_COLUMNS = (("real", "Real ↑", 2), ("lay", "Lay ↑", 2), ("comp", "Comp ↑", 2))
+"""Scores of a vision-language model, in tables of layouts that one has judged."""
+
+
 def layout_columns(versions: Sequence[str]) -> tuple[tuple[str, str, int], ...]:
     """Return the columns of a table of layouts that were scored under some versions of the metrics."""
     return LAYOUT_COLUMNS_2 if tuple(versions) == (VERSION_2,) else LAYOUT_COLUMNS
@@ -86,7 +90,9 @@ def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
         summary: means over layouts.
         name: name of the first row.
     """
-    shown = layout_columns(summary.versions)
+    judged = all(key in summary.metrics and summary.metrics[key].count for key, _, _ in SEMANTIC_COLUMNS)
+    columns = layout_columns(summary.versions)
+    shown = (*columns, *SEMANTIC_COLUMNS) if judged else columns
     means = {key: summary.mean(key) for key, _, _ in shown}
     printed = paper().layouts.row("LabBuilder")
     absent = [
@@ -97,8 +103,10 @@ def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
     notes = [f"Means over layouts, {', '.join(summary.versions)}, profile {', '.join(summary.profiles)}."]
     if absent:
         notes.append(f"Means over the layouts to which the metric applies: {', '.join(absent)}.")
-    if shown is LAYOUT_COLUMNS_2:
+    if columns is LAYOUT_COLUMNS_2:
         notes.append("Step nav and Door nav are pooled over the drives of all layouts.")
+    if judged:
+        notes.append("Real, Lay and Comp: points of 10 by a vision-language model; the paper's model was another one.")
     notes.append("The paper does not give the thresholds of its chemistry metrics, so its row is not comparable.")
     return Table(
         title=f"Layout metrics, {summary.layouts} layouts",

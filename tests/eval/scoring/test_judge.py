@@ -12,7 +12,8 @@ from PIL import Image
 
 from labgym.cli import main
 from labgym.errors import OptionError, UnknownNameError
-from labgym.eval import LayoutReport, score
+from labgym.eval import LayoutReport, aggregate, score
+from labgym.eval.reports.tables import layout_table
 from labgym.eval.scoring.judgement import HARD_ZEROS, Judgement, Sample
 from labgym.eval.scoring.judging import judge
 from labgym.eval.scoring.judging import pictures as judged_pictures
@@ -71,6 +72,14 @@ def test_the_scores_are_means_over_the_samples_and_the_report_has_a_total(report
     assert judgement.spread("layout") == 0.0
     assert statistics.mean(sample.total for sample in judgement.samples) == pytest.approx(done.s_consist)
     assert done.consistency_proxy == report.consistency_proxy, "the proxy keeps its own columns"
+
+
+def test_a_table_has_the_models_columns_only_if_a_model_has_judged(report, loopback, model_at):
+    loopback.says(verdict())
+    done = Judge(model_at()).completed(report, LAYOUT)
+    assert "Real ↑" in layout_table(aggregate([done])).columns
+    assert "8.00" in layout_table(aggregate([done])).rows[0]
+    assert "Real ↑" not in layout_table(aggregate([report])).columns
 
 
 def test_a_report_without_a_judge_has_the_bytes_of_before(report):
