@@ -215,6 +215,14 @@ def test_stools_before_the_doors_stop_the_robot_but_are_no_egress_issue() -> Non
     assert {issue.rule for issue in assessment.issues} == {"door_area"}
 
 
+def test_a_missing_second_exit_is_a_warning_and_hard_under_the_profile_code() -> None:
+    floor = Room(width=8.0, depth=8.0, doors=(Door(wall="front", offset=1.2),)).floor
+    layout = laboratory().replace(floor=floor)
+    default, code = (evaluate_layout(layout, PROTOCOL, name, metrics="touchstone-v2") for name in ("default", "code"))
+    assert (default.v, code.v) == (0, 1)
+    assert "only one exit" in code.violations.of("facility")[0].message
+
+
 def test_reach_is_the_distance_from_the_shoulder_at_the_goal_pose() -> None:
     arrangement = Arrangement.of(laboratory())
     reaches = {one.item: one for one in item_reaches(arrangement, PROTOCOL)}
