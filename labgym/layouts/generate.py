@@ -88,7 +88,7 @@ def generate(
         clutter: level of loose objects, which are added last: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded). The other
             objects are the same at every level.
         optimise: whether to repair and adjust the proposal (without it, the refinement repairs nothing either).
-        refine: whether to refine the layout for navigation.
+        refine: whether to refine the layout for navigation; without it the optimization clears no ways either.
         adjuster: makes the adjustments: a name of `labgym.layouts.adjusters`, or an object; by default "rules".
         dress: whether to add accessories and safety equipment: only to what the solver proposes, "always" or "never".
         on_failure: what to do with a layout that still violates rules or lacks required assets: "raise" an error, or
@@ -144,7 +144,7 @@ def generate_assessed(
     if trace is not None:
         trace.begin(layout, protocol, request.profile)
     if method.optimise:
-        layout, assessment = optimise_assessed(layout, protocol, request.profile, adjuster, trace)
+        layout, assessment = optimise_assessed(layout, protocol, request.profile, adjuster, trace, method.refine)
     else:
         assessment = evaluate_layout(layout, protocol, request.profile, navigation=True)
     if method.refine:

@@ -24,7 +24,7 @@ class Method:
     Attributes:
         proposer: name of a proposer, or the object.
         optimise: whether to repair and adjust the proposal. If not, the refinement does not repair its updates either.
-        refine: whether to refine the layout for navigation.
+        refine: whether to refine the layout for navigation; without it the optimization clears no ways either.
         adjuster: name of an adjuster, or the object.
         dress: whether to add accessories and safety equipment that no protocol requires: only to what the solver
             proposes, so that other proposers are judged by what they propose themselves; always; or never.

@@ -43,6 +43,7 @@ def optimise_assessed(
     profile: str | Profile = "default",
     adjuster: Adjuster | None = None,
     trace: Recorder | None = None,
+    ways: bool = True,
 ) -> tuple[Layout, Assessment]:
     """Return a layout at least as good, and its assessment with navigation.
 
@@ -57,6 +58,7 @@ def optimise_assessed(
         profile: thresholds.
         adjuster: proposes the adjustments; by default rules and search.
         trace: records every trial and every accepted state.
+        ways: whether to clear ways, too: infeasible transitions and ways out. Without it nothing considers navigation.
     """
     adjuster = adjuster if adjuster is not None else RuleAdjuster()
     original, start = layout, evaluate_layout(layout, protocol, profile)
@@ -75,6 +77,8 @@ def optimise_assessed(
             layout, current = update
         if level == "room" and (current.errors or current.collisions):
             layout, current = _rearrange(layout, current, start.v, protocol, trace)
+    if not ways:
+        return layout, current.with_navigation(protocol)
     return _with_ways(original, start, layout, current, protocol, trace)
 
 

@@ -9,7 +9,9 @@ from typing import Any, ClassVar
 
 from labgym.documents import Record, json_bytes, read_json
 from labgym.errors import DocumentError, LabgymError, OptionError
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.drive import drive_layout
+from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.suites import suite_of
 from labgym.eval.reproduction.figures import Figures
 from labgym.eval.reproduction.measures import report_metrics
 from labgym.eval.reproduction.page import Section
@@ -33,6 +35,8 @@ from labgym.exchange.labbuilder.writing import SCENE_FILE, pairs_data, scene_dat
 from labgym.layouts import Layout
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.policies.kernels import kernel_mode
+from labgym.policies.process import PolicySource, close_shared_process, shared_process
 from labgym.protocols import Protocol
 from labgym.runs import Shard, ShardOutput
 from labgym.runs.manifest import file_digest
@@ -82,6 +86,7 @@ class LabBuilderStudy(Study[SceneRow]):
 
     def figures(self, rows: Sequence[SceneRow]) -> Figures:
         """Return the table of the scenes as they are and repaired, with the paper's means."""
+        close_shared_process()  # Of the policy, if the scenes ran in this process.
         read = [row for row in rows if row.error is None]
         summary = [
             f"{len(read)} of {len(rows)} scenes were read; "
@@ -141,7 +146,7 @@ def _measured(path: Path) -> tuple[SceneRow, dict[str, bytes]]:
     protocol = route_protocol(bare, places)
     before = bare if protocol is None else bare.replace(protocols=(protocol,))
     after = repair_layout(before, protocol).layout
-    drives = evaluate(POLICY, [after], progress=False).rows if protocol is not None and protocol.moves else ()
+    drives = _driven(after) if protocol is not None and protocol.moves else []
     written = {SCENE_FILE: scene_data(after), SIZES_FILE: sizes_data(after), PAIRS_FILE: pairs_data(after)}
     poses = {placement.id: (placement.position, placement.yaw) for placement in before.placements}
     row = SceneRow(
@@ -165,6 +170,12 @@ def _measured(path: Path) -> tuple[SceneRow, dict[str, bytes]]:
     }
     files |= {f"labbuilder/{path.stem}/{name}": json_bytes(data) for name, data in written.items()}
     return row, files
+
+
+def _driven(layout: Layout) -> list[EpisodeRow]:
+    """Return the drives of the policy between the places of a scene; its process stays open for the next scene."""
+    process = shared_process(PolicySource.named(POLICY, {}), None, kernel_mode(None).environment)
+    return [drive.row for drive in drive_layout(process, layout, suite_of([layout]), POLICY, 0)]
 
 
 def _transitions(layout: Layout, protocol: Protocol | None) -> tuple[int, int]:
