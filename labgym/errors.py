@@ -138,6 +138,10 @@ class UnrepairedError(InfeasibleError):
     """A proposed layout that still violates rules or lacks assets after its repair; another seed may give one."""
 
 
+class ProposalError(UnrepairedError):
+    """No layout was proposed, because a language model gave no usable answer; another seed may give one."""
+
+
 class UnrepairedWarning(UserWarning):
     """A layout that violates rules or lacks required assets, and was kept because the caller asked for that."""
 

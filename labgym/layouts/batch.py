@@ -25,6 +25,7 @@ from labgym.layouts.model import Layout, Room
 from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.sites import at_seed
+from labgym.llm import LanguageModelConfig
 from labgym.protocols import Protocol
 from labgym.protocols import protocols as library
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
@@ -287,6 +288,7 @@ def _identity(requests: list[Request], count: int, shard: int, method: Method) -
         shard=shard,
         **({"clutter": first.clutter} if first.clutter else {}),
         **({"method": method.options} if method.options else {}),
+        **({"model": LanguageModelConfig.from_environment().model} if method.asks_model else {}),
     )
 
 

@@ -15,6 +15,8 @@ from labgym.layouts.request import Request
 
 Dressing = Literal["solver", "always", "never"]
 OnFailure = Literal["raise", "keep"]
+MODEL = "llm"
+"""End of the names of proposers and adjusters that ask a language model."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,11 @@ class Method:
         if self.dress == "solver":
             return isinstance(proposer, ProceduralProposer | FloorProposer)
         return self.dress == "always"
+
+    @property
+    def asks_model(self) -> bool:
+        """Whether the named proposer or adjuster asks the configured language model."""
+        return any(isinstance(name, str) and name.endswith(MODEL) for name in (self.proposer, self.adjuster))
 
     @property
     def options(self) -> dict[str, Any]:

@@ -11,8 +11,9 @@ import pytest
 from model_answers import answers_at_random, conversation, request_for, room_answer, surface_answer
 
 from labgym.cli import main
-from labgym.errors import UnrepairedError
+from labgym.errors import OptionError, ProposalError, UnrepairedError
 from labgym.layouts import Placement, generate
+from labgym.layouts.batch import generate_batch
 from labgym.layouts.failures import FAILURES
 from labgym.layouts.generate import generate_assessed
 from labgym.layouts.language import LanguageProposer
@@ -246,9 +247,8 @@ def test_a_floor_of_several_spaces_is_described_with_its_spaces_and_doors(loopba
 )
 def test_what_is_not_an_answer_ends_in_one_line_after_two_repairs(loopback, model_at, text):
     loopback.says(text)
-    with pytest.raises(LanguageModelError) as caught:
+    with pytest.raises(ProposalError, match="ask again") as caught:
         LanguageProposer(model_at()).propose(REQUEST)
-    assert caught.value.reason == "malformed"
     assert len(str(caught.value)) < 600
     assert "\n" not in str(caught.value)
     assert len(loopback.requests) == 3
@@ -284,7 +284,7 @@ def test_ten_thousand_pieces_are_no_answer(solved, loopback, model_at):
     room = room_answer(solved)
     room["furniture"] = room["furniture"][:1] * 10_000
     loopback.says(json.dumps(room))
-    with pytest.raises(LanguageModelError, match="furniture") as caught:
+    with pytest.raises(ProposalError, match="furniture") as caught:
         LanguageProposer(model_at()).propose(REQUEST)
     assert len(str(caught.value)) < 600
     assert len(loopback.requests) == 3
@@ -292,9 +292,22 @@ def test_ten_thousand_pieces_are_no_answer(solved, loopback, model_at):
 
 def test_a_refusal_is_quoted(loopback, model_at):
     loopback.says(json.dumps({"refusal": "I do not plan laboratories.", "zones": [], "furniture": [], "steps": []}))
-    with pytest.raises(LanguageModelError, match="I do not plan laboratories") as caught:
+    with pytest.raises(ProposalError, match="I do not plan laboratories"):
         LanguageProposer(model_at()).propose(REQUEST)
-    assert caught.value.reason == "refused"
+
+
+def test_in_a_batch_an_unusable_answer_is_a_row_and_other_models_have_other_folders(loopback, monkeypatch, tmp_path):
+    for name, value in {"BASE_URL": loopback.url, "MODEL": "first"}.items():
+        monkeypatch.setenv(f"LABGYM_LLM_{name}", value)
+    loopback.says("", message={"refusal": "no"})
+    method = Method(proposer="llm", optimise=False, refine=False, on_failure="keep")
+    batch = generate_batch(["alk_03"], 2, tmp_path / "batch", method=method, progress=False)
+    assert batch.infeasible == 2
+    rows = (tmp_path / "batch" / "rows.jsonl").read_text().splitlines()
+    assert all("refuses" in json.loads(row)["infeasible"] for row in rows)
+    monkeypatch.setenv("LABGYM_LLM_MODEL", "second")
+    with pytest.raises(OptionError, match="second"):
+        generate_batch(["alk_03"], 2, tmp_path / "batch", method=method, progress=False)
 
 
 def test_an_injected_order_in_a_protocol_stays_data(solved, loopback, model_at):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from labgym.errors import ProposalError
 from labgym.layouts.language.answers import room_form, surface_form
 from labgym.layouts.language.grounding import Furnished, Piece, arranged, furnished
 from labgym.layouts.language.material import (
@@ -49,7 +50,8 @@ class LanguageProposer:
         """Return the layout that the model proposes, with the request's seed as random seed.
 
         Raises:
-            LanguageModelError: no model is configured or reachable, or it gives no usable answer about the room.
+            ProposalError: the model gives no usable answer about the room, or declines.
+            LanguageModelError: no model is configured or reachable.
             OptionError: floor, protocol or inventory are too long for a prompt.
         """
         if self._model is not None:
@@ -85,7 +87,7 @@ class LanguageProposer:
         """Return the room level of a layout.
 
         Raises:
-            LanguageModelError: no usable answer.
+            ProposalError: no usable answer.
         """
         prompt = load_prompt(PROMPTS / "propose_room.md")
         question = prompt.fill(
@@ -98,11 +100,16 @@ class LanguageProposer:
             distances=distance_facts(request.profile),
         )
         form = room_form(offer, request.floor, len(request.protocol.steps))
-        reply = ask_with_repairs(model, prompt.label, question, form, self._repairs, request.seed % SEEDS)
+        try:
+            reply = ask_with_repairs(model, prompt.label, question, form, self._repairs, request.seed % SEEDS)
+        except LanguageModelError as error:
+            if error.reason not in UNUSABLE:
+                raise
+            raise _no_proposal(request, str(error)) from None
         answer: Any = reply.answer
         if answer.refusal.strip() and not answer.furniture:
             why = " ".join(answer.refusal.split())[: 2 * QUOTED]
-            raise LanguageModelError("refused", f"the language model declines to plan the laboratory: {why!r}")
+            raise _no_proposal(request, f"the language model declines to plan the laboratory: {why!r}")
         return furnished(answer, offer, request)
 
     def _surface(
@@ -131,3 +138,8 @@ class LanguageProposer:
             left = f"{len(items)} items are left out"
             return (), (f"the model gave no usable answer for {piece.placement.id} ({error.reason}): {left}",)
         return arranged(reply.answer, piece, offer)
+
+
+def _no_proposal(request: Request, why: str) -> ProposalError:
+    what = f"no layout of protocol {request.protocol.id!r} on floor {request.floor.name!r} was proposed"
+    return ProposalError(what, [why], None, remedy="try another seed or model")
