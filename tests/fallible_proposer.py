@@ -22,3 +22,16 @@ class Shaken:
             angle = generator.uniform(0.0, 2.0 * np.pi)
             layout = apply(layout, Move(str(name), 0.3 * float(np.cos(angle)), 0.3 * float(np.sin(angle))))
         return layout
+
+
+class Forgetful:
+    """Leaves out one instrument that the protocol requires."""
+
+    def propose(self, request: Request) -> Layout:
+        """Return a layout without the first required instrument that carries nothing."""
+        layout = ProceduralProposer().propose(request)
+        carriers = {placement.support for placement in layout.placements}
+        required = set(request.protocol.instruments)
+        loose = (p for p in layout.placements if p.asset in required and p.id not in carriers)
+        forgotten = next(loose).asset
+        return layout.replace(placements=tuple(p for p in layout.placements if p.asset != forgotten))

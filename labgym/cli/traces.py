@@ -24,8 +24,7 @@ def trace(
 ) -> int:
     """Draw how a layout was repaired: v, F and r over the iterations, the trials, and an animated plan.
 
-    Violations are outlined in red at every state, furniture that moved in blue. A layout is first optimized and
-    refined.
+    Violations are outlined in red at every state, furniture that moved in blue. A layout is first repaired.
 
     Args:
         source: The .json file of a trace (labgym generate --trace), the .json file of a layout, or the id of a
@@ -68,14 +67,18 @@ def _read(source: str) -> Trace | None:
 
 
 def _recorded(source: str, profile: str, protocol: str | None) -> Trace:
-    """Return the trace of the optimization and the refinement of a layout."""
+    """Return the trace of the phases that repair a layout."""
     from labgym.envs.tasks import resolve_layout
+    from labgym.layouts.combination import combination
     from labgym.layouts.optimise import optimise_assessed
-    from labgym.layouts.refinement import refine_assessed
+    from labgym.layouts.phases import improved
+    from labgym.layouts.rules import thresholds
     from labgym.layouts.trace import Recorder
 
-    layout, recorder = resolve_layout(source, protocol), Recorder()
-    optimised, assessment = optimise_assessed(layout, layout.protocol, profile, trace=recorder)
-    if layout.protocol is not None:
-        refine_assessed(optimised, assessment, layout.protocol, trace=recorder)
+    layout, recorder, limits = resolve_layout(source, protocol), Recorder(), thresholds.profile(profile)
+    if not layout.protocols:
+        optimise_assessed(layout, layout.protocol, limits, trace=recorder)
+    else:
+        together = layout.protocols if protocol is None else layout.protocols[:1]
+        improved(layout, combination(together, layout.catalog), limits, trace=recorder)
     return recorder.trace()

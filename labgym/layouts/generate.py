@@ -22,12 +22,12 @@ from labgym.layouts.failures import FAILURES, failures, summary
 from labgym.layouts.floor import Floor
 from labgym.layouts.habits import Habits
 from labgym.layouts.holdings import Holdings
+from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.method import DEFAULT, Dressing, Method, OnFailure
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance, Room
-from labgym.layouts.optimise import optimise_assessed
-from labgym.layouts.propose import LIMIT_WORDS, Proposer
+from labgym.layouts.phases import improved
+from labgym.layouts.propose import LIMIT_WORDS, ProceduralProposer, Proposer
 from labgym.layouts.proposers import SOLVER, solver
-from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import VERSION, Profile
@@ -141,14 +141,10 @@ def generate_assessed(
     layout = proposer.propose(request)
     if method.zones and not layout.zones:
         layout = zoned(layout, protocol)
-    if trace is not None:
-        trace.begin(layout, protocol, request.profile)
-    if method.optimise:
-        layout, assessment = optimise_assessed(layout, protocol, request.profile, adjuster, trace, method.refine)
-    else:
-        assessment = evaluate_layout(layout, protocol, request.profile, navigation=True)
-    if method.refine:
-        layout, assessment = refine_assessed(layout, assessment, protocol, adjuster, method.optimise, trace)
+    solved = isinstance(proposer, ProceduralProposer | FloorProposer)
+    layout, assessment = improved(
+        layout, protocol, request.profile, adjuster, method.optimise, method.refine, not solved, trace
+    )
     tidy = layout
     if method.dresses(proposer):
         tidy, assessment = dressed(layout, assessment, request)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fallible_proposer import Shaken
+from fallible_proposer import Forgetful, Shaken
 
 from labgym.cli import main
 from labgym.errors import OptionError, UnknownNameError, UnrepairedError, UnrepairedWarning
@@ -19,6 +19,7 @@ from labgym.layouts.moves import Move, apply
 from labgym.layouts.proposers import PROPOSERS, make_proposer, proposer_names
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.trace import Recorder
 from labgym.protocols import protocols
 
 PROTOCOL = "sub_01"
@@ -79,6 +80,18 @@ def test_provenance_records_how_the_layout_was_made(kept: Layout) -> None:
 def test_without_phases_the_layout_is_the_proposal(kept: Layout) -> None:
     request = resolve_request(PROTOCOL, 3, None, "default", None, ())
     assert kept.placements == Shaken().propose(request).placements
+
+
+def test_what_a_proposal_forgets_is_added_unless_optimization_is_left_out() -> None:
+    with pytest.warns(UnrepairedWarning, match="missing asset"):
+        bare = generate(PROTOCOL, 3, proposer=Forgetful(), on_failure="keep", **AS_PROPOSED)
+    (forgotten, *_) = bare.provenance.options["failures"]["missing"]
+    assert not any(item.asset == forgotten for item in bare.placements)
+    recorder = Recorder()
+    complete = generate(PROTOCOL, 3, proposer=Forgetful(), refine=False, trace=recorder)
+    assert any(item.asset == forgotten for item in complete.placements)
+    assert "complete" in {iteration.phase for iteration in recorder.trace().iterations}
+    assert recorder.trace().final().placements == complete.placements
 
 
 def test_accessories_are_left_out_on_request(published: Layout) -> None:

@@ -13,7 +13,7 @@ from labgym.errors import DocumentError, OptionError
 from labgym.layouts import Layout, generate
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.trace import Change, Recorder, Trace
+from labgym.layouts.trace import Recorder, StateChange, Trace
 from labgym.protocols import protocols
 
 PROTOCOL = "sub_01"
@@ -106,9 +106,9 @@ def test_a_change_between_any_two_states_leads_to_the_second(recorded: tuple[Lay
             items = [items[index] for index in generator.permutation(len(items))]
         states.append(layout.replace(placements=tuple(items)))
     first, second = states
-    change = Change.between(first, second)
+    change = StateChange.between(first, second)
     assert change.apply(first).placements == second.placements
-    assert Change.between(first, first).empty
+    assert StateChange.between(first, first).empty
 
 
 def edited(trace: Trace, **changes: object) -> bytes:

@@ -44,22 +44,23 @@ class Rank:
 
 @dataclass(frozen=True)
 class State:
-    """A layout with its assessment, with navigation, and its rank."""
+    """A layout with its assessment, by default with navigation, and its rank."""
 
     layout: Layout
     assessment: Assessment
     protocol: Protocol | None
+    navigation: bool = True
 
     @classmethod
-    def of(cls, layout: Layout, protocol: Protocol | None, profile: str | Profile) -> State:
-        """Assess a layout."""
-        return cls(layout, evaluate_layout(layout, protocol, profile, navigation=True), protocol)
+    def of(cls, layout: Layout, protocol: Protocol | None, profile: str | Profile, navigation: bool = True) -> State:
+        """Assess a layout; without navigation also all its later versions."""
+        return cls(layout, evaluate_layout(layout, protocol, profile, navigation), protocol, navigation)
 
     def with_layout(self, layout: Layout) -> State:
         """Return the state of another version of the layout."""
         profile, earlier = self.assessment.profile, self.assessment
-        assessment = evaluate_layout(layout, self.protocol, profile, navigation=True, earlier=earlier)
-        return State(layout, assessment, self.protocol)
+        assessment = evaluate_layout(layout, self.protocol, profile, self.navigation, earlier)
+        return State(layout, assessment, self.protocol, self.navigation)
 
     @property
     def profile(self) -> Profile:

@@ -16,7 +16,7 @@ from labgym.layouts.zone import Assignments, Zones
 MOST_PLACEMENTS = 2000
 
 
-class Change(Record):
+class StateChange(Record):
     """Placements that differ between two states of a layout.
 
     Attributes:

@@ -11,14 +11,15 @@ from pydantic import BeforeValidator, Field, JsonValue, PlainSerializer, WithJso
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, LabgymError
 from labgym.layouts.model import Layout
-from labgym.layouts.trace.changes import Change
+from labgym.layouts.rules.thresholds import VERSION, Metrics
+from labgym.layouts.trace.changes import StateChange
 
 MOST_ITERATIONS = 1000
 MOST_TRIALS = 400
 """Most trials of one iteration that are listed; the others are counted."""
 MOST_COMMANDS = 200
 
-Phase = Literal["propose", "optimise", "refine", "dress", "clutter"]
+Phase = Literal["propose", "optimise", "complete", "refine", "repair", "dress", "clutter"]
 Verdict = Literal["accepted", "start", "cost_rose", "fitness_fell", "no_gain", "beaten", "invalid"]
 """Outcome of a trial.
 
@@ -106,7 +107,7 @@ class Iteration(Record):
     """One iteration of a phase: what was tried, and the state after it.
 
     Attributes:
-        phase: propose, optimise, refine, dress or clutter.
+        phase: propose, optimise, complete, refine, repair, dress or clutter.
         level: within `optimise`: room, desktop, rearrange or ways.
         trials: the trials in order; of several accepted ones the last one stands.
         tried: number of trials, those that are not listed included.
@@ -119,7 +120,7 @@ class Iteration(Record):
     level: Name | None = None
     trials: Annotated[tuple[Trial, ...], Field(max_length=MOST_TRIALS)] = ()
     tried: Count = 0
-    change: Change = Change()
+    change: StateChange = StateChange()
     hash: Digest
     figures: Figures
 
@@ -151,6 +152,7 @@ class Trace(Document):
 
     Attributes:
         profile: name of the thresholds.
+        metrics: version of the metric definitions that the figures are for.
         protocol: id of the protocol that the figures are for; of several protocols, of their combination.
         start: the first state.
         iterations: in order; the first one has the figures of the first state, and no change.
@@ -159,6 +161,7 @@ class Trace(Document):
     SCHEMA: ClassVar[str] = "labgym.trace/1"
 
     profile: Name
+    metrics: Metrics = VERSION
     protocol: Name | None = None
     start: EmbeddedLayout
     iterations: Annotated[tuple[Iteration, ...], Field(min_length=1, max_length=MOST_ITERATIONS)]

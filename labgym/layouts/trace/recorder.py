@@ -10,7 +10,7 @@ from labgym.errors import OptionError
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
-from labgym.layouts.trace.changes import Change
+from labgym.layouts.trace.changes import StateChange
 from labgym.layouts.trace.document import (
     MOST_ITERATIONS,
     MOST_TRIALS,
@@ -40,7 +40,7 @@ class Recorder:
         self._current: Layout | None = None
         self._assessment: Assessment | None = None
         self._protocol: Protocol | None = None
-        self._profile = "default"
+        self._profile: Profile | None = None
         self._iterations: list[Iteration] = []
         self._trials: list[Trial] = []
         self._tried = 0
@@ -55,7 +55,7 @@ class Recorder:
         if self._start is not None:
             return
         self._start = self._current = layout
-        self._protocol, self._profile = protocol, profile.name
+        self._protocol, self._profile = protocol, profile
         self._assessment = evaluate_layout(layout, protocol, profile, navigation=True)
         self._iterations.append(Iteration(phase=phase, hash=layout.hash, figures=_figures(self._assessment)))
 
@@ -115,7 +115,7 @@ class Recorder:
         """
         if self._current is None or self._assessment is None:
             raise OptionError("the trace has no first state: call begin")
-        change = Change.between(self._current, layout)
+        change = StateChange.between(self._current, layout)
         trials, tried = tuple(self._trials), self._tried
         self._trials, self._tried = [], 0
         if (change.empty and not tried) or len(self._iterations) >= MOST_ITERATIONS:
@@ -142,10 +142,11 @@ class Recorder:
         Raises:
             OptionError: the trace has not begun.
         """
-        if self._start is None:
+        if self._start is None or self._profile is None:
             raise OptionError("the trace has no first state: call begin")
         return Trace(
-            profile=self._profile,
+            profile=self._profile.name,
+            metrics=self._profile.metrics,
             protocol=None if self._protocol is None else self._protocol.id,
             start=self._start,
             iterations=tuple(self._iterations),

@@ -1,0 +1,74 @@
+"""The phases between a proposal and a finished layout: optimize, complete, refine, repair."""
+
+from __future__ import annotations
+
+from labgym.layouts.adjust import Adjuster
+from labgym.layouts.failures import failures
+from labgym.layouts.model import Layout
+from labgym.layouts.optimise import optimise_assessed
+from labgym.layouts.refinement import refine_assessed
+from labgym.layouts.repairs import repair_layout
+from labgym.layouts.repairs.additions import with_missing
+from labgym.layouts.repairs.rank import State
+from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.trace import Recorder
+from labgym.protocols import Protocol
+
+
+def improved(
+    layout: Layout,
+    protocol: Protocol,
+    profile: Profile,
+    adjuster: Adjuster | None = None,
+    optimise: bool = True,
+    refine: bool = True,
+    complete: bool = True,
+    trace: Recorder | None = None,
+) -> tuple[Layout, Assessment]:
+    """Return a layout after the phases, and its assessment with navigation.
+
+    Args:
+        layout: the proposal.
+        protocol: what the layout is for.
+        profile: thresholds.
+        adjuster: adjusts layouts; by default rules and search.
+        optimise: whether to repair and adjust the layout, and what the refinement changes.
+        refine: whether to refine it for navigation; if not, nothing considers navigation.
+        complete: whether the optimization adds required assets that the proposal lacks, and whether a layout that still
+            fails after both phases is repaired by all means (`labgym.layouts.repairs`).
+        trace: records every iteration.
+    """
+    if trace is not None:
+        trace.begin(layout, protocol, profile)
+    if optimise:
+        layout, assessment = optimise_assessed(layout, protocol, profile, adjuster, trace, refine)
+        if complete and assessment.missing:
+            layout, assessment = _completed(layout, assessment, protocol, adjuster, refine, trace)
+    else:
+        assessment = evaluate_layout(layout, protocol, profile, navigation=True)
+    if refine:
+        layout, assessment = refine_assessed(layout, assessment, protocol, adjuster, optimise, trace)
+    if optimise and refine and complete and failures(assessment):
+        repair = repair_layout(layout, protocol, profile, adjuster)
+        layout, assessment = repair.layout, repair.after
+        if trace is not None:
+            trace.update("repair", None, layout)
+    return layout, assessment
+
+
+def _completed(
+    layout: Layout,
+    assessment: Assessment,
+    protocol: Protocol,
+    adjuster: Adjuster | None,
+    refine: bool,
+    trace: Recorder | None,
+) -> tuple[Layout, Assessment]:
+    """Return the layout with what it lacks, optimized again."""
+    state = with_missing(State.of(layout, protocol, assessment.profile, navigation=refine))
+    if state.layout is layout:
+        return layout, assessment
+    if trace is not None:
+        trace.update("complete", None, state.layout)
+    return optimise_assessed(state.layout, protocol, assessment.profile, adjuster, trace, refine)
