@@ -152,6 +152,29 @@ def navigation(
     return _reproduced(_navigation(scope, policies), out, execution, fresh)
 
 
+@reproduce_app.command
+def repair(
+    draws: int = 6,
+    seed: int = 1,
+    profile: str = "default",
+    out: OptionalPath = None,
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
+) -> int:
+    """Damage benchmark: laboratories damaged in ten kinds, 1 to 5 pieces each, and repaired (docs/reproduction.md).
+
+    Args:
+        draws: Number of cases of each kind and number of pieces; 6 make 300 cases.
+        seed: Random seed of the cases.
+        profile: Thresholds: default, strict, paper or code.
+        out: Folder of the results; by default runs/reproduce/repair.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    from labgym.eval.reproduction.repair import RepairStudy
+
+    return _reproduced(RepairStudy(draws, seed, profile), out, execution, fresh)
+
+
 @reproduce_app.command(name="all")
 def all_(
     scope: Scope = WHOLE,
@@ -169,10 +192,12 @@ def all_(
     """
     from labgym.eval.reproduction.everything import reproduce_all
     from labgym.eval.reproduction.protocols import ProtocolsStudy
+    from labgym.eval.reproduction.repair import RepairStudy
     from labgym.eval.reproduction.study import PAGE
     from labgym.exchange.labbuilder.study import LabBuilderStudy
 
     studies: list[Study[Any]] = [ProtocolsStudy(), _comparison(scope), _ablation(scope), _navigation(scope)]
+    studies.append(RepairStudy(1, pieces=(1, 3)) if scope.quick else RepairStudy())
     remarks = ["A small version: few protocols and one seed (--quick)."] if scope.quick else []
     if scenes is not None:
         studies.append(LabBuilderStudy(scenes))

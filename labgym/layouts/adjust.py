@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Literal
@@ -104,19 +104,35 @@ def _room_commands(layout: Layout, assessment: Assessment) -> Iterator[Command]:
     groups += [collision.ids for collision in assessment.collisions]
     groups += [(fault.id,) for fault in assessment.bounds]
     groups += [instance.ids for instance in _unsatisfied(assessment) if len(instance.ids) == 2]
-    for ids in groups:
-        roots = [root for root in dict.fromkeys(layout.root(item).id for item in ids) if may_move(layout, root)]
-        for root in roots:
-            yield from free_places(layout, root, PLACES)
-            place = hanging_place(layout, root) if layout.placement(root).support == WALL else None
-            if place is not None:
-                yield place
-        for root in roots:
-            yield from _turns(layout, root)
-        for root in roots:
-            yield from _slides(layout, root)
-        for root in roots:
-            yield from swaps(layout, root)
+    yield from _in_turn([_for_group(layout, ids) for ids in dict.fromkeys(groups)])
+
+
+def _in_turn(sources: Sequence[Iterator[Command]]) -> Iterator[Command]:
+    """Yield the first command of each source, then the second of each: none keeps the others from being tried."""
+    waiting = list(sources)
+    while waiting:
+        remaining = []
+        for source in waiting:
+            command = next(source, None)
+            if command is not None:
+                yield command
+                remaining.append(source)
+        waiting = remaining
+
+
+def _for_group(layout: Layout, ids: tuple[str, ...]) -> Iterator[Command]:
+    roots = [root for root in dict.fromkeys(layout.root(item).id for item in ids) if may_move(layout, root)]
+    for root in roots:
+        yield from free_places(layout, root, PLACES)
+        place = hanging_place(layout, root) if layout.placement(root).support == WALL else None
+        if place is not None:
+            yield place
+    for root in roots:
+        yield from _turns(layout, root)
+    for root in roots:
+        yield from _slides(layout, root)
+    for root in roots:
+        yield from swaps(layout, root)
 
 
 def way_commands(layout: Layout, most: int) -> list[Command]:
@@ -185,9 +201,8 @@ def _desktop_commands(layout: Layout, protocol: Protocol | None, assessment: Ass
     items += [fault.id for fault in assessment.bounds]
     items += [item for instance in _unsatisfied(assessment) for item in instance.ids]
     items += [p.id for p in layout.placements if p.support == FLOOR and layout.asset(p.id).placing == "desktop"]
-    for item in dict.fromkeys(items):
-        if layout.asset(item).placing == "desktop" and may_move(layout, item):
-            yield from _spots(layout, item, protocol, assessment.profile)
+    able = [item for item in dict.fromkeys(items) if layout.asset(item).placing == "desktop" and may_move(layout, item)]
+    yield from _in_turn([_spots(layout, item, protocol, assessment.profile) for item in able])
 
 
 def _spots(layout: Layout, item: str, protocol: Protocol | None, profile: Profile) -> Iterator[Command]:

@@ -17,7 +17,7 @@ from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
 
 LEVELS: tuple[Level, ...] = ("room", "desktop")
-ITERATIONS = 24
+ITERATIONS = 60
 """Maximum number of updates at each level."""
 WAY_ITERATIONS = 4
 WAY_BUDGET = 32

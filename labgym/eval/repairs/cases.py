@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,9 @@ PLACES = ("room", "bay", "ell", "double", "suite", "refit")
 """Where the laboratories are: the default room, and floors of each family."""
 CLUTTER = (0, 0, 1, 2)
 """Levels of clutter, equally likely."""
-SEEDS = 6
+PIECES = tuple(range(1, MAX_PIECES + 1))
+"""Numbers of damaged pieces."""
+DRAWS = 6
 """Default number of cases of each kind and number of pieces: 10 kinds x 5 numbers x 6 = 300 cases."""
 SEED_RANGE = 10**8
 """Seeds of laboratories lie below: they are development seeds."""
@@ -48,12 +50,12 @@ class Patient:
     damage: Damage
 
 
-def cases(seeds: int = SEEDS) -> Iterator[Case]:
+def cases(draws: int = DRAWS, pieces: Sequence[int] = PIECES) -> Iterator[Case]:
     """Yield the cases of the benchmark, kind by kind."""
     for kind in KINDS:
-        for pieces in range(1, MAX_PIECES + 1):
-            for draw in range(seeds):
-                yield Case(kind, pieces, draw)
+        for count in pieces:
+            for draw in range(draws):
+                yield Case(kind, count, draw)
 
 
 def patient(case: Case, seed: int) -> Patient:

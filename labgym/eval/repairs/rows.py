@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
-
 from labgym.documents import Record
 from labgym.eval.repairs.cases import Case, patient
 from labgym.eval.repairs.verdict import verdict
@@ -24,7 +22,6 @@ class RepairRow(Record):
         moved, added: number of objects that the repair moved by themselves, and added.
         missing, free_standing, errors, warnings, outside: what is wrong after the repair, as in `Verdict`.
         repaired: whether nothing is wrong.
-        seconds: processor time of the repair.
     """
 
     kind: str
@@ -45,11 +42,15 @@ class RepairRow(Record):
     warnings: tuple[str, ...]
     outside: tuple[str, ...]
     repaired: bool
-    seconds: float
+
+    @property
+    def moved_share(self) -> float:
+        """The share of the objects that the repair moved."""
+        return self.moved / self.objects
 
 
-def repair_row(case: Case, seed: int, profile: str = "default") -> RepairRow:
-    """Return the row of a case: damage a laboratory, repair it, judge it.
+def repair_row(case: Case, seed: int, profile: str = "default") -> tuple[RepairRow, float]:
+    """Return the row of a case, and the processor time of the repair in seconds: damage, repair and judge a laboratory.
 
     Raises:
         LabgymError: no laboratory can be damaged in that way.
@@ -61,7 +62,7 @@ def repair_row(case: Case, seed: int, profile: str = "default") -> RepairRow:
     seconds = time.process_time() - start
     judged = verdict(ill.sound, result.layout, layout.protocol, profile)
     kinds = [change.kind for change in result.changes]
-    return RepairRow(
+    row = RepairRow(
         kind=case.kind,
         pieces=case.pieces,
         draw=case.draw,
@@ -80,11 +81,5 @@ def repair_row(case: Case, seed: int, profile: str = "default") -> RepairRow:
         warnings=judged.warnings,
         outside=judged.outside,
         repaired=judged.repaired,
-        seconds=round(seconds, DIGITS),
     )
-
-
-def share_repaired(rows: Iterable[RepairRow]) -> float:
-    """Return the share of cases that are repaired, NaN without cases."""
-    outcomes = [row.repaired for row in rows]
-    return sum(outcomes) / len(outcomes) if outcomes else float("nan")
+    return row, round(seconds, DIGITS)

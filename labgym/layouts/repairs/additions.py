@@ -8,7 +8,7 @@ from labgym.assets import Asset
 from labgym.geometry import to_world
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import FLOOR, Layout, Placement
-from labgym.layouts.moves import apply
+from labgym.layouts.moves import apply, may_move
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.rank import State
@@ -35,6 +35,25 @@ def with_missing(state: State) -> State:
         if asset.kind == "reagent" and not _has_cabinet(state.layout, asset):
             state = _with_one(state, _cabinet_for(state.layout, asset)) or state
         state = _with_one(state, asset) or state
+    return state
+
+
+def with_cabinets(state: State) -> State:
+    """Return the state with a cabinet for each reagent out of storage of whose class there is none, and it inside."""
+    for instance in state.assessment.storage:
+        reagent = instance.ids[0]
+        asset = state.layout.asset(reagent)
+        if not instance.hard or _has_cabinet(state.layout, asset) or not may_move(state.layout, reagent):
+            continue
+        larger = _with_one(state, _cabinet_for(state.layout, asset))
+        if larger is None:
+            continue
+        for support, slot in homes(larger.layout, reagent, state.protocol):
+            spots = free_spots(larger.layout, reagent, support, slot, state.profile, most=1)
+            proposed = [larger.with_layout(apply(larger.layout, spot)) for spot in spots]
+            if proposed and proposed[0].rank < state.rank:
+                state = proposed[0]
+                break
     return state
 
 

@@ -11,7 +11,7 @@ from labgym.layouts.moves import may_move
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.repair import fast_repair
-from labgym.layouts.repairs.additions import with_missing
+from labgym.layouts.repairs.additions import with_cabinets, with_missing
 from labgym.layouts.repairs.changes import Change, changes
 from labgym.layouts.repairs.economy import economical
 from labgym.layouts.repairs.furniture import advised, placed_anew, relocated, under_loads
@@ -103,7 +103,7 @@ def _round(state: State, adjuster: Adjuster | None) -> State:
     state = under_loads(state)
     state = resettled(state)
     state = _better(state, fast_repair(state.layout, state.profile))
-    state = with_missing(state)
+    state = with_cabinets(with_missing(state))
     if curable(state):
         state = placed_anew(relocated(state), LEVELS)
         state = resettled(state)
