@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+
 from labgym.documents import Record
 from labgym.eval.repairs.cases import Case, patient
 from labgym.eval.repairs.verdict import verdict

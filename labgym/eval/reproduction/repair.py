@@ -34,10 +34,11 @@ COLUMNS = (
     Column(key="moved", heading="Objects moved"),
 )
 NOTES = (
-    "Repaired: v = 0, nothing missing, no facility error, no wall unit left standing free, no facility warning more than "
-    "before the damage, and no finding of the independent judge (labgym.eval.outside) beyond those of the sound layout.",
-    "Confirmed from outside: the independent judge finds nothing new. Objects moved: share of all objects, without what "
-    "moves along on its support.",
+    "Repaired: v = 0, nothing missing, no facility error, no wall unit left standing free, no more facility warnings "
+    "than before the damage, and no finding of the independent judge (labgym.eval.outside) that the sound layout has "
+    "not.",
+    "Confirmed from outside: the independent judge finds nothing new.",
+    "Objects moved: share of all objects, without what moves along on its support.",
 )
 
 
@@ -112,7 +113,9 @@ class RepairStudy(Study[RepairRow]):
                 key="pieces", title="Repair by number of damaged pieces", first="Pieces", columns=COLUMNS,
                 lines=tuple(numbers),
             ),
-            FigureTable(key="places", title="Repair by laboratory", first="Laboratory", columns=COLUMNS, lines=tuple(places)),
+            FigureTable(
+                key="places", title="Repair by laboratory", first="Laboratory", columns=COLUMNS, lines=tuple(places),
+            ),
             _faults(rows),
         )  # fmt: skip
         return Figures(
