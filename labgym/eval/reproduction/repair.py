@@ -99,7 +99,7 @@ class RepairStudy(Study[RepairRow]):
         )
         facts = {
             "metrics": f"{VERSION}, profile {self.profile}",
-            "cases": f"{len(KINDS)} kinds x {len(self.pieces)} numbers of pieces x {self.draws} draws, seed {self.seed}",
+            "cases": f"{len(KINDS)} kinds x {len(self.pieces)} numbers of pieces x {self.draws}, seed {self.seed}",
             "laboratories": f"generated: {', '.join(PLACES)}; levels of clutter {sorted(set(CLUTTER))}",
             **code_facts(),
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice, product
 
 from labgym.layouts.adjust import swaps
@@ -14,6 +15,7 @@ from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.changes import moved_ids
 from labgym.layouts.repairs.rank import State
+from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.tidying import tidied
 
 Interval = tuple[float, float]
@@ -94,18 +96,45 @@ def relocated(state: State) -> State:
 
 
 def _relocation(state: State) -> State | None:
-    counts = Counter(item for item in _involved(state) if may_move(state.layout, item))
-    for item in sorted(counts, key=lambda item: (-counts[item], item)):
+    base = replace(state.assessment, transitions=None, navigation=False).cost
+    blame = _blame(state)
+    for item in sorted(blame, key=lambda item: (-blame[item], item)):
+        if not may_move(state.layout, item):
+            continue
         best = state
         for place in free_places(state.layout, item, PLACES):
-            proposed = state.with_layout(apply(state.layout, place))
+            candidate = apply(state.layout, place)
+            if evaluate_layout(candidate, state.protocol, state.profile).cost >= base:
+                continue  # Without ways the evaluation takes a quarter of the time.
+            proposed = state.with_layout(candidate)
             if proposed.rank < best.rank:
                 best = proposed
-                if best.rank.cost < state.rank.cost and best.rank.warnings <= state.rank.warnings:
+                if best.rank.warnings <= state.rank.warnings:
                     break
         if best.rank.cost < state.rank.cost:
             return best
     return None
+
+
+def _blame(state: State) -> Counter[str]:
+    """Return the floor objects that cause faults of furniture, with the number of faults.
+
+    What stands wrong by itself counts twice. The owner of a blocked front causes nothing, nor does a place that no way
+    out reaches.
+    """
+    layout, assessment = state.layout, state.assessment
+    blame: Counter[str] = Counter()
+    for fault in assessment.bounds:
+        blame[layout.root(fault.id).id] += 2 if layout.placement(fault.id).support == FLOOR else 0
+    for collision in assessment.collisions:
+        roots = {layout.root(item).id for item in collision.ids}
+        blame.update(roots if len(roots) > 1 else ())
+    for issue in assessment.errors:
+        if issue.rule == "egress":
+            continue
+        blocked = issue.rule == "front_clearance" and len(issue.ids) > 1
+        blame.update(layout.root(item).id for item in (issue.ids[1:] if blocked else issue.ids * 2))
+    return +blame
 
 
 def placed_anew(state: State, levels: int) -> State:
@@ -140,6 +169,11 @@ def advised(before: State, state: State) -> State:
                 state = proposed
                 break
     return state
+
+
+def settled(state: State) -> bool:
+    """Whether no furniture takes part in a fault."""
+    return next(_involved(state), None) is None
 
 
 def _involved(state: State) -> Iterator[str]:

@@ -14,7 +14,7 @@ from labgym.layouts.repair import fast_repair
 from labgym.layouts.repairs.additions import with_cabinets, with_missing
 from labgym.layouts.repairs.changes import Change, changes
 from labgym.layouts.repairs.economy import economical
-from labgym.layouts.repairs.furniture import advised, placed_anew, relocated, under_loads
+from labgym.layouts.repairs.furniture import advised, placed_anew, relocated, settled, under_loads
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.resettling import lying, resettled
 from labgym.layouts.rules.objective import Assessment
@@ -102,11 +102,13 @@ def _round(state: State, adjuster: Adjuster | None) -> State:
     """Return the state after every stage, each of which is kept if it improves the rank."""
     state = under_loads(state)
     state = resettled(state)
-    state = _better(state, fast_repair(state.layout, state.profile))
-    state = with_cabinets(with_missing(state))
+    pushed = _better(state, fast_repair(state.layout, state.profile))
+    state = with_cabinets(with_missing(pushed if settled(pushed) else state))
     if curable(state):
-        state = placed_anew(relocated(state), LEVELS)
-        state = resettled(state)
+        state = relocated(state)
+        state = resettled(_better(state, fast_repair(state.layout, state.profile)))
+    if curable(state):
+        state = resettled(placed_anew(state, LEVELS))
     if curable(state):
         state = resettled(_optimised(state, adjuster))
     return state

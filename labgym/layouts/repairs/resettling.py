@@ -50,11 +50,13 @@ def _out_of_place(state: State) -> list[str]:
 
 
 def _faulty(state: State) -> list[str]:
-    """Return the items on surfaces that violate a rule by themselves."""
+    """Return the items on surfaces that violate a rule by themselves, and not because their furniture does."""
     assessment, layout = state.assessment, state.layout
-    ids = [fault.id for fault in assessment.bounds]
-    ids += [item for collision in assessment.collisions for item in collision.ids]
-    ids += [instance.ids[0] for instance in assessment.storage if instance.hard]
+    ids = [fault.id for fault in assessment.bounds if fault.cause != "room"]
+    for collision in assessment.collisions:
+        first, second = (layout.root(item).id for item in collision.ids)
+        ids += collision.ids if first == second else ()
+    ids += [item for instance in assessment.instances if instance.hard for item in instance.ids]
     return [item for item in dict.fromkeys(ids) if layout.placement(item).support not in (FLOOR, WALL)]
 
 
