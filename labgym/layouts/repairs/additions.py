@@ -39,7 +39,7 @@ def with_missing(state: State) -> State:
 
 
 def with_cabinets(state: State) -> State:
-    """Return the state with a cabinet for each reagent out of storage of whose class there is none, and it inside."""
+    """Return the state with each reagent out of storage in a new cabinet, if the layout has none of its class."""
     for instance in state.assessment.storage:
         reagent = instance.ids[0]
         asset = state.layout.asset(reagent)
