@@ -12,11 +12,14 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber, Texts
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import complaints, findings, written
+from labgym.cli.scores import OptionalMode
 
 if TYPE_CHECKING:
     from labgym.eval.reproduction.figures import Figures
     from labgym.eval.reproduction.scope import Scope as StudyScope
     from labgym.eval.reproduction.study import Study
+    from labgym.eval.scoring.judgement import Mode
+    from labgym.eval.scoring.judging.options import JudgeOptions
 
 reproduce_app = CommandGroup(default="published")
 RUNS = Path("runs/reproduce")
@@ -105,32 +108,42 @@ WHOLE = ScopeArguments()
 
 @reproduce_app.command
 def comparison(
-    scope: Scope = WHOLE, out: OptionalPath = None, fresh: bool = False, execution: Execution = THIS_PROCESS
+    scope: Scope = WHOLE,
+    judge: OptionalMode = None,
+    out: OptionalPath = None,
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
 ) -> int:
     """Table 2: layouts of labgym's generators and of the paper's rivals, under one set of metrics.
 
     With a language model (LABGYM_LLM_BASE_URL, LABGYM_LLM_MODEL) also those of the proposer llm.
 
     Args:
+        judge: Let the configured vision-language model score pictures of each layout: strict, medium or lenient.
         out: Folder of the results; by default runs/reproduce/comparison.
         fresh: Move the files of the folder aside and start anew.
     """
-    return _reproduced(_comparison(scope), out, execution, fresh)
+    return _reproduced(_comparison(scope, judge), out, execution, fresh)
 
 
 @reproduce_app.command
 def ablation(
-    scope: Scope = WHOLE, out: OptionalPath = None, fresh: bool = False, execution: Execution = THIS_PROCESS
+    scope: Scope = WHOLE,
+    judge: OptionalMode = None,
+    out: OptionalPath = None,
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
 ) -> int:
     """Table 3: the method without annotations, protocol, optimization or refinement for navigation.
 
     The proposer is sampler, with a language model also llm.
 
     Args:
+        judge: Let the configured vision-language model score pictures of each layout: strict, medium or lenient.
         out: Folder of the results; by default runs/reproduce/ablation.
         fresh: Move the files of the folder aside and start anew.
     """
-    return _reproduced(_ablation(scope), out, execution, fresh)
+    return _reproduced(_ablation(scope, judge), out, execution, fresh)
 
 
 @reproduce_app.command
@@ -208,22 +221,39 @@ def all_(
     return written(out / PAGE)
 
 
-def _comparison(arguments: ScopeArguments) -> Study[Any]:
+def _comparison(arguments: ScopeArguments, judge: Mode | None = None) -> Study[Any]:
     from labgym.eval.reproduction.comparison import ComparisonStudy, comparison_variants
     from labgym.eval.reproduction.scope import model_name
 
     scope, model = arguments.scope("comparison"), model_name()
-    return ComparisonStudy(comparison_variants(bool(model)), scope.protocols, scope.seeds, model=model)
+    return ComparisonStudy(
+        comparison_variants(bool(model)), scope.protocols, scope.seeds, model=model, judge=_judge(judge)
+    )
 
 
-def _ablation(arguments: ScopeArguments) -> Study[Any]:
+def _ablation(arguments: ScopeArguments, judge: Mode | None = None) -> Study[Any]:
     from labgym.eval.reproduction.ablation import AblationStudy, ablation_variants
     from labgym.eval.reproduction.scope import model_name
 
     scope, model = arguments.scope("ablation"), model_name()
     proposers = ("sampler", "llm") if model else ("sampler",)
     variants = tuple(variant for proposer in proposers for variant in ablation_variants(proposer))
-    return AblationStudy(variants, scope.protocols, scope.seeds, model=model)
+    return AblationStudy(variants, scope.protocols, scope.seeds, model=model, judge=_judge(judge))
+
+
+def _judge(mode: Mode | None) -> JudgeOptions | None:
+    """Return how the configured model judges.
+
+    Raises:
+        LanguageModelError: a judge, but no model is configured.
+    """
+    if mode is None:
+        return None
+    from labgym.eval.scoring.judging.options import JudgeOptions
+    from labgym.llm import LanguageModelConfig
+
+    LanguageModelConfig.from_environment()
+    return JudgeOptions(mode)
 
 
 def _navigation(arguments: ScopeArguments, policies: Sequence[str] = ()) -> Study[Any]:

@@ -13,11 +13,16 @@ from labgym.errors import InfeasibleError
 from labgym.eval.reproduction.blindfold import Hidden, blindfolded
 from labgym.eval.reproduction.measures import report_metrics, report_metrics_2
 from labgym.eval.reproduction.study import rows_output
+from labgym.eval.scoring.judging.options import JudgeOptions
+from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import score
 from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.thresholds import VERSION_2
+from labgym.llm import LanguageModel
+from labgym.llm.errors import LanguageModelError
+from labgym.llm.rounds import UNUSABLE
 from labgym.protocols import Protocol
 from labgym.runs import Shard, ShardOutput
 
@@ -91,19 +96,33 @@ class LayoutRow(Record):
 
 
 def layout_shards(
-    variants: tuple[Variant, ...], protocols: tuple[Protocol, ...], seeds: range, profile: str
+    variants: tuple[Variant, ...],
+    protocols: tuple[Protocol, ...],
+    seeds: range,
+    profile: str,
+    judge: JudgeOptions | None = None,
 ) -> tuple[Shard, ...]:
     """Return a shard for each variant, protocol and seed, in this order."""
     return tuple(
-        Shard(f"{variant.key}/{protocol.id}-{seed}", measure, (variant, protocol, seed, profile))
+        Shard(f"{variant.key}/{protocol.id}-{seed}", measure, (variant, protocol, seed, profile, judge))
         for variant in variants
         for protocol in protocols
         for seed in seeds
     )
 
 
-def measure(variant: Variant, protocol: Protocol, seed: int, profile: str) -> ShardOutput:
-    """Generate and score a layout; a protocol without a layout is a row, not an error."""
+def measure(
+    variant: Variant, protocol: Protocol, seed: int, profile: str, judge: JudgeOptions | None = None
+) -> ShardOutput:
+    """Generate and score a layout; a protocol without a layout is a row, not an error.
+
+    Args:
+        variant, protocol, seed, profile: what to generate.
+        judge: how the configured vision-language model judges the layout; None for no judge.
+
+    Raises:
+        LanguageModelError: a model that is asked is not configured or cannot be reached.
+    """
     name = f"{variant.key}/{protocol.id}-{seed}"
     try:
         layout = layout_of(variant, protocol, seed, profile)
@@ -112,6 +131,8 @@ def measure(variant: Variant, protocol: Protocol, seed: int, profile: str) -> Sh
             name, [LayoutRow(variant=variant.key, protocol=protocol.id, seed=seed, failure=str(error)[:500])]
         )
     report = score(layout, protocol, profile)
+    if judge is not None:
+        report = judged(report, layout, protocol, judge)
     second = score(layout, protocol, profile, contacts=False, metrics=VERSION_2)
     row = LayoutRow(
         variant=variant.key,
@@ -129,6 +150,23 @@ def measure(variant: Variant, protocol: Protocol, seed: int, profile: str) -> Sh
         metrics_2=report_metrics_2(second),
     )
     return rows_output(name, [row], {f"layouts/{name}.json": json_bytes(layout.to_json())})
+
+
+def judged(report: LayoutReport, layout: Layout, protocol: Protocol, judge: JudgeOptions) -> LayoutReport:
+    """Return a report with the scores of the configured model; without them if no answer is usable.
+
+    Raises:
+        LanguageModelError: the model is not configured or cannot be reached.
+    """
+    from labgym.eval.scoring.judging.judge import Judge  # imported here because it loads the renderer
+
+    with LanguageModel.from_environment() as model:
+        try:
+            return Judge(model, judge).completed(report, layout, protocol)
+        except LanguageModelError as error:
+            if error.reason not in UNUSABLE:
+                raise
+            return report
 
 
 def layout_of(variant: Variant, protocol: Protocol, seed: int, profile: str) -> Layout:

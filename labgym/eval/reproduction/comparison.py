@@ -15,6 +15,7 @@ from labgym.eval.reproduction.layout_tables import own_table, paper_table, secon
 from labgym.eval.reproduction.page import Section
 from labgym.eval.reproduction.plates import comparison_section, failure_section
 from labgym.eval.reproduction.study import Study, code_facts
+from labgym.eval.scoring.judging.options import JudgeOptions
 from labgym.layouts.method import Method
 from labgym.layouts.proposers import proposer_names
 from labgym.protocols import Protocol
@@ -31,7 +32,8 @@ class LayoutStudy(Study[LayoutRow]):
     Attributes:
         variants: what is compared. protocols: requests. seeds: seeds of each.
         profile: thresholds.
-        model: name of the language model that some variants ask; empty without one.
+        model: name of the language model that some variants and the judge ask; empty without one.
+        judge: how the model judges pictures of the layouts; None for no judge.
     """
 
     variants: tuple[Variant, ...]
@@ -39,6 +41,7 @@ class LayoutStudy(Study[LayoutRow]):
     seeds: range
     profile: str = "default"
     model: str = ""
+    judge: JudgeOptions | None = None
     unit: ClassVar[str] = "layout"
     row: ClassVar[type[Record]] = LayoutRow
     title: ClassVar[str]
@@ -53,11 +56,12 @@ class LayoutStudy(Study[LayoutRow]):
             "room": ROOM,
             "profile": self.profile,
             "model": self.model,
+            "judge": None if self.judge is None else [self.judge.label, self.judge.samples],
         }
 
     def shards(self) -> Sequence[Shard]:
         """Return a shard for each variant, protocol and seed."""
-        return layout_shards(self.variants, self.protocols, self.seeds, self.profile)
+        return layout_shards(self.variants, self.protocols, self.seeds, self.profile, self.judge)
 
     def printed(self) -> PaperTable:
         """Return the paper's table."""
@@ -77,6 +81,7 @@ class LayoutStudy(Study[LayoutRow]):
                 "seeds": f"{self.seeds[0]} to {self.seeds[-1]}" if len(self.seeds) > 1 else str(self.seeds[0]),
                 "room": f"preset {ROOM}",
                 "language model": self.model or "none: seeded tables stand in for it",
+                "judge": "none" if self.judge is None else f"{self.judge.label}, {self.judge.samples} samples",
                 **code_facts(),
             },
             tables=(

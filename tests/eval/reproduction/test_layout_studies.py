@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -18,10 +19,15 @@ from labgym.eval.reproduction.cases import LayoutRow, Variant, measure
 from labgym.eval.reproduction.comparison import ComparisonStudy, comparison_variants
 from labgym.eval.reproduction.figures import Figures
 from labgym.eval.reproduction.layout_tables import paper_table, second_table
+from labgym.eval.reproduction.measures import report_metrics
 from labgym.eval.reproduction.plates import failure_section
 from labgym.eval.reproduction.study import parse_rows, reproduce
+from labgym.eval.scoring.judging.judge import Judge
+from labgym.eval.scoring.judging.options import JudgeOptions
 from labgym.layouts import Layout
 from labgym.layouts.method import Method
+from labgym.llm import LanguageModel
+from labgym.llm.errors import LanguageModelError
 from labgym.protocols import protocols
 
 PROTOCOL = protocols()["sub_01"]
@@ -122,6 +128,24 @@ def test_a_protocol_without_a_layout_is_a_row(monkeypatch):
     assert row.file is None
     assert "no wall is free" in row.failure
     assert not row.valid
+
+
+def test_a_judge_s_scores_are_in_the_paper_s_columns_and_unusable_answers_leave_them_empty(folder, rows, monkeypatch):
+    layout = Layout.load(folder / rows[1].file)
+    report = score(layout, PROTOCOL)
+    monkeypatch.setattr(LanguageModel, "from_environment", classmethod(lambda _: nullcontext()))
+    monkeypatch.setattr(Judge, "completed", lambda _, one, *__: one.model_copy(update={"real": 7.0}))
+    assert report_metrics(cases.judged(report, layout, PROTOCOL, JudgeOptions()))["real"] == 7.0
+
+    def unusable(*_):
+        raise LanguageModelError(reason, "no answer")
+
+    monkeypatch.setattr(Judge, "completed", unusable)
+    reason = "malformed"
+    assert cases.judged(report, layout, PROTOCOL, JudgeOptions()) == report
+    reason = "unreachable"
+    with pytest.raises(LanguageModelError):
+        cases.judged(report, layout, PROTOCOL, JudgeOptions())
 
 
 def test_the_language_model_of_a_layout_is_named(folder, rows):
