@@ -21,6 +21,7 @@ def repair(
     profile: str = "default",
     protocol: OptionalText = None,
     adjuster: str = "rules",
+    trace: OptionalPath = None,
 ) -> int:
     """Repair a layout: hand-edited, imported from another program, or proposed by a model.
 
@@ -36,21 +37,26 @@ def repair(
         protocol: Id or .json file of the protocol to repair the layout for; by default all protocols of the layout.
         adjuster: What adjusts the layout where repair by geometry does not help: rules, or llm, the configured language
             model (docs/language-models.md).
+        trace: A .json file for every state of the layout and every command that was tried; labgym trace draws it.
     """
     from labgym import protocols
     from labgym.envs.tasks import resolve_layout
     from labgym.layouts.adjusters import make_adjuster
     from labgym.layouts.repairs import repair_layout
+    from labgym.layouts.trace import Recorder
 
     target = out if out is not None else Path(f"{Path(layout).stem}-repaired.json")
     if target.suffix != ".json":
         raise OptionError(f"layout file {target.name!r} must end in .json")
     chosen = None if protocol is None else protocols.resolve(protocol)
-    result = repair_layout(resolve_layout(layout), chosen, profile, adjuster=make_adjuster(adjuster))
+    recorder = None if trace is None else Recorder()
+    result = repair_layout(resolve_layout(layout), chosen, profile, make_adjuster(adjuster), recorder)
     for change in result.changes:
         print(change.text)
     print(_summary(result))
     written(result.layout.save(target))
+    if recorder is not None and trace is not None:
+        written(recorder.trace().save(trace))
     for problem in result.problems:
         print(f"labgym: not repaired: {problem}", file=sys.stderr)
     return FAILED if result.problems else DONE

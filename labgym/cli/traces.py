@@ -67,18 +67,11 @@ def _read(source: str) -> Trace | None:
 
 
 def _recorded(source: str, profile: str, protocol: str | None) -> Trace:
-    """Return the trace of the phases that repair a layout."""
+    """Return the trace of the repair of a layout."""
     from labgym.envs.tasks import resolve_layout
-    from labgym.layouts.combination import combination
-    from labgym.layouts.optimise import optimise_assessed
-    from labgym.layouts.phases import improved
-    from labgym.layouts.rules import thresholds
+    from labgym.layouts.repairs import repair_layout
     from labgym.layouts.trace import Recorder
 
-    layout, recorder, limits = resolve_layout(source, protocol), Recorder(), thresholds.profile(profile)
-    if not layout.protocols:
-        optimise_assessed(layout, layout.protocol, limits, trace=recorder)
-    else:
-        together = layout.protocols if protocol is None else layout.protocols[:1]
-        improved(layout, combination(together, layout.catalog), limits, trace=recorder)
+    layout, recorder = resolve_layout(source, protocol), Recorder()
+    repair_layout(layout, None if protocol is None else layout.protocol, profile, trace=recorder)
     return recorder.trace()

@@ -50,10 +50,8 @@ def improved(
     if refine:
         layout, assessment = refine_assessed(layout, assessment, protocol, adjuster, optimise, trace)
     if optimise and refine and complete and failures(assessment):
-        repair = repair_layout(layout, protocol, profile, adjuster)
+        repair = repair_layout(layout, protocol, profile, adjuster, trace)
         layout, assessment = repair.layout, repair.after
-        if trace is not None:
-            trace.update("repair", None, layout)
     return layout, assessment
 
 

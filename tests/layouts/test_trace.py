@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fallible_proposer import Shaken
+from laboratories import island_laboratory
 
 from labgym.errors import DocumentError, OptionError
 from labgym.layouts import Layout, generate
+from labgym.layouts.moves import Move, apply
 from labgym.layouts.optimise import optimise_assessed
+from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.trace import Recorder, StateChange, Trace
 from labgym.protocols import protocols
@@ -70,6 +73,17 @@ def test_a_state_changes_exactly_if_a_trial_was_accepted(recorded: tuple[Layout,
             for trial in iteration.trials:
                 if trial.verdict == "cost_rose":
                     assert trial.worse
+
+
+def test_a_repair_is_recorded_stage_by_stage() -> None:
+    spoilt = apply(island_laboratory(), Move("IslandBench1800_1", 1.4, 2.6))
+    recorder = Recorder()
+    repaired = repair_layout(spoilt, trace=recorder).layout
+    trace = recorder.trace()
+    assert trace.start == spoilt
+    assert trace.final().placements == repaired.placements != spoilt.placements
+    assert "repair" in {iteration.phase for iteration in trace.iterations}
+    assert repair_layout(spoilt).layout == repaired
 
 
 def test_recording_changes_nothing(recorded: tuple[Layout, Trace]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 from labgym.layouts.adjust import Adjuster
 from labgym.layouts.combination import combination
@@ -19,6 +20,7 @@ from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.resettling import lying, resettled
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
 
 ROUNDS = 3
@@ -50,6 +52,7 @@ def repair_layout(
     protocol: Protocol | None = None,
     profile: str | Profile = "default",
     adjuster: Adjuster | None = None,
+    trace: Recorder | None = None,
 ) -> Repair:
     """Return a layout without the faults of another, as far as they can be repaired.
 
@@ -63,19 +66,22 @@ def repair_layout(
         protocol: what the layout is for; by default all protocols of the layout together.
         profile: thresholds.
         adjuster: proposes commands in the optimization; rules and search by default.
+        trace: records the state after each stage, and the iterations of the optimization and the refinement.
     """
     protocol = protocol if protocol is not None else _protocol_of(layout)
     start = State.of(layout, protocol, profile)
     state = start
+    if trace is not None:
+        trace.begin(layout, protocol, start.profile)
     for _ in range(ROUNDS):
         if not curable(state):
             break
         before = state
-        state = _round(state, adjuster)
+        state = _round(state, adjuster, trace)
         if not state.rank < before.rank:
             break
     if state is not start:
-        state = advised(start, economical(start, state))
+        state = _recorded(trace, "economy", advised(start, economical(start, state)))
     return Repair(
         layout if state is start else state.layout,
         start.assessment,
@@ -98,19 +104,29 @@ def _protocol_of(layout: Layout) -> Protocol | None:
     return combination(several, layout.catalog) if len(several) > 1 else layout.protocol
 
 
-def _round(state: State, adjuster: Adjuster | None) -> State:
+def _round(state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
     """Return the state after every stage, each of which is kept if it improves the rank."""
-    state = under_loads(state)
-    state = resettled(state)
+    record = partial(_recorded, trace)
+    state = record("loads", under_loads(state))
+    state = record("surfaces", resettled(state))
     pushed = _better(state, fast_repair(state.layout, state.profile))
-    state = with_cabinets(with_missing(pushed if settled(pushed) else state))
+    state = record("fast_repair", pushed if settled(pushed) else state)
+    state = record("additions", with_cabinets(with_missing(state)))
     if curable(state):
-        state = relocated(state)
-        state = resettled(_better(state, fast_repair(state.layout, state.profile)))
+        state = record("furniture", relocated(state))
+        state = record("surfaces", resettled(_better(state, fast_repair(state.layout, state.profile))))
     if curable(state):
-        state = resettled(placed_anew(state, LEVELS))
+        state = record("furniture", resettled(placed_anew(state, LEVELS)))
     if curable(state):
-        state = resettled(_optimised(state, adjuster))
+        state = record("undo", _optimised(state, adjuster, trace))
+        state = record("surfaces", resettled(state))
+    return state
+
+
+def _recorded(trace: Recorder | None, stage: str, state: State) -> State:
+    """Return a state after recording it."""
+    if trace is not None:
+        trace.update("repair", stage, state.layout)
     return state
 
 
@@ -133,10 +149,10 @@ def _better(state: State, layout: Layout) -> State:
     return proposed if proposed.rank < state.rank else state
 
 
-def _optimised(state: State, adjuster: Adjuster | None) -> State:
+def _optimised(state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
     """Return the state after the optimization and the refinement for navigation."""
-    layout, assessment = optimise_assessed(state.layout, state.protocol, state.profile, adjuster)
+    layout, assessment = optimise_assessed(state.layout, state.protocol, state.profile, adjuster, trace)
     if state.protocol is not None:
-        layout, assessment = refine_assessed(layout, assessment, state.protocol)
+        layout, assessment = refine_assessed(layout, assessment, state.protocol, adjuster, trace=trace)
     proposed = State(layout, assessment, state.protocol)
     return proposed if proposed.rank < state.rank else state

@@ -108,7 +108,7 @@ class Iteration(Record):
 
     Attributes:
         phase: propose, optimise, complete, refine, repair, dress or clutter.
-        level: within `optimise`: room, desktop, rearrange or ways.
+        level: within `optimise`: room, desktop, rearrange, ways or undo; within `repair`: the stage.
         trials: the trials in order; of several accepted ones the last one stands.
         tried: number of trials, those that are not listed included.
         change: from the state before; empty if no update was accepted.
