@@ -5,23 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from labgym.assets import Asset
-from labgym.geometry import to_world
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import FLOOR, Layout, Placement
 from labgym.layouts.moves import apply, may_move
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
+from labgym.layouts.repairs.furniture import middles
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.settling import free_spots, homes
-from labgym.layouts.surroundings import grounds
 from labgym.protocols import Protocol
 
 PLACES = 6
 """Maximum number of free places tried for a piece of furniture in a space."""
 SPOTS = 12
 """Maximum number of free spots tried for an object."""
-DEFAULT_USES = ("laboratory",)
 
 
 def with_missing(state: State) -> State:
@@ -98,12 +96,7 @@ def _candidates(state: State, asset: Asset) -> Iterator[Layout]:
 
 def _on_floor(layout: Layout, asset: Asset, protocol: Protocol | None) -> Iterator[Layout]:
     """Yield layouts with a piece of furniture at free places of each space, or where the solver makes room for it."""
-    uses = Habits.published().uses.get(asset.role, DEFAULT_USES)
-    spaces = sorted(grounds(layout.floor), key=lambda g: uses.index(g.use) if g.use in uses else len(uses))
-    trials = []
-    for ground in spaces:
-        x, y = to_world([(ground.width / 2.0, ground.depth / 2.0)], ground.frame)[0].tolist()
-        trials.append(_with(layout, asset, (round(x, 6), round(y, 6), 0.0), FLOOR, None))
+    trials = [_with(layout, asset, (x, y, 0.0), FLOOR, None) for _, (x, y) in middles(layout, asset)]
     for trial in trials:
         for place in free_places(trial, trial.placements[-1].id, PLACES):
             yield apply(trial, place)

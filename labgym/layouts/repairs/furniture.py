@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, product
 
+from labgym.assets import Asset
+from labgym.geometry import BoxArray, to_world
 from labgym.layouts.adjust import swaps
+from labgym.layouts.habits import Habits
 from labgym.layouts.model import FLOOR, Layout
-from labgym.layouts.moves import apply, may_move, replaced
+from labgym.layouts.moves import Place, apply, may_move, replaced
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.changes import moved_ids
 from labgym.layouts.repairs.rank import State
+from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.surroundings import grounds
 from labgym.layouts.tidying import tidied
 
 Interval = tuple[float, float]
@@ -23,6 +28,7 @@ RELOCATIONS = 12
 """Maximum number of pieces that are relocated one after the other."""
 PLACES = 6
 """Maximum number of free places tried for a piece."""
+DEFAULT_USES = ("laboratory",)
 ADVISED_PLACES = 24
 """Maximum number of free places tried for a piece that a warning concerns."""
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
@@ -96,24 +102,52 @@ def relocated(state: State) -> State:
 
 
 def _relocation(state: State) -> State | None:
-    base = replace(state.assessment, transitions=None, navigation=False).cost
+    """Return the state after one piece went to a free place of its space or, if none helps, of another; else None."""
     blame = _blame(state)
-    for item in sorted(blame, key=lambda item: (-blame[item], item)):
-        if not may_move(state.layout, item):
-            continue
-        best = state
-        for place in free_places(state.layout, item, PLACES):
-            candidate = apply(state.layout, place)
-            if evaluate_layout(candidate, state.protocol, state.profile).cost >= base:
-                continue  # Without ways the evaluation takes a quarter of the time.
-            proposed = state.with_layout(candidate)
-            if proposed.rank < best.rank:
-                best = proposed
-                if best.rank.warnings <= state.rank.warnings:
-                    break
-        if best.rank.cost < state.rank.cost:
-            return best
+    guilty = [item for item in sorted(blame, key=lambda item: (-blame[item], item)) if may_move(state.layout, item)]
+    for places in (free_places, _elsewhere):
+        for item in guilty:
+            moved = _at_better_place(state, places(state.layout, item, PLACES))
+            if moved is not None:
+                return moved
     return None
+
+
+def _at_better_place(state: State, places: Iterable[Place]) -> State | None:
+    """Return the state with a piece at the first of some places that has a lower cost, without more warnings if any."""
+    base = replace(state.assessment, transitions=None, navigation=False).cost
+    best = state
+    for place in places:
+        candidate = apply(state.layout, place)
+        if evaluate_layout(candidate, state.protocol, state.profile).cost >= base:
+            continue  # Without ways the evaluation takes a quarter of the time.
+        proposed = state.with_layout(candidate)
+        if proposed.rank < best.rank:
+            best = proposed
+            if best.rank.warnings <= state.rank.warnings:
+                break
+    return best if best.rank.cost < state.rank.cost else None
+
+
+def _elsewhere(layout: Layout, item: str, most: int) -> Iterator[Place]:
+    """Yield free places for a floor object in other spaces, those of a use that suits it first."""
+    building = building_of(layout)
+    here = int(building.spaces(BoxArray.of([layout.box(item)]))[0])
+    for index, (x, y) in middles(layout, layout.asset(item)):
+        if index != here and layout.placement(item).support == FLOOR:
+            yield from free_places(apply(layout, Place(item, x, y, layout.placement(item).yaw)), item, most)
+
+
+def middles(layout: Layout, asset: Asset) -> list[tuple[int, tuple[float, float]]]:
+    """Return the index and the middle of each space, those of a use that suits an asset first; meters."""
+    uses = Habits.published().uses.get(asset.role, DEFAULT_USES)
+    spaces = sorted(enumerate(grounds(layout.floor)), key=lambda each: _order(each[1].use, uses))
+    points = [(k, to_world([(g.width / 2.0, g.depth / 2.0)], g.frame)[0].round(6).tolist()) for k, g in spaces]
+    return [(k, (x, y)) for k, (x, y) in points]
+
+
+def _order(use: str, uses: Sequence[str]) -> int:
+    return uses.index(use) if use in uses else len(uses)
 
 
 def _blame(state: State) -> Counter[str]:

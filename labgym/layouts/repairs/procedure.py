@@ -150,9 +150,10 @@ def _better(state: State, layout: Layout) -> State:
 
 
 def _optimised(state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
-    """Return the state after the optimization and the refinement for navigation."""
+    """Return the state after the optimization and, if only ways are left to clear, the refinement for navigation."""
     layout, assessment = optimise_assessed(state.layout, state.protocol, state.profile, adjuster, trace)
-    if state.protocol is not None:
+    blocked = sum(not leg.feasible for leg in assessment.transitions or ())
+    if state.protocol is not None and blocked and blocked == assessment.v:
         layout, assessment = refine_assessed(layout, assessment, state.protocol, adjuster, trace=trace)
     proposed = State(layout, assessment, state.protocol)
     return proposed if proposed.rank < state.rank else state
