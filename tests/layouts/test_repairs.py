@@ -14,7 +14,9 @@ from labgym.layouts.damage import damaged
 from labgym.layouts.moves import Move, Rotate, apply, replaced
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.repairs.resettling import lying
+from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.settling import free_spots, homes
 
 
 @pytest.fixture(scope="module")
@@ -126,3 +128,23 @@ def test_a_repair_moves_little(room):
 def test_the_same_layout_is_repaired_in_the_same_way(room):
     spoilt, _ = harmed(room, "moved", 2)
     assert repair_layout(spoilt).layout.hash == repair_layout(spoilt).layout.hash
+
+
+def test_free_spots_are_inside_their_surface_and_overlap_nothing(room):
+    profile = thresholds.profile("default")
+    items = [p.id for p in room.placements if room.asset(p.id).placing == "desktop" and not room.children(p.id)][::14]
+    tried = 0
+    for item in items:
+        for support, slot in list(homes(room, item, room.protocol))[:6]:
+            for spot in free_spots(room, item, support, slot, profile, 2):
+                tried += 1
+                after = apply(room, spot)
+                footprint, box = outline(after, item), after.box(item)
+                surface = after.surface(support, slot)
+                assert Polygon(surface.corners()).buffer(0.005).covers(footprint)
+                assert box.z0 == pytest.approx(surface.z0)
+                for other in after.placements:
+                    for solid in after.solids(other.id) if other.id != item else ():
+                        if min(solid.z1, box.z1) - max(solid.z0, box.z0) > 1e-3:
+                            assert Polygon(solid.corners()).intersection(footprint).area < 1e-6
+    assert tried > 15

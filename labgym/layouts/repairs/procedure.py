@@ -92,11 +92,21 @@ def repair_layout(
 
 
 def problems(state: State) -> tuple[str, ...]:
-    """Return what is wrong with a layout, one sentence for each fault."""
-    sentences = [violation.message for violation in state.assessment.violations.items]
-    sentences += [issue.message for issue in state.assessment.errors]
-    sentences += [f"{name} is missing, and no place for it was found" for name in state.assessment.missing or ()]
+    """Return what is wrong with a layout and why it stays, one sentence for each fault."""
+    assessment, layout = state.assessment, state.layout
+    faults: list[tuple[str, tuple[str, ...]]] = []
+    faults += [(violation.message, violation.ids) for violation in assessment.violations.items]
+    faults += [(issue.message, issue.ids) for issue in assessment.errors]
+    sentences = [f"{message} ({_reason(layout, ids)})" for message, ids in faults]
+    sentences += [f"{name} is missing (no free place was found for it)" for name in assessment.missing or ()]
     return tuple(sentences)
+
+
+def _reason(layout: Layout, ids: tuple[str, ...]) -> str:
+    items = [layout.root(item).id for item in ids if item in layout.by_id]
+    if items and not any(may_move(layout, item) for item in items):
+        return "fixed objects stay"
+    return "no other place or arrangement that was tried is better"
 
 
 def _protocol_of(layout: Layout) -> Protocol | None:

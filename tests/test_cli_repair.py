@@ -1,0 +1,60 @@
+"""The command `labgym repair`: what it prints, writes and returns."""
+
+import pytest
+from laboratories import island_laboratory, put
+
+from labgym.cli import main
+from labgym.layouts import Layout
+from labgym.layouts.rules.objective import evaluate_layout
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch, capsys):
+    """Run the command line in an empty folder; returns exit code, standard output and standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        code = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+def test_a_laboratory_without_reagents_gets_them_and_its_file_stays(call, tmp_path):
+    path = tmp_path / "lab.json"
+    island_laboratory().save(path)
+    written = path.read_bytes()
+    code, out, err = call("repair", path)
+    assert (code, err) == (0, "")
+    assert path.read_bytes() == written
+    after = Layout.load(tmp_path / "lab-repaired.json")
+    assessment = evaluate_layout(after, after.protocol, navigation=True)
+    assert (assessment.cost, assessment.missing) == (0, ())
+    added = [placement.id for placement in after.placements if placement.id not in island_laboratory().by_id]
+    assert added
+    assert all(f"{item}: added " in out for item in added)
+    assert f"{len(added)} added" in out
+
+
+def test_what_is_fixed_stays_is_reported_and_fails(call, tmp_path):
+    layout = island_laboratory()
+    blocks = [
+        put(name, "EquipmentRack", x, 1.0).model_copy(update={"fixed": True})
+        for name, x in (("rack_1", 4.0), ("rack_2", 4.2))
+    ]
+    path = tmp_path / "lab.json"
+    layout.replace(placements=(*layout.placements, *blocks)).save(path)
+    code, _, err = call("repair", path, "--out", path)
+    assert code == 1
+    assert "not repaired: rack_1 and rack_2 interpenetrate" in err
+    assert "fixed objects stay" in err
+    after = Layout.load(path)
+    assert [after.placement(block.id) for block in blocks] == blocks
+
+
+def test_a_name_without_json_is_one_line(call, tmp_path):
+    island_laboratory().save(tmp_path / "lab.json")
+    code, _, err = call("repair", "lab.json", "--out", "folder")
+    assert code == 2
+    assert "must end in .json" in err
