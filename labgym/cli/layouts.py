@@ -80,10 +80,11 @@ def generate(
         extra: With --have, also add furniture that neither exists nor is required.
         clutter: Level of loose objects, such as trolleys, cartons and stools pulled out: 0 (none), 1 (tidy), 2 (busy)
             or 3 (crowded). Every goal stays reachable.
-        proposer: What proposes the first layout (docs/layouts.md); solver is a constraint solver.
-        adjuster: What adjusts layouts that violate rules: rules, or another name in docs/layouts.md.
-        optimise: Repair and adjust the proposal.
-        refine: Move furniture until every drive of the protocol is possible.
+        proposer: What proposes the first layout: solver (constraints), sampler (fallible), llm (the configured language
+            model), or a rival (docs/rivals.md): holodeck, holodeck+, sceneweaver.
+        adjuster: What adjusts layouts that violate rules: rules, or llm, the configured language model.
+        optimise: Phase 2, which repairs and adjusts the proposal; --no-optimise leaves it out.
+        refine: Phase 3, which moves furniture until every drive of the protocol is possible; --no-refine leaves it out.
         dress: Add accessories and safety equipment: only to what the solver proposes, always, or never.
         keep: Write a layout that still violates rules or lacks required assets, and warn, instead of refusing it.
         zones: Record functional zones, and where each step is done if its hood or bench exists more than once.

@@ -62,10 +62,10 @@ def _change(before: Layout, after: Layout, placement: Placement) -> Change | Non
     if shift <= STILL and abs(turn) <= STRAIGHT:
         return None
     parts = []
-    if shift > STILL:
-        parts.append(f"moved {shift:.2f} m from {here} to {there}")
     if abs(turn) > STRAIGHT:
         parts.append(f"turned by {math.degrees(turn):.0f} degrees")
+    if shift > STILL:
+        parts.append(f"moved {shift:.2f} m: was {here}, is {there}")
     return Change(name, "moved", f"{name}: {' and '.join(parts)}")
 
 
