@@ -13,13 +13,14 @@ from labgym.geometry import BoxArray, to_world
 from labgym.layouts.adjust import swaps
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import FLOOR, Layout
-from labgym.layouts.moves import Place, apply, may_move, replaced
+from labgym.layouts.moves import Move, Place, apply, may_move, replaced
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.changes import moved_ids
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import PENETRATION
 from labgym.layouts.surroundings import grounds
 from labgym.layouts.tidying import tidied
 
@@ -33,6 +34,8 @@ ADVISED_PLACES = 24
 """Maximum number of free places tried for a piece that a warning concerns."""
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 """Places tried between the two ends of those at which a load stands on its furniture, along each side."""
+BEST = 3
+"""Of these places, as many as have the lowest cost without ways are verified."""
 EVERYWHERE: Interval = (-math.inf, math.inf)
 
 
@@ -45,15 +48,16 @@ def under_loads(state: State) -> State:
     for carrier in state.layout.placements:
         load = [child.id for child in state.layout.children(carrier.id)]
         stranded = [item for item in load if item in off]
-        if carrier.support != FLOOR or carrier.fixed or 2 * len(stranded) < len(load) or not stranded:
+        left = len(stranded) >= 2 or 0 < len(load) <= 2 * len(stranded)
+        if carrier.support != FLOOR or carrier.fixed or not left:
             continue
+        candidates = list(_under_load(state.layout, carrier.id))
+        costs = [evaluate_layout(each, state.protocol, state.profile).cost for each in candidates]
         best = state
-        for candidate in _under_load(state.layout, carrier.id):
-            proposed = state.with_layout(candidate)
+        for index in sorted(range(len(candidates)), key=costs.__getitem__)[:BEST]:
+            proposed = state.with_layout(candidates[index])
             if proposed.rank < best.rank:
                 best = proposed
-                if carrier.id not in set(_involved(best)):
-                    break
         state = best
     return state
 
@@ -69,10 +73,12 @@ def _under_load(layout: Layout, carrier: str) -> Iterator[Layout]:
     if along[0] > along[1] or across[0] > across[1]:
         return
     placement = layout.placement(carrier)
-    cosine, sine = math.cos(placement.yaw), math.sin(placement.yaw)
+    building, cosine, sine = building_of(layout), math.cos(placement.yaw), math.sin(placement.yaw)
     x, y, z = placement.position
     for dx, dy in sorted(product(_shifts(along), _shifts(across)), key=lambda shift: math.hypot(*shift)):
-        position = (round(x + dx * cosine - dy * sine, 6), round(y + dx * sine + dy * cosine, 6), z)
+        shifted = replace(layout.box(carrier), x=x + dx * cosine - dy * sine, y=y + dx * sine + dy * cosine)
+        inward = building.inward(shifted)
+        position = (round(shifted.x + inward[0], 6), round(shifted.y + inward[1], 6), z)
         yield replaced(layout, {carrier: placement.model_copy(update={"position": position})})
 
 
@@ -187,6 +193,20 @@ def placed_anew(state: State, levels: int) -> State:
         if best.rank.sound:
             break
     return best
+
+
+def flush(state: State) -> State:
+    """Return the state after furniture that reaches into a wall, if only within the tolerance, was moved out of it."""
+    building = building_of(state.layout)
+    pieces = [p.id for p in state.layout.placements if p.support == FLOOR and may_move(state.layout, p.id)]
+    if not pieces:
+        return state
+    reach = building.outside(BoxArray.of([state.layout.box(item) for item in pieces]))
+    for item, depth in zip(pieces, reach.tolist(), strict=True):
+        if depth > PENETRATION / 2.0:
+            proposed = state.with_layout(apply(state.layout, Move(item, *building.inward(state.layout.box(item)))))
+            state = proposed if proposed.rank <= state.rank else state
+    return state
 
 
 def advised(before: State, state: State) -> State:

@@ -15,9 +15,10 @@ from labgym.layouts.repair import fast_repair
 from labgym.layouts.repairs.additions import with_cabinets, with_missing
 from labgym.layouts.repairs.changes import Change, changes
 from labgym.layouts.repairs.economy import economical
-from labgym.layouts.repairs.furniture import advised, placed_anew, relocated, settled, under_loads
+from labgym.layouts.repairs.furniture import advised, flush, placed_anew, relocated, settled, under_loads
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.resettling import lying, resettled
+from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.trace import Recorder
@@ -81,7 +82,7 @@ def repair_layout(
         if not state.rank < before.rank:
             break
     if state is not start:
-        state = _recorded(trace, "economy", advised(start, economical(start, state)))
+        state = _recorded(trace, "economy", flush(advised(start, economical(start, state))))
     return Repair(
         layout if state is start else state.layout,
         start.assessment,
@@ -125,6 +126,8 @@ def _round(state: State, adjuster: Adjuster | None, trace: Recorder | None) -> S
     if curable(state):
         state = record("furniture", relocated(state))
         state = record("surfaces", resettled(_better(state, fast_repair(state.layout, state.profile))))
+    if curable(state):
+        state = record("ways", widened(state))
     if curable(state):
         state = record("furniture", resettled(placed_anew(state, LEVELS)))
     if curable(state):

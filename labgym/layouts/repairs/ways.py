@@ -1,0 +1,67 @@
+"""Ways out that are too narrow: furniture near the places that they do not reach moves a little, or elsewhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.moves import Command, Move, apply, may_move
+from labgym.layouts.relocation import free_places
+from labgym.layouts.repairs.rank import State
+from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.navigation import goal_pose
+
+NEAR = 3.0
+"""Furniture within this distance of a place that no way reaches may move, meters."""
+MARGINS = (0.03, 0.15)
+"""Added to the width that a way lacks, meters."""
+PLACES = 2
+"""Maximum number of free places tried for a piece."""
+TRIALS = 48
+"""Maximum number of commands verified for one update."""
+UPDATES = 4
+
+
+def widened(state: State) -> State:
+    """Return the state after furniture was moved out of ways that are too narrow, as long as that helps."""
+    for _ in range(UPDATES):
+        narrow = [issue for issue in state.assessment.errors if issue.rule == "egress"]
+        if not narrow:
+            break
+        best = state
+        for count, command in enumerate(_commands(state.layout, narrow)):
+            if count >= TRIALS:
+                break
+            proposed = state.with_layout(apply(state.layout, command))
+            if proposed.rank < best.rank:
+                best = proposed
+                if not any(issue.rule == "egress" for issue in best.assessment.errors):
+                    break
+        if best is state:
+            break
+        state = best
+    return state
+
+
+def _commands(layout: Layout, narrow: list[FacilityIssue]) -> Iterator[Command]:
+    """Yield moves of the furniture near the places that ways do not reach, the nearest pieces first."""
+    least = min(narrow, key=lambda issue: len(issue.ids))
+    goals = [goal_pose(layout.box(item))[:2] for item in least.ids]
+    near = []
+    for placement in layout.placements:
+        if placement.support == FLOOR and layout.asset(placement.id).subtype not in MOVABLE:
+            way = min(math.dist(placement.position[:2], goal) for goal in goals)
+            if way <= NEAR and may_move(layout, placement.id):
+                near.append((way, placement.id))
+    lacking = max(least.limit - (least.value or 0.0), 0.0)
+    for margin in MARGINS:
+        for _, item in sorted(near):
+            yaw, distance = layout.placement(item).yaw, lacking + margin
+            for quarter in range(4):
+                angle = yaw + quarter * math.pi / 2.0
+                yield Move(item, round(distance * math.cos(angle), 6), round(distance * math.sin(angle), 6))
+        if margin == MARGINS[0]:
+            for _, item in sorted(near):
+                yield from free_places(layout, item, PLACES)
