@@ -16,6 +16,7 @@ from labgym.cli.outcome import DONE, FAILED, written
 from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
 from labgym.layouts import Floor, Room
 from labgym.layouts.failures import FAILURES, summary
+from labgym.layouts.generate import ADDED
 from labgym.layouts.method import Method
 from labgym.layouts.proposers import SOLVER
 from labgym.layouts.trace import Recorder
@@ -165,18 +166,7 @@ def _generate_one(
         from labgym.layouts.remedies import with_remedies
 
         raise with_remedies(error, resolve_request(resolved, **request)) from None
-    options = layout.provenance.options
-    if FAILURES in options:
-        print(f"labgym: warning: {summary(options[FAILURES])}", file=sys.stderr)
-    if options.get("note") and "furnishing" in options:
-        print(f"note: {options['furnishing']} furnishing only: {options['note']}", file=sys.stderr)
-    stopped = options.get("attempts", {}).get("stopped", 0)
-    if stopped:
-        print(f"note: {stopped} attempts reached the solver's effort limit before one succeeded", file=sys.stderr)
-    for words, key in (("to buy", "to_buy"), ("not used", "unused")):
-        counts = options.get("inventory", {}).get(key, {})
-        if counts:
-            print(f"{words}: {', '.join(f'{count} {name}' for name, count in counts.items())}", file=sys.stderr)
+    _print_notes(layout.provenance.options)
     if explain:
         why = layouts.reasons(resolved, **request)
         for placement, reason in why.items():
@@ -184,6 +174,26 @@ def _generate_one(
     if recorder is not None and trace is not None:
         written(recorder.trace().save(trace))
     return written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
+
+
+def _print_notes(options: dict[str, Any]) -> None:
+    """Print what a layout's provenance says about how it came about."""
+    if FAILURES in options:
+        print(f"labgym: warning: {summary(options[FAILURES])}", file=sys.stderr)
+    if options.get("note") and "furnishing" in options:
+        print(f"note: {options['furnishing']} furnishing only: {options['note']}", file=sys.stderr)
+    stopped = options.get("attempts", {}).get("stopped", 0)
+    if stopped:
+        print(f"note: {stopped} attempts reached the solver's effort limit before one succeeded", file=sys.stderr)
+    inventory = options.get("inventory", {})
+    lists = {
+        "note: added what the proposal lacked": options.get(ADDED),
+        "to buy": inventory.get("to_buy"),
+        "not used": inventory.get("unused"),
+    }
+    for words, counts in lists.items():
+        if counts:
+            print(f"{words}: {', '.join(f'{count} {name}' for name, count in counts.items())}", file=sys.stderr)
 
 
 def _holdings(have: Path | None, only_have: bool, extra: bool) -> Holdings | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
@@ -42,6 +43,8 @@ GENERATOR = 2
 """Version of the generator of single rooms. It rises whenever the same arguments give another layout."""
 FURNISHER = 1
 """The same of what furnishes floors space by space."""
+ADDED = "added"
+"""Provenance option: assets that the proposal lacked and the phases added, with their numbers."""
 CLUTTER_STREAM = 0xC1
 """Sub-stream of the seed from which clutter is drawn."""
 MAX_SEED = 2**53 - 1
@@ -142,9 +145,11 @@ def generate_assessed(
     if method.zones and not layout.zones:
         layout = zoned(layout, protocol)
     solved = isinstance(proposer, ProceduralProposer | FloorProposer)
+    proposed = layout
     layout, assessment = improved(
         layout, protocol, request.profile, adjuster, method.optimise, method.refine, not solved, trace
     )
+    added = _counts(layout) - _counts(proposed)
     tidy = layout
     if method.dresses(proposer):
         tidy, assessment = dressed(layout, assessment, request)
@@ -162,6 +167,7 @@ def generate_assessed(
     options |= {"family": request.family} if request.family else {}
     options |= layout.provenance.options
     options |= method.options
+    options |= {ADDED: dict(sorted(added.items()))} if added else {}
     options |= {FAILURES: problems} if problems else {}
     options |= {"inventory": _accounts(tidy, request.holdings)} if request.holdings is not None else {}
     version = {"generator": str(GENERATOR)} if request.style is None else {"furnisher": str(FURNISHER)}
@@ -177,6 +183,10 @@ def generate_assessed(
         },
     )
     return layout.replace(provenance=provenance), assessment
+
+
+def _counts(layout: Layout) -> Counter[str]:
+    return Counter(placement.asset for placement in layout.placements)
 
 
 def _accounts(layout: Layout, holdings: Holdings) -> dict[str, dict[str, int]]:

@@ -14,8 +14,7 @@ from labgym.cli import main
 from labgym.errors import OptionError, ProposalError, UnrepairedError
 from labgym.layouts import Placement, generate
 from labgym.layouts.batch import generate_batch
-from labgym.layouts.failures import FAILURES
-from labgym.layouts.generate import generate_assessed
+from labgym.layouts.generate import ADDED, generate_assessed
 from labgym.layouts.language import LanguageProposer
 from labgym.layouts.language.grounding import FILLED
 from labgym.layouts.language.offer import offer_of
@@ -373,16 +372,20 @@ def test_nonsense_ends_in_a_valid_layout_or_in_one_line(solved, loopback, model_
     layout, assessment = generate_assessed(REQUEST, method)
     independent = evaluate_layout(Layout.parse(layout.to_json()), REQUEST.protocol, navigation=True)
     assert independent.v == assessment.v
-    if nonsense is _nothing:
-        assert set(REQUEST.protocol.locations) <= set(layout.provenance.options[FAILURES]["missing"])
-    else:
-        assert (independent.v, independent.missing) == (0, ())
+    assert (independent.v, independent.missing) == (0, ())
+    assert (ADDED in layout.provenance.options) == (nonsense is _nothing)
+
+
+def test_what_the_phases_add_to_an_empty_proposal_is_recorded(loopback, model_at):
+    loopback.says(json.dumps({"refusal": "", "zones": [], "furniture": [], "steps": []}))
+    layout, _ = generate_assessed(REQUEST, Method(proposer=LanguageProposer(model_at())))
+    assert layout.provenance.options[ADDED] == Counter(placement.asset for placement in layout.placements)
 
 
 def test_a_layout_without_what_is_required_ends_in_one_line(loopback, model_at):
     loopback.says(json.dumps({"refusal": "", "zones": [], "furniture": [], "steps": []}))
     with pytest.raises(UnrepairedError, match=r"not placed: .*FumeHood") as caught:
-        generate_assessed(REQUEST, Method(proposer=LanguageProposer(model_at())))
+        generate_assessed(REQUEST, Method(proposer=LanguageProposer(model_at()), optimise=False))
     assert "\n" not in str(caught.value)
 
 

@@ -19,7 +19,9 @@ from fuzz.mutation import mutated_json
 from fuzz.target import Case, Target
 from labgym.documents import Document
 from labgym.layouts import Layout, load_published, published
+from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.sites import FloorFile
+from labgym.layouts.trace import Recorder, Trace
 
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGED = re.compile(
@@ -70,6 +72,10 @@ def _prepare(kind: type[Document]) -> Callable[[Random | None], Case]:
         old = load_published("val", published("val")[0])
         rooms = Layout(id="rooms", floor=two_rooms(), placements=old.placements[:2])
         seeds = [old.upgraded().to_json(), old.to_json(), rooms.to_json()]
+    if kind is Trace:
+        recorder = Recorder()
+        recorder.begin(Layout(id="rooms", floor=two_rooms(), placements=()), None, profile("default"))
+        seeds = [recorder.trace().to_json()]
     if kind is FloorFile:
         seeds = [FloorFile(**two_rooms().model_dump()).to_json()]
     seeds = [_trimmed(kind, data) for data in seeds] or [_sample_of(kind)]
