@@ -148,3 +148,12 @@ def test_free_spots_are_inside_their_surface_and_overlap_nothing(room):
                         if min(solid.z1, box.z1) - max(solid.z0, box.z0) > 1e-3:
                             assert Polygon(solid.corners()).intersection(footprint).area < 1e-6
     assert tried > 15
+
+
+def test_a_required_piece_that_is_out_of_bounds_comes_back_and_is_not_added_again(room):
+    front = room.box("FumeHood_1").front
+    spoilt = apply(room, Move("FumeHood_1", -0.4 * front[0], -0.4 * front[1]))
+    assert "FumeHood" in (evaluate_layout(spoilt, room.protocol).missing or ())
+    result = repair_layout(spoilt)
+    assert result.problems == ()
+    assert [change.id for change in result.changes] == ["FumeHood_1"]

@@ -12,6 +12,7 @@ from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.furniture import middles
 from labgym.layouts.repairs.rank import State
+from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.settling import free_spots, homes
 from labgym.protocols import Protocol
@@ -28,8 +29,11 @@ def with_missing(state: State) -> State:
     Furniture comes first, then reagents, then other objects. Each piece is added where the rank stays best. A reagent
     without a cabinet of its class gets one.
     """
-    catalog = state.layout.catalog
-    for asset in sorted((catalog.find(name) for name in state.assessment.missing or ()), key=_order):
+    if state.protocol is None:
+        return state
+    # An object that is out of bounds counts as missing, but is not added: it is put back.
+    absent = missing_assets(state.assessment.arrangement, state.protocol, frozenset())
+    for asset in sorted((state.layout.catalog.find(name) for name in absent), key=_order):
         if asset.kind == "reagent" and not _has_cabinet(state.layout, asset):
             state = _with_one(state, _cabinet_for(state.layout, asset)) or state
         state = _with_one(state, asset) or state
@@ -83,7 +87,7 @@ def _with_one(state: State, asset: Asset) -> State | None:
         if best is None or larger.rank < best.rank:
             best = larger
         rank, least = larger.rank, state.rank
-        if rank.cost <= least.cost and rank.warnings <= least.warnings and rank.shortfall <= least.shortfall:
+        if rank.cost <= least.cost and rank.keeps(least) and rank.shortfall <= least.shortfall:
             break
     return best
 

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import islice, product
+from itertools import chain, islice, product
 
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, to_world
@@ -19,6 +19,7 @@ from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.changes import moved_ids
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.rules.building import building_of
+from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.thresholds import PENETRATION
 from labgym.layouts.surroundings import grounds
@@ -130,7 +131,7 @@ def _at_better_place(state: State, places: Iterable[Place]) -> State | None:
         proposed = state.with_layout(candidate)
         if proposed.rank < best.rank:
             best = proposed
-            if best.rank.warnings <= state.rank.warnings:
+            if best.rank.keeps(state.rank):
                 break
     return best if best.rank.cost < state.rank.cost else None
 
@@ -210,19 +211,26 @@ def flush(state: State) -> State:
 
 
 def advised(before: State, state: State) -> State:
-    """Return the state after pieces that the repair has moved went where fewer facility warnings concern them."""
+    """Return the state after pieces that the repair has moved went where they cause fewer facility warnings."""
     moved = {state.layout.root(item).id for item in moved_ids(before.layout, state.layout)}
-    known = {issue.message for issue in before.assessment.warnings}
-    issues = [issue for issue in state.assessment.warnings if issue.message not in known]
-    for item in sorted({item for issue in issues for item in issue.ids} & moved):
+    named = {item for issue in _new_warnings(before, state) for item in issue.ids}
+    for item in sorted(moved, key=lambda item: (item not in named, item)):
+        if not _new_warnings(before, state):
+            break
         if state.layout.placement(item).support != FLOOR or not may_move(state.layout, item):
             continue
-        for command in (*free_places(state.layout, item, ADVISED_PLACES), *swaps(state.layout, item)):
+        places = chain(free_places(state.layout, item, ADVISED_PLACES), _elsewhere(state.layout, item, PLACES))
+        for command in chain(places, swaps(state.layout, item) if item in named else ()):
             proposed = state.with_layout(apply(state.layout, command))
             if proposed.rank < state.rank:
                 state = proposed
                 break
     return state
+
+
+def _new_warnings(before: State, state: State) -> list[FacilityIssue]:
+    known = {issue.message for issue in before.assessment.warnings}
+    return [issue for issue in state.assessment.warnings if issue.message not in known]
 
 
 def settled(state: State) -> bool:

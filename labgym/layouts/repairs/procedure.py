@@ -13,7 +13,7 @@ from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.repairs.additions import with_cabinets, with_missing
-from labgym.layouts.repairs.changes import Change, changes
+from labgym.layouts.repairs.changes import Change, changes, moved_ids
 from labgym.layouts.repairs.economy import economical
 from labgym.layouts.repairs.furniture import advised, flush, placed_anew, relocated, settled, under_loads
 from labgym.layouts.repairs.rank import State
@@ -81,6 +81,9 @@ def repair_layout(
         state = _round(state, adjuster, trace)
         if not state.rank < before.rank:
             break
+    if state is not start and state.rank.narrow:
+        moved = {state.layout.root(item).id for item in moved_ids(layout, state.layout)}
+        state = _recorded(trace, "ways", widened(state, moved))
     if state is not start:
         state = _recorded(trace, "economy", flush(advised(start, economical(start, state))))
     return Repair(

@@ -1,4 +1,4 @@
-"""The order of layouts during a repair: nothing missing, then fewer faults, fewer warnings, a higher fitness."""
+"""The order of layouts during a repair: nothing missing, fewer faults, wide ways, fewer warnings, a higher fitness."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from labgym.layouts.model import Layout
+from labgym.layouts.rules.egress import MARGIN, narrow_ways
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.protocols import Protocol
@@ -21,12 +22,15 @@ class Rank:
     Attributes:
         missing: number of required assets that are not placed.
         cost: v(L) plus the number of facility errors.
+        narrow: number of exits from which a way out is narrower than required, measured strictly: the rule lets ways
+            pass that are up to 35 mm narrower, and pushes open doors aside. 0 without navigation.
         warnings: number of facility warnings.
         shortfall: 1 - F.
     """
 
     missing: int
     cost: int
+    narrow: int
     warnings: int
     shortfall: float
 
@@ -34,7 +38,12 @@ class Rank:
     def of(cls, assessment: Assessment) -> Rank:
         """Return the rank of a layout, given its assessment with navigation."""
         shortfall = round(1.0 - assessment.fitness, DIGITS)
-        return cls(len(assessment.missing or ()), assessment.cost, len(assessment.warnings), shortfall)
+        narrow = len(narrow_ways(assessment.arrangement, margin=MARGIN, leaves=True)) if assessment.navigation else 0
+        return cls(len(assessment.missing or ()), assessment.cost, narrow, len(assessment.warnings), shortfall)
+
+    def keeps(self, other: Rank) -> bool:
+        """Whether ways are as wide, and warnings as few, as in another layout."""
+        return self.narrow <= other.narrow and self.warnings <= other.warnings
 
     @property
     def sound(self) -> bool:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from itertools import chain, islice
 
 from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Command, Move, apply, may_move
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.rank import State
-from labgym.layouts.rules.facility import FacilityIssue
-from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.layouts.rules.egress import MARGIN, NarrowWay, narrow_ways
+from labgym.layouts.rules.thresholds import EGRESS_WIDTH, MOVABLE
 from labgym.navigation import goal_pose
 
 NEAR = 3.0
@@ -24,20 +25,23 @@ TRIALS = 48
 UPDATES = 4
 
 
-def widened(state: State) -> State:
-    """Return the state after furniture was moved out of ways that are too narrow, as long as that helps."""
+def widened(state: State, first: Collection[str] = ()) -> State:
+    """Return the state after furniture was moved out of ways that are too narrow, as long as that helps.
+
+    Args:
+        first: ids of pieces that go to other places before any other piece is tried.
+    """
     for _ in range(UPDATES):
-        narrow = [issue for issue in state.assessment.errors if issue.rule == "egress"]
+        narrow = narrow_ways(state.assessment.arrangement, margin=MARGIN, leaves=True) if state.navigation else []
         if not narrow:
             break
         best = state
-        for count, command in enumerate(_commands(state.layout, narrow)):
-            if count >= TRIALS:
-                break
+        others = islice(_commands(state.layout, narrow), TRIALS)
+        for command in chain(_other_places(state.layout, first), others):
             proposed = state.with_layout(apply(state.layout, command))
             if proposed.rank < best.rank:
                 best = proposed
-                if not any(issue.rule == "egress" for issue in best.assessment.errors):
+                if not best.rank.narrow:
                     break
         if best is state:
             break
@@ -45,17 +49,23 @@ def widened(state: State) -> State:
     return state
 
 
-def _commands(layout: Layout, narrow: list[FacilityIssue]) -> Iterator[Command]:
+def _other_places(layout: Layout, items: Collection[str]) -> Iterator[Command]:
+    for item in sorted(items):
+        if layout.placement(item).support == FLOOR and may_move(layout, item):
+            yield from free_places(layout, item)
+
+
+def _commands(layout: Layout, narrow: list[NarrowWay]) -> Iterator[Command]:
     """Yield moves of the furniture near the places that ways do not reach, the nearest pieces first."""
-    least = min(narrow, key=lambda issue: len(issue.ids))
-    goals = [goal_pose(layout.box(item))[:2] for item in least.ids]
+    least = min(narrow, key=lambda way: len(way.destinations))
+    goals = [goal_pose(layout.box(item))[:2] for item in least.destinations]
     near = []
     for placement in layout.placements:
         if placement.support == FLOOR and layout.asset(placement.id).subtype not in MOVABLE:
             way = min(math.dist(placement.position[:2], goal) for goal in goals)
             if way <= NEAR and may_move(layout, placement.id):
                 near.append((way, placement.id))
-    lacking = max(least.limit - (least.value or 0.0), 0.0)
+    lacking = max(EGRESS_WIDTH - least.width, 0.0)
     for margin in MARGINS:
         for _, item in sorted(near):
             yaw, distance = layout.placement(item).yaw, lacking + margin

@@ -7,7 +7,7 @@ is sampled on a grid; every distance on it is exact.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
+from labgym.layouts.floor.solids import leaf
 from labgym.layouts.model import FLOOR, WALL, Floor, Room
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.building import Building, Entrance, ManyRooms, OneRoom
@@ -55,7 +56,9 @@ class NarrowWay:
     width: float
 
 
-def narrow_ways(arrangement: Arrangement, width: float = EGRESS_WIDTH, margin: float = -ERROR) -> list[NarrowWay]:
+def narrow_ways(
+    arrangement: Arrangement, width: float = EGRESS_WIDTH, margin: float = -ERROR, leaves: bool = False
+) -> list[NarrowWay]:
     """Return the exits from which a place of work is not reached by a way of a width in meters.
 
     A place of work is the point 0.60 m before the front of a floor object with a clearance in the catalog. The way
@@ -65,9 +68,12 @@ def narrow_ways(arrangement: Arrangement, width: float = EGRESS_WIDTH, margin: f
         margin: added to half the width. With the default a way of the width is found at any angle, and the grid's error
             may let ways pass that are up to twice `ERROR` narrower; `MARGIN` demands a clearance that is at least the
             width between the grid points too.
+        leaves: whether the leaves of open interior doors are in the way, as they stand.
     """
     obstacles, places = tuple(_obstacles(arrangement)), tuple(_places(arrangement, width))
     building = arrangement.building
+    if leaves and not arrangement.layout.floor.is_rectangle:
+        obstacles += tuple(_open_leaves(arrangement.layout.floor))
     floor = building.room if isinstance(building, OneRoom) else arrangement.layout.floor
     return list(_narrow_ways(floor, obstacles, places, width / 2.0 + margin))
 
@@ -124,6 +130,12 @@ def _obstacles(arrangement: Arrangement) -> list[OrientedBox]:
         if (standing or protruding) and box.z0 < HEADROOM:
             obstacles.append(box)
     return obstacles
+
+
+def _open_leaves(floor: Floor) -> Iterator[OrientedBox]:
+    for way in floor.doorways:
+        if way.opening.kind == "door" and way.opening.state == "open" and not way.exit:
+            yield leaf(floor.walls[way.wall], way.opening, way.opening.angle)
 
 
 def _widest(field: _Clearance, entrance: Entrance, places: Sequence[_Place]) -> float:
