@@ -152,9 +152,11 @@ class Misbehaving(Honest):
         time.sleep(100)
 
     def sends_a_pickle(self):
+        bomb = f"{self.folder}-bomb"
+
         class Bomb:
             def __reduce__(self):
-                return os.system, (f"touch {os.environ['LABGYM_TEST_BOMB']}",)
+                return os.system, (f"touch {bomb}",)
 
         import pickle
 

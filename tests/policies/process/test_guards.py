@@ -100,15 +100,14 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_policy_that_misbehaves_fails_its_episode_and_no_other(way, honest, tmp_path, monkeypatch):
-    monkeypatch.setenv("LABGYM_TEST_BOMB", str(tmp_path / "bomb"))
+def test_a_policy_that_misbehaves_fails_its_episode_and_no_other(way, honest, tmp_path):
     limits = ProcessLimits(call_seconds=1.0 if WAYS[way].startswith("act took") else 20.0)
     drives = driven("Misbehaving", limits, way=way, goal_x=goal_x(1), folder=str(tmp_path))
     assert drives[1].row.error == WAYS[way]
     assert (drives[1].row.success, drives[1].row.steps) == (False, 2)
     assert [measured(drives[0]), measured(drives[2])] == [honest[0], honest[2]]
     assert within(5.0, lambda: not any(running(int(path.name)) for path in tmp_path.iterdir()))
-    assert not (tmp_path / "bomb").exists()
+    assert not Path(f"{tmp_path}-bomb").exists()
 
 
 def test_a_policy_that_eats_memory_fails_its_episode_and_no_other(honest):
