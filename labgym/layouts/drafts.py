@@ -7,6 +7,7 @@ the generator does; nothing here is published.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,8 @@ FIRST_SEEDS = {"train": 3 * 10**9, "seen": 4 * 10**9, "test": 5 * 10**9}
 """First seed of each split; a split has the next 10^9. Seeds below 10^9 are for development."""
 PLACES = 10**7
 """Number of places of a split, and the difference between the seeds of one place's attempts."""
+LAST_DEVELOPMENT_SEED = 10**9 - 40 * PLACES
+"""Greatest first seed for development: all attempts of all places stay below the seeds of the splits."""
 ATTEMPTS = 32
 """Number of seeds that a place has: the next one is taken if a floor does not hold its protocols."""
 AREA = 50.0
@@ -80,6 +83,17 @@ class Draft:
     def layout(self) -> Layout:
         """Return the layout. Raises as `tidy`."""
         return self.cluttered(self.tidy())
+
+
+def check_numbers(limits: Mapping[str, tuple[int, int, int]]) -> None:
+    """Check whole numbers: the value, the least and the greatest, by name.
+
+    Raises:
+        OptionError: one is out of range.
+    """
+    for name, (value, least, most) in limits.items():
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            raise OptionError(f"{name} is {value!r}, expected a whole number from {least} to {most}")
 
 
 def draft(split: str, index: int, first: int | None = None, attempt: int = 0) -> Draft:

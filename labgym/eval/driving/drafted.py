@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 
 from labgym.documents import json_bytes
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import UnknownNameError
 from labgym.eval.driving.suites import Suite, SuiteDrive
 from labgym.layouts import Layout
-from labgym.layouts.drafts import PLACES, drafted
+from labgym.layouts.drafts import LAST_DEVELOPMENT_SEED, PLACES, check_numbers, drafted
 from labgym.layouts.drives import floor_drives
 from labgym.layouts.floors import SPLITS
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
@@ -19,8 +19,6 @@ KIND = "floors"
 SUITE_FILE = "suite.json"
 MAX_STEPS = 1500
 """Control steps of an episode: at half of the robot's greatest speed it drives 75 m in this time."""
-DEVELOPMENT = 10**9
-"""Seeds below this one belong to no split."""
 
 
 def draft_suite(
@@ -60,11 +58,9 @@ def draft_suite(
         "count": (count, 1, 10_000),
         "first": (first, 0, PLACES - 10_000),
         "episodes": (episodes, 1, 1000),
-        "seed": (seed or 0, 0, DEVELOPMENT - 40 * PLACES),
+        "seed": (seed or 0, 0, LAST_DEVELOPMENT_SEED),
     }
-    for name, (value, least, most) in limits.items():
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            raise OptionError(f"{name} is {value!r}, expected a whole number from {least} to {most}")
+    check_numbers(limits)
     if split not in SPLITS:
         raise UnknownNameError("split of floors", split, SPLITS)
     identity = RunIdentity.of(KIND, split=split, count=count, first=first, episodes=episodes, seed=seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,9 +64,9 @@ class LayoutStudy(Study[LayoutRow]):
         """Return a shard for each variant, protocol and seed."""
         return layout_shards(self.variants, self.protocols, self.seeds, self.profile, self.judge)
 
+    @abstractmethod
     def printed(self) -> PaperTable:
         """Return the paper's table."""
-        raise NotImplementedError
 
     def figures(self, rows: Sequence[LayoutRow]) -> Figures:
         """Return the table with the paper's columns, and one of further metrics."""

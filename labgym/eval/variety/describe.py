@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import ClassVar, TypeVar
 
 from labgym.documents import Document, json_bytes
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import UnknownNameError
 from labgym.eval.variety.bars import BLIND_FLOORS
 from labgym.eval.variety.figures import GroupFigures, group_figures
 from labgym.eval.variety.overlap import overlaps
 from labgym.eval.variety.rows import DriveRow, FloorRow
 from labgym.eval.variety.shards import drive_blind, survey
 from labgym.eval.variety.sketch import FloorSketch
-from labgym.layouts.drafts import PLACES
+from labgym.layouts.drafts import LAST_DEVELOPMENT_SEED, check_numbers
 from labgym.layouts.floors import SPLITS
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
 
@@ -25,8 +25,6 @@ _Item = TypeVar("_Item")
 SUMMARY, FLOORS, DRIVES = "summary.json", "floors.jsonl", "drives.jsonl"
 TOGETHER = 6
 """Number of floors in a shard of the blind policies."""
-LAST_SEED = 10**9 - 40 * PLACES
-"""Greatest first seed for development: all attempts of all places stay below the seeds of the splits."""
 
 
 class SplitsSummary(Document):
@@ -97,10 +95,8 @@ def describe_splits(
     for split in splits:
         if split not in SPLITS:
             raise UnknownNameError("split of floors", split, SPLITS)
-    limits = {"floors": (floors, 2, 10_000), "episodes": (episodes, 1, 1000), "seed": (seed or 0, 0, LAST_SEED)}
-    for name, (value, least, most) in limits.items():
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            raise OptionError(f"{name} is {value!r}, expected a whole number from {least} to {most}")
+    seeds = seed or 0, 0, LAST_DEVELOPMENT_SEED
+    check_numbers({"floors": (floors, 2, 10_000), "episodes": (episodes, 1, 1000), "seed": seeds})
     run = _Description(tuple(dict.fromkeys(splits)), floors, episodes, seed, executor, progress)
     if out is None:
         return run.made(None)

@@ -100,7 +100,7 @@ def _is_work_surface(layout: Layout, placement: Placement) -> bool:
 
 
 def _movable(layout: Layout, support: Placement) -> list[Placement]:
-    """Return what stands on a support, is not fixed and carries nothing."""
+    """Return the items on a support that are not fixed and carry no other item."""
     standing = [child for child in layout.children(support.id) if child.slot == 0]
     return [child for child in standing if not child.fixed and not layout.children(child.id)]
 

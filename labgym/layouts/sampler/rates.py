@@ -26,7 +26,7 @@ class Rates(Record):
 
         position_rounded: the position along a wall is a multiple of 0.25 m. Models write round numbers.
         width_misjudged: a piece counts as 15 to 45% narrower than it is, so that the next one overlaps it.
-        neighbors_overlooked: what stands already is not consulted: in corners and between rows, pieces overlap.
+        neighbors_overlooked: earlier pieces are ignored: in corners and between rows, pieces overlap.
         fixed_overlooked: a fixed piece or a column is not noticed, and furniture may stand in it.
         depth_misjudged: a piece counts as 15 to 45% shallower than it is, so that its back sticks through the wall.
         door_overlooked: furniture may stand in the area inside a door.
