@@ -32,7 +32,6 @@ from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reproduction.figures import Figures
 from labgym.eval.scoring.layout_report import LayoutReport2
@@ -55,6 +54,7 @@ from labgym.protocols.refusals import Refusals
 from labgym.protocols.synthesis.operations import Operations
 from labgym.protocols.synthesis.transformations import Transformations
 from labgym.scenes.tracing import trace
+from labgym.suites import Suite
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"

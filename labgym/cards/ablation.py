@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite, load_suite
 from labgym.policies.iplanner.config import IPlannerConfig, IPlannerLossOptions, IPlannerTrainOptions
+from labgym.suites import Suite, load_suite
 
 RESULTS, RUNS = "results", "runs"
 WHOLE = "whole"

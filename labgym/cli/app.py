@@ -208,7 +208,7 @@ def policies() -> int:
 
 
 app.command(floors)
-app.command(describe_app, name="describe", help="Describe draft splits of floors.")
+app.command(describe_app, name="describe", help="Describe splits of floors.")
 app.command(submit_app, name="submit", help="Check results that others submit.")
 app.command(data)
 app.command(train_app, name="train", help="Train a policy, or resume an interrupted training run.")

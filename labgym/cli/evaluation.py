@@ -62,9 +62,9 @@ def eval_(
     from labgym.envs.tasks import resolve_layouts
     from labgym.eval.driving.folders import default_folder
     from labgym.eval.driving.runner import evaluate
-    from labgym.eval.driving.suites import Jitter, load_suite, suite_of
     from labgym.eval.reports.tables import navigation_table
     from labgym.policies.process import ProcessLimits
+    from labgym.suites import Jitter, load_suite, suite_of
 
     allow_local_modules()
     if policy == "?":

@@ -1,4 +1,4 @@
-"""The commands for draft splits of floors: write their floors, describe them."""
+"""The commands for splits of floors: write their floors, describe them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from labgym.cli.outcome import DONE, written
 
 describe_app = SubcommandApp()
 
-SplitNames = Annotated[tuple[Literal["train", "seen", "test"], ...], arg(metavar="SPLIT [SPLIT ...]")]
+SplitName = Literal["floors-train", "floors-val", "floors-seen", "floors-test"]
+SplitNames = Annotated[tuple[SplitName, ...], arg(metavar="SPLIT [SPLIT ...]")]
 
 
 def floors(
-    split: Literal["train", "seen", "test"],
+    split: SplitName,
     out: Path,
     count: int = 10,
     first: int = 0,
@@ -26,13 +27,14 @@ def floors(
     fresh: bool = False,
     execution: Execution = THIS_PROCESS,
 ) -> int:
-    """Write floors of a draft split, and a suite of drives on them.
+    """Write floors of a split, and a suite of drives on them.
 
     OUT receives layouts/ and suite.json; labgym eval --suite OUT/suite.json --layouts OUT/layouts drives them.
     An interrupted command resumes.
 
     Args:
-        split: train, seen (further floors of the families of training) or test (docs/splits.md).
+        split: floors-train, floors-val and floors-seen have the families of training, floors-test has others
+            (docs/splits.md).
         out: Folder.
         count: Number of floors.
         first: Place of the first floor in the split.
@@ -40,9 +42,9 @@ def floors(
         development: First development seed, below 10^9, in place of the split's own. Tune on these alone.
         fresh: Move the files of the folder aside and start anew.
     """
-    from labgym.eval.driving.drafted import draft_suite
+    from labgym.eval.driving.floor_suites import floor_suite
 
-    suite = draft_suite(split, count, out, first, episodes, development, executor=execution.options(), fresh=fresh)
+    suite = floor_suite(split, count, out, first, episodes, development, executor=execution.options(), fresh=fresh)
     drives = sum(map(len, (suite.drives or {}).values()))
     print(f"{count} floors, {drives} drives")
     return written(out)
@@ -50,7 +52,7 @@ def floors(
 
 @describe_app.command
 def splits(
-    split: SplitNames = ("test",),
+    split: SplitNames = ("floors-test",),
     floors: int = 91,
     episodes: int = 12,
     seed: int = 0,
@@ -59,14 +61,14 @@ def splits(
     fresh: bool = False,
     execution: Execution = THIS_PROCESS,
 ) -> int:
-    """Draw floors of draft splits and their episodes, and print their figures and bars.
+    """Draw floors of splits and their episodes, and print their figures and bars.
 
     For each family: floors, overlap of their furniture and walls of their hoods; over episodes and over all drives
     that were tried: length, detour, necks, and the shares that blind policies drive freely (docs/splits.md). With 91
     floors of each of three families it takes about ten minutes of CPU a split.
 
     Args:
-        split: Splits: test, train, and seen, which has further floors of the families of training.
+        split: Names of splits (docs/splits.md).
         floors: Number of floors of each family. The blind policies know the furniture of up to 90 others of them.
         episodes: Number of episodes of each floor.
         seed: First development seed; the splits' own floors have others.

@@ -113,7 +113,7 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
       grid, which leaves out passages up to 0.15 m wider than the disc; "exact" is the shortest any-angle path, through
       every passage that the disc fits.
     - `training` ("rooms"): the layouts of "train": "rooms", one-room laboratories of the presets; "floors", those of
-      the draft split of floors, which may change until it is published; or a function of a module that returns
+      the split floors-train; or a function of a module that returns
       training layout `number`, 0 to 10^7 - 1.
     - `pool` (None): a `labgym.envs.LayoutPool`, whose processes prepare the layouts of "train" in advance. It changes
       the time that `reset` takes and nothing else.

@@ -9,7 +9,7 @@ import numpy as np
 
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
-from labgym.layouts.drafts import draft_layout
+from labgym.layouts.places import layout_at
 from labgym.layouts.splits import train_layout
 from labgym.protocols import Protocol
 
@@ -41,12 +41,12 @@ class TrainingRooms:
 
 
 def training_floor(number: int) -> Layout:
-    """Return layout `number` of the draft split "train": a bay, an L, or a suite of two or three rooms, with clutter.
+    """Return layout `number` of the split "floors-train": a bay, an L, or a suite of two or three rooms, with clutter.
 
     Raises:
         InfeasibleError: no seed of this place gives a layout.
     """
-    return draft_layout("train", number)
+    return layout_at("floors-train", number)
 
 
 SOURCES = ("rooms", "floors")

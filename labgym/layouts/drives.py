@@ -1,4 +1,4 @@
-"""The drives of a draft floor: from its exits and places of work to other places of work."""
+"""The drives of a floor: from its exits and places of work to other places of work."""
 
 from __future__ import annotations
 

@@ -20,9 +20,9 @@ from tqdm import tqdm
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, InfeasibleError, UnknownNameError
-from labgym.layouts.drafts import draft_layout
 from labgym.layouts.generate import GENERATOR, generate
 from labgym.layouts.model import Layout
+from labgym.layouts.places import layout_at
 from labgym.layouts.rooms import PUBLISHED_PRESETS
 from labgym.layouts.rules.thresholds import Profile
 from labgym.protocols import Protocol, protocols
@@ -42,7 +42,7 @@ class PublishedLayout(Record):
         protocol: id of its first protocol.
         room: name of its room or floor.
         seed: its random seed.
-        draft: its place in a draft split, such as test/17; None for a room.
+        place: its place in a split of floors, such as floors-test/17; None for a room.
     """
 
     id: str
@@ -50,7 +50,7 @@ class PublishedLayout(Record):
     room: str
     seed: int
     hash: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-    draft: Annotated[str, Field(pattern=r"^[a-z]+/[0-9]+$")] | None = None
+    place: Annotated[str, Field(pattern=r"^[a-z-]+/[0-9]+$")] | None = None
 
 
 class Manifest(Document):
@@ -67,7 +67,7 @@ class Manifest(Document):
     layouts: tuple[PublishedLayout, ...]
 
     def to_json(self) -> dict[str, Any]:
-        """Return the manifest as JSON data; rooms have no place in a draft split."""
+        """Return the manifest as JSON data; rooms have no place in a split of floors."""
         return {"schema": self.SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
 
     def entry(self, layout_id: str) -> PublishedLayout:
@@ -134,7 +134,7 @@ def mismatches(split: str) -> tuple[str, ...]:
 
 
 def make_again(entry: PublishedLayout) -> Layout:
-    """Regenerate a published layout with this generator: from protocol, room preset and seed, or from its draft.
+    """Regenerate a published layout with this generator: from protocol, room preset and seed, or from its place.
 
     The result equals the published layout only if the manifest names this generator.
 
@@ -142,9 +142,9 @@ def make_again(entry: PublishedLayout) -> Layout:
         UnknownNameError: the library has no such protocol, or the room preset does not exist.
         InfeasibleError: the room does not hold the protocol.
     """
-    if entry.draft is not None:
-        split, _, index = entry.draft.partition("/")
-        return draft_layout(split, int(index)).replace(id=entry.id)
+    if entry.place is not None:
+        split, _, index = entry.place.partition("/")
+        return layout_at(split, int(index)).replace(id=entry.id)
     return generate(entry.protocol, entry.seed, entry.room).replace(id=entry.id)
 
 
@@ -160,7 +160,7 @@ def publish(split: str, layouts: Sequence[Layout], folder: Path) -> Manifest:
                 room=layout.floor.name,
                 seed=int(layout.provenance.seed or 0),
                 hash=layout.hash,
-                draft=layout.provenance.options.get("draft"),
+                place=layout.provenance.options.get("place"),
             )
         )
     written = Manifest(split=split, generator=GENERATOR, layouts=tuple(entries))

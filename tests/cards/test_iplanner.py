@@ -13,10 +13,10 @@ from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
 from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.policies.data import DataOptions, make_dataset
 from labgym.policies.iplanner.config import IPlannerConfig, IPlannerTrainOptions
 from labgym.policies.iplanner.network import load_iplanner
+from labgym.suites import Suite
 
 SHORT = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=3)
 

@@ -13,9 +13,9 @@ from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.policies.data import DataOptions, make_dataset
 from labgym.policies.navdp.config import NavDPConfig
+from labgym.suites import Suite
 
 SHORT = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=3)
 PUBLISHED = artefacts("policies") / "navdp"

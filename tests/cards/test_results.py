@@ -11,7 +11,7 @@ from labgym.errors import OptionError
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
+from labgym.suites import Suite
 
 TITLES = {"whole": "unchanged", "a": "without A", "b": "without B"}
 

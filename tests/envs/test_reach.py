@@ -14,13 +14,13 @@ from labgym.envs.robot import ROBOT, attach_robot
 from labgym.envs.simulation import CHECK_STEPS, Simulation
 from labgym.envs.world import World
 from labgym.layouts import Layout, load_published
-from labgym.layouts.drafts import draft_layout
+from labgym.layouts.places import layout_at
 from labgym.scenes import to_mjcf
 
 
 def oblique_floor() -> Layout:
     """A floor of several rooms with oblique walls, columns and clutter."""
-    return draft_layout("test", 1, first=900)
+    return layout_at("floors-test", 1, first=900)
 
 
 LAYOUTS = {"island": island_laboratory, "room": lambda: load_published("test", "test-sub_01"), "floor": oblique_floor}

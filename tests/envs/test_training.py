@@ -9,7 +9,7 @@ from labgym.envs import LabPointNavEnv
 from labgym.envs.training import NUMBERS, LayoutSequence, TrainingRooms, source_of
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import splits
-from labgym.layouts.drafts import draft_layout
+from labgym.layouts.places import layout_at
 
 
 def drawn(env: LabPointNavEnv, episodes: int, **first) -> list[str]:
@@ -76,6 +76,6 @@ def test_floors_are_those_of_the_draft_split():
     env = environment(training="floors")
     env.reset(seed=1)
     floor = env._episode.task.layout
-    split, _, index = floor.provenance.options["draft"].partition("/")
+    split, _, index = floor.provenance.options["place"].partition("/")
     assert split == "train"
-    assert floor.hash == draft_layout("train", int(index)).hash
+    assert floor.hash == layout_at("floors-train", int(index)).hash

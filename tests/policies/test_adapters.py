@@ -12,10 +12,10 @@ import pytest
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.fingerprint.policy import object_fingerprint
+from labgym.suites import Suite
 
 torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")

@@ -16,13 +16,13 @@ from labgym.envs.robot import ROBOT
 from labgym.errors import OptionError
 from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.http.client import HttpPolicy, enlarged
 from labgym.policies.http.connection import MAX_ANSWER, Connection, ServerError
 from labgym.policies.http.forms import decode_form
 from labgym.policies.http.wire import decode_color, decode_depth
+from labgym.suites import Suite
 
 Answer = Callable[[str, bytes, str], tuple[int, bytes]]
 

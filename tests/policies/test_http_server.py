@@ -20,7 +20,6 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.drive import Drive, drive_layout
-from labgym.eval.driving.suites import Suite
 from labgym.geometry import rotate
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs, occupancy
@@ -31,6 +30,7 @@ from labgym.policies.http.forms import encode_form
 from labgym.policies.http.served import Frame, resampled_view, rolled_out
 from labgym.policies.http.server import MAX_BATCH, MAX_BODY, NavigationServer
 from labgym.policies.http.wire import encode_color, encode_depth, intrinsic_matrix
+from labgym.suites import Suite
 from runs.killing import hear_interrupts
 
 K = intrinsic_matrix(640, 360, ROBOT.camera_hfov).tolist()

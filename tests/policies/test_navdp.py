@@ -15,7 +15,6 @@ from labgym.cli import main
 from labgym.documents import read_json, write_json
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.data import DataOptions, make_dataset
@@ -36,6 +35,7 @@ from labgym.policies.navdp.samples import NavDPSamples, memory_of
 from labgym.policies.navdp.train import train
 from labgym.policies.navdp.trajectory import MIRROR_STEP, first_part, points_of, steps_of
 from labgym.policies.navdp.value import distance_maps, path_value
+from labgym.suites import Suite
 
 SMALL = NavDPNetworkOptions(memory=2, channels=(8, 8, 16), queries=4, width=16, heads=2, layers=2)
 CONFIG = NavDPConfig(network=SMALL, training=NavDPTrainOptions(epochs=2, batch=8, warmup=2, held_out=0.3))

@@ -11,11 +11,11 @@ from labgym.cli import main
 from labgym.cli.arguments import parse_options
 from labgym.errors import OptionError
 from labgym.eval.driving.drive import drive_layout
-from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published, published
 from labgym.policies.adapters.inputs import SHAPES
 from labgym.policies.http.client import HttpPolicy
 from labgym.policies.registry import policy_table
+from labgym.suites import Suite
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "policies.md").read_text(encoding="utf-8")
 

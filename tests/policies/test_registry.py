@@ -10,10 +10,10 @@ import pytest
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import drive_layout
-from labgym.eval.driving.suites import Suite
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, Policy, make_policy, policy_names, registry
 from labgym.policies.registry import BUILT_IN
+from labgym.suites import Suite
 
 
 class Forward(Policy):

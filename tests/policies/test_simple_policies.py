@@ -8,13 +8,13 @@ import pytest
 from labgym.errors import LabgymError
 from labgym.eval.driving.assignments import assignment_between
 from labgym.eval.driving.drive import drive_episodes
-from labgym.eval.driving.suites import suite_of
 from labgym.geometry import OrientedBox
 from labgym.layouts import Door, Layout, Placement, Room
 from labgym.layouts.placement import Size
 from labgym.navigation import occupancy
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.grid_planner import GridPlanner
+from labgym.suites import suite_of
 
 
 def observation(bearing: float, distance: float = 3.0) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from labgym.eval import evaluate
-from labgym.eval.driving.suites import Suite
+from labgym.suites import Suite
 from runs.test_dask import cluster, dask  # noqa: F401
 
 pytest.importorskip("distributed")

@@ -13,10 +13,10 @@ from labgym.envs.endpoints import NO_PAIR, pair_between, passed_ends
 from labgym.envs.tasks import goal_pair
 from labgym.envs.world import world_of
 from labgym.eval.driving.episode_row import Key, Pose
-from labgym.eval.driving.suites import Jitter, Suite
 from labgym.geometry import wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import GoalPair
+from labgym.suites import Jitter, Suite
 
 DRAWS = 1000
 """Number of poses that are drawn before a jittered start falls back to the pair's own."""

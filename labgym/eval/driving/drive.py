@@ -17,13 +17,13 @@ from labgym.eval.driving.assignments import Assignment, assignment_between, assi
 from labgym.eval.driving.episode_row import EpisodeRow, Pose
 from labgym.eval.driving.kinematics import first_jump, possible_contacts
 from labgym.eval.driving.navigation_metrics import soft_spl, spl
-from labgym.eval.driving.suites import Suite, suite_of
 from labgym.geometry import rotate, wrap_angle
 from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, GroundTruth
 from labgym.policies.policy import Driver, PolicyError
 from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.process.episode import InvalidActionError, checked_action
+from labgym.suites import Suite, suite_of
 
 Route = tuple[Pose, ...]
 Info = dict[str, Any]

@@ -9,8 +9,8 @@ from labgym.documents import Document
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import VERSION, summarise
-from labgym.eval.driving.suites import Suite
 from labgym.policies.policy import Sensors
+from labgym.suites import Suite
 
 
 class NavigationSummary(Document):

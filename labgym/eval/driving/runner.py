@@ -21,7 +21,6 @@ from labgym.eval.driving.folders import short_name
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.shard import drive_shard, shard_file
-from labgym.eval.driving.suites import Jitter, Suite, load_suite, suite_of
 from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
@@ -30,6 +29,7 @@ from labgym.policies.policy import Driver, Sensors
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process, shared_process
 from labgym.policies.registry import SERVER, is_class_place, policy_place
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
+from labgym.suites import Jitter, Suite, load_suite, suite_of
 
 
 @dataclass(frozen=True)

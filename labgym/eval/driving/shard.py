@@ -6,13 +6,13 @@ from labgym.documents import files_digest
 from labgym.errors import LabgymError
 from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.files import drive_files
-from labgym.eval.driving.suites import Suite
 from labgym.layouts import Layout
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.policy import Driver
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, shared_process
 from labgym.runs import ShardOutput
 from labgym.runs.folder import SHARDS
+from labgym.suites import Suite
 
 
 def drive_shard(

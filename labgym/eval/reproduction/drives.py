@@ -10,7 +10,6 @@ from labgym.documents import Record
 from labgym.errors import InfeasibleError
 from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.driving.suites import suite_of
 from labgym.eval.reproduction.cases import Variant, layout_of
 from labgym.eval.reproduction.study import rows_output
 from labgym.layouts.model import Layout
@@ -20,6 +19,7 @@ from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicySource, shared_process
 from labgym.protocols import Protocol
 from labgym.runs import ShardOutput
+from labgym.suites import suite_of
 
 DRIVE_SEED = 0
 """Random seed of the policies."""

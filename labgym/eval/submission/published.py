@@ -8,8 +8,8 @@ from labgym.errors import UnknownNameError
 from labgym.eval.driving.assignments import episode_keys
 from labgym.eval.driving.episode_row import Key
 from labgym.eval.driving.runner import catalog_digest
-from labgym.eval.driving.suites import Suite, load_suite, suite_names
 from labgym.layouts import Layout
+from labgym.suites import Suite, load_suite, suite_names
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.world import World
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.kinematics import SLACK, first_jump, possible_contacts
-from labgym.eval.driving.suites import Suite
+from labgym.suites import Suite
 
 RESOLUTION = 1e-3
 """Poses of routes are rounded to this, meters and radians."""

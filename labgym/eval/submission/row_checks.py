@@ -10,8 +10,8 @@ from labgym.envs.world import World
 from labgym.eval.driving.assignments import Assignment
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.navigation_metrics import soft_spl, spl
-from labgym.eval.driving.suites import Suite
 from labgym.layouts import Layout
+from labgym.suites import Suite
 
 EXACT = 1e-9
 """Differences of recomputed figures up to this are rounding, relative or absolute."""

@@ -1,4 +1,4 @@
-"""Describes draft splits: their floors and episodes, the blind policies, and the bars."""
+"""Describes splits of floors: their floors and episodes, the blind policies, and the bars."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from labgym.eval.variety.overlap import overlaps
 from labgym.eval.variety.rows import DriveRow, FloorRow
 from labgym.eval.variety.shards import drive_blind, survey
 from labgym.eval.variety.sketch import FloorSketch
-from labgym.layouts.drafts import LAST_DEVELOPMENT_SEED, check_numbers
 from labgym.layouts.floors import SPLITS
+from labgym.layouts.places import FIRST_SEEDS, LAST_DEVELOPMENT_SEED, check_numbers
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
 
 KIND = "describe"
@@ -28,7 +28,7 @@ TOGETHER = 6
 
 
 class SplitsSummary(Document):
-    """The figures of draft splits, `summary.json`.
+    """The figures of splits of floors, `summary.json`.
 
     Attributes:
         floors: number of floors of each family.
@@ -49,7 +49,7 @@ class SplitsSummary(Document):
 
 @dataclass(frozen=True)
 class SplitsDescription:
-    """A description of draft splits.
+    """A description of splits of floors.
 
     Attributes:
         summary: the figures.
@@ -62,7 +62,7 @@ class SplitsDescription:
 
 
 def describe_splits(
-    splits: Sequence[str] = ("test",),
+    splits: Sequence[str] = ("floors-test",),
     floors: int = BLIND_FLOORS + 1,
     episodes: int = 12,
     seed: int | None = 0,
@@ -71,7 +71,7 @@ def describe_splits(
     fresh: bool = False,
     progress: bool = True,
 ) -> SplitsDescription:
-    """Draw floors of draft splits and their episodes, and measure them.
+    """Draw floors of splits and their episodes, and measure them.
 
     The result depends on the first four arguments alone, not on the executor; with a folder an interrupted description
     resumes.
@@ -93,8 +93,8 @@ def describe_splits(
         LabgymError: workers died.
     """
     for split in splits:
-        if split not in SPLITS:
-            raise UnknownNameError("split of floors", split, SPLITS)
+        if split not in FIRST_SEEDS:
+            raise UnknownNameError("split of floors", split, FIRST_SEEDS)
     seeds = seed or 0, 0, LAST_DEVELOPMENT_SEED
     check_numbers({"floors": (floors, 2, 10_000), "episodes": (episodes, 1, 1000), "seed": seeds})
     run = _Description(tuple(dict.fromkeys(splits)), floors, episodes, seed, executor, progress)

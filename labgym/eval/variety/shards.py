@@ -9,8 +9,8 @@ from labgym.eval.variety.blind import blind_drives, blind_map, wall_map
 from labgym.eval.variety.hood_walls import hood_walls
 from labgym.eval.variety.rows import DriveRow, FloorRow
 from labgym.eval.variety.sketch import FloorSketch, sketch_of
-from labgym.layouts.drafts import drafted
 from labgym.layouts.drives import floor_drives
+from labgym.layouts.places import furnished
 from labgym.runs import ShardOutput
 from labgym.runs.folder import SHARDS
 
@@ -19,13 +19,13 @@ def survey(split: str, index: int, first: int | None, episodes: int) -> ShardOut
     """Return the rows of a floor and its drives, and its sketch.
 
     Args:
-        split, index, first: the floor, as for `drafted`.
+        split, index, first: the floor, as for `furnished`.
         episodes: number of drives to accept.
 
     Raises:
         InfeasibleError: no seed of the place gives a layout.
     """
-    place, tidy = drafted(split, index, first)
+    place, tidy = furnished(split, index, first)
     layout = place.cluttered(tidy)
     tried = floor_drives(layout, place.seed, episodes)
     floor = FloorRow.of(place, layout, hood_walls(layout))

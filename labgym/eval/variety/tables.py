@@ -33,7 +33,7 @@ def tables(summary: SplitsSummary) -> tuple[Table, ...]:
     drives = tuple(row for group in summary.groups for row in _drive_rows(group))
     return (
         Table(
-            f"Floors of draft splits, {seeds}",
+            f"Floors, {seeds}",
             FLOOR_COLUMNS,
             floors,
             (

@@ -11,7 +11,6 @@ from labgym.documents import Record, json_bytes, read_json
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.driving.suites import suite_of
 from labgym.eval.reproduction.figures import Figures
 from labgym.eval.reproduction.measures import report_metrics
 from labgym.eval.reproduction.page import Section
@@ -40,6 +39,7 @@ from labgym.policies.process import PolicySource, close_shared_process, shared_p
 from labgym.protocols import Protocol
 from labgym.runs import Shard, ShardOutput
 from labgym.runs.manifest import file_digest
+from labgym.suites import suite_of
 
 MAX_SCENES = 200
 

@@ -40,9 +40,15 @@ TESTED = (
     Population("suite", MappingProxyType({"rooms": (4, 8), **HELD_OUT})),
 )
 
-SPLITS: dict[str, tuple[Population, ...]] = {"train": TRAINED, "seen": TRAINED, "test": TESTED}
-"""Populations of the splits. No floor of the test families, nor one of their finishes, occurs in training; `seen` has
-further floors of the families of training."""
+SPLITS: dict[str, tuple[Population, ...]] = {
+    "floors-train": TRAINED,
+    "floors-val": TRAINED,
+    "floors-seen": TRAINED,
+    "floors-test": TESTED,
+    "floors-sealed": TESTED,
+}
+"""Populations of the splits of floors. The test families and their finishes do not occur in training; `floors-val` and
+`floors-seen` have further floors of the families of training, `floors-sealed` further floors of the test families."""
 
 
 def population_of(split: str, index: int) -> Population:

@@ -19,11 +19,11 @@ from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.files import read_routes, read_rows
 from labgym.eval.driving.folders import default_folder, short_name
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, Policy
 from labgym.runs.manifest import RunManifest
+from labgym.suites import Suite
 
 RELEASE_01 = Path(__file__).parent / "release01"
 """An evaluation written by labgym 0.1: astar on two published layouts."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from labgym.eval.driving.suites import Suite
+from labgym.suites import Suite
 from runs import killing
 
 LAYOUTS = ("val-alk_01", "val-con_01", "val-cyc_01")

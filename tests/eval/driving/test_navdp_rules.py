@@ -12,10 +12,10 @@ from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.navigation_metrics import METRICS, NAVDP_METRICS
 from labgym.eval.driving.runner import NavigationReport, evaluate
-from labgym.eval.driving.suites import Suite, load_suite
 from labgym.eval.reports.tables import NAVDP_ROWS, NAVIGATION_ROWS, navigation_table
 from labgym.layouts import load_published, published
 from labgym.policies import Policy, velocities_to_action
+from labgym.suites import Suite, load_suite
 
 LAYOUT = load_published("test", published("test")[0])
 

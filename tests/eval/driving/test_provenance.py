@@ -12,10 +12,10 @@ import pytest
 from labgym.documents import read_json
 from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.policies.kernels import runs_pinned
 from labgym.runs import RunProvenance
 from labgym.runs.manifest import RunManifest
+from labgym.suites import Suite
 
 torch = pytest.importorskip("torch")
 SUITE = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=2)

@@ -17,11 +17,11 @@ from labgym.eval.driving.drive import drive_layout, drive_pair
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.files import read_routes, read_rows
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Jitter, Suite, load_suite
 from labgym.geometry import wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import OBSTACLE_HEIGHT, goal_pairs, shortest_path
 from labgym.policies import make_policy
+from labgym.suites import Jitter, Suite, load_suite
 
 LAYOUT = small_laboratory("first")
 JITTERED = Suite(name="mine", layouts=("first",), repeats=3, jitter=Jitter())

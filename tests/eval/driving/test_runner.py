@@ -14,12 +14,12 @@ from labgym.eval.driving.drive import drive_layout, drive_pair
 from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.files import read_routes, read_rows
 from labgym.eval.driving.runner import NavigationReport, evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.geometry import rotate
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, Policy, make_policy
 from labgym.protocols import get
+from labgym.suites import Suite
 
 POLICIES = '''
 import numpy as np

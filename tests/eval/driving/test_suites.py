@@ -5,7 +5,7 @@ import json
 import pytest
 
 from labgym.errors import DocumentError, OptionError, UnknownNameError
-from labgym.eval.driving.suites import Suite, load_suite, suite_names
+from labgym.suites import Suite, load_suite, suite_names
 
 
 @pytest.mark.parametrize("name", ["test", "val"])

@@ -10,8 +10,8 @@ from labgym.cli import main
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.eval.driving.files import read_rows
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.comparison import Comparison, chosen_evaluations, compare, comparison_tables, evaluation_in
+from labgym.suites import Suite
 
 SUITE = Suite(name="few", split="test", layouts=("test-alk_03", "test-red_01"), max_steps=20)
 

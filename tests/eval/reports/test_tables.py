@@ -10,7 +10,6 @@ from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import METRICS
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.driving.suites import Suite
 from labgym.eval.reports.paper import paper
 from labgym.eval.reports.tables import (
     LAYOUT_COLUMNS,
@@ -20,6 +19,7 @@ from labgym.eval.reports.tables import (
     navigation_table,
 )
 from labgym.eval.scoring.layout_report import LayoutSummary, MetricMean
+from labgym.suites import Suite
 from labgym.table import Table, number
 
 TABLE = Table("T", ("name", "a|b"), (("x", "1.0"), ("<long>", "-")), ("A note.",))

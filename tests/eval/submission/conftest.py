@@ -13,9 +13,9 @@ import pytest
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Jitter, Suite
 from labgym.runs.identity import RunIdentity
 from labgym.runs.manifest import RunManifest, file_digest
+from labgym.suites import Jitter, Suite
 
 Rows = list[dict[str, Any]]
 

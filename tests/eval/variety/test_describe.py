@@ -114,8 +114,8 @@ def test_a_sketch_has_the_walls_the_door_and_the_furniture_of_its_layout():
 
 def test_a_description_resumes_and_its_figures_are_those_of_its_rows(tmp_path, monkeypatch, capsys):
     """Four bays are generated, the fewest of which one is drawn before and one after an interruption: 3 s."""
-    monkeypatch.setitem(SPLITS, "train", SPLITS["train"][:1])
-    whole = describe_splits(("train",), floors=2, episodes=4, progress=False)
+    monkeypatch.setitem(SPLITS, "floors-train", SPLITS["floors-train"][:1])
+    whole = describe_splits(("floors-train",), floors=2, episodes=4, progress=False)
     survey, calls = describing.survey, []
 
     def stopping(*arguments: object):
@@ -126,12 +126,12 @@ def test_a_description_resumes_and_its_figures_are_those_of_its_rows(tmp_path, m
 
     monkeypatch.setattr(describing, "survey", stopping)
     with pytest.raises(KeyboardInterrupt):
-        describe_splits(("train",), floors=2, episodes=4, out=tmp_path, progress=False)
+        describe_splits(("floors-train",), floors=2, episodes=4, out=tmp_path, progress=False)
     calls.clear()
     monkeypatch.setattr(describing, "survey", survey)
-    resumed = describe_splits(("train",), floors=2, episodes=4, out=tmp_path, progress=False)
+    resumed = describe_splits(("floors-train",), floors=2, episodes=4, out=tmp_path, progress=False)
     assert resumed == whole
-    assert describe_splits(("train",), floors=2, episodes=4, out=tmp_path, progress=False) == whole
+    assert describe_splits(("floors-train",), floors=2, episodes=4, out=tmp_path, progress=False) == whole
     rows = [json.loads(line) for line in (tmp_path / "drives.jsonl").read_text().splitlines()]
     lengths = [row["length"] for row in rows if row["accepted"]]
     total = whole.summary.groups[-1]
@@ -143,12 +143,12 @@ def test_a_description_resumes_and_its_figures_are_those_of_its_rows(tmp_path, m
     walls = [r["blind_walls"] for r in rows if r["accepted"]]
     assert total.accepted.blind_walls == pytest.approx(np.mean(walls), abs=1e-6)
     text = "\n".join(table.text() for table in tables(whole.summary))
-    assert "Bars of split train" in text
+    assert "Bars of split floors-train" in text
     assert "1 floors: by its place" in text
 
 
 def test_what_cannot_be_described_is_refused_in_one_line(capsys):
-    with pytest.raises(UnknownNameError, match="seen"):
+    with pytest.raises(UnknownNameError, match="floors-seen"):
         describe_splits(("validation",))
     for wrong in ({"floors": 1}, {"episodes": 0}, {"seed": 10**9}):
         with pytest.raises(OptionError, match=next(iter(wrong))):

@@ -269,10 +269,13 @@ def test_doubles_are_joined_by_doors_and_passages_with_and_without_glass():
 
 
 def test_train_and_test_share_neither_families_nor_finishes():
-    rooms = {"train": (2, 3), "seen": (2, 3), "test": (4, 8)}
-    finishes = {"train": TRAINED, "seen": TRAINED, "test": HELD_OUT}
-    families = {split: {p.family for p in populations} - {"suite"} for split, populations in SPLITS.items()}
-    assert families == {"train": {"bay", "ell"}, "seen": {"bay", "ell"}, "test": {"double", "refit"}}
+    held_out = {"floors-test", "floors-sealed"}
+    assert set(SPLITS) == {"floors-train", "floors-val", "floors-seen"} | held_out
+    rooms = {split: (4, 8) if split in held_out else (2, 3) for split in SPLITS}
+    finishes = {split: HELD_OUT if split in held_out else TRAINED for split in SPLITS}
+    for split, populations in SPLITS.items():
+        families = {"double", "refit"} if split in held_out else {"bay", "ell"}
+        assert {population.family for population in populations} - {"suite"} == families
     absent = {None, "none"}
     for name in ("floor", "walls", "accent", "worktop", "fronts", "doors", "blinds"):
         assert not (set(TRAINED[name]) & set(HELD_OUT[name])) - absent

@@ -14,12 +14,12 @@ from laboratories import small_laboratory
 
 from labgym.eval.driving.drive import Drive, drive_layout, episode_rng
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.geometry import rotate
 from labgym.layouts import load_published, published
 from labgym.navigation import goal_pairs
 from labgym.policies import make_policy
 from labgym.policies.process import PolicyProcess, PolicySource, linux
+from labgym.suites import Suite
 
 HERE = Path(__file__).parent
 MARK = "labgym-test-mark"

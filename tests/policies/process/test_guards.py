@@ -14,10 +14,10 @@ from laboratories import small_laboratory
 from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import Drive, drive_layout
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite
 from labgym.geometry import rotate
 from labgym.navigation import goal_pairs
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits
+from labgym.suites import Suite
 from runs.killing import hear_interrupts
 
 HERE = Path(__file__).parent

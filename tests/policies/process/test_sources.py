@@ -12,10 +12,10 @@ import pytest
 from laboratories import small_laboratory
 
 from labgym.eval.driving.drive import drive_layout
-from labgym.eval.driving.suites import Suite
 from labgym.policies import EpisodeStart, Policy, make_policy
 from labgym.policies.http.server import NavigationServer
 from labgym.policies.process import PolicyProcess, PolicySource
+from labgym.suites import Suite
 
 TESTS = Path(__file__).resolve().parents[2]
 BRIEF = Suite(name="brief", max_steps=4)

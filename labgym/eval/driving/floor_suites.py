@@ -1,4 +1,4 @@
-"""Suites of draft floors: their layouts and drives, written to a folder that `labgym eval` reads."""
+"""Suites of floors: their layouts and drives, written to a folder that `labgym eval` reads."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from pathlib import Path
 
 from labgym.documents import json_bytes
 from labgym.errors import UnknownNameError
-from labgym.eval.driving.suites import Suite, SuiteDrive
 from labgym.layouts import Layout
-from labgym.layouts.drafts import LAST_DEVELOPMENT_SEED, PLACES, check_numbers, drafted
 from labgym.layouts.drives import floor_drives
-from labgym.layouts.floors import SPLITS
+from labgym.layouts.places import FIRST_SEEDS, LAST_DEVELOPMENT_SEED, PLACES, check_numbers, furnished
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
 from labgym.runs.folder import SHARDS
+from labgym.suites import Suite, SuiteDrive
 
 KIND = "floors"
 SUITE_FILE = "suite.json"
@@ -21,7 +20,7 @@ MAX_STEPS = 1500
 """Control steps of an episode: at half of the robot's greatest speed it drives 75 m in this time."""
 
 
-def draft_suite(
+def floor_suite(
     split: str,
     count: int,
     out: str | Path,
@@ -32,13 +31,13 @@ def draft_suite(
     fresh: bool = False,
     progress: bool = True,
 ) -> Suite:
-    """Write floors of a draft split and a suite of their drives into a folder; return the suite.
+    """Write floors of a split and a suite of their drives into a folder; return the suite.
 
     The folder receives `suite.json` and `layouts/`. An interrupted call resumes; the files do not depend on the
     executor.
 
     Args:
-        split: train, seen or test.
+        split: floors-train, floors-val, floors-seen or floors-test.
         count: number of floors, 1 to 10,000.
         out: the folder.
         first: place of the first floor in the split.
@@ -61,8 +60,8 @@ def draft_suite(
         "seed": (seed or 0, 0, LAST_DEVELOPMENT_SEED),
     }
     check_numbers(limits)
-    if split not in SPLITS:
-        raise UnknownNameError("split of floors", split, SPLITS)
+    if split not in FIRST_SEEDS:
+        raise UnknownNameError("split of floors", split, FIRST_SEEDS)
     identity = RunIdentity.of(KIND, split=split, count=count, first=first, episodes=episodes, seed=seed)
     with RunFolder.open(out, identity, fresh) as folder:
         if folder.finished:
@@ -77,8 +76,8 @@ def draft_suite(
         }
         floors = [done[shard.name] for shard in shards]
         suite = Suite(
-            name=f"draft-{split}",
-            description=f"Drives on {count} draft floors of the split {split}.",
+            name=split,
+            description=f"Drives on {count} floors of the split {split}.",
             layouts=tuple(floor["layout"]["id"] for floor in floors),
             drives={
                 floor["layout"]["id"]: tuple(SuiteDrive.model_validate(drive) for drive in floor["drives"])
@@ -92,16 +91,16 @@ def draft_suite(
 
 
 def make_floor(split: str, index: int, first: int | None, episodes: int) -> ShardOutput:
-    """Return the layout at a place of a draft split, and its drives.
+    """Return the layout at a place of a split, and its drives.
 
     Args:
-        split, index, first: the place, as for `drafted`.
+        split, index, first: the place, as for `furnished`.
         episodes: greatest number of drives.
 
     Raises:
         InfeasibleError: no seed of the place gives a layout.
     """
-    place, tidy = drafted(split, index, first)
+    place, tidy = furnished(split, index, first)
     layout: Layout = place.cluttered(tidy)
     drives = [SuiteDrive.of(one.pair) for one in floor_drives(layout, place.seed, episodes) if one.accepted]
     record = {"layout": layout.to_json(), "drives": [drive.model_dump(mode="json") for drive in drives]}

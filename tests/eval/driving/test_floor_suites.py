@@ -1,4 +1,4 @@
-"""Suites with drives of their own: what they refuse, what is driven, and the folder of draft floors."""
+"""Suites with drives of their own: what they refuse, what is driven, and the folder of floors."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from pydantic import ValidationError
 
 from labgym.cli import main
 from labgym.errors import OptionError, UnknownNameError
-from labgym.eval.driving import drafted
-from labgym.eval.driving.drafted import draft_suite
+from labgym.eval.driving import floor_suites
+from labgym.eval.driving.floor_suites import floor_suite
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.driving.suites import Suite, SuiteDrive
 from labgym.layouts import Layout
 from labgym.layouts.floors import SPLITS
 from labgym.navigation import ShortestPaths
+from labgym.suites import Suite, SuiteDrive
 
 START, GOAL = (1.0, 1.0, 0.0), (5.5, 1.5, 1.0)
 
@@ -60,22 +60,34 @@ def test_drives_name_the_suite_s_layouts_and_are_finite():
         SuiteDrive(start=(math.nan, 0.0, 0.0), goal=GOAL)
 
 
-def test_draft_floors_are_written_with_drives_that_can_be_driven(tmp_path, monkeypatch, capsys):
+def test_floors_are_written_with_drives_that_can_be_driven(tmp_path, monkeypatch, capsys):
     """Two bays, the second after an interruption, and by the command line: 2 s."""
-    monkeypatch.setitem(SPLITS, "train", SPLITS["train"][:1])
-    make_floor = drafted.make_floor
+    monkeypatch.setitem(SPLITS, "floors-train", SPLITS["floors-train"][:1])
+    make_floor = floor_suites.make_floor
 
     def stopping(split: str, index: int, first: int | None, episodes: int):
         if index == 4:
             raise KeyboardInterrupt
         return make_floor(split, index, first, episodes)
 
-    monkeypatch.setattr(drafted, "make_floor", stopping)
+    monkeypatch.setattr(floor_suites, "make_floor", stopping)
     with pytest.raises(KeyboardInterrupt):
-        draft_suite("train", 2, tmp_path, 3, 5, 0, progress=False)
-    monkeypatch.setattr(drafted, "make_floor", make_floor)
+        floor_suite("floors-train", 2, tmp_path, 3, 5, 0, progress=False)
+    monkeypatch.setattr(floor_suites, "make_floor", make_floor)
     assert not (tmp_path / "suite.json").exists()
-    command = ["floors", "--split", "train", "--count", "2", "--first", "3", "--episodes", "5", "--development", "0"]
+    command = [
+        "floors",
+        "--split",
+        "floors-train",
+        "--count",
+        "2",
+        "--first",
+        "3",
+        "--episodes",
+        "5",
+        "--development",
+        "0",
+    ]
     assert main([*command, "--out", str(tmp_path)]) == 0
     written = Suite.load(tmp_path / "suite.json")
     assert f"2 floors, {sum(map(len, written.drives.values()))} drives" in capsys.readouterr().out
@@ -91,8 +103,8 @@ def test_draft_floors_are_written_with_drives_that_can_be_driven(tmp_path, monke
 
 def test_bad_arguments_are_named(tmp_path):
     with pytest.raises(UnknownNameError, match="'tset'"):
-        draft_suite("tset", 1, tmp_path)
+        floor_suite("tset", 1, tmp_path)
     with pytest.raises(OptionError, match="count is 0"):
-        draft_suite("test", 0, tmp_path)
+        floor_suite("floors-test", 0, tmp_path)
     with pytest.raises(OptionError, match="seed is 1000000000"):
-        draft_suite("test", 1, tmp_path, seed=10**9)
+        floor_suite("floors-test", 1, tmp_path, seed=10**9)

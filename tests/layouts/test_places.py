@@ -1,4 +1,4 @@
-"""Draft splits of floors: disjoint seeds, populations in turn, protocols by area, the same bytes again."""
+"""Splits of floors: disjoint seeds, populations in turn, protocols by area, the same bytes again."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
-from labgym.layouts import drafts, splits
-from labgym.layouts.drafts import ATTEMPTS, CLUTTER, FIRST_SEEDS, PLACES, draft, draft_layout, drafted
+from labgym.layouts import places, splits
 from labgym.layouts.floors import SPLITS
+from labgym.layouts.places import ATTEMPTS, CLUTTER, FIRST_SEEDS, PLACES, furnished, layout_at, place_at
 from labgym.protocols import protocols
 
 
 def test_populations_take_turns():
     for split, populations in SPLITS.items():
-        places = [draft(split, index, first=0) for index in range(6)]
+        places = [place_at(split, index, first=0) for index in range(6)]
         assert [place.population for place in places] == [*populations, *populations]
         assert [place.index for place in places] == list(range(6))
 
@@ -28,18 +28,18 @@ def test_the_seeds_of_splits_published_rooms_and_development_are_disjoint():
     for low, high in spans:
         assert all(low == other or high <= other or low >= end for other, end in spans)
     for split, first in FIRST_SEEDS.items():
-        assert draft(split, 7).seed == first + 7
-        assert draft(split, 7, attempt=2).seed == first + 7 + 2 * PLACES
-    assert draft("test", 7, first=100).seed == 107
+        assert place_at(split, 7).seed == first + 7
+        assert place_at(split, 7, attempt=2).seed == first + 7 + 2 * PLACES
+    assert place_at("floors-test", 7, first=100).seed == 107
 
 
 def test_seen_and_train_have_the_same_families_and_other_floors():
-    assert SPLITS["seen"] == SPLITS["train"]
-    assert draft("seen", 0).floor.floor != draft("train", 0).floor.floor
+    assert SPLITS["floors-seen"] == SPLITS["floors-train"]
+    assert place_at("floors-seen", 0).floor.floor != place_at("floors-train", 0).floor.floor
 
 
 def test_larger_floors_have_more_protocols_and_levels_of_clutter_have_the_stated_shares():
-    places = [draft("test", index, first=0) for index in range(36)]
+    places = [place_at("floors-test", index, first=0) for index in range(36)]
     for place in places:
         most = min(5, 1 + int(place.floor.parameters["area"] / 50.0))
         assert max(1, most - 1) <= len(place.protocols) <= most
@@ -47,41 +47,41 @@ def test_larger_floors_have_more_protocols_and_levels_of_clutter_have_the_stated
         assert all(protocols()[name].moves for name in place.protocols)
     assert {len(place.protocols) for place in places} >= {2, 3, 4, 5}
     counts = Counter(place.clutter for place in places)
-    shares = np.array(CLUTTER["test"]) / sum(CLUTTER["test"])
+    shares = np.array(CLUTTER["floors-test"]) / sum(CLUTTER["floors-test"])
     for level, share in enumerate(shares):
         assert counts[level] / 36 == pytest.approx(share, abs=4.0 * np.sqrt(share * (1.0 - share) / 36))
 
 
 def test_a_place_gives_the_same_layout_again_and_clutter_only_adds():
-    place, tidy = drafted("train", 1, first=0)
-    layout = draft_layout("train", 1, first=0)
+    place, tidy = furnished("floors-train", 1, first=0)
+    layout = layout_at("floors-train", 1, first=0)
     assert place.clutter > 0
     assert layout.hash == place.cluttered(tidy).hash
     first = layout.placements[: len(tidy.placements)]
     assert [(p.id, p.position, p.yaw) for p in first] == [(p.id, p.position, p.yaw) for p in tidy.placements]
     assert layout.provenance.options["family"] == place.population.family
     assert layout.provenance.options["clutter"] == place.clutter
-    assert "draft" not in layout.provenance.options
+    assert "place" not in layout.provenance.options
     assert [protocol.id for protocol in layout.protocols] == list(place.protocols)
 
 
 def test_a_floor_can_be_published_and_made_again_from_its_place(tmp_path):
-    layout = draft_layout("train", 0)
-    written = splits.publish("train", [layout], tmp_path)
+    layout = layout_at("floors-train", 0)
+    written = splits.publish("floors-train", [layout], tmp_path)
     (entry,) = written.layouts
-    assert (entry.room, entry.draft, entry.seed) == (layout.floor.name, "train/0", FIRST_SEEDS["train"])
+    assert (entry.room, entry.place, entry.seed) == (layout.floor.name, "floors-train/0", FIRST_SEEDS["floors-train"])
     assert splits.make_again(entry).hash == entry.hash
-    assert splits.Manifest.load(tmp_path / "train" / "manifest.json") == written
+    assert splits.Manifest.load(tmp_path / "floors-train" / "manifest.json") == written
 
 
 def test_the_next_seed_is_taken_where_a_floor_does_not_hold_its_protocols(monkeypatch):
     tidy = object()
-    monkeypatch.setattr(drafts.Draft, "tidy", lambda place: tidy if place.seed > 3 * PLACES else _fail())
-    place, layout = drafted("train", 5, first=0)
+    monkeypatch.setattr(places.Place, "tidy", lambda place: tidy if place.seed > 3 * PLACES else _fail())
+    place, layout = furnished("floors-train", 5, first=0)
     assert (place.seed, layout) == (5 + 3 * PLACES, tidy)
-    monkeypatch.setattr(drafts.Draft, "tidy", lambda place: _fail())
+    monkeypatch.setattr(places.Place, "tidy", lambda place: _fail())
     with pytest.raises(InfeasibleError):
-        drafted("train", 5, first=0)
+        furnished("floors-train", 5, first=0)
 
 
 def _fail():
@@ -89,8 +89,8 @@ def _fail():
 
 
 def test_what_is_no_place_is_refused_in_one_line():
-    with pytest.raises(UnknownNameError, match="seen"):
-        draft("validation", 0)
+    with pytest.raises(UnknownNameError, match="floors-seen"):
+        place_at("validation", 0)
     for index in (-1, PLACES, 1.5):
         with pytest.raises(OptionError, match="index"):
-            draft("test", index)
+            place_at("floors-test", index)

@@ -1,0 +1,200 @@
+"""The splits of floors as endless, seeded sequences of furnished laboratories.
+
+The place `index` of a split decides everything about its layout: family and ranges of the floor, seed, protocols and
+level of clutter. The seeds of the splits are disjoint, also from those of the published rooms. `floors-train` is this
+sequence; the published splits are its first places, as files that stay when the generator changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from labgym.errors import InfeasibleError, OptionError, UnknownNameError
+from labgym.layouts.clutter import add_clutter
+from labgym.layouts.floors import SPLITS, FloorDraw, Population, population_of
+from labgym.layouts.generate import generate_assessed, resolve_request
+from labgym.layouts.model import Layout
+from labgym.layouts.style import Style
+from labgym.protocols import protocols
+
+FIRST_SEEDS = {
+    "floors-train": 3 * 10**9,
+    "floors-seen": 4 * 10**9,
+    "floors-test": 5 * 10**9,
+    "floors-val": 6 * 10**9,
+}
+"""First seed of each split; a split has the next 10^9. Seeds below 10^9 are for development; those of `floors-sealed`
+follow from a secret (`labgym.layouts.sealed`)."""
+FIRST_SEALED_SEED = 10**10
+"""Least seed of the sealed split."""
+DEVELOPMENT_SEEDS = 10**9
+"""Seeds below this are for development."""
+PLACES = 10**7
+"""Number of places of a split, and the difference between the seeds of one place's attempts."""
+LAST_DEVELOPMENT_SEED = DEVELOPMENT_SEEDS - 40 * PLACES
+"""Greatest first seed for development: all attempts of all places stay below the seeds of the splits."""
+ATTEMPTS = 32
+"""Number of seeds that a place has: the next one is taken if a floor does not hold its protocols."""
+AREA = 50.0
+"""Floor area for each protocol beyond the first, square meters (assumption: half of a large laboratory)."""
+MOST = 5
+"""Most protocols of one floor."""
+TRAINING, TESTING = (1.0, 1.0, 1.0, 1.0), (0.0, 1.0, 6.0, 13.0)
+CLUTTER = {name: TRAINING if name == "floors-train" else TESTING for name in SPLITS}
+"""Shares of the levels of clutter 0 to 3. Training shows all; the others are floors in use, where loose things narrow
+the ways: a way of 0.90 m, which the rules ask for without them, is not hard to drive (assumption)."""
+CONTENT, STYLE, SCATTER = range(3)
+"""Sub-streams of a seed: protocols and clutter level; style; positions of the clutter."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """The arguments of one layout of a split.
+
+    Attributes:
+        split, index: the split, and the number of the place in it.
+        seed: seed of the floor, the furniture and the clutter.
+        population: family of the floor, and its ranges.
+        floor: the floor before it is furnished.
+        protocols: ids of one to five protocols, more on larger floors.
+        clutter: level of clutter, 0 to 3.
+    """
+
+    split: str
+    index: int
+    seed: int
+    population: Population
+    floor: FloorDraw
+    protocols: tuple[str, ...]
+    clutter: int
+
+    @classmethod
+    def of(cls, split: str, index: int, seed: int) -> Place:
+        """Return the place of a split with a seed.
+
+        Raises:
+            UnknownNameError: there is no such split.
+            OptionError: the index is out of range.
+            InfeasibleError: the rules of the family refuse every draw.
+        """
+        population = population_of(split, index)
+        if index >= PLACES:
+            raise OptionError(f"index {index} is beyond the {PLACES} places of split {split!r}")
+        generator = np.random.default_rng([seed, CONTENT])
+        floor = population.draw(seed)
+        most = min(MOST, 1 + int(float(floor.parameters["area"]) / AREA))
+        count = int(generator.integers(max(1, most - 1), most + 1))
+        moving = [name for name, protocol in sorted(protocols().items()) if protocol.moves]
+        chosen = tuple(str(name) for name in generator.choice(moving, count, replace=False))
+        shares = np.array(CLUTTER[split])
+        level = int(generator.choice(len(shares), p=shares / shares.sum()))
+        return cls(split, index, seed, population, floor, chosen, level)
+
+    @property
+    def name(self) -> str:
+        """Split and number, such as floors-test/17."""
+        return f"{self.split}/{self.index}"
+
+    @property
+    def development(self) -> bool:
+        """Whether the seed is one for development."""
+        return self.seed < DEVELOPMENT_SEEDS
+
+    def tidy(self) -> Layout:
+        """Return the furnished layout without clutter.
+
+        Raises:
+            InfeasibleError: the floor does not hold the protocols.
+        """
+        request = resolve_request(self.protocols, self.seed, None, "default", None, (), self.floor.floor)
+        style = Style.of(self.floor.style).varied(np.random.default_rng([self.seed, STYLE]))
+        layout, _ = generate_assessed(replace(request, style=style, family=self.population.family))
+        options = {**layout.provenance.options, **({} if self.development else {"place": self.name})}
+        provenance = layout.provenance.model_copy(update={"options": options})
+        name = f"{self.split}-development-{self.seed}" if self.development else f"{self.split}-{self.index:04d}"
+        return layout.replace(id=name, provenance=provenance)
+
+    def cluttered(self, tidy: Layout) -> Layout:
+        """Return the tidy layout with its clutter."""
+        return add_clutter(tidy, self.clutter, np.random.default_rng([self.seed, SCATTER]))
+
+    def layout(self) -> Layout:
+        """Return the layout. Raises as `tidy`."""
+        return self.cluttered(self.tidy())
+
+
+def check_numbers(limits: Mapping[str, tuple[int, int, int]]) -> None:
+    """Check whole numbers: the value, the least and the greatest, by name.
+
+    Raises:
+        OptionError: one is out of range.
+    """
+    for name, (value, least, most) in limits.items():
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            raise OptionError(f"{name} is {value!r}, expected a whole number from {least} to {most}")
+
+
+def seed_of(split: str, index: int, first: int | None = None, attempt: int = 0) -> int:
+    """Return the seed of a place of a split.
+
+    Args:
+        split: floors-train, floors-val, floors-seen or floors-test.
+        index: place in the split, from 0.
+        first: first seed of the sequence; None for the split's own, a seed below 10^9 for development.
+        attempt: number of earlier seeds of this place that gave no layout.
+
+    Raises:
+        UnknownNameError: there is no such split, or its seeds are sealed.
+    """
+    if split not in FIRST_SEEDS:
+        raise UnknownNameError("split of floors", split, FIRST_SEEDS)
+    return (FIRST_SEEDS[split] if first is None else first) + index + attempt * PLACES
+
+
+def place_at(split: str, index: int, first: int | None = None, attempt: int = 0) -> Place:
+    """Return a place of a split. Arguments as `seed_of`.
+
+    Raises:
+        UnknownNameError: there is no such split, or its seeds are sealed.
+        OptionError: the index is out of range.
+        InfeasibleError: the rules of the family refuse every draw.
+    """
+    population_of(split, index)
+    return Place.of(split, index, seed_of(split, index, first, attempt))
+
+
+def furnished(split: str, index: int, first: int | None = None) -> tuple[Place, Layout]:
+    """Return a place of a split with its tidy layout: of the first seed whose floor holds its protocols.
+
+    Raises:
+        UnknownNameError, OptionError: as `place_at`.
+        InfeasibleError: no seed of the place gives a layout.
+    """
+    population_of(split, index)
+    return furnished_with(split, index, (seed_of(split, index, first, attempt) for attempt in range(ATTEMPTS)))
+
+
+def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[Place, Layout]:
+    """Return a place with its tidy layout: of the first of `seeds` whose floor holds its protocols.
+
+    Raises:
+        UnknownNameError, OptionError: as `Place.of`.
+        InfeasibleError: none of them gives a layout.
+    """
+    last = InfeasibleError(f"place {index} of split {split!r}", ["no seed"], None)
+    for seed in seeds:
+        try:
+            place = Place.of(split, index, seed)
+            return place, place.tidy()
+        except InfeasibleError as error:
+            last = error
+    raise last
+
+
+def layout_at(split: str, index: int, first: int | None = None) -> Layout:
+    """Return the layout at a place of a split, with its clutter. Arguments and errors as `furnished`."""
+    place, tidy = furnished(split, index, first)
+    return place.cluttered(tidy)
