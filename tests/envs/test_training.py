@@ -72,10 +72,10 @@ def test_a_source_that_cannot_be_used_is_refused():
         environment(protocol="alk_03")
 
 
-def test_floors_are_those_of_the_draft_split():
+def test_floors_are_those_of_floors_train():
     env = environment(training="floors")
     env.reset(seed=1)
     floor = env._episode.task.layout
     split, _, index = floor.provenance.options["place"].partition("/")
-    assert split == "train"
+    assert split == "floors-train"
     assert floor.hash == layout_at("floors-train", int(index)).hash
