@@ -50,6 +50,7 @@ def generate(
     keep: bool = False,
     zones: bool = False,
     trace: OptionalPath = None,
+    facility: bool = True,
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
 
@@ -90,8 +91,10 @@ def generate(
         keep: Write a layout that still violates rules or lacks required assets, and warn, instead of refusing it.
         zones: Record functional zones, and where each step is done if its hood or bench exists more than once.
         trace: A .json file for everything that was tried and every state of the layout; labgym trace draws it.
+        facility: Let phase 2 follow facility rules (fronts, door areas, ways out) and repair what fails; --no-facility
+            runs the paper's phases, in which only phase 3 considers navigation.
     """
-    method = Method(proposer, optimise, refine, adjuster, dress, "keep" if keep else "raise", zones)
+    method = Method(proposer, optimise, refine, adjuster, dress, "keep" if keep else "raise", zones, facility)
     if count is None:
         holdings = _holdings(have, only_have, extra)
         return _generate_one(

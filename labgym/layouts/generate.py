@@ -69,6 +69,7 @@ def generate(
     on_failure: OnFailure = "raise",
     trace: Recorder | None = None,
     zones: bool = False,
+    facility: bool = True,
 ) -> Layout:
     """Return a laboratory for one or more protocols: proposed, optimized, refined for navigation, and dressed.
 
@@ -98,6 +99,8 @@ def generate(
             "keep" it, with its failures in `provenance.options["failures"]`.
         zones: give the proposal functional zones, and assign the steps of the protocol to them (`Layout.zones`).
         trace: records the state after each phase and iteration, and everything that is tried.
+        facility: whether the optimization follows the facility rules and clears ways, and a failing layout is repaired.
+            If not, the phases are those of the paper: the cost is v(L), and only the refinement considers navigation.
 
     Raises:
         UnknownNameError: no such protocol, room preset, family, profile, proposer or adjuster.
@@ -120,6 +123,7 @@ def generate(
         dress=dress,
         on_failure=on_failure,
         zones=zones,
+        facility=facility,
     )
     layout = generate_assessed(request, method, trace)[0]
     options = layout.provenance.options
@@ -147,7 +151,15 @@ def generate_assessed(
     solved = isinstance(proposer, ProceduralProposer | FloorProposer)
     proposed = layout
     layout, assessment = improved(
-        layout, protocol, request.profile, adjuster, method.optimise, method.refine, not solved, trace
+        layout,
+        protocol,
+        request.profile,
+        adjuster,
+        method.optimise,
+        method.refine,
+        not solved,
+        trace,
+        method.facility,
     )
     added = _counts(layout) - _counts(proposed)
     tidy = layout

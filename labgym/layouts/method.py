@@ -32,6 +32,9 @@ class Method:
             proposes, so that other proposers are judged by what they propose themselves; always; or never.
         zones: whether the proposal gets functional zones and an assignment of the steps to them, if it has none.
         on_failure: whether a layout that still violates rules or lacks required assets is an error, or is kept.
+        facility: whether the optimization follows the facility rules (fronts, door areas, backs to walls, ways out)
+            and a failing layout is repaired. If not, the phases are those of the paper: the cost is v(L), and only the
+            refinement considers navigation.
 
     Raises:
         UnknownNameError: no proposer or adjuster has that name.
@@ -45,6 +48,7 @@ class Method:
     dress: Dressing = "solver"
     on_failure: OnFailure = "raise"
     zones: bool = False
+    facility: bool = True
 
     def __post_init__(self) -> None:
         if isinstance(self.proposer, str):
@@ -84,6 +88,7 @@ class Method:
             "dress": self.dress,
             "on_failure": self.on_failure,
             "zones": self.zones,
+            "facility": self.facility,
         }
         default = {name: field.default for name, field in type(self).__dataclass_fields__.items()}
         return {name: value for name, value in names.items() if value != default[name]}

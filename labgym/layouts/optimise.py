@@ -48,9 +48,9 @@ def optimise_assessed(
     """Return a layout at least as good, and its assessment with navigation.
 
     An update is accepted if the cost falls, or stays and the fitness F rises (LabBuilder, algorithm 1). The cost is
-    v(L) plus the facility errors: furniture away from its wall, a blocked front or door area, a crowded emergency
-    shower, and no way 0.90 m wide to a door. v never exceeds that of the given layout. Fixed objects never move.
-    Deterministic.
+    v(L) plus the facility errors, unless the profile leaves them out: furniture away from its wall, a blocked front or
+    door area, a crowded emergency shower, and no way 0.90 m wide to a door. v never exceeds that of the given layout.
+    Fixed objects never move. Deterministic.
 
     Args:
         layout: the layout.
@@ -58,7 +58,8 @@ def optimise_assessed(
         profile: thresholds.
         adjuster: proposes the adjustments; by default rules and search.
         trace: records every trial and every accepted state.
-        ways: whether to clear ways, too: infeasible transitions and ways out. Without it nothing considers navigation.
+        ways: whether to clear ways, too: infeasible transitions and ways out. A profile without facility rules clears
+            none: then only the refinement considers navigation.
     """
     adjuster = adjuster if adjuster is not None else RuleAdjuster()
     original, start = layout, evaluate_layout(layout, protocol, profile)
@@ -77,7 +78,7 @@ def optimise_assessed(
             layout, current = update
         if level == "room" and (current.errors or current.collisions):
             layout, current = _rearrange(layout, current, start.v, protocol, trace)
-    if not ways:
+    if not ways or not start.profile.facility:
         return layout, current.with_navigation(protocol)
     return _with_ways(original, start, layout, current, protocol, trace)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from labgym.layouts.adjust import Adjuster
 from labgym.layouts.failures import failures
 from labgym.layouts.model import Layout
@@ -25,6 +27,7 @@ def improved(
     refine: bool = True,
     complete: bool = True,
     trace: Recorder | None = None,
+    facility: bool = True,
 ) -> tuple[Layout, Assessment]:
     """Return a layout after the phases, and its assessment with navigation.
 
@@ -38,9 +41,33 @@ def improved(
         complete: whether the optimization adds required assets that the proposal lacks, and whether a layout that still
             fails after both phases is repaired by all means (`labgym.layouts.repairs`).
         trace: records every iteration.
+        facility: whether the optimization also follows the facility rules and clears ways, and the repair runs. If not,
+            its cost is v(L) alone, as in the paper, and only the refinement considers navigation.
     """
     if trace is not None:
         trace.begin(layout, protocol, profile)
+    if not facility:
+        paper = replace(profile, facility=False)
+        layout, _ = _phases(layout, protocol, paper, adjuster, optimise, refine, complete, trace)
+        return layout, evaluate_layout(layout, protocol, profile, navigation=True)
+    layout, assessment = _phases(layout, protocol, profile, adjuster, optimise, refine, complete, trace)
+    if optimise and refine and complete and failures(assessment):
+        repair = repair_layout(layout, protocol, profile, adjuster, trace)
+        layout, assessment = repair.layout, repair.after
+    return layout, assessment
+
+
+def _phases(
+    layout: Layout,
+    protocol: Protocol,
+    profile: Profile,
+    adjuster: Adjuster | None,
+    optimise: bool,
+    refine: bool,
+    complete: bool,
+    trace: Recorder | None,
+) -> tuple[Layout, Assessment]:
+    """Return a layout after optimization, completion and refinement, and its assessment with navigation."""
     if optimise:
         layout, assessment = optimise_assessed(layout, protocol, profile, adjuster, trace, refine)
         if complete and assessment.missing:
@@ -49,9 +76,6 @@ def improved(
         assessment = evaluate_layout(layout, protocol, profile, navigation=True)
     if refine:
         layout, assessment = refine_assessed(layout, assessment, protocol, adjuster, optimise, trace)
-    if optimise and refine and complete and failures(assessment):
-        repair = repair_layout(layout, protocol, profile, adjuster, trace)
-        layout, assessment = repair.layout, repair.after
     return layout, assessment
 
 

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from labgym.layouts import Placement, load_published
+import pytest
+
+from labgym.layouts import Layout, Placement, load_published
 from labgym.layouts.optimise import optimise_assessed
+from labgym.layouts.phases import improved
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import profile
+from labgym.layouts.trace import Recorder
 from labgym.navigation import goal_poses
 
 
-def test_without_ways_an_object_at_a_goal_pose_stays():
+def in_the_way(asset: str) -> tuple[Layout, Placement]:
+    """Return a sound laboratory with an object where the robot works at the hood, and the object."""
     sound = load_published("test", "test-sub_01").upgraded()
     x, y, _ = goal_poses(sound)["FumeHood"]
-    stool = Placement(id="InTheWay", asset="LabStool", position=(x, y, 0.0))
-    blocked = sound.replace(placements=(*sound.placements, stool))
+    placement = Placement(id="InTheWay", asset=asset, position=(x, y, 0.0))
+    return sound.replace(placements=(*sound.placements, placement)), placement
+
+
+def test_without_ways_an_object_at_a_goal_pose_stays():
+    blocked, stool = in_the_way("LabStool")
     assert evaluate_layout(blocked, blocked.protocol).v == 0
     assert evaluate_layout(blocked, blocked.protocol, navigation=True).v > 0
     kept, assessment = optimise_assessed(blocked, blocked.protocol, ways=False)
@@ -21,3 +31,19 @@ def test_without_ways_an_object_at_a_goal_pose_stays():
     cleared, assessment = optimise_assessed(blocked, blocked.protocol)
     assert cleared.placement("InTheWay") != stool
     assert all(move.feasible for move in assessment.transitions)
+
+
+@pytest.mark.parametrize("asset", ["LabStool", "EquipmentRack"])
+def test_without_facility_rules_only_the_refinement_clears_the_way(asset):
+    blocked, placement = in_the_way(asset)
+    limits = profile("default")
+    assert evaluate_layout(blocked, blocked.protocol).v == 0
+    optimised, assessment = improved(blocked, blocked.protocol, limits, refine=False, facility=False)
+    assert optimised.placement("InTheWay") == placement
+    assert assessment.profile == limits
+    assert any(not move.feasible for move in assessment.transitions)
+    recorder = Recorder()
+    _, assessment = improved(blocked, blocked.protocol, limits, trace=recorder, facility=False)
+    assert all(move.feasible for move in assessment.transitions)
+    moves = [one for one in recorder.trace().iterations if one.change and not one.change.empty]
+    assert {one.phase for one in moves} == {"refine"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from labgym.eval.reports.paper import PaperTable, paper
@@ -25,15 +25,20 @@ class AblationStudy(LayoutStudy):
 
 
 def ablation_variants(proposer: str) -> tuple[Variant, ...]:
-    """Return the whole method and the four ablations, in the paper's order, for a proposer."""
+    """Return the paper's four ablations in its order, what labgym adds to its phases, and the whole method.
+
+    In the paper the optimization considers geometry and chemistry alone, and only the refinement considers navigation.
+    labgym's optimization also follows facility rules, which keep fronts and ways clear. Without refinement for
+    navigation both are left out; two further lines leave out one of them.
+    """
     whole = Method(proposer=proposer, on_failure="keep")
-    no_optimisation = Method(proposer=proposer, optimise=False, on_failure="keep")
-    no_refinement = Method(proposer=proposer, refine=False, on_failure="keep")
     variants = (
         Variant("annotations", "without annotations", whole, "annotations"),
         Variant("protocol", "without protocol", whole, "protocol"),
-        Variant("optimization", "without geometric and chemical optimization", no_optimisation),
-        Variant("refinement", "without refinement for navigation", no_refinement),
+        Variant("optimization", "without geometric and chemical optimization", replace(whole, optimise=False)),
+        Variant("refinement", "without refinement for navigation", replace(whole, refine=False, facility=False)),
+        Variant("rules-alone", "facility rules, without refinement", replace(whole, refine=False)),
+        Variant("refinement-alone", "refinement, without facility rules", replace(whole, facility=False)),
         Variant("whole", "whole method", whole),
     )
     return tuple(

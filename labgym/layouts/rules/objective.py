@@ -102,8 +102,11 @@ class Assessment:
     def errors(self) -> tuple[FacilityIssue, ...]:
         """Facility rules that the generator and the optimizer never leave broken; egress only with navigation.
 
-        They do not count in v(L). Issues that concern fixed objects alone are left out: nothing can be moved.
+        They do not count in v(L). Issues that concern fixed objects alone are left out: nothing can be moved. Empty if
+        the profile leaves facility rules out.
         """
+        if not self.profile.facility:
+            return ()
         egress = egress_issues(self.arrangement) if self.navigation else []
         issues = (*self._placing, *egress)
         fixed = {placement.id for placement in self.arrangement.placements if placement.fixed}

@@ -111,6 +111,7 @@ class Profile:
         metrics: version of the metric definitions that these thresholds are applied with.
         tie_breakers: whether, of two layouts with equal v and F, the one with the better reach and the shorter walk is
             preferred (touchstone-v2 only). Off for benchmark splits.
+        facility: whether the optimizer minimizes facility errors besides v. The paper's cost contains none.
     """
 
     name: str
@@ -124,6 +125,7 @@ class Profile:
     second_exit_source: str = "NFPA 45, class B"
     metrics: Metrics = VERSION
     tie_breakers: bool = False
+    facility: bool = True
 
 
 PROFILES = {

@@ -189,4 +189,26 @@ def test_the_variants_are_those_of_the_paper_and_names_are_unique():
     assert {"solver", "sampler", "sampler-dressed", "sampler-proposal-alone"} <= set(keys)
     assert len(set(keys)) == len(keys)
     study = AblationStudy(ablation_variants("sampler"), (PROTOCOL,), range(1))
-    assert len({shard.name for shard in study.shards()}) == 5 == len(study.printed().rows)
+    assert len({shard.name for shard in study.shards()}) == 7
+    assert len(study.printed().rows) == 5
+
+
+def test_each_ablation_differs_from_the_whole_method_by_what_it_removes():
+    variants = {variant.key.removeprefix("sampler-"): variant for variant in ablation_variants("sampler")}
+    removed = {
+        key: set(variant.method.options.items()) - set(variants["whole"].method.options.items())
+        for key, variant in variants.items()
+    }
+    assert removed == {
+        "annotations": set(),
+        "protocol": set(),
+        "optimization": {("optimise", False)},
+        "refinement": {("refine", False), ("facility", False)},
+        "rules-alone": {("refine", False)},
+        "refinement-alone": {("facility", False)},
+        "whole": set(),
+    }
+    assert {key: one.hidden for key, one in variants.items() if one.hidden != "nothing"} == {
+        "annotations": "annotations",
+        "protocol": "protocol",
+    }
