@@ -12,7 +12,7 @@ from labgym.layouts.brief import Content, Unit
 from labgym.layouts.cabinets import Cabinet
 from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT, Profile
-from labgym.layouts.tabletop import Item, Spot, pack
+from labgym.layouts.tabletop import Arm, Item, Spot, pack
 
 BENCH_MARGIN = 0.02
 """Margin to the edge for objects other than glass, metres: a centimeter of slip on top of the placing grid."""
@@ -20,7 +20,7 @@ SHELF_MARGIN = 0.01
 """Margin to the edge of a shelf, metres: one step of the placing grid."""
 UNLIMITED = 1000
 
-_Waiting = tuple[Asset, str]
+Waiting = tuple[Asset, str]
 """An instrument that needs a place, and why it is in the room."""
 
 
@@ -34,16 +34,16 @@ def stock(
     """
     contents: dict[str, tuple[Content, ...]] = {}
     for cabinet in cabinets:
-        contents[cabinet.id] = _shelve(request, cabinet, generator)
+        contents[cabinet.id] = shelve(request, cabinet, generator)
     by_id = {unit.id: unit for unit in units}
-    homeless: list[_Waiting] = []
-    for unit_id, waiting in sorted(_homes(request, units).items()):
-        contents[unit_id], remaining = _stand(by_id[unit_id].asset, waiting, request.profile, generator)
+    homeless: list[Waiting] = []
+    for unit_id, waiting in sorted(homes(request, units).items()):
+        contents[unit_id], remaining = stand(by_id[unit_id].asset, waiting, request.profile, generator)
         homeless += remaining
     benches = [unit for unit in units if unit.asset.subtype == "workbench" or unit.asset.fume_hood]
     for unit in sorted(benches, key=lambda unit: (unit.id in contents, unit.stance == "wall", unit.id)):
         present = contents.get(unit.id, ())
-        added, homeless = _stand(unit.asset, homeless, request.profile, generator, present)
+        added, homeless = stand(unit.asset, homeless, request.profile, generator, present)
         contents[unit.id] = (*present, *added)
     if homeless:
         names = ", ".join(asset.name for asset, _ in homeless)
@@ -51,20 +51,20 @@ def stock(
     return contents
 
 
-def _homes(request: Request, units: Sequence[Unit]) -> dict[str, list[_Waiting]]:
+def homes(request: Request, units: Sequence[Unit]) -> dict[str, list[Waiting]]:
     """Instruments by the unit on which they belong; heat sources first, so that they get their spot."""
     first: dict[str, Unit] = {}
     for unit in units:
         first.setdefault(unit.asset.role, unit)
-    homes: dict[str, list[_Waiting]] = {}
+    waiting_at: dict[str, list[Waiting]] = {}
     for name in request.protocol.instruments:
         asset = request.catalog.find(name)
         if asset.placing != "floor":
             unit_id, reason = home(request, asset, first)
-            homes.setdefault(unit_id, []).append((asset, reason))
+            waiting_at.setdefault(unit_id, []).append((asset, reason))
     return {
         unit_id: sorted(waiting, key=lambda entry: (entry[0].heat_class is None, entry[0].name))
-        for unit_id, waiting in homes.items()
+        for unit_id, waiting in waiting_at.items()
     }
 
 
@@ -97,7 +97,7 @@ def home(request: Request, instrument: Asset, units: Mapping[str, Unit]) -> tupl
     return last.id, "no better place"
 
 
-def _shelve(request: Request, cabinet: Cabinet, generator: np.random.Generator) -> tuple[Content, ...]:
+def shelve(request: Request, cabinet: Cabinet, generator: np.random.Generator) -> tuple[Content, ...]:
     """Stand reagents on a cabinet's shelves: tall ones low, corrosives below eye level, the shelves about equally full.
 
     Raises:
@@ -138,16 +138,18 @@ def _shelf_spot(
     return None
 
 
-def _stand(
+def stand(
     furniture: Asset,
-    waiting: Sequence[_Waiting],
+    waiting: Sequence[Waiting],
     profile: Profile,
     generator: np.random.Generator,
     present: Sequence[Content] = (),
-) -> tuple[tuple[Content, ...], list[_Waiting]]:
+    arm: Arm | None = None,
+) -> tuple[tuple[Content, ...], list[Waiting]]:
     """Stand instruments on a work surface next to what is present.
 
-    Glassware keeps `profile.glass` from the edges where the surface allows it.
+    Glassware keeps `profile.glass` from the edges where the surface allows it. With an arm, spots in its reach are
+    preferred.
 
     Returns:
         Contents, and the instruments that did not fit.
@@ -157,7 +159,7 @@ def _stand(
     surface = furniture.surfaces[0]
     items = [_item(asset, profile.glass if asset.hazards.glass_container else BENCH_MARGIN) for asset, _ in waiting]
     taken = [content.spot for content in present]
-    spots = pack(items, surface.width, surface.depth, surface.headroom, generator, taken)
+    spots = pack(items, surface.width, surface.depth, surface.headroom, generator, taken, arm)
     contents = tuple(Content(waiting[index][0], 0, spot, waiting[index][1]) for index, spot in sorted(spots.items()))
     return contents, [entry for index, entry in enumerate(waiting) if index not in spots]
 

@@ -21,6 +21,8 @@ ROW_COST, NOISE = 2.0, 0.05
 """Cost of a meter off the row, against 1 for a meter along it, and of the noise that makes seeds differ."""
 TRIES = 6
 """Number of arrangements tried before a surface counts as full."""
+STRETCH_COST = 20.0
+"""Cost of a meter beyond the reach of an arm: it outweighs the place in the row."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,21 @@ class Spot:
     depth: float
 
 
+@dataclass(frozen=True)
+class Arm:
+    """The arm that works on a surface: its shoulder in front of the surface's middle, and its reach, meters.
+
+    Attributes:
+        x, y: shoulder relative to the surface's center. z: its height above the surface.
+        reach: from the shoulder to the middle of an item.
+    """
+
+    x: float
+    y: float
+    z: float
+    reach: float
+
+
 def pack(
     items: Sequence[Item],
     width: float,
@@ -52,11 +69,12 @@ def pack(
     headroom: float | None,
     generator: np.random.Generator,
     taken: Sequence[Spot] = (),
+    arm: Arm | None = None,
 ) -> dict[int, Spot]:
     """Return spots for as many items as fit, by index into `items`.
 
     Bulky items go to the back, small ones to the middle. Nothing overlaps; margins are kept if the surface is large
-    enough for them. Items higher than the headroom are left out.
+    enough for them. Items higher than the headroom are left out. With an arm, spots in its reach are preferred.
     """
     fitting = [i for i, item in enumerate(items) if headroom is None or item.height <= headroom]
     order = sorted(fitting, key=lambda i: (-items[i].width * items[i].depth, items[i].name, i))
@@ -64,7 +82,7 @@ def pack(
     for _ in range(TRIES):
         spots: dict[int, Spot] = {}
         for index in order:
-            spot = _place(items[index], width, depth, generator, [*taken, *spots.values()])
+            spot = _place(items[index], width, depth, generator, [*taken, *spots.values()], arm)
             if spot is not None:
                 spots[index] = spot
         if len(spots) > len(best):
@@ -75,7 +93,12 @@ def pack(
 
 
 def _place(
-    item: Item, width: float, depth: float, generator: np.random.Generator, taken: Sequence[Spot]
+    item: Item,
+    width: float,
+    depth: float,
+    generator: np.random.Generator,
+    taken: Sequence[Spot],
+    arm: Arm | None = None,
 ) -> Spot | None:
     for yaw, w, d in ((0.0, item.width, item.depth), (math.pi / 2.0, item.depth, item.width)):
         if w > width + 1e-9 or d > depth + 1e-9:
@@ -93,6 +116,10 @@ def _place(
         column_x = generator.uniform(-width / 2.0, width / 2.0)
         cost = np.abs(xs - column_x)[None, :] + (ROW_COST * np.abs(ys - row_y))[:, None]
         cost = cost + generator.uniform(0.0, NOISE, free.shape)
+        if arm is not None:
+            lift = item.height / 2.0 - arm.z
+            far = np.sqrt((xs - arm.x)[None, :] ** 2 + (ys - arm.y)[:, None] ** 2 + lift**2)
+            cost += STRETCH_COST * np.maximum(far - arm.reach, 0.0)
         row, column = np.unravel_index(np.argmin(np.where(free, cost, np.inf)), free.shape)
         return Spot(round(float(xs[column]), 4), round(float(ys[row]), 4), yaw, w, d)
     return None

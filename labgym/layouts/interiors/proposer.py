@@ -28,13 +28,13 @@ from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.obstruction import obstructions
 from labgym.layouts.interiors.setups import assembled
 from labgym.layouts.interiors.standing import Distances
+from labgym.layouts.interiors.surfaces import stock_surfaces
 from labgym.layouts.model import WALL, Layout
 from labgym.layouts.pieces import WallPiece, clear_around, front_of, further_pieces, pieces, with_fixed
 from labgym.layouts.request import Request
 from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.layouts.rules.zones import INTRUSION
-from labgym.layouts.stocking import stock
 from labgym.layouts.style import Style
 from labgym.layouts.surroundings import grounds as grounds_of
 
@@ -44,6 +44,9 @@ SHORT = 3
 """Number of them in a short search on a floor of several spaces, in which the solver does not choose the walls."""
 EXTRA_BENCHES = 6
 """Most benches that are added because the instruments do not fit on the others."""
+EXTRA_HOODS = 3
+"""Most hoods that are added because the apparatus of several protocols does not fit in the others."""
+SECOND_HOOD = "FumeHood1200"
 GROUPS = ("separations", "front clearance")
 """Groups of constraints that can be lifted."""
 BENCHES = ("LabBench1800", "LabBench", "LabBench1200")
@@ -91,8 +94,8 @@ class FloorProposer:
         several = len(grounds) > 1
         for attempt in range(DISTRIBUTIONS if self.patience == "full" else SHORT if several else 1):
             generator = np.random.default_rng([request.seed, entropy, attempt])
-            needs = _relaxed(_needs(request, generator), self.lifted)
             last = attempt == DISTRIBUTIONS - 1
+            needs = _relaxed(_needs(request, generator, 0 if last else EXTRA_HOODS), self.lifted)
             if attempt == 0 and self.patience == "short":
                 _check_places(request, needs, grounds)
             rooms, outcome = _furnished(request, needs, grounds, last, generator)
@@ -120,8 +123,11 @@ class _Needs:
     separations: tuple[Separation, ...]
 
 
-def _needs(request: Request, generator: np.random.Generator) -> _Needs:
+def _needs(request: Request, generator: np.random.Generator, hoods: int = EXTRA_HOODS) -> _Needs:
     """Return the furniture that protocols, safety and habit require, and its contents.
+
+    Args:
+        hoods: most hoods that are added because the apparatus does not fit in the others.
 
     Raises:
         InfeasibleError: something fits on no surface or shelf.
@@ -129,7 +135,7 @@ def _needs(request: Request, generator: np.random.Generator) -> _Needs:
     cabinets = _cabinets(request)
     units = [_unit(request, piece) for piece in pieces(request, cabinets, "required")]
     units = with_fixed(request, units)
-    contents = _stocked(request, cabinets, units, generator)
+    contents = _stocked(request, cabinets, units, hoods if request.holdings is None else 0, generator)
     _check_holdings(request, units, contents)
     further = [_unit(request, piece) for level in ("reduced", "full") for piece in further_pieces(request, level)]
     present = {unit.id for unit in units}
@@ -171,19 +177,39 @@ def _cabinets(request: Request) -> tuple[Cabinet, ...]:
 
 
 def _stocked(
-    request: Request, cabinets: Sequence[Cabinet], units: list[Unit], generator: np.random.Generator
+    request: Request, cabinets: Sequence[Cabinet], units: list[Unit], hoods: int, generator: np.random.Generator
 ) -> dict[str, tuple[Content, ...]]:
-    """Return the contents of each unit; add benches to the units as long as instruments have no place."""
-    for number in range(EXTRA_BENCHES + 1):
-        try:
-            return stock(request, cabinets, units, generator)
-        except InfeasibleError:
-            if number == EXTRA_BENCHES:
-                raise
-            asset = request.catalog.get(_bench(request, units))
-            name = Names({unit.id for unit in units}).next(asset)
-            units.append(_unit(request, WallPiece(name, asset, "surface for instruments")))
-    raise AssertionError
+    """Return the contents of each unit; add hoods and benches to the units as long as instruments have no place.
+
+    Args:
+        hoods: most hoods that are added.
+
+    Raises:
+        InfeasibleError: something fits on no surface or shelf.
+    """
+    benches = 0
+    while True:
+        surfaces = stock_surfaces(request, cabinets, units, generator)
+        if surfaces.unhooded and hoods:
+            hoods -= 1
+            units.append(_unit(request, _further_hood(request, units)))
+            continue
+        if not surfaces.homeless:
+            return surfaces.contents
+        if benches == EXTRA_BENCHES:
+            names = ", ".join(surfaces.homeless)
+            raise InfeasibleError(request.protocol.id, [f"no work surface has space for {names}"], None)
+        benches += 1
+        asset = request.catalog.get(_bench(request, units))
+        name = Names({unit.id for unit in units}).next(asset)
+        units.append(_unit(request, WallPiece(name, asset, "surface for instruments")))
+
+
+def _further_hood(request: Request, units: Sequence[Unit]) -> WallPiece:
+    """Return one more hood: a small one if it is the second, else one like the first."""
+    number = sum(unit.asset.fume_hood for unit in units)
+    asset = request.catalog.get(SECOND_HOOD if number == 1 else request.habits.default_home)
+    return WallPiece(Names({unit.id for unit in units}).next(asset), asset, "hood for further apparatus")
 
 
 def _bench(request: Request, units: Sequence[Unit]) -> str:

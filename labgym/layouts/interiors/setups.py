@@ -17,6 +17,7 @@ from labgym.artefacts import artefacts
 from labgym.assets import Asset
 from labgym.documents import Document, Record
 from labgym.geometry import OrientedBox
+from labgym.layouts.interiors.surfaces import arm_at
 from labgym.layouts.model import FLOOR, Layout, Placement
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.stocking import BENCH_MARGIN
@@ -179,7 +180,7 @@ def _arrange(
         x, y = surface.to_local(box.x, box.y)
         x0, y0, x1, y1 = OrientedBox(x, y, box.width, box.depth, box.yaw - surface.yaw).bounds()
         taken.append(Spot((x0 + x1) / 2.0, (y0 + y1) / 2.0, 0.0, x1 - x0, y1 - y0))
-    spots = pack(items, surface.width, surface.depth, headroom, generator, taken)
+    spots = pack(items, surface.width, surface.depth, headroom, generator, taken, arm_at(layout.asset(support.id)))
     if len(spots) < len(items):
         return None
     margins = [min(_inset(spots[k], surface), item.margin) - item.margin for k, item in enumerate(items)]
