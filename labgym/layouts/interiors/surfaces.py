@@ -31,7 +31,7 @@ def arm_at(furniture: Asset, slot: int = 0) -> Arm:
 
 @dataclass(frozen=True)
 class Surfaces:
-    """What the units of a floor hold.
+    """Contents of the units of a floor.
 
     Attributes:
         contents: by unit id.
