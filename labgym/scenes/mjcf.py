@@ -7,6 +7,7 @@ import math
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.assets.archive import convex_bodies
@@ -24,7 +25,7 @@ from labgym.scenes.finishes import JOINTS, METALS, finishes_at, floor_material
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.interactive import add_moving_scene
 from labgym.scenes.mesh import asset_mesh
-from labgym.scenes.patches import Array, Faces, Patch
+from labgym.scenes.patches import Array, Faces
 from labgym.scenes.views import View, views
 
 VISUAL_GROUP = 2
@@ -114,9 +115,9 @@ class SpecBuilder:
                 )
             else:
                 for patch in floor_patches(floor):
-                    self._add_patch(patch)
+                    self.add_faces(patch.name, patch.material, patch.vertices, patch.faces)
             for patch in building_patches(floor, leaves):
-                self._add_patch(patch)
+                self.add_faces(patch.name, patch.material, patch.vertices, patch.faces)
         for wall, box in building_solids(floor, leaves).items():
             self.add_solid(self.spec.worldbody, f"{wall}/solid", box)
 
@@ -124,7 +125,7 @@ class SpecBuilder:
         """Add the visible installations of a layout to the world body, one geom for each material of each."""
         for installation in installations(layout) if self.visible else ():
             for patch in installation.patches:
-                self._add_patch(patch)
+                self.add_faces(patch.name, patch.material, patch.vertices, patch.faces)
 
     def add_asset(
         self,
@@ -215,15 +216,24 @@ class SpecBuilder:
         )
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = tiles
 
-    def _add_patch(self, patch: Patch) -> None:
-        """Add visible faces."""
-        self._mesh(patch.name, patch.vertices, patch.faces, self._texture(patch.material))
+    def add_faces(
+        self, name: str, material: str, vertices: Array, faces: Faces, normals: NDArray[np.float32] | None = None
+    ) -> None:
+        """Add visible faces to the world body.
+
+        Args:
+            normals: unit normals of the corners of faces, shape (m, 3, 3); by default those that MuJoCo computes.
+        """
+        self._mesh(name, vertices, faces, self._texture(material))
+        if normals is not None:
+            mesh = self.spec.mesh(name)
+            mesh.usernormal, mesh.userfacenormal = normals.ravel(), np.arange(faces.size)
         self.spec.worldbody.add_geom(
             self.visual,
-            name=patch.name,
+            name=name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=patch.name,
-            material=self._material(patch.material, unwrapped=True),
+            meshname=name,
+            material=self._material(material, unwrapped=True),
         )
 
     def _swept(self, part: Part) -> str:
