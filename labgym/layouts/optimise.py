@@ -78,7 +78,7 @@ def optimise_assessed(
             layout, current = update
         if level == "room" and (current.errors or current.collisions):
             layout, current = _rearrange(layout, current, start.v, protocol, trace)
-    if not ways or not start.profile.facility:
+    if not ways or "facility" in start.profile.left_out:
         return layout, current.with_navigation(protocol)
     return _with_ways(original, start, layout, current, protocol, trace)
 

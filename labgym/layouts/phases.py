@@ -47,7 +47,7 @@ def improved(
     if trace is not None:
         trace.begin(layout, protocol, profile)
     if not facility:
-        paper = replace(profile, facility=False)
+        paper = replace(profile, left_out=profile.left_out | {"facility"})
         layout, _ = _phases(layout, protocol, paper, adjuster, optimise, refine, complete, trace)
         return layout, evaluate_layout(layout, protocol, profile, navigation=True)
     layout, assessment = _phases(layout, protocol, profile, adjuster, optimise, refine, complete, trace)

@@ -16,14 +16,15 @@ from labgym.protocols import Protocol, protocols
 from labgym.protocols.model import ReagentUse, Step
 
 Hidden = Literal["nothing", "annotations", "protocol"]
-"""What a method does not see: nothing; hazard flags, storage, heat and chemical classes; or the protocol's lists,
-steps and constraints, of which only the description remains."""
+"""What a method does not see: nothing; hazard flags, storage, heat and chemical classes, so that no rule of storage
+applies; or the protocol's lists, steps and constraints, of which only the description remains."""
 
 
 def blindfolded(request: Request, hidden: Hidden) -> Request:
     """Return a request without something."""
     if hidden == "annotations":
-        return replace(request, catalog=bare_catalog(request.catalog))
+        profile = replace(request.profile, left_out=request.profile.left_out | {"storage"})
+        return replace(request, catalog=bare_catalog(request.catalog), profile=profile)
     if hidden == "protocol":
         return replace(request, protocol=described(request.protocol, request.catalog))
     return request

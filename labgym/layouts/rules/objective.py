@@ -105,7 +105,7 @@ class Assessment:
         They do not count in v(L). Issues that concern fixed objects alone are left out: nothing can be moved. Empty if
         the profile leaves facility rules out.
         """
-        if not self.profile.facility:
+        if "facility" in self.profile.left_out:
             return ()
         egress = egress_issues(self.arrangement) if self.navigation else []
         issues = (*self._placing, *egress)
@@ -182,7 +182,7 @@ def evaluate_layout(
         collisions=overlaps,
         flammable=penalised(flammable_instances(arrangement, limits), faulty),
         incompatible=penalised(incompatible_instances(arrangement, limits), faulty),
-        storage=penalised(storage_instances(arrangement), faulty),
+        storage=() if "storage" in limits.left_out else penalised(storage_instances(arrangement), faulty),
         glass=penalised(glass_instances(arrangement, limits), faulty),
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
         transitions=judged_transitions(layout, protocol, earlier) if drives and protocol is not None else None,

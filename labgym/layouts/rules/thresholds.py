@@ -111,7 +111,8 @@ class Profile:
         metrics: version of the metric definitions that these thresholds are applied with.
         tie_breakers: whether, of two layouts with equal v and F, the one with the better reach and the shorter walk is
             preferred (touchstone-v2 only). Off for benchmark splits.
-        facility: whether the optimizer minimizes facility errors besides v. The paper's cost contains none.
+        left_out: rules that are not applied: `facility` errors, which the paper's cost does not contain, or `storage`,
+            which nobody can know without annotations of assets.
     """
 
     name: str
@@ -125,7 +126,7 @@ class Profile:
     second_exit_source: str = "NFPA 45, class B"
     metrics: Metrics = VERSION
     tie_breakers: bool = False
-    facility: bool = True
+    left_out: frozenset[Literal["facility", "storage"]] = frozenset()
 
 
 PROFILES = {

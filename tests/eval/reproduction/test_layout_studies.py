@@ -14,7 +14,7 @@ from labgym.eval import score
 from labgym.eval.reports.paper import paper
 from labgym.eval.reproduction import cases
 from labgym.eval.reproduction.ablation import AblationStudy, ablation_variants
-from labgym.eval.reproduction.blindfold import bare_catalog, described
+from labgym.eval.reproduction.blindfold import bare_catalog, blindfolded, described
 from labgym.eval.reproduction.cases import LayoutRow, Variant, measure
 from labgym.eval.reproduction.comparison import ComparisonStudy, comparison_variants
 from labgym.eval.reproduction.figures import Figures
@@ -25,7 +25,11 @@ from labgym.eval.reproduction.study import parse_rows, reproduce
 from labgym.eval.scoring.judging.judge import Judge
 from labgym.eval.scoring.judging.options import JudgeOptions
 from labgym.layouts import Layout
+from labgym.layouts.generate import resolve_request
 from labgym.layouts.method import Method
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import VERSION, VERSION_2
+from labgym.layouts.rules.thresholds import profile as limits
 from labgym.llm import LanguageModel
 from labgym.llm.errors import LanguageModelError
 from labgym.protocols import protocols
@@ -163,6 +167,20 @@ def test_without_annotations_the_catalog_has_geometry_alone():
         assert not any(value for _, value in asset.hazards)
         assert (asset.storage_class, asset.heat_class, asset.chemistry) == (None, None, None)
         assert asset.size == catalog.get(asset.name).size
+
+
+@pytest.mark.parametrize("metrics", [VERSION, VERSION_2])
+def test_without_annotations_no_rule_of_chemistry_applies(folder, rows, metrics):
+    layout = Layout.load(folder / rows[0].file)
+    request = resolve_request(PROTOCOL, 7, "bay", limits("default", metrics), None, ())
+    known = evaluate_layout(layout, PROTOCOL, request.profile)
+    assert known.storage
+    assert known.glass
+    blind = blindfolded(request, "annotations")
+    bare = layout.replace(catalog=blind.catalog)
+    relations = {"near", "ventilate"}  # Of the protocol, which is known.
+    assert {instance.rule for instance in evaluate_layout(bare, PROTOCOL, blind.profile).instances} <= relations
+    assert evaluate_layout(bare, PROTOCOL, request.profile).storage
 
 
 def test_without_the_protocol_its_description_is_all_that_is_left():

@@ -211,7 +211,7 @@ def assess(basis: Assessment, protocol: Protocol | None, earlier: Assessment | N
         collisions=basis.collisions,
         flammable=penalised(flammable, faulty),
         incompatible=penalised(incompatible, faulty),
-        storage=penalised(class_instances(arrangement), faulty),
+        storage=() if "storage" in profile.left_out else penalised(class_instances(arrangement), faulty),
         glass=penalised(all_glass_instances(arrangement, profile), faulty),
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
         transitions=None,
