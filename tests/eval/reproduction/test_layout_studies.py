@@ -178,7 +178,7 @@ def test_without_annotations_no_rule_of_chemistry_applies(folder, rows, metrics)
     assert known.glass
     blind = blindfolded(request, "annotations")
     bare = layout.replace(catalog=blind.catalog)
-    relations = {"near", "ventilate"}  # Of the protocol, which is known.
+    relations = {"near", "ventilation"}  # Of the protocol, which is known.
     assert {instance.rule for instance in evaluate_layout(bare, PROTOCOL, blind.profile).instances} <= relations
     assert evaluate_layout(bare, PROTOCOL, request.profile).storage
 
