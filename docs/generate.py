@@ -41,6 +41,7 @@ from labgym.layouts.clutter import add_clutter
 from labgym.layouts.floors import FAMILIES, FloorDraw, draw_floor
 from labgym.layouts.floors.ranges import BuildingRanges, described
 from labgym.layouts.rooms import RoomFile
+from labgym.layouts.sealed import Commitment
 from labgym.layouts.sites import FloorFile
 from labgym.layouts.splits import Manifest
 from labgym.layouts.trace import Trace
@@ -98,6 +99,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     RoomFile,
     FloorFile,
     Inventory,
+    Commitment,
     Manifest,
     Trace,
     Suite,

@@ -12,6 +12,7 @@ from labgym.artefacts import artefacts
 from labgym.documents import Document, Record, canonical_hash
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, load_published, published
+from labgym.layouts.splits import PublishedSplit
 from labgym.navigation import GoalPair, goal_pairs
 from labgym.navigation.goals import ANYWHERE
 
@@ -102,7 +103,7 @@ class Suite(Document):
     name: Name
     version: Annotated[int, Field(ge=1)] = 1
     description: Annotated[str, Field(max_length=500)] = ""
-    split: Literal["val", "test"] | None = None
+    split: PublishedSplit | None = None
     layouts: Annotated[tuple[str, ...], Field(max_length=10_000)] | None = None
     drives: Annotated[dict[str, Drives], Field(max_length=10_000)] | None = None
     max_steps: Annotated[int, Field(ge=1, le=100_000)] = 600

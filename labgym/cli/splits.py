@@ -9,7 +9,7 @@ from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber
-from labgym.cli.outcome import DONE, written
+from labgym.cli.outcome import DONE, complaints, written
 
 describe_app = SubcommandApp()
 
@@ -18,36 +18,54 @@ SplitNames = Annotated[tuple[SplitName, ...], arg(metavar="SPLIT [SPLIT ...]")]
 
 
 def floors(
-    split: SplitName,
+    split: SplitName | Literal["floors-sealed"],
     out: Path,
-    count: int = 10,
+    count: OptionalWholeNumber = None,
     first: int = 0,
     episodes: int = 12,
     development: OptionalWholeNumber = None,
+    secret_file: OptionalPath = None,
     fresh: bool = False,
     execution: Execution = THIS_PROCESS,
 ) -> int:
     """Write floors of a split, and a suite of drives on them.
 
     OUT receives layouts/ and suite.json; labgym eval --suite OUT/suite.json --layouts OUT/layouts drives them.
-    An interrupted command resumes.
+    An interrupted command resumes. For floors-sealed, OUT receives commitment.json too; exit 1 if the floors or the
+    suite do not have the hashes of the published commitment.
 
     Args:
         split: floors-train, floors-val and floors-seen have the families of training, floors-test has others
-            (docs/splits.md).
+            (docs/splits.md); floors-sealed needs its secret.
         out: Folder.
-        count: Number of floors.
+        count: Number of floors; by default 10, and all of floors-sealed.
         first: Place of the first floor in the split.
         episodes: Greatest number of drives of each floor.
         development: First development seed, below 10^9, in place of the split's own. Tune on these alone.
+        secret_file: File of the secret of floors-sealed: 64 hexadecimal digits.
         fresh: Move the files of the folder aside and start anew.
     """
-    from labgym.eval.driving.floor_suites import floor_suite
+    from labgym.eval.driving.floor_suites import commitment_to, floor_suite, suite_floors
+    from labgym.layouts.sealed import COMMITMENT, SEALED, SEALED_FLOORS, commitment, read_secret
 
-    suite = floor_suite(split, count, out, first, episodes, development, executor=execution.options(), fresh=fresh)
+    secret = None if secret_file is None else read_secret(secret_file)
+    if count is None:
+        count = SEALED_FLOORS if split == SEALED else 10
+    suite = floor_suite(split, count, out, first, episodes, development, secret, execution.options(), fresh)
     drives = sum(map(len, (suite.drives or {}).values()))
     print(f"{count} floors, {drives} drives")
-    return written(out)
+    written(out)
+    if secret is None:
+        return DONE
+    own, committed = commitment_to(secret, suite, suite_floors(suite, out)), commitment()
+    written(own.save(out / COMMITMENT))
+    if committed is None:
+        print("No commitment is published; nothing was compared.")
+        return DONE
+    problems = committed.differences(own)
+    if not problems:
+        print(f"The secret, {len(own.floors)} floors and the suite have the hashes of the published commitment.")
+    return complaints(problems)
 
 
 @describe_app.command

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -20,12 +20,13 @@ from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.layouts.batch import folder_layouts
 from labgym.layouts.rules.thresholds import profile as resolve_profile
-from labgym.layouts.splits import load_published, published
+from labgym.layouts.splits import PUBLISHED, load_published, manifest, published
 from labgym.navigation import GoalPair, goal_pairs, resolve_protocol
 from labgym.protocols import Protocol
+from labgym.suites import Suite, load_suite
 
-SPLITS = ("train", "val", "test")
-PUBLISHED = ("val", "test")
+FLOORS_TRAIN = "floors-train"
+SPLITS = ("train", FLOORS_TRAIN, *PUBLISHED)
 OPTIONS = ("layout", "protocol", "pair", "start", "goal")
 
 
@@ -48,7 +49,8 @@ class TaskSource:
     """Chooses the task of each episode.
 
     Args:
-        split: "val" or "test" for the published layouts, "train" for newly generated ones.
+        split: a published split (`labgym.layouts.splits.PUBLISHED`), "train" for newly generated layouts, or
+            "floors-train" for newly generated floors.
         layout: a fixed layout: a `Layout`, the path of one, or the id of a published one.
         protocol: a fixed protocol: a `Protocol`, its id or the path of its file.
         profile: thresholds that generated layouts satisfy.
@@ -77,6 +79,10 @@ class TaskSource:
     ) -> None:
         if split not in SPLITS:
             raise UnknownNameError("split", split, SPLITS)
+        if split == FLOORS_TRAIN:
+            if training != "rooms":
+                raise OptionError("split 'floors-train' has its own training layouts: pass split='train' with training")
+            split, training = "train", "floors"
         if episodes_per_layout < 1:
             raise OptionError(f"episodes_per_layout is {episodes_per_layout}, expected at least 1")
         resolve_profile(profile)
@@ -116,13 +122,16 @@ class TaskSource:
         protocol = (
             self._protocol if options.get("protocol") is None else _resolved_protocol(layout, options["protocol"])
         )
+        drives = None
         if layout is None:
             layout = self._drawn_layout(rng, protocol, fresh)
+            drives = _split_drives(self._split, layout) if protocol is None else None
         protocol = protocol or layout.protocol
         start, goal = passed_ends(options, layout.floor)
         index = options.get("pair")
         both = start is not None and goal is not None
-        pair = pair_between(start, goal, None if both and index is None else _drawn_pair(rng, layout, protocol, index))
+        drawn = None if both and index is None else _drawn_pair(rng, layout, protocol, index, drives)
+        pair = pair_between(start, goal, drawn)
         if start is not None or goal is not None:
             check_drivable(world_of(layout), pair)
         return Task(layout, protocol, pair)
@@ -213,13 +222,35 @@ def _resolved(layout: object) -> Layout:
     )
 
 
-def _drawn_pair(rng: np.random.Generator, layout: Layout, protocol: Protocol | None, index: int | None) -> GoalPair:
-    """Return a goal pair of a protocol: that of an index, or a random one."""
-    if protocol is None:
-        raise OptionError(f"layout {layout.id!r} has no protocol: pass one with the argument or option 'protocol'")
+def _drawn_pair(
+    rng: np.random.Generator,
+    layout: Layout,
+    protocol: Protocol | None,
+    index: int | None,
+    drives: Sequence[GoalPair] | None,
+) -> GoalPair:
+    """Return a drive of the split, or a goal pair of a protocol: that of an index, or a random one."""
+    if drives is None:
+        if protocol is None:
+            raise OptionError(f"layout {layout.id!r} has no protocol: pass one with the argument or option 'protocol'")
+        drives = _goal_pairs(layout, protocol)
     if index is None:
-        index = int(rng.integers(len(_goal_pairs(layout, protocol))))
-    return goal_pair(layout, index, protocol)
+        index = int(rng.integers(len(drives)))
+    return _numbered(layout, drives, index)
+
+
+def _split_drives(split: str, layout: Layout) -> Sequence[GoalPair] | None:
+    """Return the drives that a published split of floors has on a layout, None for other splits."""
+    if split not in PUBLISHED:
+        return None
+    suite = _suite(split)
+    return None if suite.drives is None else suite.pairs(layout)
+
+
+@lru_cache(maxsize=8)
+def _suite(split: str) -> Suite:
+    """Return the suite of a published split."""
+    return load_suite(split)
 
 
 def goal_pair(layout: Layout, index: int, protocol: Protocol | None = None) -> GoalPair:
@@ -229,7 +260,10 @@ def goal_pair(layout: Layout, index: int, protocol: Protocol | None = None) -> G
         OptionError: the layout has no goal pair.
         UnknownNameError: no goal pair has that index.
     """
-    pairs = _goal_pairs(layout, protocol)
+    return _numbered(layout, _goal_pairs(layout, protocol), index)
+
+
+def _numbered(layout: Layout, pairs: Sequence[GoalPair], index: int) -> GoalPair:
     if isinstance(index, bool) or not isinstance(index, int | np.integer) or not 0 <= index < len(pairs):
         raise UnknownNameError(f"goal pair of layout {layout.id!r}", index, (str(pair.index) for pair in pairs))
     return pairs[int(index)]
@@ -258,6 +292,14 @@ def _with_drives(split: str, protocol: str | None) -> tuple[str, ...]:
     Raises:
         UnknownNameError: the split has no layout with a goal pair for that protocol.
     """
+    drives = _suite(split).drives
+    if drives is not None:
+        floors = [entry for entry in manifest(split).layouts if drives[entry.id]]
+        ids = tuple(entry.id for entry in floors if protocol is None or protocol in (entry.protocols or ()))
+        if not ids:
+            names = {name for entry in floors for name in entry.protocols or ()}
+            raise UnknownNameError(f"protocol in split {split!r}", protocol or "any", names)
+        return ids
     layouts = [layout for layout in (load(split, name) for name in published(split)) if goal_pairs(layout)]
     ids = tuple(layout.id for layout in layouts if protocol in (None, layout.protocol_id))
     if not ids:

@@ -1,8 +1,8 @@
-"""The published splits (val, test) and generated training layouts; the three use disjoint seeds.
+"""The published splits and generated training rooms; all use disjoint seeds.
 
-Training seeds are below 10^9, validation seeds start at 10^9, test seeds at 2 * 10^9. A published split is a folder
-of layout files with `manifest.json`, which records the generator's version and, for each layout, the protocol, room
-preset and seed that it was made from, and its hash.
+Seeds of training rooms are below 10^9, those of the rooms of val start at 10^9, of test at 2 * 10^9; the splits of
+floors have others (`labgym.layouts.places`). A published split is a folder of layout files with `manifest.json`, which
+records the generator's version and, for each layout, what it was made from, and its hash.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -20,7 +20,7 @@ from tqdm import tqdm
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, InfeasibleError, UnknownNameError
-from labgym.layouts.generate import GENERATOR, generate
+from labgym.layouts.generate import FURNISHER, GENERATOR, generate
 from labgym.layouts.model import Layout
 from labgym.layouts.places import layout_at
 from labgym.layouts.rooms import PUBLISHED_PRESETS
@@ -29,19 +29,25 @@ from labgym.protocols import Protocol, protocols
 
 TRAIN_SEEDS = 10**9
 FIRST_SEED = {"val": 10**9, "test": 2 * 10**9}
+PublishedSplit = Literal["val", "test"]
+PUBLISHED: tuple[PublishedSplit, ...] = get_args(PublishedSplit)
+"""Names of the published splits."""
 ATTEMPTS = 32
 """Number of training layouts that are tried before a protocol counts as infeasible."""
 RELEASES = {1: "0.1.0", 2: "0.2.0"}
 """First release of labgym-nav with each version of the generator."""
+FURNISHER_RELEASES = {1: "0.2.0"}
+"""First release of labgym-nav with each version of the furnisher."""
 
 
 class PublishedLayout(Record):
     """The arguments of a published layout, and its hash.
 
     Attributes:
-        protocol: id of its first protocol.
+        protocol: id of its first protocol. protocols: ids of all; None for a room, which has one.
         room: name of its room or floor.
         seed: its random seed.
+        family, clutter: family of the floor, and its level of clutter; None for a room.
         place: its place in a split of floors, such as floors-test/17; None for a room.
     """
 
@@ -51,6 +57,26 @@ class PublishedLayout(Record):
     seed: int
     hash: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
     place: Annotated[str, Field(pattern=r"^[a-z-]+/[0-9]+$")] | None = None
+    family: str | None = None
+    clutter: Annotated[int, Field(ge=0, le=3)] | None = None
+    protocols: Annotated[tuple[str, ...], Field(max_length=100)] | None = None
+
+    @classmethod
+    def of(cls, layout: Layout) -> PublishedLayout:
+        """Return the entry of a layout that this version's generator made."""
+        options, place = layout.provenance.options, layout.provenance.options.get("place")
+        entry = cls(
+            id=layout.id,
+            protocol=str(layout.protocol_id),
+            room=layout.floor.name,
+            seed=int(layout.provenance.seed or 0),
+            hash=layout.hash,
+        )
+        if place is None:
+            return entry
+        names = tuple(protocol.id for protocol in layout.protocols)
+        floor = {"place": place, "family": options["family"], "clutter": options.get("clutter", 0), "protocols": names}
+        return entry.model_copy(update=floor)
 
 
 class Manifest(Document):
@@ -58,17 +84,36 @@ class Manifest(Document):
 
     Attributes:
         generator: version of the generator that made them (`labgym.layouts.GENERATOR` of its release).
+        furnisher: version of what made floors (`labgym.layouts.generate.FURNISHER`); None for rooms.
     """
 
     SCHEMA: ClassVar[str] = "labgym.manifest/1"
 
     split: str
     generator: Annotated[int, Field(ge=1)] = 1
+    furnisher: Annotated[int, Field(ge=1)] | None = None
     layouts: tuple[PublishedLayout, ...]
 
     def to_json(self) -> dict[str, Any]:
         """Return the manifest as JSON data; rooms have no place in a split of floors."""
         return {"schema": self.SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
+
+    @property
+    def reproducible(self) -> bool:
+        """Whether this version makes the same layouts again."""
+        return self.generator == GENERATOR if self.furnisher is None else self.furnisher == FURNISHER
+
+    @property
+    def maker(self) -> str:
+        """What made the layouts, and the release that has it, for messages."""
+        if self.furnisher is None:
+            name, own, release = f"generator {self.generator}", GENERATOR, RELEASES[self.generator]
+        else:
+            name, own, release = f"furnisher {self.furnisher}", FURNISHER, FURNISHER_RELEASES[self.furnisher]
+        return (
+            f"the layouts of {self.split} were made by {name}, but this version has {own}: to regenerate them, "
+            f"pip install labgym-nav=={release} and run labgym reproduce --split {self.split}"
+        )
 
     def entry(self, layout_id: str) -> PublishedLayout:
         """Return the entry of a layout.
@@ -89,8 +134,8 @@ def manifest(split: str) -> Manifest:
     Raises:
         UnknownNameError: no published split has that name.
     """
-    if split not in FIRST_SEED:
-        raise UnknownNameError("published split", split, FIRST_SEED)
+    if split not in PUBLISHED:
+        raise UnknownNameError("published split", split, PUBLISHED)
     return Manifest.load(artefacts("layouts") / split / "manifest.json")
 
 
@@ -150,20 +195,11 @@ def make_again(entry: PublishedLayout) -> Layout:
 
 def publish(split: str, layouts: Sequence[Layout], folder: Path) -> Manifest:
     """Write layouts that this generator made, and their manifest, to `folder/split`; return the manifest."""
-    entries = []
     for layout in layouts:
         layout.save(folder / split / f"{layout.id}.json")
-        entries.append(
-            PublishedLayout(
-                id=layout.id,
-                protocol=str(layout.protocol_id),
-                room=layout.floor.name,
-                seed=int(layout.provenance.seed or 0),
-                hash=layout.hash,
-                place=layout.provenance.options.get("place"),
-            )
-        )
-    written = Manifest(split=split, generator=GENERATOR, layouts=tuple(entries))
+    entries = tuple(map(PublishedLayout.of, layouts))
+    furnisher = FURNISHER if any(entry.place is not None for entry in entries) else None
+    written = Manifest(split=split, generator=GENERATOR, furnisher=furnisher, layouts=entries)
     written.save(folder / split / "manifest.json")
     return written
 
@@ -185,26 +221,23 @@ def reproduce(split: str, out: Path | None = None) -> Reproduction:
     """Check a published split, and regenerate its layouts if this version's generator made them.
 
     Args:
-        split: val or test.
+        split: name of a published split.
         out: folder to which the layouts that this version makes from the same entries are written, as `out/split`.
 
     Raises:
         UnknownNameError: no published split has that name.
         InfeasibleError: a room does not hold its protocol.
     """
-    entries, generator = manifest(split).layouts, manifest(split).generator
+    made = manifest(split)
+    entries = made.layouts
     problems = list(mismatches(split))
     layouts = []
-    if generator == GENERATOR or out is not None:
+    if made.reproducible or out is not None:
         layouts = [make_again(entry) for entry in tqdm(entries, desc=split)]
     if out is not None:
         publish(split, layouts, out)
-    if generator != GENERATOR:
-        return Reproduction(
-            tuple(problems),
-            f"the layouts of {split} were made by generator {generator}, but this version has {GENERATOR}: to "
-            f"regenerate them, pip install labgym-nav=={RELEASES[generator]} and run labgym reproduce --split {split}",
-        )
+    if not made.reproducible:
+        return Reproduction(tuple(problems), made.maker)
     for entry, layout in zip(entries, layouts, strict=True):
         if layout.hash != entry.hash:
             problems.append(f"{entry.id}: regenerated, its hash is {layout.hash[:12]}, published {entry.hash[:12]}")

@@ -9,6 +9,8 @@ import labgym.layouts.splits as splits
 from labgym.cli import main
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.layouts import GENERATOR, Layout, generate, load_published, published, train_layout
+from labgym.layouts.generate import FURNISHER
+from labgym.layouts.places import layout_at
 from labgym.protocols import protocols
 
 
@@ -112,3 +114,17 @@ def test_reproduce_names_the_release_of_an_older_generator_and_checks_the_files(
 def test_reproduce_of_the_published_files_succeeds(capsys):
     assert main(["reproduce", "--split", "val"]) == 0
     assert "made by generator 1" in capsys.readouterr().out
+
+
+def test_the_manifest_of_floors_names_family_clutter_protocols_and_furnisher(tmp_path):
+    floor = layout_at("floors-train", 0)
+    written = splits.publish("floors-val", [floor], tmp_path)
+    (entry,) = written.layouts
+    assert (written.generator, written.furnisher, written.reproducible) == (GENERATOR, FURNISHER, True)
+    assert (entry.family, entry.clutter) == ("bay", floor.provenance.options.get("clutter", 0))
+    assert entry.protocols == tuple(protocol.id for protocol in floor.protocols)
+    older = written.model_copy(update={"furnisher": 99, "generator": 1})
+    assert not older.reproducible
+    room = splits.publish("val", [load_published("val", published("val")[0])], tmp_path)
+    assert "furnisher" not in room.to_json()
+    assert set(splits.FURNISHER_RELEASES) == set(range(1, FURNISHER + 1))

@@ -65,10 +65,10 @@ def test_floors_are_written_with_drives_that_can_be_driven(tmp_path, monkeypatch
     monkeypatch.setitem(SPLITS, "floors-train", SPLITS["floors-train"][:1])
     make_floor = floor_suites.make_floor
 
-    def stopping(split: str, index: int, first: int | None, episodes: int):
+    def stopping(split: str, index: int, *rest):
         if index == 4:
             raise KeyboardInterrupt
-        return make_floor(split, index, first, episodes)
+        return make_floor(split, index, *rest)
 
     monkeypatch.setattr(floor_suites, "make_floor", stopping)
     with pytest.raises(KeyboardInterrupt):
