@@ -76,7 +76,7 @@ class Commitment(Document):
 
 
 def commitment() -> Commitment | None:
-    """Return the published commitment, None if there is none.
+    """Return the published commitment, None if nothing is sealed.
 
     Raises:
         DocumentError: the file is broken.
