@@ -105,7 +105,7 @@ class Manifest(Document):
 
     @property
     def maker(self) -> str:
-        """What made the layouts, and the release that has it, for messages."""
+        """A sentence for messages: the version that made the layouts, and the release that has it."""
         if self.furnisher is None:
             name, own, release = f"generator {self.generator}", GENERATOR, RELEASES[self.generator]
         else:
