@@ -85,3 +85,8 @@ class ExactDistanceToGo:
     def at(self, x: float, y: float) -> float:
         """Return the remaining driving distance from a point of the floor, meters."""
         return self._lengths.at(x, y) if self.reachable else math.dist((x, y), self._goal)
+
+    @property
+    def nbytes(self) -> int:
+        """Size of the arrays of this goal, without the shortest paths, bytes."""
+        return self._lengths.nbytes

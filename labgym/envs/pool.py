@@ -20,6 +20,7 @@ from multiprocessing.connection import Client, Connection, Listener
 from types import TracebackType
 from typing import Any, Self
 
+from labgym.envs.parcels import SHARED, Address, Parcel
 from labgym.envs.stage import Senses, Stage
 from labgym.envs.training import LayoutSource
 from labgym.errors import OptionError
@@ -42,9 +43,9 @@ class LayoutPool:
         with LayoutPool(workers=2) as pool:
             envs = make_vec_env("LabPointNav-v0", n_envs=8, env_kwargs={"split": "train", "pool": pool})
 
-    Each environment has `AHEAD` layouts prepared in advance, which wait in the memory of this process. Workers end with
-    the pool or with this process, by whatever signal. As with every process that Python spawns, a script starts a pool
-    under `if __name__ == "__main__":`.
+    Each environment has `AHEAD` layouts prepared in advance. They wait in memory that the processes share, and that is
+    free when the last of them ends. Workers end with the pool or with this process, by whatever signal. As with every
+    process that Python spawns, a script starts a pool under `if __name__ == "__main__":`.
 
     Args:
         workers: number of processes.
@@ -60,6 +61,7 @@ class LayoutPool:
         self._losses = 0
         self._closed = False
         self._open: set[Connection] = set()
+        self._orders: weakref.WeakSet[_Order] = weakref.WeakSet()
         self._key = secrets.token_bytes(32)
         # In Linux's abstract namespace: no file is left, whatever ends this process.
         address = f"\0labgym-{secrets.token_hex(16)}" if sys.platform == "linux" else None
@@ -107,35 +109,38 @@ class LayoutPool:
             threading.Thread(target=self._serve, args=(connection,), name="layout client", daemon=True).start()
 
     def _serve(self, connection: Connection) -> None:
-        """Answer one environment until it disconnects: with the stage that it takes, empty if it has to make it."""
-        ready: dict[Request, Future[bytes]] = {}
+        """Answer one environment until it disconnects: with the stage that it takes, None if it has to make it."""
+        ready: dict[Request, _Order] = {}
         try:
             while not self._closed:
                 wanted, following = connection.recv()
-                future = ready.pop(wanted, None)
+                order = ready.pop(wanted, None)
                 for request in [request for request in ready if request not in following]:
                     ready.pop(request).cancel()
                 ready.update({request: self._begin(request) for request in following if request not in ready})
-                connection.send_bytes(b"" if future is None else _result(future))
+                stage = None if order is None else order.stage()
+                connection.send(stage.address if isinstance(stage, Parcel) else stage)
+                connection.recv()  # The environment has opened the parcel, or needs none.
+                del stage
         except (OSError, EOFError, TypeError, RuntimeError):
             pass  # The environment has ended, or the pool has been closed.
         finally:
-            for future in ready.values():
-                future.cancel()
+            for order in ready.values():
+                order.cancel()
             self._open.discard(connection)
             with suppress(OSError):
                 connection.close()
 
-    def _begin(self, request: Request) -> Future[bytes]:
+    def _begin(self, request: Request) -> _Order:
         if self._losses >= LOSSES:
-            future: Future[bytes] = Future()
-            future.set_result(b"")
-            return future
+            return _Order(None)
         future = self._workers.submit(prepare, request)
         future.add_done_callback(self._count)
-        return future
+        order = _Order(future)
+        self._orders.add(order)
+        return order
 
-    def _count(self, future: Future[bytes]) -> None:
+    def _count(self, future: Future[Address | bytes]) -> None:
         if not future.cancelled():
             self._losses = self._losses + 1 if isinstance(future.exception(), WorkerLostError) else 0
 
@@ -147,6 +152,48 @@ class LayoutPool:
         for connection in self._open:
             with suppress(OSError):
                 connection.close()
+        for order in list(self._orders):
+            order.leave()
+
+
+class _Order:
+    """A stage that a worker makes for one environment.
+
+    Args:
+        future: the worker's answer; None if no worker makes the stage.
+    """
+
+    def __init__(self, future: Future[Address | bytes] | None) -> None:
+        self._future = future
+        self._stage: Future[Parcel | bytes | None] = Future()
+        if future is None:
+            self._stage.set_result(None)
+        else:
+            future.add_done_callback(self._receive)
+
+    def cancel(self) -> bool:
+        """Withdraw the order; return whether no worker had begun it."""
+        return self._future is None or self._future.cancel()
+
+    def stage(self) -> Parcel | bytes | None:
+        """Return the stage when it is finished, None if it is not begun or its worker failed."""
+        return None if self.cancel() else self._stage.result()
+
+    def leave(self) -> None:
+        """Close what a forked process has inherited."""
+        if self._stage.done():
+            stage = self._stage.result()
+            if isinstance(stage, Parcel):
+                stage.close()
+
+    def _receive(self, future: Future[Address | bytes]) -> None:
+        """Open what a worker has made; until this returns, the worker begins nothing else."""
+        stage: Parcel | bytes | None = None
+        if not future.cancelled() and future.exception() is None:
+            made = future.result()
+            with suppress(OSError):
+                stage = made if isinstance(made, bytes) else Parcel.at(made)
+        self._stage.set_result(stage)
 
 
 class PoolAddress:
@@ -181,8 +228,7 @@ class PoolClient:
             senses: what the environment reads.
         """
         wanted, *following = (pickle.dumps((source, number, senses)) for number in numbers)
-        answer = self._ask((wanted, following))
-        return pickle.loads(answer) if answer else None  # noqa: S301 -- from the pool, which has the key
+        return self._ask((wanted, following))
 
     def close(self) -> None:
         """Disconnect; the next `take` connects again."""
@@ -191,32 +237,57 @@ class PoolClient:
                 self._connection.close()
         self._connection = None
 
-    def _ask(self, message: tuple[Request, list[Request]]) -> bytes:
+    def _ask(self, message: tuple[Request, list[Request]]) -> Stage | None:
         if self._process != os.getpid():
             self.close()
             self._process, self._lost = os.getpid(), False
         if self._lost:
-            return b""
+            return None
         try:
             if self._connection is None:
                 self._connection = Client(self._address, "AF_UNIX", self._key)
             self._connection.send(message)
-            return self._connection.recv_bytes()
+            answer: Address | bytes | None = self._connection.recv()
+            stage = _opened(answer)
+            self._connection.send(None)
+            return stage
         except (OSError, EOFError, AuthenticationError):
             self._lost = True
             self.close()
-            return b""
+            return None
         except BaseException:  # An answer that comes after an interrupt would be taken for that of the next request.
             self.close()
             raise
 
 
-def prepare(request: Request) -> bytes:
-    """Return the pickled stage of a request; runs in a worker."""
+def prepare(request: Request) -> Address | bytes:
+    """Return where the stage of a request is, or the pickled stage; runs in a worker."""
     from labgym.envs.world import World
 
+    global _latest
     source, number, senses = pickle.loads(request)  # noqa: S301 -- from a client that has the key
-    return pickle.dumps(World(source(number)).stage(senses), protocol=pickle.HIGHEST_PROTOCOL)
+    stage = World(source(number)).stage(senses)
+    if not SHARED:
+        return pickle.dumps(stage, protocol=pickle.HIGHEST_PROTOCOL)
+    _latest = Parcel.of(stage)
+    return _latest.address
+
+
+_latest: Parcel | None = None
+"""The parcel that this worker made last: the pool has opened it when the worker begins the next one."""
+
+
+def _opened(answer: Address | bytes | None) -> Stage | None:
+    """Return the stage of an answer; None if there is none, or if this process cannot open it."""
+    if answer is None:
+        return None
+    if isinstance(answer, bytes):
+        stage: Stage = pickle.loads(answer)  # noqa: S301 -- from the pool, which has the key
+        return stage
+    try:
+        return Parcel.at(answer).stage()
+    except OSError:
+        return None
 
 
 def check_sendable(source: LayoutSource) -> None:
@@ -229,13 +300,6 @@ def check_sendable(source: LayoutSource) -> None:
         pickle.dumps(source)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         raise OptionError(f"training cannot be sent to a pool ({error}): pass a function of a module") from None
-
-
-def _result(future: Future[bytes]) -> bytes:
-    """Return a stage when it is finished, nothing if it is not begun or its worker failed."""
-    if future.cancel():
-        return b""
-    return b"" if future.exception() is not None else future.result()
 
 
 _pools: weakref.WeakSet[LayoutPool] = weakref.WeakSet()

@@ -66,18 +66,15 @@ def _outlines(model: mujoco.MjModel) -> list[np.ndarray]:
     """Return the convex outlines, each (n, 2) meters, of the solids at the robot's height."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    outlines = []
-    for geom in range(model.ngeom):
-        colliding = model.geom_contype[geom] or model.geom_conaffinity[geom]
-        if not colliding or model.body(model.geom_bodyid[geom]).name.startswith(PREFIX):
-            continue
-        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
-            continue
-        signs = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, 8).T
-        center, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-        rotation = data.geom_xmat[geom].reshape(3, 3)
-        corners = data.geom_xpos[geom] + (center + signs * half) @ rotation.T
-        margin = float(model.geom_margin[geom])
-        if corners[:, 2].max() + margin > BOTTOM and corners[:, 2].min() - margin < ROBOT.height:
-            outlines.append(cv2.convexHull(corners[:, :2].astype(np.float32))[:, 0, :].astype(np.float64))
-    return outlines
+    robot = np.array([model.body(body).name.startswith(PREFIX) for body in range(model.nbody)])
+    colliding = (model.geom_contype | model.geom_conaffinity) != 0
+    solid = colliding & ~robot[model.geom_bodyid] & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
+    geoms = np.flatnonzero(solid)
+    signs = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, 8).T
+    local = model.geom_aabb[geoms, None, :3] + signs * model.geom_aabb[geoms, None, 3:]
+    rotations = data.geom_xmat[geoms].reshape(-1, 3, 3)
+    corners = data.geom_xpos[geoms, None, :] + local @ rotations.transpose(0, 2, 1)
+    margin, heights = model.geom_margin[geoms], corners[:, :, 2]
+    at_height = (heights.max(axis=1) + margin > BOTTOM) & (heights.min(axis=1) - margin < ROBOT.height)
+    flat = corners[at_height, :, :2].astype(np.float32)
+    return [cv2.convexHull(points)[:, 0, :].astype(np.float64) for points in flat]

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from labgym.envs.reach import FASTEST, OutOfReach, robot_alone
 from labgym.envs.robot import PREFIX, ROBOT, RobotSpec
@@ -14,6 +17,10 @@ Pose = tuple[float, float, float]
 
 CHECK_STEPS = 5
 """Physics steps between two checks for contacts (25 ms): shorter contacts may go unnoticed."""
+
+
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+"""What the next step depends on."""
 
 
 class Simulation:
@@ -35,7 +42,7 @@ class Simulation:
     def __init__(self, model: mujoco.MjModel, robot: RobotSpec = ROBOT, out_of_reach: OutOfReach | None = None) -> None:
         self.model = model
         self._scene = mujoco.MjData(model)
-        self._out_of_reach = out_of_reach
+        self._robot, self._out_of_reach = robot, out_of_reach
         self._alone = None if out_of_reach is None else mujoco.MjData(robot_alone())
         self._now = self._scene
         # The joints x, y and yaw were added in this order, so their coordinates are consecutive.
@@ -44,6 +51,18 @@ class Simulation:
         self._forward, self._turn = (model.actuator(PREFIX + name).id for name in ("forward", "turn"))
         self._checks = robot.substeps // CHECK_STEPS
         self.place((0.0, 0.0, 0.0))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A copy goes on to the bit: the state has all that the next step depends on.
+        return _resumed, (self.model, self._robot, self._out_of_reach, self._now is self._scene, self._state())
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
+        return _resumed(self.model, self._robot, self._out_of_reach, self._now is self._scene, self._state())
+
+    def _state(self) -> NDArray[np.float64]:
+        state = np.empty(mujoco.mj_stateSize(self._now.model, STATE))
+        mujoco.mj_getState(self._now.model, self._now, state, STATE)
+        return state
 
     @property
     def data(self) -> mujoco.MjData:
@@ -100,6 +119,21 @@ class Simulation:
         dx, dy, turn = self._now.qvel[self._rate].tolist()
         self.pose: Pose = (x, y, wrap_angle(yaw))
         self.velocity: tuple[float, float] = (math.cos(yaw) * dx + math.sin(yaw) * dy, turn)
+
+
+def _resumed(
+    model: mujoco.MjModel, robot: RobotSpec, out_of_reach: OutOfReach | None, in_scene: bool, state: NDArray[np.float64]
+) -> Simulation:
+    """Return a simulation in the state of another one."""
+    simulation = Simulation(model, robot, out_of_reach)
+    if not in_scene and simulation._alone is not None:
+        simulation._now = simulation._alone
+    now = simulation._now
+    mujoco.mj_setState(now.model, now, state, STATE)
+    mujoco.mj_forward(now.model, now)
+    mujoco.mj_setState(now.model, now, state, STATE)
+    simulation._read()
+    return simulation
 
 
 def _arc(chord: float, turned: float) -> float:

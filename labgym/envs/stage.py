@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import mujoco
 
 from labgym.envs.distance_to_go import DistanceToGo
+from labgym.envs.reach import OutOfReach
 from labgym.layouts import Layout
 from labgym.navigation import Method, OccupancyGrid, ShortestPaths
 from labgym.scenes import SceneMesh
@@ -38,6 +39,8 @@ class Stage:
         to_go: driving distances to the goals of the layout's first protocol, by method and goal.
         lengths: lengths of the shortest paths of its goal pairs, meters, by the coordinates of their ends.
         geometry, mesh: what the sensor sees, as triangles.
+        out_of_reach: where the robot can touch nothing.
+        nbytes: approximate size in memory.
     """
 
     layout: Layout
@@ -48,3 +51,5 @@ class Stage:
     lengths: Mapping[tuple[float, ...], float]
     geometry: Geometry
     mesh: SceneMesh
+    out_of_reach: OutOfReach
+    nbytes: int

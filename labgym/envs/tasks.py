@@ -13,12 +13,12 @@ import numpy as np
 from labgym import protocols
 from labgym.envs.endpoints import check_drivable, pair_between, passed_ends
 from labgym.envs.pool import AHEAD, LayoutPool, PoolAddress, check_sendable
+from labgym.envs.residents import RESIDENT_MB, check_budget
 from labgym.envs.stage import Senses
 from labgym.envs.training import LayoutSequence, LayoutSource, source_of
-from labgym.envs.world import layout_of, world_of
+from labgym.envs.world import keep, layout_of, world_of
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
-from labgym.layouts.batch import folder_layouts
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.splits import PUBLISHED, load_published, manifest, published
 from labgym.navigation import GoalPair, goal_pairs, resolve_protocol
@@ -58,11 +58,12 @@ class TaskSource:
         training: the layouts of "train": "rooms", "floors", or a function that returns layout `number`.
         pool: prepares the layouts of "train" in advance; None generates them when they are drawn.
         senses: what the pool prepares for the environment.
+        resident_mb: budget of this process for prepared layouts of published splits, which stay in memory, megabytes.
 
     Raises:
         UnknownNameError: a split, protocol, layout, profile or source of training layouts does not exist.
-        OptionError: `layout` or `training` has another type, `episodes_per_layout` is below 1, or `training` cannot be
-            sent to the processes of the pool.
+        OptionError: `layout` or `training` has another type, `episodes_per_layout` is below 1, `resident_mb` is below
+            0, or `training` cannot be sent to the processes of the pool.
         DocumentError: a file is not a layout or a protocol.
     """
 
@@ -76,7 +77,9 @@ class TaskSource:
         training: str | LayoutSource = "rooms",
         pool: LayoutPool | PoolAddress | None = None,
         senses: Senses | None = None,
+        resident_mb: float = RESIDENT_MB,
     ) -> None:
+        check_budget(resident_mb)
         if split not in SPLITS:
             raise UnknownNameError("split", split, SPLITS)
         if split == FLOORS_TRAIN:
@@ -92,6 +95,7 @@ class TaskSource:
         self._episodes_per_layout = episodes_per_layout
         self._training = training
         self._senses = senses if senses is not None else Senses()
+        self._resident_mb = resident_mb
         self._client = None if pool is None or split != "train" else pool.connect()
         self._sequence: LayoutSequence | None = None
         self._generated: Layout | None = None
@@ -139,7 +143,9 @@ class TaskSource:
     def _drawn_layout(self, rng: np.random.Generator, protocol: Protocol | None, fresh: bool) -> Layout:
         if self._split in PUBLISHED:
             candidates = _with_drives(self._split, None if protocol is None else protocol.id)
-            return load(self._split, candidates[int(rng.integers(len(candidates)))])
+            published_layout = load(self._split, candidates[int(rng.integers(len(candidates)))])
+            keep(published_layout, self._resident_mb)
+            return published_layout
         layout = self._generated
         if fresh or layout is None or self._episodes_left == 0 or (protocol and protocol != layout.protocol):
             source = source_of(self._training, protocol, self._profile)
@@ -196,6 +202,8 @@ def each_layout(
     names: Iterable[Layout | str | Path], protocol: Protocol | str | Path | None = None
 ) -> Iterator[Layout]:
     """Yield what `resolve_layouts` returns, one layout at a time."""
+    from labgym.layouts.batch import folder_layouts
+
     for name in names:
         is_folder = isinstance(name, str | Path) and Path(name).is_dir()
         members = folder_layouts(str(name)) if is_folder else (name,)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from functools import cached_property
+from threading import RLock
 from typing import Any, TypeVar
 from weakref import WeakValueDictionary
 
@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from labgym.assets import Asset
 from labgym.envs.distance_to_go import DistanceToGo, ExactDistanceToGo, GridDistanceToGo
 from labgym.envs.reach import OutOfReach
+from labgym.envs.residents import RESIDENT_MB, Residents
 from labgym.envs.robot import ROBOT, attach_robot
 from labgym.envs.simulation import Pose, Simulation
+from labgym.envs.sizes import size_of
 from labgym.envs.stage import Senses, Stage
 from labgym.layouts import Layout
 from labgym.layouts.model import Floor, Placement
@@ -25,7 +27,6 @@ from labgym.navigation.barriers import Barriers
 from labgym.scenes import ExactRayScene, RayScene, SceneMesh, to_mjcf
 from labgym.scenes.rays import Geometry, ray_mesh
 
-_Ends = TypeVar("_Ends", bound=tuple[object, ...])
 _Value = TypeVar("_Value")
 
 KEPT = 16
@@ -34,6 +35,8 @@ FIELDS = 64
 """Number of goals whose distance field a world keeps; a field of the largest room takes 8 MB."""
 LENGTHS = 4096
 """Number of drives whose shortest length a world keeps."""
+GRID, PATHS, OUT_OF_REACH = "grid", "paths", "out of reach"
+"""Names of derived data; the meshes have the names of their geometry."""
 
 
 class World:
@@ -48,13 +51,15 @@ class World:
         self._layout = layout
         self.model = physics_model(layout) if stage is None else stage.model
         self._barriers = Barriers.of(layout)
+        self._lock = RLock()
+        self._derived: dict[str, Any] = {}
         self._fields: dict[tuple[object, ...], DistanceToGo] = {} if stage is None else dict(stage.to_go)
         self._lengths: dict[tuple[float, ...], float] = {} if stage is None else dict(stage.lengths)
-        self._meshes: dict[Geometry, SceneMesh] = {} if stage is None else {stage.geometry: stage.mesh}
         if stage is not None:
-            self._paths = stage.paths
+            self._derived |= {PATHS: stage.paths, OUT_OF_REACH: stage.out_of_reach, stage.geometry: stage.mesh}
             if stage.grid is not None:
-                self._grid = stage.grid
+                self._derived[GRID] = stage.grid
+        self._nbytes = size_of(self.model) if stage is None else stage.nbytes
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A copy, or an unpickled environment, uses the world that its process has for the layout.
@@ -63,17 +68,37 @@ class World:
     def stage(self, senses: Senses) -> Stage:
         """Return what an environment reads of this world, for the drives of the layout's first protocol."""
         pairs = () if self._layout.protocol is None else goal_pairs(self._layout)
-        method = senses.distance_to_go
-        return Stage(
-            layout=self._layout,
-            model=self.model,
-            grid=self._grid if method == "grid" else None,
-            paths=self._paths,
-            to_go={(method, *pair.goal[:2]): self.to_go(pair.goal, method) for pair in pairs},
-            lengths={pair.start[:2] + pair.goal[:2]: self.shortest_length(pair) for pair in pairs},
-            geometry=senses.geometry,
-            mesh=ray_mesh(self._layout, senses.geometry),
-        )
+        method, grid = senses.distance_to_go, self._grid if senses.distance_to_go == "grid" else None
+        to_go: dict[tuple[object, ...], DistanceToGo] = {
+            (method, *pair.goal[:2]): self.to_go(pair.goal, method) for pair in pairs
+        }
+        lengths: dict[tuple[float, ...], float] = {
+            pair.start[:2] + pair.goal[:2]: self.shortest_length(pair) for pair in pairs
+        }
+        geometry, mesh = senses.geometry, self._mesh(senses.geometry)
+        paths, out_of_reach, nbytes = self._paths, self.out_of_reach, self.nbytes
+        return Stage(self._layout, self.model, grid, paths, to_go, lengths, geometry, mesh, out_of_reach, nbytes)
+
+    @property
+    def nbytes(self) -> int:
+        """Approximate size in memory, bytes; it grows with what is derived."""
+        return self._nbytes
+
+    def derived(self, name: str, build: Callable[[Layout], _Value]) -> _Value:
+        """Return what a function makes of the layout, computed once and shared by all that use this world.
+
+        Args:
+            name: of the derived data; the same function must come with it every time.
+            build: makes them; they must not change afterwards.
+        """
+        if name not in self._derived:
+            with self._lock:
+                if name not in self._derived:
+                    value = build(self._layout)
+                    self._nbytes += size_of(value)
+                    self._derived[name] = value
+        derived: _Value = self._derived[name]
+        return derived
 
     def clearance(self, x: float, y: float) -> float:
         """Return the distance from the chassis to the nearest footprint or wall, meters; 0 if they overlap.
@@ -106,7 +131,15 @@ class World:
         def field() -> DistanceToGo:
             return GridDistanceToGo(self._grid, goal) if method == "grid" else ExactDistanceToGo(self._paths, goal)
 
-        return _recalled(self._fields, (method, *goal[:2]), FIELDS, field)
+        with self._lock:
+            key = (method, *goal[:2])
+            if key not in self._fields and len(self._fields) >= FIELDS:
+                self._nbytes -= size_of(self._fields.pop(next(iter(self._fields))))
+            if key not in self._fields:
+                self._fields[key] = field()
+                self._nbytes += size_of(self._fields[key])
+            self._fields[key] = self._fields.pop(key)  # the latest one is the last to go
+            return self._fields[key]
 
     def shortest_length(self, pair: GoalPair) -> float:
         """Return the length of the shortest any-angle path of a goal pair, meters; inf if no path exists."""
@@ -115,7 +148,14 @@ class World:
             path = self._paths.path(pair.start[:2], pair.goal[:2])
             return path.length if path is not None else float("inf")
 
-        return _recalled(self._lengths, pair.start[:2] + pair.goal[:2], LENGTHS, length)
+        key = pair.start[:2] + pair.goal[:2]
+        known = self._lengths.get(key)
+        if known is not None:
+            return known
+        with self._lock:
+            if len(self._lengths) >= LENGTHS:
+                del self._lengths[next(iter(self._lengths))]
+            return self._lengths.setdefault(key, length())
 
     def clear_at(self, pose: Pose) -> bool:
         """Whether the robot at a pose (x, y, yaw) touches nothing in the simulation."""
@@ -127,38 +167,45 @@ class World:
         """Whether a disc of the planning radius fits at a pose."""
         return self._paths.free(*pose[:2])
 
-    @cached_property
+    @property
     def out_of_reach(self) -> OutOfReach:
         """Where nothing is within reach of the robot between two contact checks."""
-        return OutOfReach(self.model)
+        return self.derived(OUT_OF_REACH, lambda _: OutOfReach(self.model))
 
-    @cached_property
+    @property
     def solid(self) -> RayScene:
         """The solid boxes that stop the robot; the lidar sees them."""
-        return RayScene(self._layout, "solid", self._meshes.get("solid"))
+        return self._rays(RayScene, "solid")
 
-    @cached_property
+    @property
     def visible(self) -> RayScene:
         """The visual shapes; the camera sees them."""
-        return RayScene(self._layout, "visual", self._meshes.get("visual"))
+        return self._rays(RayScene, "visual")
 
-    @cached_property
+    @property
     def solid_exact(self) -> RayScene:
         """The solid boxes, for readings that do not depend on the processor."""
-        return ExactRayScene(self._layout, "solid", self._meshes.get("solid"))
+        return self._rays(ExactRayScene, "solid")
 
-    @cached_property
+    @property
     def visible_exact(self) -> RayScene:
         """The visual shapes, for readings that do not depend on the processor."""
-        return ExactRayScene(self._layout, "visual", self._meshes.get("visual"))
+        return self._rays(ExactRayScene, "visual")
 
-    @cached_property
+    def _rays(self, kind: type[RayScene], geometry: Geometry) -> RayScene:
+        name = f"{kind.__name__} {geometry}"
+        return self.derived(name, lambda layout: kind(layout, geometry, self._mesh(geometry)))
+
+    def _mesh(self, geometry: Geometry) -> SceneMesh:
+        return self.derived(geometry, lambda layout: ray_mesh(layout, geometry))
+
+    @property
     def _grid(self) -> OccupancyGrid:
-        return occupancy(self._layout).dilated(PLANNING_RADIUS)
+        return self.derived(GRID, lambda layout: occupancy(layout).dilated(PLANNING_RADIUS))
 
-    @cached_property
+    @property
     def _paths(self) -> ShortestPaths:
-        return ShortestPaths(self._layout)
+        return self.derived(PATHS, ShortestPaths)
 
 
 def physics_model(layout: Layout) -> mujoco.MjModel:
@@ -170,20 +217,15 @@ def physics_model(layout: Layout) -> mujoco.MjModel:
     return scene.compile()
 
 
-def _recalled(cache: dict[_Ends, _Value], key: _Ends, limit: int, compute: Callable[[], _Value]) -> _Value:
-    """Return a value of a cache, computed if it is missing; the `limit` values used last stay in the cache."""
-    value = cache.pop(key) if key in cache else compute()
-    cache[key] = value
-    if len(cache) > limit:
-        del cache[next(iter(cache))]
-    return value
-
-
 _Key = tuple[Floor, tuple[Placement, ...], tuple[Asset, ...]]
 
 _worlds: WeakValueDictionary[_Key, World] = WeakValueDictionary()
+_by_identity: WeakValueDictionary[int, World] = WeakValueDictionary()
+"""Worlds by the `id` of the layout that they were made of, which lives as long as its world."""
 _recent: deque[World] = deque(maxlen=KEPT)
 """The newest worlds: kept even if no environment uses them."""
+residents = Residents()
+"""Worlds of layouts that environments will use again, such as those of a published split."""
 
 
 def world_of(layout: Layout) -> World:
@@ -194,6 +236,11 @@ def world_of(layout: Layout) -> World:
     return _world(layout, None)
 
 
+def keep(layout: Layout, megabytes: float = RESIDENT_MB) -> None:
+    """Keep the world of a layout in memory, as the one used last, if it fits the budget of this process."""
+    residents.keep(world_of(layout), megabytes)
+
+
 def layout_of(stage: Stage) -> Layout:
     """Return the layout of a stage, whose world this process then has."""
     _world(stage.layout, stage)
@@ -201,9 +248,12 @@ def layout_of(stage: Stage) -> Layout:
 
 
 def _world(layout: Layout, stage: Stage | None) -> World:
+    world = _by_identity.get(id(layout))
+    if world is not None and world._layout is layout:
+        return world
     key = (layout.floor, layout.placements, tuple(layout.asset(placement.id) for placement in layout.placements))
     world = _worlds.get(key)
     if world is None:
-        world = _worlds[key] = World(layout, stage)
+        world = _worlds[key] = _by_identity[id(layout)] = World(layout, stage)
         _recent.append(world)
     return world

@@ -35,6 +35,13 @@ class LengthsTo:
             self._line, self._arc, self._turn = nodes.place[order], nodes.arc[order], nodes.turn[order]
             self._points, self._lengths = nodes.points[order], lengths[order]
 
+    @property
+    def nbytes(self) -> int:
+        """Size of the arrays of this goal, without the shortest paths, bytes."""
+        if not self.reachable:
+            return 0
+        return sum(one.nbytes for one in (self._line, self._arc, self._turn, self._points, self._lengths))
+
     def at(self, x: float, y: float) -> float:
         """Return the length from a point to the goal, meters; inf if the goal is not free.
 

@@ -400,3 +400,25 @@ def test_a_copy_of_a_running_environment_continues_the_same_episode(
         assert reward == same_reward
         for name in first:
             np.testing.assert_array_equal(first[name], second[name])
+
+
+@pytest.mark.parametrize("arguments", [{}, {"observation": "depth", "distance_to_go": "exact"}], ids=["lidar", "depth"])
+def test_copies_of_an_environment_go_on_to_the_bit(layout, arguments):
+    """Copies made in free motion and in contact; the robot drives ahead until it is stopped."""
+    env = LabPointNavEnv(layout=layout, **arguments)
+    env.reset(seed=3)
+    for _ in range(4):
+        for _ in range(25):
+            env.step(np.array([1.0, 0.1], np.float32))
+        copies = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
+        records = []
+        for one in (env, *copies):
+            steps = [one.step(np.array([v, 0.3], np.float32)) for v in (1.0, -0.5, 0.2, 1.0)]
+            records.append([pickle.dumps(jsonable(step)) for step in steps])
+        assert records[0] == records[1] == records[2]
+    assert env.step(np.zeros(2, np.float32))[4]["contacts"] > 0
+
+
+def jsonable(step: tuple) -> list:
+    observation, *rest = step
+    return [{name: np.asarray(value).tobytes() for name, value in observation.items()}, repr(rest)]

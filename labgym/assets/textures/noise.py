@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 Field = NDArray[np.float64]
 
@@ -47,6 +46,8 @@ def chips(generator: np.random.Generator, size: int, count: int) -> tuple[NDArra
 
     Chips are the cells of a Voronoi diagram of `count` random points on the torus.
     """
+    from scipy.spatial import cKDTree
+
     points = generator.uniform(0.0, size, (count, 2))
     rows, columns = np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5, indexing="ij")
     distances, nearest = cKDTree(points, boxsize=size).query(np.stack([rows, columns], axis=-1).reshape(-1, 2), k=2)
