@@ -278,7 +278,7 @@ _latest: Parcel | None = None
 
 
 def _opened(answer: Address | bytes | None) -> Stage | None:
-    """Return the stage of an answer; None if there is none, or if this process cannot open it."""
+    """Return the stage of an answer; None without a stage, or if this process cannot open it."""
     if answer is None:
         return None
     if isinstance(answer, bytes):
