@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 from labgym.envs.robot import RobotSpec, robot_spec
 
 if TYPE_CHECKING:
+    from labgym.envs.config import PointNavConfig
     from labgym.envs.point_nav import LabPointNavEnv
     from labgym.envs.pool import LayoutPool
     from labgym.envs.rewards import RewardWeights
 
-__all__ = ["LabPointNavEnv", "LayoutPool", "RewardWeights", "RobotSpec", "robot_spec"]
+__all__ = ["LabPointNavEnv", "LayoutPool", "PointNavConfig", "RewardWeights", "RobotSpec", "robot_spec"]
 
 
 def __getattr__(name: str) -> Any:
@@ -24,6 +25,10 @@ def __getattr__(name: str) -> Any:
         from labgym.envs.pool import LayoutPool
 
         return LayoutPool
+    if name == "PointNavConfig":
+        from labgym.envs.config import PointNavConfig
+
+        return PointNavConfig
     if name == "RewardWeights":
         from labgym.envs.rewards import RewardWeights
 

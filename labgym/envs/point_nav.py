@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
+import copy
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,33 +12,17 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from labgym.envs.episode import Episode
-from labgym.envs.pool import LayoutPool, PoolAddress
-from labgym.envs.rewards import RewardWeights
-from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
-from labgym.envs.simulation import CHECK_STEPS
-from labgym.envs.stage import Senses
-from labgym.envs.tasks import TaskSource
-from labgym.envs.training import LayoutSource
+from labgym.envs.config import RENDER_MODES, PointNavConfig
+from labgym.envs.episode import Episode, stream
+from labgym.envs.parts.protocols import Tasks
+from labgym.envs.sensors import Camera
+from labgym.envs.state import State
 from labgym.envs.view import ChaseView
-from labgym.errors import OptionError, UnknownNameError
-from labgym.layouts import Layout
-from labgym.navigation import METHODS, Method
-from labgym.protocols import Protocol
-from labgym.scenes import RayScene
-from labgym.scenes.opengl import QUALITIES, Quality
 
 Observation = dict[str, Any]
 
-GOAL_RANGE = 50.0
-"""Largest distance in the goal observation, meters."""
 
-OBSERVATIONS = ("lidar", "depth", "rgbd")
-RENDER_MODES = ("rgb_array", "depth_array")
-
-
-class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
+class LabPointNavEnv(gym.Env[Observation, Any]):
     """Drive a robot through a chemistry laboratory, from the location of one protocol step to that of the next.
 
     ## Description
@@ -108,7 +92,6 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
       long without a GPU. Observations do not depend on it.
     - `exact` (False): readings of lidar and camera that are equal on every processor; otherwise the last bit of ranges
       depends on the instruction set. Evaluations use exact readings.
-
     - `distance_to_go` ("grid"): how the reward measures the way to the goal. "grid" is the shortest path on a 5 cm
       grid, which leaves out passages up to 0.15 m wider than the disc; "exact" is the shortest any-angle path, through
       every passage that the disc fits.
@@ -117,6 +100,20 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
       training layout `number`, 0 to 10^7 - 1.
     - `pool` (None): a `labgym.envs.LayoutPool`, whose processes prepare the layouts of "train" in advance. It changes
       the time that `reset` takes and nothing else.
+
+    The parts of the environment can be replaced. A part is an object with the members of an interface of
+    `labgym.envs.parts.protocols`, the name of a kind such as "lidar", or a mapping with "kind" and the arguments of its
+    class, such as `{"kind": "lidar", "rays": 90, "noise": [{"kind": "gaussian", "sigma": 0.03}]}`; the kind
+    "module:Class" is a class of the user's own. The environment works on copies of its parts.
+
+    - `config` (None): a `PointNavConfig`, a mapping of its fields, or the path of a .json or .yaml file of one; other
+      arguments replace its fields.
+    - `tasks` (None): an object that chooses the task of each episode (`Tasks`), instead of the arguments above.
+    - `sensors` (None): the entries of the observation, instead of those of `observation`.
+    - `rewards` (None): the terms of the reward, instead of those of `weights`.
+    - `endings` (`[TouchEnding(0.5)]`): the rules that end an episode; the first that gives a verdict decides.
+    - `measures`: the entries of the info; by default those listed below.
+    - `actions` ("velocity"): how an action becomes commands. `robot` ("differential"): the robot. `physics` ("mujoco").
 
     `reset(seed=None, options=None)` accepts the options below; everything else is drawn from the seeded generator. If a
     seed is given, the episode depends only on the seed, the options and the arguments: equal seeds and actions give
@@ -146,10 +143,10 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     ## Errors
 
-    An unknown split, layout, protocol, observation, render mode, quality, profile, method, option or pair raises
-    `UnknownNameError`, which lists the valid names. An action that is not two finite numbers, a width or height
-    below 1, and a start or goal that is outside the room, blocked or not a pose, raise `OptionError`. A broken file
-    raises `DocumentError`.
+    An unknown argument, split, layout, protocol, observation, render mode, quality, profile, method, part, option or
+    pair raises `UnknownNameError`, which lists the valid names. An action that is not two finite numbers, an argument
+    out of range or of the wrong type, and a start or goal that is outside the room, blocked or not a pose, raise
+    `OptionError`. A broken file raises `DocumentError`.
 
     ## Versions
 
@@ -160,45 +157,54 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def __init__(
         self,
-        split: str = "test",
-        layout: Layout | str | Path | None = None,
-        protocol: Protocol | str | Path | None = None,
-        observation: str = "lidar",
-        render_mode: str | None = None,
-        profile: str = "default",
-        weights: RewardWeights | None = None,
-        episodes_per_layout: int = 8,
-        control_dt: float = ROBOT.control_dt,
-        width: int = 480,
-        height: int = 360,
-        quality: Quality = "fast",
-        exact: bool = False,
-        distance_to_go: Method = "grid",
-        training: str | LayoutSource = "rooms",
-        pool: LayoutPool | PoolAddress | None = None,
+        split: str | None = None,
+        config: PointNavConfig | Mapping[str, Any] | str | Path | None = None,
+        **options: Any,
     ) -> None:
-        if observation not in OBSERVATIONS:
-            raise UnknownNameError("observation", observation, OBSERVATIONS)
-        if render_mode is not None and render_mode not in RENDER_MODES:
-            raise UnknownNameError("render_mode", render_mode, RENDER_MODES)
-        if quality not in QUALITIES:
-            raise UnknownNameError("quality", quality, QUALITIES)
-        if distance_to_go not in METHODS:
-            raise UnknownNameError("distance_to_go", distance_to_go, METHODS)
-        if min(width, height) < 1:
-            raise OptionError(f"width and height must be at least 1 pixel, got {width} x {height}")
-        self._robot = _robot_at(control_dt)
-        self.render_mode = render_mode
-        self.observation_space = _observation_space(observation)
-        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
-        self._observation, self._exact, self._distance_to_go = observation, exact, distance_to_go
-        senses = Senses("solid" if observation == "lidar" else "visual", distance_to_go)
-        self._tasks = TaskSource(split, layout, protocol, profile, episodes_per_layout, training, pool, senses)
-        self._weights = weights or RewardWeights()
-        self._lidar, self._camera = Lidar(), Camera()
-        self._view = ChaseView(width, height, quality)
+        """Make an environment.
+
+        Args:
+            split: as an option.
+            config: a configuration, a mapping of its fields, or the path of a .json or .yaml file of one.
+            options: fields of `PointNavConfig`, which replace those of `config`.
+
+        Raises:
+            LabgymError: an argument does not exist, or its value is out of range or of the wrong type.
+        """
+        if split is not None:
+            options["split"] = split
+        self._config = config = PointNavConfig.of(config, options)
+        self._tasks = config.task_source()
+        self._sensors, self._terms, self._endings, self._measures, self._actions, self._robot = copy.deepcopy(
+            (config.observed, config.reward_terms, config.endings, config.measures, config.actions, config.robot)
+        )
+        self.render_mode = config.render_mode
+        self.observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
+        self.action_space = self._actions.space(self._robot)
+        self._camera = Camera()
+        self._view = ChaseView(config.width, config.height, config.quality)
+        self._streams: dict[str, np.random.Generator] = {}
         self._episode: Episode | None = None
-        self._terminated = False
+        self._terminated = self._truncated = False
+
+    @property
+    def config(self) -> PointNavConfig:
+        """The configuration."""
+        return self._config
+
+    @property
+    def tasks(self) -> Tasks:
+        """The source of the tasks."""
+        return self._tasks
+
+    @property
+    def state(self) -> State:
+        """The state of the episode: privileged, and to be read only.
+
+        Raises:
+            ResetNeeded: before the first `reset`.
+        """
+        return self._running().state
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -206,30 +212,47 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
         """Start an episode; the class describes options, observation and info."""
         super().reset(seed=seed)
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
-        self._episode, self._terminated = Episode(task, self._robot, self._distance_to_go), False
-        return self._observe(self._episode), self._episode.info(self._weights.terms(0.0, False, False, steps=0))
+        config = self._config
+        self._episode = episode = Episode(task, self._robot, config.control_dt, config.physics, config.exact)
+        self._terminated = self._truncated = False
+        (rng,) = self.np_random.spawn(1)
+        names = (*(sensor.name for sensor in self._sensors), "actions")
+        self._streams = {name: stream(rng, name) for name in names}
+        for sensor in self._sensors:
+            sensor.reset(episode.state, self._streams[sensor.name])
+        self._actions.reset(episode.state, self._streams["actions"])
+        self._begin_drive(episode.state)
+        episode.state.terms = {term.name: term.weight * 0.0 for term in self._terms}
+        self._judge(episode.state)
+        return self._observation(episode.state), self._info(episode.state)
 
-    def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive for one control step; the class describes action, observation, reward and info."""
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Carry out one action; the class describes action, observation, reward and info."""
         episode = self._running()
-        episode.drive(*ROBOT.twist(*_checked(action)))
-        if self._terminated:
+        state = episode.state
+        commands = self._actions.commands(action, state, self._streams["actions"])
+        state.stop = self._actions.is_stop(action)
+        episode.drive(commands)
+        self._judge(state)
+        if self._terminated or self._truncated:
             gym.logger.warn("step() after the end of the episode gives no reward; call reset()")
-            terms = self._weights.terms(0.0, False, False, steps=0)
+            state.terms = {term.name: term.weight * 0.0 for term in self._terms}
         else:
-            terms = self._weights.terms(episode.progress, episode.success, episode.collision)
-            self._terminated = episode.success
-        return self._observe(episode), sum(terms.values()), self._terminated, False, episode.info(terms)
+            state.terms = {term.name: term.weight * term.value(state) for term in self._terms}
+            if state.verdict is not None:
+                self._end_drive(episode)
+        reward = sum(state.terms.values())
+        return self._observation(state), reward, self._terminated, self._truncated, self._info(state)
 
     def render(self) -> NDArray[Any] | None:
         """Return the image of the render mode, or None without a render mode."""
         if self.render_mode is None:
             gym.logger.warn('render() needs a render mode: gym.make("LabPointNav-v0", render_mode="rgb_array")')
             return None
-        episode = self._running()
+        state = self._running().state
         if self.render_mode == "depth_array":
-            return self._camera.depth(episode.world.visible, episode.simulation.pose)
-        return self._view.picture(episode.task.layout, episode.world.visible, episode.simulation.pose)
+            return self._camera.depth(state.world.visible, state.pose)
+        return self._view.picture(state.task.layout, state.world.visible, state.pose)
 
     def close(self) -> None:
         """Release the renderer; it is safe to call this more than once."""
@@ -242,61 +265,26 @@ class LabPointNavEnv(gym.Env[Observation, NDArray[np.float32]]):
             raise gym.error.ResetNeeded("call reset() before step() or render()")
         return self._episode
 
-    def _visible(self, episode: Episode) -> RayScene:
-        return episode.world.visible_exact if self._exact else episode.world.visible
+    def _begin_drive(self, state: State) -> None:
+        for part in (*self._terms, *self._endings):
+            part.reset(state)
 
-    def _observe(self, episode: Episode) -> Observation:
-        x, y, yaw = pose = episode.simulation.pose
-        dx, dy = episode.task.pair.goal[0] - x, episode.task.pair.goal[1] - y
-        bearing = math.atan2(dy, dx) - yaw
-        v, w = episode.simulation.velocity
-        observation: Observation = {
-            "goal": np.array([min(math.hypot(dx, dy), GOAL_RANGE), math.cos(bearing), math.sin(bearing)], np.float32),
-            "velocity": np.array(
-                [min(max(v, ROBOT.v_min), ROBOT.v_max), min(max(w, -ROBOT.w_max), ROBOT.w_max)], np.float32
-            ),
-        }
-        if self._observation == "lidar":
-            solid = episode.world.solid_exact if self._exact else episode.world.solid
-            observation["lidar"] = self._lidar.scan(solid, pose)
-        elif self._observation == "depth":
-            observation["depth"] = self._camera.depth(self._visible(episode), pose).ravel()
-        else:
-            observation["rgb"], depth = self._camera.colour_and_depth(self._visible(episode), pose)
-            observation["depth"] = depth.ravel()
-        return observation
+    def _judge(self, state: State) -> None:
+        """Set the verdict of the endings."""
+        for ending in self._endings:
+            verdict = ending.verdict(state)
+            if verdict is not None:
+                state.verdict, state.ending = verdict, ending.name
+                return
+        state.verdict, state.ending = None, ""
 
+    def _end_drive(self, episode: Episode) -> None:
+        """End the episode, or begin the next drive of a task that has one."""
+        self._truncated = episode.state.verdict == "truncation"
+        self._terminated = not self._truncated
 
-def _observation_space(observation: str) -> spaces.Dict:
-    rows, columns = IMAGE_SHAPE
-    boxes: dict[str, spaces.Space[Any]] = {
-        "goal": spaces.Box(np.array([0, -1, -1], np.float32), np.array([GOAL_RANGE, 1, 1], np.float32)),
-        "velocity": spaces.Box(
-            np.array([ROBOT.v_min, -ROBOT.w_max], np.float32), np.array([ROBOT.v_max, ROBOT.w_max], np.float32)
-        ),
-    }
-    if observation == "lidar":
-        boxes["lidar"] = spaces.Box(0.0, RANGE, (LIDAR_RAYS,), np.float32)
-    else:
-        boxes["depth"] = spaces.Box(0.0, RANGE, (rows * columns,), np.float32)
-    if observation == "rgbd":
-        boxes["rgb"] = spaces.Box(0, 255, (rows, columns, 3), np.uint8)
-    return spaces.Dict(boxes)
+    def _observation(self, state: State) -> Observation:
+        return {sensor.name: sensor.reading(state, self._streams[sensor.name]) for sensor in self._sensors}
 
-
-def _robot_at(control_dt: float) -> RobotSpec:
-    checks = control_dt / (CHECK_STEPS * ROBOT.timestep)
-    if not (math.isfinite(checks) and 1 <= round(checks) <= 40 and abs(checks - round(checks)) < 1e-6):
-        raise OptionError(f"control_dt is {control_dt} s, expected a multiple of 0.025 s, at most 1 s")
-    return replace(ROBOT, control_dt=control_dt)
-
-
-def _checked(action: NDArray[np.float32]) -> tuple[float, float]:
-    try:
-        values = np.asarray(action, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        values = np.empty(0)
-    if values.shape != (2,) or not np.isfinite(values).all():
-        shown = " ".join(repr(action).split())[:80]
-        raise OptionError(f"action {shown} must be two finite numbers in [-1, 1]: forward, turn")
-    return float(values[0]), float(values[1])
+    def _info(self, state: State) -> dict[str, Any]:
+        return {measure.name: measure.value(state) for measure in self._measures}

@@ -1,19 +1,23 @@
-"""The reward of point navigation, term by term."""
+"""The weights of the usual reward."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from labgym.envs.parts.protocols import RewardTerm
+from labgym.envs.parts.rewards import CollisionTerm, ProgressTerm, SuccessTerm, TimeTerm
+from labgym.navigation import Method
+
 
 @dataclass(frozen=True)
 class RewardWeights:
-    """Weight of each term of the reward.
+    """Weight of each term of the usual reward.
 
     Attributes:
         progress: per meter by which the shortest path to the goal became shorter.
         success: once, when the goal is reached.
-        collision: per control step in which the robot touched something.
-        time: per control step.
+        collision: per action during which the robot touched something.
+        time: per action.
     """
 
     progress: float = 1.0
@@ -21,18 +25,15 @@ class RewardWeights:
     collision: float = -0.1
     time: float = -0.01
 
-    def terms(self, progress: float, success: bool, collision: bool, steps: int = 1) -> dict[str, float]:
-        """Return the weighted terms of one control step; their sum is the reward.
+    def terms(self, method: Method = "grid") -> tuple[RewardTerm, ...]:
+        """Return the terms.
 
         Args:
-            progress: decrease of the distance to go, meters.
-            success: whether the goal was reached in this step.
-            collision: whether the robot touched something in this step.
-            steps: number of control steps: 1, or 0 for a reset, whose terms are all zero.
+            method: how progress measures the way to the goal.
         """
-        return {
-            "progress": self.progress * progress,
-            "success": self.success * success,
-            "collision": self.collision * collision,
-            "time": self.time * steps,
-        }
+        return (
+            ProgressTerm(self.progress, method),
+            SuccessTerm(self.success),
+            CollisionTerm(self.collision),
+            TimeTerm(self.time),
+        )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.robot import ROBOT
 from labgym.scenes import RayScene
 
 Pose = tuple[float, float, float]
@@ -53,54 +54,87 @@ class Bundle:
 class Lidar:
     """A planar range finder on the robot's axis.
 
-    Ray i points -pi + 2 pi i / 180 from the heading, counter-clockwise: ray 0 points backwards, ray 45 to the right,
-    ray 90 straight ahead, ray 135 to the left.
+    Ray i points -pi + 2 pi i / rays from the heading, counter-clockwise. Of 180, ray 0 points backwards, ray 45 to the
+    right, ray 90 straight ahead, ray 135 to the left.
+
+    Args:
+        rays: number of rays. reach: largest reading, meters. height: of their plane above the floor, meters.
     """
 
-    def __init__(self, robot: RobotSpec = ROBOT) -> None:
-        angles = -math.pi + 2.0 * math.pi / LIDAR_RAYS * np.arange(LIDAR_RAYS)
-        directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(LIDAR_RAYS)])
-        self._bundle = Bundle(directions, 0.0, robot.lidar_height)
+    def __init__(self, rays: int = LIDAR_RAYS, reach: float = RANGE, height: float = ROBOT.lidar_height) -> None:
+        angles = -math.pi + 2.0 * math.pi / rays * np.arange(rays)
+        directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(rays)])
+        self._bundle, self._reach, self._limit = Bundle(directions, 0.0, height), reach, np.float32(reach)
 
     def scan(self, rays: RayScene, pose: Pose) -> Floats:
-        """Return ranges from the robot's axis, (180,) meters, clipped to 10."""
-        distances, _ = self._bundle.cast(rays, pose, RANGE)
-        return np.minimum(distances, np.float32(RANGE))
+        """Return ranges from the robot's axis, (rays,) meters, clipped to the reach."""
+        distances, _ = self._bundle.cast(rays, pose, self._reach)
+        return np.minimum(distances, self._limit)
 
 
-def pixel_slopes(robot: RobotSpec = ROBOT) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the offset to the left of each column (128,) and upwards of each row (72,), per meter of depth."""
-    rows, columns = IMAGE_SHAPE
-    focal = columns / 2.0 / math.tan(robot.camera_hfov / 2.0)
+def pixel_slopes(
+    shape: tuple[int, int] = IMAGE_SHAPE, hfov: float = ROBOT.camera_hfov
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the offset to the left of each column (columns,) and upwards of each row (rows,), per meter of depth."""
+    rows, columns = shape
+    focal = columns / 2.0 / math.tan(hfov / 2.0)
     left = (columns / 2.0 - 0.5 - np.arange(columns, dtype=np.float64)) / focal
     up = (rows / 2.0 - 0.5 - np.arange(rows, dtype=np.float64)) / focal
     return left, up
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """The view of a camera from one pose.
+
+    Attributes:
+        depth: planar depth, (rows, columns) meters, clipped to the reach.
+        faces: faces of the scene's mesh that the pixels show, (rows * columns,); -1 for nothing within reach.
+        directions: unit vectors of the rays in the room frame, (rows * columns, 3), until the camera's next view.
+    """
+
+    depth: Floats
+    faces: NDArray[np.int32]
+    directions: Floats
 
 
 class Camera:
     """A level pinhole camera along the heading, with square pixels; rows run downwards, columns to the right.
 
     Depth is planar: the distance from the plane of the lens, not the length of the ray.
+
+    Args:
+        shape: rows and columns of the image. hfov: horizontal field of view, radians. reach: largest depth, meters.
+        forward, height: place ahead of the robot's axis and above the floor, meters.
     """
 
-    def __init__(self, robot: RobotSpec = ROBOT) -> None:
-        left, up = pixel_slopes(robot)
-        ahead = np.ones(IMAGE_SHAPE)
-        grid = np.stack(np.broadcast_arrays(ahead, left[None, :], up[:, None]), axis=-1).reshape(-1, 3)
+    def __init__(
+        self,
+        shape: tuple[int, int] = IMAGE_SHAPE,
+        hfov: float = ROBOT.camera_hfov,
+        reach: float = RANGE,
+        forward: float = ROBOT.camera_forward,
+        height: float = ROBOT.camera_height,
+    ) -> None:
+        left, up = pixel_slopes(shape, hfov)
+        grid = np.stack(np.broadcast_arrays(np.ones(shape), left[None, :], up[:, None]), axis=-1).reshape(-1, 3)
         lengths = np.linalg.norm(grid, axis=1)
+        self._shape, self._limit = shape, np.float32(reach)
         self._planar = (1.0 / lengths).astype(np.float32)
-        self._reach = RANGE * float(lengths.max())
-        self._bundle = Bundle(grid / lengths[:, None], robot.camera_forward, robot.camera_height)
+        self._reach = reach * float(lengths.max())
+        self._bundle = Bundle(grid / lengths[:, None], forward, height)
 
     def depth(self, rays: RayScene, pose: Pose) -> Floats:
-        """Return planar depth, (72, 128) meters, clipped to 10."""
-        return self._see(rays, pose)[0]
+        """Return planar depth, (rows, columns) meters, clipped to the reach."""
+        return self.view(rays, pose).depth
 
     def colour_and_depth(self, rays: RayScene, pose: Pose) -> tuple[NDArray[np.uint8], Floats]:
-        """Return the color image, (72, 128, 3), and planar depth, (72, 128) meters, clipped to 10."""
-        depth, faces = self._see(rays, pose)
-        return rays.color(faces, self._bundle.directions).reshape(*IMAGE_SHAPE, 3), depth
+        """Return the color image, (rows, columns, 3), and planar depth, (rows, columns) meters."""
+        view = self.view(rays, pose)
+        return rays.color(view.faces, view.directions).reshape(*self._shape, 3), view.depth
 
-    def _see(self, rays: RayScene, pose: Pose) -> tuple[Floats, NDArray[np.int32]]:
+    def view(self, rays: RayScene, pose: Pose) -> View:
+        """Return depth and faces seen from a pose (x, y, yaw) of the robot."""
         distances, faces = self._bundle.cast(rays, pose, self._reach)
-        return np.minimum(distances * self._planar, np.float32(RANGE)).reshape(IMAGE_SHAPE), faces
+        depth = np.minimum(distances * self._planar, self._limit).reshape(self._shape)
+        return View(depth, faces, self._bundle.directions)

@@ -68,7 +68,7 @@ class DepthMap:
         self._origin = -side / 2 * resolution
         self._occupied = np.zeros((side, side), dtype=bool)
         self._seen = np.zeros((side, side), dtype=np.uint8)
-        self._left, self._up = pixel_slopes(robot)
+        self._left, self._up = pixel_slopes(hfov=robot.camera_hfov)
 
     def add(self, depth: ArrayLike, pose: Pose) -> Array:
         """Add a depth image taken from a pose.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.point_nav import GOAL_RANGE
+from labgym.envs.parts.vectors import GOAL_RANGE
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, RANGE
 from labgym.errors import LabgymError

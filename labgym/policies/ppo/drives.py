@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from labgym.envs.tasks import Task, TaskSource
+from labgym.envs.tasks import Task
 from labgym.envs.world import World, world_of
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, GoalPair, goal_poses, occupancy
 from labgym.navigation.goals import ANYWHERE, resolve_protocol, same_place
 
 
-class TrainingDrives(TaskSource):
-    """Draws a layout of a pool, then a drive in it.
+class TrainingDrives:
+    """A source of tasks: draws a layout of a pool, then a drive in it.
 
     Half of the drives go from a place of the protocol to another such place, half from a point of the free floor, at
     any heading, to another point. Drives with a straight distance above `farthest` are left out, unless a layout has
@@ -30,13 +30,10 @@ class TrainingDrives(TaskSource):
 
     Attributes:
         farthest: largest straight distance of a drive, meters; training raises it.
-        latest: the latest drive.
     """
 
     def __init__(self, layouts: Sequence[Layout], seed: int = 0, points: int = 24) -> None:
-        super().__init__("train", None, None, "default", 1)
         self.farthest = math.inf
-        self.latest: Task | None = None
         self._layouts = tuple(layouts)
         self._seed, self._points = seed, points
         self._worlds: dict[int, World] = {}
@@ -54,8 +51,10 @@ class TrainingDrives(TaskSource):
         pair = near[int(rng.integers(len(near)))]
         if pair.start_location == ANYWHERE:
             pair = replace(pair, start=(*pair.start[:2], float(rng.uniform(-math.pi, math.pi))))
-        self.latest = Task(layout, resolve_protocol(layout, None), pair)
-        return self.latest
+        return Task(layout, resolve_protocol(layout, None), pair)
+
+    def close(self) -> None:
+        """Keep the layouts: another environment may share this source."""
 
     def _drives_in(self, index: int) -> tuple[tuple[GoalPair, ...], tuple[GoalPair, ...]]:
         layout = self._layouts[index]

@@ -1,0 +1,282 @@
+"""The configuration of an environment, and the interfaces of its parts."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from labgym.envs.parts.endings import TouchEnding
+from labgym.envs.parts.kinds import part_of, parts_of
+from labgym.envs.parts.measures import STANDARD, NamedMeasure
+from labgym.envs.parts.protocols import (
+    Actions,
+    Command,
+    Ending,
+    Measure,
+    Noise,
+    Reading,
+    RewardTerm,
+    Robot,
+    Sensor,
+    Tasks,
+)
+from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
+from labgym.envs.parts.rewards import checked_terms
+from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
+from labgym.envs.physics import PHYSICS
+from labgym.envs.pool import LayoutPool, PoolAddress
+from labgym.envs.rewards import RewardWeights
+from labgym.envs.robot import ROBOT
+from labgym.envs.simulation import CHECK_STEPS
+from labgym.envs.stage import Senses
+from labgym.envs.state import Pose, State, Verdict
+from labgym.envs.tasks import TaskSource
+from labgym.envs.training import LayoutSource
+from labgym.errors import DocumentError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.layouts import Layout
+from labgym.navigation import METHODS, Method
+from labgym.protocols import Protocol
+from labgym.scenes.opengl import QUALITIES, Quality
+
+__all__ = [
+    "OBSERVATIONS", "RENDER_MODES", "Actions", "Command", "Ending", "Measure", "Noise", "PointNavConfig", "Pose",
+    "Reading", "RewardTerm", "Robot", "Sensor", "State", "Tasks", "Verdict",
+]  # fmt: skip
+
+OBSERVATIONS = ("lidar", "depth", "rgbd")
+RENDER_MODES = ("rgb_array", "depth_array")
+
+
+@dataclass(frozen=True)
+class PointNavConfig:
+    """The configuration of a `LabPointNavEnv`; the keyword arguments of `gym.make` are its fields.
+
+    A part is an object with the members of its interface, or plain data: the name of a kind, or a mapping with "kind"
+    and the arguments of its class. So a configuration can be read from JSON or YAML.
+
+    Attributes:
+        split, layout, protocol, profile, episodes_per_layout, training, pool: choose the layout, the protocol and the
+            drive of each episode; `LabPointNavEnv` describes them.
+        tasks: chooses them instead of these.
+        observation: "lidar", "depth" or "rgbd": names the usual sensors.
+        sensors: the entries of the observation, instead of the usual sensors.
+        weights: weights of the usual reward. distance_to_go: how it measures progress.
+        rewards: the terms of the reward, instead of the usual ones.
+        endings: the rules that end an episode; by default success within 0.5 m of the goal.
+        actions: how an action becomes commands.
+        robot: the robot. physics: its physics, "mujoco". control_dt: duration of a control step, seconds.
+        measures: the entries of the info.
+        render_mode, width, height, quality: pictures.
+        exact: whether readings are equal on every processor.
+    """
+
+    split: str = "test"
+    layout: Layout | str | Path | None = None
+    protocol: Protocol | str | Path | None = None
+    observation: str = "lidar"
+    render_mode: str | None = None
+    profile: str = "default"
+    weights: RewardWeights | Mapping[str, float] | None = None
+    episodes_per_layout: int = 8
+    control_dt: float = ROBOT.control_dt
+    width: int = 480
+    height: int = 360
+    quality: Quality = "fast"
+    exact: bool = False
+    distance_to_go: Method = "grid"
+    training: str | LayoutSource = "rooms"
+    pool: LayoutPool | PoolAddress | None = None
+    tasks: Tasks | None = None
+    sensors: Any = None
+    rewards: Any = None
+    endings: Any = (TouchEnding(),)
+    actions: Any = "velocity"
+    robot: Any = "differential"
+    physics: str = "mujoco"
+    measures: Any = STANDARD
+
+    def __post_init__(self) -> None:
+        """Check all values, and make parts of plain data.
+
+        Raises:
+            UnknownNameError: a name does not exist.
+            OptionError: a value is out of range or of the wrong type.
+        """
+        for kind, value, available in (
+            ("observation", self.observation, OBSERVATIONS),
+            ("quality", self.quality, QUALITIES),
+            ("distance_to_go", self.distance_to_go, METHODS),
+            ("physics", self.physics, PHYSICS),
+        ):
+            if value not in available:
+                raise UnknownNameError(kind, value, available)
+        if self.render_mode is not None and self.render_mode not in RENDER_MODES:
+            raise UnknownNameError("render_mode", self.render_mode, RENDER_MODES)
+        _check_pixels(self.width, self.height)
+        _check_control_dt(self.control_dt)
+        if isinstance(self.episodes_per_layout, bool) or not isinstance(self.episodes_per_layout, int):
+            raise OptionError(f"episodes_per_layout is {self.episodes_per_layout!r}, expected a whole number")
+        if not isinstance(self.exact, bool):
+            raise OptionError(f"exact is {self.exact!r}, expected True or False")
+        self._set("weights", _weights(self.weights))
+        if self.sensors is not None:
+            self._set("sensors", parts_of(self.sensors, "sensor"))
+            if not self.sensors:
+                raise OptionError("sensors is empty: an environment needs at least one, such as 'lidar'")
+        if self.rewards is not None:
+            if self.weights is not None:
+                raise OptionError("pass weights or rewards, not both: weights are those of the usual rewards")
+            self._set("rewards", parts_of(self.rewards, "reward term"))
+        checked_terms(self.reward_terms)
+        self._set("endings", parts_of(self.endings, "ending"))
+        self._set("actions", part_of(self.actions, "actions"))
+        self._set("robot", part_of(self.robot, "robot"))
+        self._set("measures", parts_of(_named(self.measures), "measure"))
+        if self.tasks is not None and not isinstance(self.tasks, Tasks):
+            raise OptionError(f"tasks is a {type(self.tasks).__name__}, expected an object with draw and close")
+
+    @classmethod
+    def of(
+        cls, config: PointNavConfig | Mapping[str, Any] | str | Path | None, options: Mapping[str, Any]
+    ) -> PointNavConfig:
+        """Return a configuration with some fields replaced.
+
+        Args:
+            config: a configuration, a mapping of its fields, or the path of a .json or .yaml file of one; None for the
+                defaults.
+            options: values of fields.
+
+        Raises:
+            UnknownNameError: no field has that name.
+            OptionError: a value is out of range or of the wrong type.
+            DocumentError: the file is not a mapping.
+            MissingDependencyError: PyYAML is not installed.
+        """
+        if isinstance(config, str | Path):
+            config = read_mapping(config)
+        if config is not None and not isinstance(config, PointNavConfig | Mapping):
+            raise OptionError(f"config is a {type(config).__name__}, expected a PointNavConfig, a mapping or a path")
+        names = [each.name for each in fields(cls)]
+        for name in (*(config if isinstance(config, Mapping) else ()), *options):
+            if name not in names:
+                raise UnknownNameError("argument", name, names)
+        if isinstance(config, PointNavConfig):
+            return replace(config, **options) if options else config
+        return cls(**{**(config or {}), **options})
+
+    @property
+    def observed(self) -> tuple[Sensor, ...]:
+        """The sensors: those passed, or the usual ones of `observation`."""
+        if self.sensors is not None:
+            return tuple(self.sensors)
+        usual: dict[str, tuple[Sensor, ...]] = {
+            "lidar": (LidarSensor(),),
+            "depth": (DepthSensor(),),
+            "rgbd": (ColorSensor(), DepthSensor()),
+        }
+        return (GoalSensor(), VelocitySensor(), *usual[self.observation])
+
+    @property
+    def reward_terms(self) -> tuple[RewardTerm, ...]:
+        """The terms of the reward: those passed, or the usual ones with `weights`."""
+        if self.rewards is not None:
+            return tuple(self.rewards)
+        weights = self.weights if isinstance(self.weights, RewardWeights) else RewardWeights()
+        return weights.terms(self.distance_to_go)
+
+    @property
+    def senses(self) -> Senses:
+        """The quantities that a layout pool prepares."""
+        geometries = {sensor.sees for sensor in self.observed} - {None}
+        return Senses("visual" if "visual" in geometries else "solid", self.distance_to_go)
+
+    def task_source(self) -> Tasks:
+        """Return the source of the tasks.
+
+        Raises:
+            UnknownNameError, OptionError, DocumentError: as `TaskSource`.
+        """
+        if self.tasks is not None:
+            return self.tasks
+        return TaskSource(
+            self.split,
+            self.layout,
+            self.protocol,
+            self.profile,
+            self.episodes_per_layout,
+            self.training,
+            self.pool,
+            self.senses,
+        )
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+
+def read_mapping(path: str | Path) -> Mapping[str, Any]:
+    """Return the mapping in a .json or .yaml file.
+
+    Raises:
+        DocumentError: the file cannot be read, or holds something else.
+        MissingDependencyError: PyYAML is not installed.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DocumentError(path, "", f"cannot be read ({error})") from None
+    if path.suffix in (".yaml", ".yml"):
+        try:
+            import yaml
+        except ImportError:
+            raise MissingDependencyError("pyyaml", f"reading {path.name}", "cad") from None
+        try:
+            data = yaml.safe_load(text)
+        except yaml.YAMLError as error:
+            raise DocumentError(path, "", f"is not YAML ({error})") from None
+    else:
+        try:
+            data = json.loads(text)
+        except ValueError as error:
+            raise DocumentError(path, "", f"is not JSON ({error})") from None
+    if not isinstance(data, Mapping):
+        raise DocumentError(path, "", f"holds a {type(data).__name__}, expected a mapping of arguments")
+    return data
+
+
+def _named(measures: Any) -> Any:
+    """Replace the names of our measures by the measures."""
+    if not isinstance(measures, list | tuple):
+        return measures
+    return [NamedMeasure(each) if isinstance(each, str) and ":" not in each else each for each in measures]
+
+
+def _weights(value: Any) -> RewardWeights | None:
+    if value is None or isinstance(value, RewardWeights):
+        return value
+    if not isinstance(value, Mapping):
+        raise OptionError(f"weights is a {type(value).__name__}, expected RewardWeights or a mapping")
+    names = [each.name for each in fields(RewardWeights)]
+    for name in value:
+        if name not in names:
+            raise UnknownNameError("reward term", name, names)
+    return RewardWeights(**value)
+
+
+def _check_pixels(width: object, height: object) -> None:
+    for name, value in (("width", width), ("height", height)):
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise OptionError(f"{name} is {str(value)[:40]!r}, expected a whole number of pixels")
+        if value < 1:
+            raise OptionError(f"width and height must be at least 1 pixel, got {width} x {height}")
+
+
+def _check_control_dt(control_dt: object) -> None:
+    number = isinstance(control_dt, int | float) and not isinstance(control_dt, bool) and math.isfinite(control_dt)
+    checks = float(control_dt) / (CHECK_STEPS * ROBOT.timestep) if number else 0.0  # type: ignore[arg-type]
+    if not (1 <= round(checks) <= 40 and abs(checks - round(checks)) < 1e-6):
+        raise OptionError(f"control_dt is {control_dt} s, expected a multiple of 0.025 s, at most 1 s")

@@ -1,0 +1,1 @@
+"""Parts of an environment: sensors, noise, rewards, endings, measures, actions and robots."""

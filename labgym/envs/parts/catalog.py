@@ -1,0 +1,44 @@
+"""All parts of ours: the interface and the classes of each role."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from labgym.envs.parts.actions import VelocityActions
+from labgym.envs.parts.endings import ContactEnding, RestEnding, StopEnding, StuckEnding, TouchEnding
+from labgym.envs.parts.measures import NamedMeasure
+from labgym.envs.parts.noise import Dropout, Gaussian, Quantization
+from labgym.envs.parts.protocols import Actions, Ending, Measure, Noise, RewardTerm, Robot, Sensor
+from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
+from labgym.envs.parts.rewards import (
+    ClearanceTerm,
+    CollisionTerm,
+    FailureTerm,
+    FunctionTerm,
+    ProgressTerm,
+    SuccessTerm,
+    TimeTerm,
+)
+from labgym.envs.parts.robots import DifferentialDrive
+from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
+
+ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
+    "sensor": (Sensor, (GoalSensor, VelocitySensor, LidarSensor, DepthSensor, ColorSensor)),
+    "noise": (Noise, (Gaussian, Dropout, Quantization)),
+    "reward term": (
+        RewardTerm,
+        (
+            ProgressTerm,
+            SuccessTerm,
+            FailureTerm,
+            CollisionTerm,
+            TimeTerm,
+            ClearanceTerm,
+            FunctionTerm,
+        ),
+    ),
+    "ending": (Ending, (TouchEnding, RestEnding, StopEnding, ContactEnding, StuckEnding)),
+    "measure": (Measure, (NamedMeasure,)),
+    "actions": (Actions, (VelocityActions,)),
+    "robot": (Robot, (DifferentialDrive,)),
+}

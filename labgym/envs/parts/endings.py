@@ -1,0 +1,119 @@
+"""Rules that end an episode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from labgym.envs.parts.kinds import positive
+from labgym.envs.parts.protocols import Ending
+from labgym.envs.state import State, Verdict
+
+TOUCH_DISTANCE = 0.5
+"""Success distance of version 0, meters."""
+REST_DISTANCE = 0.36
+"""Success distance of version 1, meters: that of the Habitat challenges."""
+
+
+@dataclass(frozen=True)
+class TouchEnding(Ending):
+    """Success when the robot's center is within `radius` meters of the goal, at any speed."""
+
+    radius: float = TOUCH_DISTANCE
+    name: str = "touch"
+    kind: str = field(default="touch", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "radius")
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return "success" within the radius."""
+        return "success" if state.distance <= self.radius else None
+
+
+@dataclass
+class RestEnding(Ending):
+    """Success when the robot rests within `radius` meters of the goal for `duration` seconds.
+
+    Attributes:
+        radius: meters. speed, turn_rate: the robot rests below these, m/s and rad/s.
+        duration: seconds that it must rest; 0 for the end of one action.
+    """
+
+    radius: float = REST_DISTANCE
+    speed: float = 0.05
+    turn_rate: float = 0.1
+    duration: float = 0.0
+    name: str = "rest"
+    kind: str = field(default="rest", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "radius", "speed", "turn_rate")
+        positive(self, "duration", zero=True)
+
+    def reset(self, state: State) -> None:  # noqa: ARG002
+        """Begin a drive."""
+        self._since: float | None = None
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return "success" when the robot has rested long enough."""
+        (v, w), u = state.velocity, state.sideways
+        if state.distance > self.radius or v * v + u * u > self.speed * self.speed or abs(w) > self.turn_rate:
+            self._since = None
+            return None
+        if self._since is None:
+            self._since = state.time
+        return "success" if state.time - self._since >= self.duration - 1e-9 else None
+
+
+@dataclass(frozen=True)
+class StopEnding(Ending):
+    """The action STOP ends the drive: success within `radius` meters of the goal, failure elsewhere."""
+
+    radius: float = REST_DISTANCE
+    name: str = "stop"
+    kind: str = field(default="stop", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "radius")
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return the verdict on a STOP."""
+        if not state.stop:
+            return None
+        return "success" if state.distance <= self.radius else "failure"
+
+
+@dataclass(frozen=True)
+class ContactEnding(Ending):
+    """Failure when the robot touches something."""
+
+    name: str = "contact"
+    kind: str = field(default="contact", init=False)
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return "failure" after an action with a contact."""
+        return "failure" if state.collision else None
+
+
+@dataclass
+class StuckEnding(Ending):
+    """Failure when the robot has not left a disc of `radius` meters for `duration` seconds."""
+
+    radius: float = 0.3
+    duration: float = 30.0
+    name: str = "stuck"
+    kind: str = field(default="stuck", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "radius", "duration")
+
+    def reset(self, state: State) -> None:
+        """Begin a drive."""
+        self._anchor, self._since = state.pose[:2], state.time
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return "failure" when the robot is stuck."""
+        x, y = state.pose[:2]
+        if (x - self._anchor[0]) ** 2 + (y - self._anchor[1]) ** 2 > self.radius**2:
+            self._anchor, self._since = (x, y), state.time
+        return "failure" if state.time - self._since >= self.duration - 1e-9 else None

@@ -1,0 +1,122 @@
+"""Parts from plain data: the name of a kind, a table with its arguments, or a class of the user's own.
+
+`{"kind": "lidar", "rays": 90, "noise": [{"kind": "gaussian", "sigma": 0.03}]}` is a sensor; so is "lidar", and so is
+`{"kind": "module:Class", "argument": 1}`. Every part of ours has a field `kind`, so that `dataclasses.asdict` gives
+such a table.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any
+
+from labgym.errors import OptionError, UnknownNameError
+
+
+def part_of(value: Any, role: str) -> Any:
+    """Return the part that a value stands for.
+
+    Args:
+        value: a part, the name of a kind, or a mapping with "kind" and the arguments of its class.
+        role: a key of `catalog.ROLES`.
+
+    Raises:
+        UnknownNameError: no such kind.
+        OptionError: the arguments do not fit, or the value is something else.
+    """
+    if isinstance(value, str):
+        value = {"kind": value}
+    if isinstance(value, Mapping):
+        arguments = {str(key): argument for key, argument in value.items() if key != "kind"}
+        made = _class_of(value.get("kind"), role)
+        try:
+            value = made(**arguments)
+        except TypeError as error:
+            raise OptionError(f"{role} {value.get('kind')!r}: {error}") from None
+    protocol = _roles()[role][0]
+    if isinstance(value, type) or not isinstance(value, protocol):
+        shown = value.__name__ if isinstance(value, type) else type(value).__name__
+        members = sorted({*dir(protocol), *protocol.__annotations__})
+        members = [name for name in members if not name.startswith("_")]
+        missing = [name for name in members if not hasattr(value, name)]
+        lacks = f"it lacks {', '.join(missing)}" if missing else "pass an object"
+        raise OptionError(f"{role} {shown} is not a {role} ({lacks}); expected an object, a name or a mapping")
+    return value
+
+
+def parts_of(values: Any, role: str) -> tuple[Any, ...]:
+    """Return the parts that a sequence of values stands for; their names must differ.
+
+    Raises:
+        UnknownNameError, OptionError: as `part_of`, not a sequence, or two parts of one name.
+    """
+    if isinstance(values, str | Mapping) or not isinstance(values, Iterable):
+        raise OptionError(f"{role}s are {type(values).__name__}, expected a list of names, mappings or objects")
+    parts = tuple(part_of(value, role) for value in values)
+    names = [str(getattr(part, "name", index)) for index, part in enumerate(parts)]
+    for name in names:
+        if names.count(name) > 1:
+            raise OptionError(f"two {role}s are named {name!r}: pass another name")
+    return parts
+
+
+def noises(part: Any) -> None:
+    """Replace plain data in the field `noise` of a sensor by noise models."""
+    noise = part.noise if isinstance(part.noise, list | tuple) else (part.noise,)
+    object.__setattr__(part, "noise", tuple(part_of(each, "noise") for each in noise))
+
+
+def positive(part: Any, *names: str, zero: bool = False) -> None:
+    """Check that fields are finite numbers above 0, or at least 0 if `zero`.
+
+    Raises:
+        OptionError: one is not.
+    """
+    for name in names:
+        value = getattr(part, name)
+        number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        if not number or value < 0 or (value == 0 and not zero):
+            least = "at least 0" if zero else "above 0"
+            raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a number {least}")
+
+
+def count(part: Any, *names: str) -> None:
+    """Check that fields are whole numbers of at least 1.
+
+    Raises:
+        OptionError: one is not.
+    """
+    for name in names:
+        value = getattr(part, name)
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a whole number from 1")
+
+
+def _class_of(kind: Any, role: str) -> type[Any]:
+    kinds = _roles()[role][1]
+    if isinstance(kind, str) and ":" in kind:
+        module, _, name = kind.partition(":")
+        try:
+            made = getattr(importlib.import_module(module), name)
+        except (ImportError, AttributeError, ValueError) as error:
+            raise OptionError(f"{role} {kind!r} cannot be imported: {error}") from None
+        if isinstance(made, type):
+            return made
+        raise OptionError(f"{role} {kind!r} is not a class")
+    if kind not in kinds:
+        raise UnknownNameError(role, kind, kinds)
+    return kinds[kind]
+
+
+@cache
+def _roles() -> dict[str, tuple[Any, dict[str, type[Any]]]]:
+    """Return the interface of each role, and our classes by kind."""
+    from labgym.envs.parts.catalog import ROLES
+
+    return {
+        role: (protocol, {made.__dataclass_fields__["kind"].default: made for made in classes})
+        for role, (protocol, classes) in ROLES.items()
+    }

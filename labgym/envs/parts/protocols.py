@@ -1,0 +1,192 @@
+"""The parts of an environment, as interfaces: a class of the same members takes the place of any of ours.
+
+An environment works on copies of its parts, so that environments never share what a part remembers. Classes may inherit
+from these protocols, which gives them the members that do nothing by default.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import mujoco
+
+    from labgym.envs.robot import RobotSpec
+    from labgym.envs.state import State, Verdict
+    from labgym.envs.tasks import Task
+    from labgym.scenes.rays import Geometry
+
+Reading = NDArray[Any]
+Command = tuple[float, ...]
+"""Target velocities for one control step, in the order of `Robot.axes`: m/s and rad/s."""
+
+
+@runtime_checkable
+class Sensor(Protocol):
+    """One entry of the observation."""
+
+    name: str
+    """The key of the observation."""
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """The space of the readings; noise must not lead out of it."""
+        ...
+
+    @property
+    def sees(self) -> Geometry | None:
+        """The geometry that the sensor casts rays against, prepared by a layout pool in advance; None without rays."""
+        return None
+
+    def reset(self, state: State, rng: np.random.Generator) -> None:  # noqa: ARG002
+        """Begin an episode; called before its first reading."""
+        return
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+        """Return the reading in a state.
+
+        Args:
+            rng: the sensor's own generator; it depends on the environment's seed, the episode and the sensor's name.
+        """
+        ...
+
+
+@runtime_checkable
+class Noise(Protocol):
+    """An error of a sensor."""
+
+    def apply(self, reading: Reading, state: State, rng: np.random.Generator) -> Reading:
+        """Return a disturbed copy of a reading, of the same shape and type."""
+        ...
+
+
+@runtime_checkable
+class RewardTerm(Protocol):
+    """One term of the reward."""
+
+    name: str
+    """The key in `info["reward_terms"]`."""
+
+    weight: float
+    """Factor on the value."""
+
+    def reset(self, state: State) -> None:  # noqa: ARG002
+        """Begin a drive: at the start of an episode, and when a goal was reached and the next one begins."""
+        return
+
+    def value(self, state: State) -> float:
+        """Return the value for the latest action, without the weight."""
+        ...
+
+
+@runtime_checkable
+class Ending(Protocol):
+    """A rule that ends a drive. The first of an environment's endings that gives a verdict decides."""
+
+    name: str
+    """The value of `info["ending"]` when this rule ended the episode."""
+
+    def reset(self, state: State) -> None:  # noqa: ARG002
+        """Begin a drive: at the start of an episode, and when a goal was reached and the next one begins."""
+        return
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return how the drive ends in a state, None if it goes on.
+
+        "success" and "failure" terminate the episode, "truncation" truncates it. After "success" on a task of several
+        drives, the next one begins instead.
+        """
+        ...
+
+
+@runtime_checkable
+class Measure(Protocol):
+    """One entry of the info."""
+
+    name: str
+    """The key of the info."""
+
+    def value(self, state: State) -> Any:
+        """Return the value in a state, at reset and after every action; always of the same type."""
+        ...
+
+
+@runtime_checkable
+class Actions(Protocol):
+    """How an agent's action becomes commands to the robot."""
+
+    def space(self, robot: Robot) -> spaces.Space[Any]:
+        """Return the action space for a robot."""
+        ...
+
+    def reset(self, state: State, rng: np.random.Generator) -> None:  # noqa: ARG002
+        """Begin an episode."""
+        return
+
+    def commands(self, action: Any, state: State, rng: np.random.Generator) -> Iterable[Command]:
+        """Yield the command of each control step of an action; `state` changes between them.
+
+        Raises:
+            OptionError: not an action of the space.
+        """
+        ...
+
+    def is_stop(self, action: Any) -> bool:  # noqa: ARG002
+        """Whether the action is STOP: the agent declares that it has arrived."""
+        return False
+
+
+@runtime_checkable
+class Robot(Protocol):
+    """A robot that a scene can hold.
+
+    Attributes:
+        size: dimensions, limits and places of the sensors.
+        axes: names of the components of a command, such as ("forward", "turn").
+    """
+
+    size: RobotSpec
+    """Dimensions, limits and places of the sensors."""
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the components of a command."""
+        ...
+
+    def attach(self, scene: mujoco.MjSpec) -> None:
+        """Attach the robot to a scene at the room's origin, its names prefixed by `robot/`, and set the time step."""
+        ...
+
+    def command(self, action: Iterable[float]) -> Command:
+        """Return the target velocities of an action in [-1, 1] per axis; values outside are clipped."""
+        ...
+
+    def controls(self, command: Command) -> Mapping[str, float]:
+        """Return the control value of each actuator, by its name without the prefix."""
+        ...
+
+
+@runtime_checkable
+class Tasks(Protocol):
+    """Chooses the task of each episode."""
+
+    def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:
+        """Return the next task.
+
+        Args:
+            rng: the environment's generator.
+            options: the options of `reset`.
+            fresh: whether `reset` was called with a seed, so that the task may depend on `rng` and `options` only.
+
+        Raises:
+            UnknownNameError: an option is unknown.
+        """
+        ...
+
+    def close(self) -> None:
+        """Release what the source holds; `draw` may be called again."""

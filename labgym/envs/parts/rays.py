@@ -1,0 +1,149 @@
+"""Sensors that cast rays: a planar lidar, and a level camera that sees depth and color."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from labgym.envs.parts.kinds import count, noises, positive
+from labgym.envs.parts.noise import disturbed
+from labgym.envs.parts.protocols import Noise, Reading, Sensor
+from labgym.envs.robot import ROBOT
+from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar, View
+from labgym.envs.state import State
+from labgym.scenes.rays import Geometry
+
+
+@dataclass(frozen=True)
+class LidarSensor(Sensor):
+    """A planar range finder on the robot's axis: (rays,) float32, meters, clipped to `reach`.
+
+    Ray i points -180 + 360 i / rays degrees from the heading, counter-clockwise: ray 0 points backwards, ray rays / 2
+    straight ahead. It sees the solid boxes that stop the robot.
+
+    Attributes:
+        rays: number of rays. reach: largest reading, meters. height: of the plane above the floor, meters.
+    """
+
+    name: str = "lidar"
+    rays: int = LIDAR_RAYS
+    reach: float = RANGE
+    height: float = ROBOT.lidar_height
+    noise: tuple[Noise, ...] = ()
+    kind: str = field(default="lidar", init=False)
+
+    def __post_init__(self) -> None:
+        count(self, "rays")
+        positive(self, "reach", "height")
+        noises(self)
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """Ranges in [0, reach]."""
+        return spaces.Box(0.0, self.reach, (self.rays,), np.float32)
+
+    @property
+    def sees(self) -> Geometry | None:
+        """The solid boxes."""
+        return "solid"
+
+    @cached_property
+    def _lidar(self) -> Lidar:
+        return Lidar(self.rays, self.reach, self.height)
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+        """Return the ranges."""
+        ranges = self._lidar.scan(state.rays("solid"), state.pose)
+        return disturbed(ranges, self, state, rng) if self.noise else ranges
+
+
+@dataclass(frozen=True)
+class CameraSensor(Sensor):
+    """The place and the picture of a level camera along the heading; a base of the sensors that look through it.
+
+    Two sensors of equal camera share one cast of its rays.
+
+    Attributes:
+        rows, columns: size of the image, pixels. hfov: horizontal field of view, radians.
+        reach: largest depth, meters.
+        forward, height: place of the camera ahead of the robot's axis and above the floor, meters.
+    """
+
+    name: str = "camera"
+    rows: int = IMAGE_SHAPE[0]
+    columns: int = IMAGE_SHAPE[1]
+    hfov: float = ROBOT.camera_hfov
+    reach: float = RANGE
+    forward: float = ROBOT.camera_forward
+    height: float = ROBOT.camera_height
+    noise: tuple[Noise, ...] = ()
+
+    def __post_init__(self) -> None:
+        count(self, "rows", "columns")
+        positive(self, "hfov", "reach", "height")
+        noises(self)
+
+    @property
+    def sees(self) -> Geometry | None:
+        """The visual shapes."""
+        return "visual"
+
+    @cached_property
+    def _optics(self) -> tuple[object, ...]:
+        return ("camera", self.rows, self.columns, self.hfov, self.reach, self.forward, self.height)
+
+    @cached_property
+    def _camera(self) -> Camera:
+        return Camera((self.rows, self.columns), self.hfov, self.reach, self.forward, self.height)
+
+    def _view(self, state: State) -> View:
+        """Return what the camera sees; the first sensor of an optic casts its rays."""
+        view: View | None = state.views.get(self._optics)
+        if view is None:
+            view = state.views[self._optics] = self._camera.view(state.rays("visual"), state.pose)
+        return view
+
+
+@dataclass(frozen=True)
+class DepthSensor(CameraSensor):
+    """Planar depth of a camera: (rows * columns,) float32, meters, clipped to `reach`.
+
+    `reshape(rows, columns)` gives the image, first row at the top. It is flat because learning libraries treat every
+    three-dimensional box as an 8-bit image.
+    """
+
+    name: str = "depth"
+    kind: str = field(default="depth", init=False)
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """Depth in [0, reach]."""
+        return spaces.Box(0.0, self.reach, (self.rows * self.columns,), np.float32)
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+        """Return the depth image, flat."""
+        depth = self._view(state).depth
+        return (disturbed(depth, self, state, rng) if self.noise else depth).ravel()
+
+
+@dataclass(frozen=True)
+class ColorSensor(CameraSensor):
+    """The color image of a camera: (rows, columns, 3) uint8."""
+
+    name: str = "rgb"
+    kind: str = field(default="rgb", init=False)
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """An 8-bit image."""
+        return spaces.Box(0, 255, (self.rows, self.columns, 3), np.uint8)
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+        """Return the color image."""
+        view = self._view(state)
+        picture = state.rays("visual").color(view.faces, view.directions).reshape(self.rows, self.columns, 3)
+        return disturbed(picture, self, state, rng) if self.noise else picture

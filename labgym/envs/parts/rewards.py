@@ -1,0 +1,153 @@
+"""Terms of the reward."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from labgym.envs.parts.protocols import RewardTerm
+from labgym.envs.state import State
+from labgym.errors import OptionError, UnknownNameError
+from labgym.navigation import METHODS, Method
+
+
+@dataclass
+class ProgressTerm(RewardTerm):
+    """Meters by which the shortest path to the goal became shorter, for a disc of radius 0.30 m.
+
+    Attributes:
+        method: "grid", the shortest path on a 5 cm grid, or "exact", the shortest any-angle path.
+    """
+
+    weight: float = 1.0
+    method: Method = "grid"
+    name: str = "progress"
+    kind: str = field(default="progress", init=False)
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise UnknownNameError("distance_to_go", self.method, METHODS)
+
+    def reset(self, state: State) -> None:
+        """Measure the way to the goal of the drive."""
+        self._to_go = state.world.to_go(state.goal, self.method)
+        self._remaining = self._to_go.at(*state.pose[:2])
+
+    def value(self, state: State) -> float:
+        """Return the progress, meters."""
+        remaining = self._to_go.at(*state.pose[:2])
+        progress, self._remaining = self._remaining - remaining, remaining
+        return progress
+
+
+@dataclass(frozen=True)
+class SuccessTerm(RewardTerm):
+    """1 when a goal is reached, by the rules of the endings; once a drive."""
+
+    weight: float = 10.0
+    name: str = "success"
+    kind: str = field(default="success", init=False)
+
+    def value(self, state: State) -> float:
+        """Return 1 or 0."""
+        return state.success
+
+
+@dataclass(frozen=True)
+class FailureTerm(RewardTerm):
+    """1 when an ending gives the verdict "failure"."""
+
+    weight: float = -10.0
+    name: str = "failure"
+    kind: str = field(default="failure", init=False)
+
+    def value(self, state: State) -> float:
+        """Return 1 or 0."""
+        return state.verdict == "failure"
+
+
+@dataclass(frozen=True)
+class CollisionTerm(RewardTerm):
+    """1 if the robot touched something during the action."""
+
+    weight: float = -0.1
+    name: str = "collision"
+    kind: str = field(default="collision", init=False)
+
+    def value(self, state: State) -> float:
+        """Return 1 or 0."""
+        return state.collision
+
+
+@dataclass(frozen=True)
+class TimeTerm(RewardTerm):
+    """1 per action."""
+
+    weight: float = -0.01
+    name: str = "time"
+    kind: str = field(default="time", init=False)
+
+    def value(self, state: State) -> float:  # noqa: ARG002
+        """Return 1."""
+        return 1
+
+
+@dataclass(frozen=True)
+class ClearanceTerm(RewardTerm):
+    """How far the robot intrudes on a margin around furniture and walls: 1 at contact, 0 at `margin` meters or more."""
+
+    weight: float = -0.1
+    margin: float = 0.3
+    name: str = "clearance"
+    kind: str = field(default="clearance", init=False)
+
+    def value(self, state: State) -> float:
+        """Return the share of the margin that is lost."""
+        return max(0.0, 1.0 - state.world.clearance(*state.pose[:2]) / self.margin)
+
+
+@dataclass(frozen=True)
+class FunctionTerm(RewardTerm):
+    """A term of the user's own.
+
+    Attributes:
+        name: its name. weight: factor on the value.
+        function: returns the value in a state after an action; or its address "module:function", which lets an
+            environment's specification be written as JSON.
+    """
+
+    name: str
+    function: Callable[[State], float] | str
+    weight: float = 1.0
+    kind: str = field(default="function", init=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.function, str):
+            module, _, name = self.function.partition(":")
+            try:
+                function = getattr(importlib.import_module(module), name)
+            except (ImportError, AttributeError, ValueError) as error:
+                raise OptionError(f"reward term {self.name!r}: {self.function!r} cannot be imported: {error}") from None
+            object.__setattr__(self, "function", function)
+        if not callable(self.function):
+            raise OptionError(f"reward term {self.name!r}: {self.function!r} is not a function")
+
+    def value(self, state: State) -> float:
+        """Return the function's value."""
+        function: Any = self.function
+        return float(function(state))
+
+
+def checked_terms(terms: tuple[RewardTerm, ...]) -> tuple[RewardTerm, ...]:
+    """Return the terms.
+
+    Raises:
+        OptionError: a weight is not a finite number.
+    """
+    for term in terms:
+        if isinstance(term.weight, bool) or not isinstance(term.weight, int | float) or not math.isfinite(term.weight):
+            raise OptionError(f"weight of reward term {term.name!r} is {term.weight!r}, expected a finite number")
+    return terms

@@ -1,0 +1,88 @@
+"""The state of an episode: everything that sensors, rewards, endings and measures read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+from labgym.navigation import GoalPair
+from labgym.scenes import RayScene
+from labgym.scenes.rays import Geometry
+
+if TYPE_CHECKING:
+    from labgym.envs.parts.protocols import Robot
+    from labgym.envs.tasks import Task
+    from labgym.envs.world import World
+
+Pose = tuple[float, float, float]
+Verdict = Literal["success", "failure", "truncation"]
+"""How an episode ended: its goal was reached, it failed, or it was cut short."""
+
+
+@dataclass
+class State:
+    """The state of an episode after the latest action. Parts of an environment read it and never change it.
+
+    Positions are in the room frame, meters and radians; times are in seconds.
+
+    Attributes:
+        task: layout, protocol and drives. world: the layout prepared for simulation. robot: the robot.
+        exact: whether readings must be equal on every processor.
+        pair: the drive in progress, from its start to its goal. leg: its place among the drives of the task, from 0.
+        pose: (x, y, yaw) of the robot; yaw in (-pi, pi].
+        velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s.
+        distance: distance from the robot's center to the goal.
+        collision: whether the robot touched something during the latest action.
+        touches: number of control steps with a contact during the latest action.
+        contacts: number of control steps with a contact since the start.
+        steps: number of control steps since the start. control_dt: duration of one of them.
+        path_length: length driven since the start, meters.
+        stop: whether the latest action was STOP.
+        verdict: the verdict of the endings on the drive in progress; None while it goes on. ending: the name of the
+            ending that gave it, "" without one.
+        terms: the weighted reward terms of the latest action, by name.
+        views: what sensors share with each other at this pose, such as one ray cast for depth and color.
+    """
+
+    task: Task
+    world: World
+    robot: Robot
+    exact: bool
+    pair: GoalPair
+    control_dt: float
+    pose: Pose
+    leg: int = 0
+    velocity: tuple[float, float] = (0.0, 0.0)
+    sideways: float = 0.0
+    distance: float = 0.0
+    collision: bool = False
+    touches: int = 0
+    contacts: int = 0
+    steps: int = 0
+    path_length: float = 0.0
+    stop: bool = False
+    verdict: Verdict | None = None
+    ending: str = ""
+    terms: dict[str, float] = field(default_factory=dict)
+    views: dict[Any, Any] = field(default_factory=dict)
+
+    @property
+    def goal(self) -> Pose:
+        """The goal of the drive in progress, (x, y, yaw)."""
+        return self.pair.goal
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start of the episode."""
+        return self.steps * self.control_dt
+
+    @property
+    def success(self) -> bool:
+        """Whether the robot has reached the goal of the drive in progress, by the rules of the endings."""
+        return self.verdict == "success"
+
+    def rays(self, geometry: Geometry) -> RayScene:
+        """Return the scene that sensors cast rays against: "solid" boxes or "visual" shapes."""
+        if geometry == "solid":
+            return self.world.solid_exact if self.exact else self.world.solid
+        return self.world.visible_exact if self.exact else self.world.visible
