@@ -81,6 +81,16 @@ class Nearness:
 
 
 @dataclass(frozen=True)
+class Proximity:
+    """A greatest distance in meters between the goal poses of two units, and why."""
+
+    first: str
+    second: str
+    distance: float
+    reason: str
+
+
+@dataclass(frozen=True)
 class Brief:
     """Everything that the floor plan and the assembly need to know.
 

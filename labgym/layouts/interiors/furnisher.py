@@ -9,19 +9,41 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Nearness, Separation, Unit
+from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.program import plan_walls
-from labgym.layouts.interiors.siting import all_places, choose_segments, every_segment, stand_oblique
+from labgym.layouts.interiors.siting import (
+    all_places,
+    choose_segments,
+    distances_from,
+    every_segment,
+    stand_oblique,
+)
 from labgym.layouts.interiors.standing import Distances
 
 ATTEMPTS = 6
 """Number of choices of walls that are tried before the solver chooses them."""
 FREE_ATTEMPTS = 2
-"""Number of them, the last ones, in which furniture may stand beyond the reach of services that are not required."""
+"""Number of them, the last ones, in which furniture may stand beyond the reach of services that are not required, and
+in which only the least demands hold."""
 QUICK, THOROUGH = 0.05, 1.0
 """Deterministic search time with walls chosen beforehand, and with walls left to the solver."""
+
+
+@dataclass(frozen=True)
+class Demands:
+    """What must hold between units.
+
+    Attributes:
+        separations, nearness, proximities: between units of the space.
+        apart: boxes of other spaces and the distance to keep from each, by unit id.
+    """
+
+    separations: tuple[Separation, ...] = ()
+    nearness: tuple[Nearness, ...] = ()
+    proximities: tuple[Proximity, ...] = ()
+    apart: Mapping[str, Distances] = field(default_factory=dict)
 
 
 @dataclass
@@ -45,9 +67,8 @@ def furnish(
     ground: Ground,
     units: Sequence[Unit],
     standing: Sequence[tuple[Unit, OrientedBox]],
-    apart: Mapping[str, Distances],
-    separations: Sequence[Separation],
-    nearness: Sequence[Nearness],
+    wished: Demands,
+    least: Demands,
     hood_walls: Collection[str],
     seed: int,
     generator: np.random.Generator,
@@ -60,8 +81,7 @@ def furnish(
         ground: the space.
         units: what has to be placed.
         standing: units that stand there already, with their footprints in the ground's frame.
-        apart: boxes of other spaces and the distance to keep from each, by unit id.
-        separations, nearness: between units of the space.
+        wished: demands that the first attempts meet. least: demands that every attempt meets.
         hood_walls: ids of the segments that may carry hoods, empty for any.
         seed: random seed of the solver.
         attempts: number of choices of walls tried.
@@ -74,17 +94,25 @@ def furnish(
         for unit, foot in standing:
             room.add_anyway(unit, foot)
         near = attempt < attempts - FREE_ATTEMPTS
-        places = all_places(room.standing, units, apart, hood_walls, near)
-        feet = {} if last else stand_oblique(room.standing, units, places, generator)
+        demands = wished if near else least
+        places = all_places(room.standing, units, demands.apart, hood_walls, near)
+        bound = {unit for rule in demands.proximities for unit in (rule.first, rule.second)}
+        able = [] if last else [unit for unit in units if unit.id not in bound]
+        feet = stand_oblique(room.standing, able, places, demands.separations, generator)
         upright = [unit for unit in units if unit.id not in feet]
         if feet:
+            from_feet = distances_from(feet, [unit.id for unit in upright], demands.separations)
+            apart = {unit.id: [*demands.apart.get(unit.id, ()), *from_feet.get(unit.id, ())] for unit in upright}
             places = all_places(room.standing, upright, apart, hood_walls, near)
         if last:
             stands = every_segment(upright, places, ground.supplies, generator)
         else:
-            stands = choose_segments(upright, places, separations, nearness, generator)
+            stands = choose_segments(
+                upright, places, demands.separations, demands.nearness, demands.proximities, generator
+            )
         effort = THOROUGH if last else QUICK
-        plan = plan_walls(stands, separations, nearness, seed + attempt, effort * max(1.0, len(units) / 15.0))
+        effort *= max(1.0, len(units) / 15.0)
+        plan = plan_walls(stands, demands.separations, demands.nearness, seed + attempt, effort, demands.proximities)
         if plan.status != "solved":
             outcome.attempts[plan.status] += 1
             outcome.proven = (

@@ -14,10 +14,11 @@ from itertools import combinations
 from typing import Any, NamedTuple
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Nearness, Separation, Unit
+from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
 from labgym.layouts.floor_plan import Status, search
 from labgym.layouts.ground import Segment
 from labgym.layouts.interiors.standing import SIDE_GAP, WALL_GAP
+from labgym.navigation.plan import STAND_OFF
 
 CM = 100
 GAP_LIMIT = 0.3
@@ -72,7 +73,10 @@ class _Rect(NamedTuple):
 
 @dataclass(frozen=True)
 class _Choice:
-    """An option of a unit in the program: variable, literal (None if there is no other option), and rectangles."""
+    """An option of a unit in the program: variable, literal (None if there is no other option), and rectangles.
+
+    The middle of `goal` is the unit's goal pose.
+    """
 
     stand: Stand
     option: Option
@@ -80,6 +84,7 @@ class _Choice:
     chosen: Any
     foot: _Rect
     reach: _Rect
+    goal: _Rect
 
 
 def plan_walls(
@@ -88,6 +93,7 @@ def plan_walls(
     nearness: Sequence[Nearness],
     seed: int,
     effort: float,
+    proximities: Sequence[Proximity] = (),
 ) -> WallPlan:
     """Search a place along a wall for every unit.
 
@@ -96,12 +102,13 @@ def plan_walls(
         separations, nearness: those between two of the units count.
         seed: random seed of the search.
         effort: deterministic search time, in the solver's units (about seconds).
+        proximities: those between two of the units hold; the distance is |dx| + |dy| in the frame of the space.
     """
     from ortools.sat.python import cp_model
 
     if any(not stand.options for stand in stands):
         return WallPlan("infeasible", {})
-    program = _Program(stands, separations, nearness)
+    program = _Program(stands, separations, nearness, proximities)
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
     solver.parameters.random_seed = seed % (2**31)
@@ -124,7 +131,11 @@ class _Program:
     """The model, and the choices of each unit."""
 
     def __init__(
-        self, stands: Sequence[Stand], separations: Sequence[Separation], nearness: Sequence[Nearness]
+        self,
+        stands: Sequence[Stand],
+        separations: Sequence[Separation],
+        nearness: Sequence[Nearness],
+        proximities: Sequence[Proximity],
     ) -> None:
         from ortools.sat.python import cp_model
 
@@ -144,6 +155,9 @@ class _Program:
         for near in nearness:
             if near.first in self.choices and near.second in self.choices:
                 self._near(near)
+        for pair in proximities:
+            if pair.first in self.choices and pair.second in self.choices:
+                self._within(pair)
         self.model.minimize(sum(self.terms))
 
     def _choices(self, stand: Stand) -> list[_Choice]:
@@ -160,7 +174,8 @@ class _Program:
             unit = stand.unit
             foot = _rect(option.segment, unit, low, high, unit.depth)
             reach = _rect(option.segment, unit, low, high, unit.depth + unit.front)
-            choices.append(_Choice(stand, option, place, chosen, foot, reach))
+            goal = _rect(option.segment, unit, low, high, 2.0 * (unit.depth + STAND_OFF))
+            choices.append(_Choice(stand, option, place, chosen, foot, reach, goal))
             self._anchor(choices[-1], max(high - low, 1))
         if len(choices) > 1:
             self.model.add_exactly_one(choice.chosen for choice in choices)
@@ -226,17 +241,28 @@ class _Program:
 
     def _near(self, near: Nearness) -> None:
         for axis in (0, 1):
-            first, second = (self._doubled_middle(self.choices[unit], axis) for unit in (near.first, near.second))
+            feet = ([(choice, choice.foot) for choice in self.choices[unit]] for unit in (near.first, near.second))
+            first, second = (self._doubled_middle(rects, axis) for rects in feet)
             value = self.model.new_int_var(0, 4 * 100 * CM, "")
             self.model.add(value >= first - second)
             self.model.add(value >= second - first)
             self.terms.append(near.weight * value)
 
-    def _doubled_middle(self, choices: Sequence[_Choice], axis: int) -> Any:
-        """Twice the middle of a unit along an axis."""
-        values = []
-        for choice in choices:
-            low, high = choice.foot[axis], choice.foot[axis + 2]
+    def _within(self, pair: Proximity) -> None:
+        limit, sides = math.floor(2.0 * pair.distance * CM), []
+        for axis in (0, 1):
+            goals = ([(choice, choice.goal) for choice in self.choices[unit]] for unit in (pair.first, pair.second))
+            first, second = (self._doubled_middle(rects, axis) for rects in goals)
+            sides.append(self.model.new_int_var(0, limit, ""))
+            self.model.add(sides[-1] >= first - second)
+            self.model.add(sides[-1] >= second - first)
+        self.model.add(sum(sides) <= limit)
+
+    def _doubled_middle(self, rects: Sequence[tuple[_Choice, _Rect]], axis: int) -> Any:
+        """Twice the middle of a unit's rectangle along an axis."""
+        values, choices = [], [choice for choice, _ in rects]
+        for choice, rect in rects:
+            low, high = rect[axis], rect[axis + 2]
             values.append((low.sign + high.sign) * choice.place + low.constant + high.constant)
         if len(choices) == 1:
             return values[0]

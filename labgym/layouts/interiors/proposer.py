@@ -13,17 +13,18 @@ import numpy as np
 from labgym.errors import InfeasibleError, SearchLimitError
 from labgym.geometry import OrientedBox
 from labgym.layouts.assembly import Plan
-from labgym.layouts.brief import Brief, Content, Separation, Unit
+from labgym.layouts.brief import Brief, Content, Proximity, Separation, Unit
 from labgym.layouts.briefing import nearness_of, separations_of
 from labgym.layouts.cabinets import Cabinet, plan_cabinets
 from labgym.layouts.floor_plan import Pose
 from labgym.layouts.ground import Ground
 from labgym.layouts.habits import Habits, RoomHabit
 from labgym.layouts.infeasibility import fixed_conflicts
+from labgym.layouts.interiors.distances import handling_distances, neighborhoods, proximities_of
 from labgym.layouts.interiors.distribution import distribute, wall_length
 from labgym.layouts.interiors.emergency import add_emergency_equipment
 from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill
-from labgym.layouts.interiors.furnisher import ATTEMPTS, Outcome, furnish
+from labgym.layouts.interiors.furnisher import ATTEMPTS, Demands, Outcome, furnish
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.obstruction import obstructions
 from labgym.layouts.interiors.setups import assembled
@@ -115,12 +116,15 @@ class _Needs:
     Attributes:
         required: units in the order in which they are placed in the layout. further: pieces for more than that.
         contents: what each required unit holds.
+        separations: distances that units must keep. wished, proximities: those that they keep if a plan is found.
     """
 
     required: tuple[Unit, ...]
     further: tuple[Unit, ...]
     contents: Mapping[str, tuple[Content, ...]]
     separations: tuple[Separation, ...]
+    wished: tuple[Separation, ...] = ()
+    proximities: tuple[Proximity, ...] = ()
 
 
 def _needs(request: Request, generator: np.random.Generator, hoods: int = EXTRA_HOODS) -> _Needs:
@@ -141,18 +145,21 @@ def _needs(request: Request, generator: np.random.Generator, hoods: int = EXTRA_
     present = {unit.id for unit in units}
     if request.holdings is not None:
         further = [unit for unit in further if request.holdings.adds(unit.asset.name, (u.asset.name for u in units))]
+    handling = handling_distances(request, units, contents)
     return _Needs(
         required=tuple(_supplied(unit, contents.get(unit.id, ())) for unit in units),
         further=tuple(unit for unit in further if unit.id not in present),
         contents=contents,
-        separations=tuple(separations_of(cabinets, contents, request.profile)),
+        separations=(*separations_of(cabinets, contents, request.profile), *handling.least),
+        wished=handling.wished,
+        proximities=proximities_of(request, units),
     )
 
 
 def _relaxed(needs: _Needs, lifted: frozenset[str]) -> _Needs:
     """Return the furniture without some groups of constraints."""
     if "separations" in lifted:
-        needs = replace(needs, separations=())
+        needs = replace(needs, separations=(), wished=(), proximities=())
     if "front clearance" in lifted:
         needs = replace(needs, required=tuple(replace(unit, front=0.0) for unit in needs.required))
     return needs
@@ -253,7 +260,7 @@ def _furnished(
     """The spaces with what is required, None and the outcome of the first that cannot hold its share."""
     fixed = {placement.id: placement for placement in request.fixed}
     free = [unit for unit in needs.required if unit.id not in fixed]
-    shares = distribute(free, grounds, request.habits, generator)
+    shares = distribute(free, grounds, request.habits, generator, neighborhoods(needs.proximities))
     nearness = tuple(nearness_of(needs.required, request.habits))
     standing = _standing(request, needs.required, grounds)
     boxes = {unit.id: _to_floor(ground, foot) for ground in grounds for unit, foot in standing[ground.space]}
@@ -261,13 +268,14 @@ def _furnished(
     total = Outcome(None)
     for ground in sorted(grounds, key=lambda ground: -len(shares[ground.space])):
         here = {unit.id for unit in shares[ground.space]}
+        separations = *needs.separations, *needs.wished
+        apart, further = (_remote(ground, here, rules, boxes) for rules in (needs.separations, separations))
         outcome = furnish(
             ground,
             shares[ground.space],
             standing[ground.space],
-            _remote(ground, here, needs.separations, boxes),
-            needs.separations,
-            nearness,
+            Demands(separations, nearness, needs.proximities, further),
+            Demands(needs.separations, nearness, (), apart),
             _hood_walls(ground, request.style),
             request.seed,
             generator,

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Nearness, Separation, Unit
+from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.interiors.program import Option, Stand
-from labgym.layouts.interiors.standing import Distances, Intervals, Standing
+from labgym.layouts.interiors.standing import WALL_GAP, Distances, Intervals, Standing
 from labgym.layouts.interiors.supply import preferred, required, supplied
 from labgym.layouts.rules.supplies import Supplies
+from labgym.navigation.plan import STAND_OFF
 
 CROWDED = 3.0
 """Cost of a full segment; it grows with the square of the share that is used. Noise of up to 1 is set against it."""
@@ -20,12 +22,16 @@ HOSTILE = 0.7
 """Cost of sharing a segment with a unit that must stay at a distance."""
 NEIGHBOR = 0.6
 """Bonus for sharing a segment with a unit that should be near."""
+REMOTE = 20.0
+"""Cost of a segment from which no place is near enough to a unit that must be near."""
 OVERFLOW = 100.0
 """Cost of a segment that is too short: more than all other costs together."""
 CORNER = 0.9
 """Length that a row on the next wall takes at one end of a segment, meters."""
 FAR = 3.0
 """Cost of a place beyond the reach of what a unit needs: as much as this distance from where it was drawn, meters."""
+SPACING = 0.25
+"""Spacing of the places along a segment whose distances are compared, meters."""
 OBLIQUE_UNITS = 2
 """Most units of the first pass on one oblique segment."""
 
@@ -62,7 +68,11 @@ def all_places(
 
 
 def stand_oblique(
-    standing: Standing, units: Sequence[Unit], places: Places, generator: np.random.Generator
+    standing: Standing,
+    units: Sequence[Unit],
+    places: Places,
+    separations: Sequence[Separation],
+    generator: np.random.Generator,
 ) -> dict[str, OrientedBox]:
     """Return footprints of units along oblique walls, one after the other; they are obstacles for all that follow."""
     feet: dict[str, OrientedBox] = {}
@@ -72,7 +82,8 @@ def stand_oblique(
         for index in generator.permutation(len(able))[:OBLIQUE_UNITS]:
             unit = able[index]
             able_at = next(intervals for s, intervals in places[unit.id] if s is segment)
-            intervals = [place for place in standing.places(segment, unit) if place in able_at]
+            apart = distances_from(feet, [unit.id], separations).get(unit.id, [])
+            intervals = [place for place in standing.places(segment, unit, apart) if place in able_at]
             if intervals:
                 along = intervals[int(generator.integers(len(intervals)))][0]
                 foot = standing.oblique_foot(segment, along, unit)
@@ -81,23 +92,37 @@ def stand_oblique(
     return feet
 
 
+def distances_from(
+    feet: Mapping[str, OrientedBox], units: Collection[str], separations: Sequence[Separation]
+) -> dict[str, list[tuple[OrientedBox, float]]]:
+    """Return the footprints from which units keep a distance, and the distance in meters, by unit id."""
+    apart: dict[str, list[tuple[OrientedBox, float]]] = {}
+    for rule in separations:
+        for unit, other in ((rule.first, rule.second), (rule.second, rule.first)):
+            if unit in units and other in feet:
+                apart.setdefault(unit, []).append((feet[other], rule.distance))
+    return apart
+
+
 def choose_segments(
     units: Sequence[Unit],
     places: Places,
     separations: Sequence[Separation],
     nearness: Sequence[Nearness],
+    proximities: Sequence[Proximity],
     generator: np.random.Generator,
 ) -> list[Stand]:
     """Return each unit with one straight segment.
 
-    Greedy: a hood draws its segment with equal chances, then the longest unit comes first. Crowded segments and those
-    with a unit that must stay away cost much, neighbors attract, and noise makes seeds differ.
+    Greedy: a hood draws its segment with equal chances, then come units that must be near others, then the longest.
+    Crowded segments and those with a unit that must stay away cost much, neighbors attract, and noise makes seeds
+    differ.
     """
     used: dict[str, float] = {}
     chosen: dict[str, str] = {}
     stands: dict[str, Stand] = {}
-    partners = _partners(separations), _partners(nearness)
-    for unit in sorted(units, key=lambda unit: (not unit.asset.fume_hood, -unit.width, unit.id)):
+    partners, bound = (_partners(separations), _partners(nearness)), _partners(proximities)
+    for unit in sorted(units, key=lambda unit: (not unit.asset.fume_hood, unit.id not in bound, -unit.width, unit.id)):
         options = [option for option in places[unit.id] if option[0].straight]
         if not options:
             stands[unit.id] = Stand(unit, ())
@@ -108,6 +133,13 @@ def choose_segments(
             length = max(sum(high - low for low, high in intervals) + unit.width - CORNER, 0.1)
             share = (used.get(segment.id, 0.0) + unit.width) / length
             cost = noise[index] + (OVERFLOW if share > 1.0 else 0.0)
+            cost += REMOTE * sum(
+                not _within(
+                    unit, segment, intervals, stands[rule.second if rule.first == unit.id else rule.first], rule
+                )
+                for rule in proximities
+                if unit.id in (rule.first, rule.second) and {rule.first, rule.second} & stands.keys()
+            )
             if not unit.asset.fume_hood:
                 hostile = sum(chosen.get(other) == segment.id for other in partners[0].get(unit.id, ()))
                 friends = sum(chosen.get(other) == segment.id for other in partners[1].get(unit.id, ()))
@@ -149,7 +181,22 @@ def draw_place(intervals: Intervals, generator: np.random.Generator) -> float:
     return float(generator.uniform(low, high))
 
 
-def _partners(pairs: Sequence[Separation] | Sequence[Nearness]) -> dict[str, set[str]]:
+def _within(unit: Unit, segment: Segment, intervals: Intervals, other: Stand, rule: Proximity) -> bool:
+    """Whether some place of a unit on a segment is as near to one of another unit's as a rule asks."""
+    goals = _goals(unit, segment, intervals)
+    others = [_goals(other.unit, option.segment, option.places) for option in other.options]
+    return any(float(np.abs(goals[:, None] - each[None]).sum(axis=-1).min()) <= rule.distance for each in others)
+
+
+def _goals(unit: Unit, segment: Segment, intervals: Sequence[tuple[float, float]]) -> NDArray[np.float64]:
+    """Goal poses (n, 2) of a unit at places along a segment, the ends of the intervals among them."""
+    alongs = np.concatenate([np.append(np.arange(low, high, SPACING), high) for low, high in intervals])
+    return segment.points(alongs + unit.width / 2.0, WALL_GAP + unit.depth + STAND_OFF)
+
+
+def _partners(
+    pairs: Sequence[Separation] | Sequence[Nearness] | Sequence[Proximity],
+) -> dict[str, set[str]]:
     partners: dict[str, set[str]] = {}
     for pair in pairs:
         partners.setdefault(pair.first, set()).add(pair.second)

@@ -11,6 +11,7 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.layouts.brief import Content, Unit
 from labgym.layouts.cabinets import Cabinet
+from labgym.layouts.interiors.distances import first_of_role
 from labgym.layouts.request import Request
 from labgym.layouts.rules.touchstone2.reach import ARM_REACH, SHOULDER_HEIGHT
 from labgym.layouts.stocking import Waiting, home, shelve, stand
@@ -113,7 +114,7 @@ class _Stocking:
 
     def place_rest(self, units: Sequence[Unit]) -> None:
         """Stand what is still required at its usual unit, else on a bench or a hood with space."""
-        first = _first(units)
+        first = first_of_role(units)
         rest: list[Waiting] = []
         for name in sorted(self.pool.elements()):
             asset = self.request.catalog.get(name)
@@ -161,7 +162,7 @@ class _Stocking:
 
 def _groups(request: Request, units: Sequence[Unit]) -> Iterator[_Group]:
     """Yield what each protocol has on each unit: its apparatus, and every other instrument by itself."""
-    first, yielded = _first(units), set[tuple[str, tuple[str, ...]]]()
+    first, yielded = first_of_role(units), set[tuple[str, tuple[str, ...]]]()
     for protocol in request.protocols:
         own = replace(request, protocol=protocol, several=())
         at: dict[str, dict[str, str]] = defaultdict(dict)
@@ -190,14 +191,6 @@ def _apparatus(request: Request, protocol: Protocol, names: Sequence[str]) -> li
             for name in merged:
                 group[name] = merged
     return sorted({tuple(sorted(members)) for members in group.values()})
-
-
-def _first(units: Sequence[Unit]) -> dict[str, Unit]:
-    """The first unit of each role."""
-    first: dict[str, Unit] = {}
-    for unit in units:
-        first.setdefault(unit.asset.role, unit)
-    return first
 
 
 def _area(asset: Asset) -> float:

@@ -1,0 +1,91 @@
+"""Distances that touchstone-v2 asks of the places where protocols work: heat from flammables, and short trips."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from labgym.layouts.brief import Content, Proximity, Separation, Unit
+from labgym.layouts.briefing import MARGIN
+from labgym.layouts.request import Request
+from labgym.layouts.rules.separation import heat_band
+from labgym.layouts.rules.touchstone2.nearness import NEIGHBORS
+from labgym.protocols import Protocol
+
+
+@dataclass(frozen=True)
+class Handling:
+    """The distances of places where flammables are handled from the heat of others.
+
+    Attributes:
+        least: distances under which a layout has a violation. wished: distances at which the rule is fully satisfied.
+    """
+
+    least: tuple[Separation, ...]
+    wished: tuple[Separation, ...]
+
+
+def handling_distances(
+    request: Request, units: Sequence[Unit], contents: Mapping[str, tuple[Content, ...]]
+) -> Handling:
+    """Return the distances of each location that handles a flammable from the units that carry heat sources.
+
+    They hold between footprints, and so between the vessels and the heat sources on them. Heat that a protocol uses at
+    the location itself does not count.
+    """
+    first, pairs = first_of_role(units), dict[tuple[str, str], tuple[float, float, str]]()
+    for protocol in request.protocols:
+        for location, flammable in _flammables(request, protocol):
+            place = first.get(location)
+            for unit in units:
+                things = [unit.asset, *(content.asset for content in contents.get(unit.id, ()))]
+                bands = [band for thing in things if (band := heat_band(thing, request.profile)) is not None]
+                if place is None or unit.id == place.id or not bands:
+                    continue
+                low, high = max(band.d_low for band in bands), max(band.d_min for band in bands)
+                pairs.setdefault((place.id, unit.id), (low, high, f"{flammable}, flammable, is used there"))
+    return Handling(
+        tuple(Separation(*pair, low + MARGIN, why) for pair, (low, _, why) in pairs.items()),
+        tuple(Separation(*pair, high + MARGIN, why) for pair, (_, high, why) in pairs.items()),
+    )
+
+
+def proximities_of(request: Request, units: Sequence[Unit]) -> tuple[Proximity, ...]:
+    """Return the pairs of units with several trips between them in a protocol (constraint `near`), each once."""
+    first, pairs = first_of_role(units), dict[frozenset[str], Proximity]()
+    for protocol in request.protocols:
+        for rule in protocol.spatial_constraints:
+            if rule.kind == "near" and {rule.subject, rule.object} <= set(protocol.locations):
+                one, other = first.get(rule.subject), first.get(rule.object)
+                if one is not None and other is not None and one.id != other.id:
+                    pair = Proximity(one.id, other.id, NEIGHBORS - MARGIN, rule.reason)
+                    pairs.setdefault(frozenset((one.id, other.id)), pair)
+    return tuple(pairs.values())
+
+
+def neighborhoods(proximities: Sequence[Proximity]) -> list[frozenset[str]]:
+    """Return the sets of units that pairs join directly or by others, in the order of the pairs."""
+    groups: list[frozenset[str]] = []
+    for rule in proximities:
+        pair = frozenset((rule.first, rule.second))
+        joined = [group for group in groups if not group.isdisjoint(pair)]
+        groups = [group for group in groups if group not in joined] + [pair.union(*joined)]
+    return groups
+
+
+def first_of_role(units: Sequence[Unit]) -> dict[str, Unit]:
+    """Return the first unit of each role: the one at which a protocol's steps are carried out."""
+    first: dict[str, Unit] = {}
+    for unit in units:
+        first.setdefault(unit.asset.role, unit)
+    return first
+
+
+def _flammables(request: Request, protocol: Protocol) -> Iterator[tuple[str, str]]:
+    """Yield the locations of a protocol at which a flammable reagent is used, and the first of these reagents."""
+    roles = {use.name: request.catalog.find(use.name) for use in protocol.reagents}
+    for location in protocol.locations:
+        names = [name for step in protocol.steps if step.location == location for name in step.uses if name in roles]
+        flammable = sorted(roles[name].name for name in names if roles[name].hazards.flammable)
+        if flammable:
+            yield location, flammable[0]
