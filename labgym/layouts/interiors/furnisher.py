@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,6 +45,19 @@ class Demands:
     nearness: tuple[Nearness, ...] = ()
     proximities: tuple[Proximity, ...] = ()
     apart: Mapping[str, Distances] = field(default_factory=dict)
+
+
+class _Attempt(NamedTuple):
+    """An attempt: the demands that it meets, and how it chooses walls.
+
+    Attributes:
+        near_supplies: whether furniture stands within reach of all services that it needs if it can.
+        all_walls: whether the solver chooses the walls.
+    """
+
+    demands: Demands
+    near_supplies: bool
+    all_walls: bool
 
 
 @dataclass
@@ -88,36 +102,33 @@ def furnish(
         thorough: whether the solver chooses the walls in the end.
     """
     outcome = Outcome(None)
-    for attempt in range(attempts + thorough):
-        last = attempt == attempts
+    for number, attempt in enumerate(_attempts(wished, least, attempts, thorough)):
+        demands = attempt.demands
         room = Interior(ground)
         for unit, foot in standing:
             room.add_anyway(unit, foot)
-        near = attempt < attempts - FREE_ATTEMPTS
-        demands = wished if near else least
-        places = all_places(room.standing, units, demands.apart, hood_walls, near)
+        places = all_places(room.standing, units, demands.apart, hood_walls, attempt.near_supplies)
         bound = {unit for rule in demands.proximities for unit in (rule.first, rule.second)}
-        able = [] if last else [unit for unit in units if unit.id not in bound]
+        able = [] if attempt.all_walls else [unit for unit in units if unit.id not in bound]
         feet = stand_oblique(room.standing, able, places, demands.separations, generator)
         upright = [unit for unit in units if unit.id not in feet]
         if feet:
             from_feet = distances_from(feet, [unit.id for unit in upright], demands.separations)
             apart = {unit.id: [*demands.apart.get(unit.id, ()), *from_feet.get(unit.id, ())] for unit in upright}
-            places = all_places(room.standing, upright, apart, hood_walls, near)
-        if last:
+            places = all_places(room.standing, upright, apart, hood_walls, attempt.near_supplies)
+        if attempt.all_walls:
             stands = every_segment(upright, places, ground.supplies, generator)
         else:
             stands = choose_segments(
                 upright, places, demands.separations, demands.nearness, demands.proximities, generator
             )
-        effort = THOROUGH if last else QUICK
+        effort = THOROUGH if attempt.all_walls else QUICK
         effort *= max(1.0, len(units) / 15.0)
-        plan = plan_walls(stands, demands.separations, demands.nearness, seed + attempt, effort, demands.proximities)
+        plan = plan_walls(stands, demands.separations, demands.nearness, seed + number, effort, demands.proximities)
         if plan.status != "solved":
             outcome.attempts[plan.status] += 1
-            outcome.proven = (
-                last and plan.status == "infeasible" and not any(not segment.straight for segment in ground.segments)
-            )
+            straight = all(segment.straight for segment in ground.segments)
+            outcome.proven = attempt.all_walls and demands is least and plan.status == "infeasible" and straight
             continue
         room = Interior(ground)
         for unit, foot in standing:
@@ -128,3 +139,19 @@ def furnish(
             return outcome
         outcome.attempts["closed"] += 1
     return outcome
+
+
+def _attempts(wished: Demands, least: Demands, count: int, thorough: bool) -> Iterator[_Attempt]:
+    """Yield the attempts in order: `count` with walls chosen beforehand, those with the least demands last.
+
+    Before the wishes are given up, the solver looks for walls that meet them, and in the end, if the search is
+    thorough, for walls that meet the least demands.
+    """
+    for _ in range(count - FREE_ATTEMPTS):
+        yield _Attempt(wished, True, False)
+    if wished.proximities or wished.separations != least.separations:
+        yield _Attempt(wished, True, True)
+    for _ in range(min(count, FREE_ATTEMPTS)):
+        yield _Attempt(least, False, False)
+    if thorough:
+        yield _Attempt(least, False, True)

@@ -1,13 +1,14 @@
 """The constraint program of a space: what it finds, what it proves, and when it stops."""
 
+import math
 from itertools import combinations
 
 import pytest
-from shapely import Polygon, box
+from shapely import Point, Polygon, box
 
 from labgym.assets import Catalog
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Separation, Unit
+from labgym.layouts.brief import Proximity, Separation, Unit
 from labgym.layouts.floor import Room
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.program import Option, Stand, plan_walls
@@ -49,3 +50,24 @@ def test_a_proof_differs_from_a_search_that_was_stopped():
     assert plan_walls(stands(wide), (), (), 0, 1.0).status == "infeasible"
     narrow = [Unit(f"u{k}", BENCH, 0.8, 0.6, 0.9) for k in range(20)]
     assert plan_walls(stands(narrow), (), (), 0, 1e-6).status == "stopped"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_goal_poses_of_neighbors_are_near_and_their_footprints_apart(seed):
+    units = [Unit(f"u{k}", BENCH, 0.9, 0.6, 0.9) for k in range(6)]
+    apart, pairs = (Separation("u0", "u1", 1.2, ""),), (Proximity("u0", "u1", 2.3, ""), Proximity("u1", "u2", 1.5, ""))
+    plan = plan_walls(stands(units), apart, (), seed, 1.0, pairs)
+    assert plan.status == "solved"
+    for pair in pairs:
+        ends = []
+        for foot in (plan.feet[pair.first], plan.feet[pair.second]):
+            front = foot.depth / 2.0 + 0.60
+            ends.append(Point(foot.x - math.sin(foot.yaw) * front, foot.y + math.cos(foot.yaw) * front))
+        assert ends[0].distance(ends[1]) <= pair.distance + 1e-9
+    assert Polygon(plan.feet["u0"].corners()).distance(Polygon(plan.feet["u1"].corners())) >= 1.2 - 1e-9
+
+
+def test_neighbors_that_must_also_stay_apart_are_infeasible():
+    units = [Unit(f"u{k}", BENCH, 0.9, 0.6, 0.9) for k in range(2)]
+    far, near = (Separation("u0", "u1", 3.0, ""),), (Proximity("u0", "u1", 0.5, ""),)
+    assert plan_walls(stands(units), far, (), 0, 1.0, near).status == "infeasible"
