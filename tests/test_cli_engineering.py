@@ -123,6 +123,18 @@ def test_what_an_inventory_lacks_is_listed_or_refused(call, tmp_path):
     assert f"to buy: 1 {location}\n" in err
 
 
+def test_hoods_stand_within_reach_of_the_wall_with_exhaust(call, tmp_path):
+    room = ("--room", "9x7")
+    assert call("generate", "pro_01", *room, "--service", "exhaust:left:required", "--out", "lab.json")[0] == 0
+    layout = Layout.load(tmp_path / "lab.json")
+    hoods = [layout.box(p.id) for p in layout.placements if layout.asset(p.id).fume_hood]
+    assert hoods
+    assert all(hood.bounds()[0] <= 3.0 for hood in hoods)
+    code, _, err = call("generate", "pro_01", "--family", "ell", "--service", "exhaust:left", "--out", "no.json")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "leave out --family" in err
+
+
 def test_pieces_of_a_table_of_a_layout_and_of_a_drawing_stay_where_they_are(call, tmp_path):
     (tmp_path / "fixed.csv").write_text("id,asset,x,y,yaw_deg\nsink,SinkBench,0.4,4.0,-90\n,LabRefrigerator,7.6,5,90\n")
     assert call("generate", "sub_01", "--fixed", "fixed.csv", "--out", "lab.json")[0] == 0

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from labgym import protocols
 from labgym.assets import Catalog
-from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber, ProtocolNames
+from labgym.cli.arguments import (
+    THIS_PROCESS,
+    Execution,
+    OptionalPath,
+    OptionalText,
+    OptionalWholeNumber,
+    ProtocolNames,
+    Texts,
+)
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
 from labgym.layouts import Floor, Room
@@ -51,6 +59,7 @@ def generate(
     zones: bool = False,
     trace: OptionalPath = None,
     facility: bool = True,
+    service: Texts = (),
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
 
@@ -90,6 +99,9 @@ def generate(
         dress: Add accessories and safety equipment: only to what the solver proposes, always, or never.
         keep: Write a layout that still violates rules or lacks required assets, and warn, instead of refusing it.
         zones: Record functional zones, and where each step is done if its hood or bench exists more than once.
+        service: Walls of the room with water, gas or exhaust, as KIND:WALL, such as exhaust:back water:left (front,
+            back, left, right). What needs them stands within reach if it can, with KIND:WALL:required always. Drawings
+            and floor files have service points of their own.
         trace: A .json file for everything that was tried and every state of the layout; labgym trace draws it.
         facility: Let phase 2 follow facility rules (fronts, door areas, ways out) and repair what fails; --no-facility
             runs the paper's phases, in which only phase 3 considers navigation.
@@ -98,7 +110,19 @@ def generate(
     if count is None:
         holdings = _holdings(have, only_have, extra)
         return _generate_one(
-            protocol, seed, room, family, profile, out or Path(), explain, holdings, fixed, clutter, method, trace
+            protocol,
+            seed,
+            room,
+            family,
+            profile,
+            out or Path(),
+            explain,
+            holdings,
+            fixed,
+            clutter,
+            method,
+            trace,
+            service,
         )
     from labgym.layouts.batch import generate_batch
 
@@ -108,6 +132,8 @@ def generate(
         raise OptionError("--have is for a single layout; leave out --count")
     if fixed is not None:
         raise OptionError("--fixed is for a single layout; leave out --count")
+    if service:
+        raise OptionError("--service is for a single layout; leave out --count")
     if trace is not None:
         raise OptionError("--trace is for a single layout; leave out --count")
     if out is None:
@@ -144,12 +170,19 @@ def _generate_one(
     clutter: int,
     method: Method,
     trace: Path | None,
+    service: Sequence[str],
 ) -> int:
     from labgym import layouts
     from labgym.exchange.fixed import read_fixed
 
     resolved, catalog = [protocols.resolve(name) for name in names], Catalog.load()
     place, floor = _place(room)
+    if service:
+        if family is not None or floor is not None:
+            raise OptionError("--service is for a room, by name, size or file; leave out --family, or draw the points")
+        from labgym.layouts.rooms import resolve_room, with_services
+
+        place, floor = None, with_services(resolve_room(place), service)
     pieces = () if fixed is None else read_fixed(fixed, catalog)
     request: dict[str, Any] = {"seed": seed, "room": place, "profile": profile, "floor": floor, "family": family}
     request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Literal, get_args
 
 from pydantic import ValidationError
 
 from labgym.documents import Document, document_error
 from labgym.errors import OptionError, UnknownNameError
-from labgym.layouts.floor import Door, Room
+from labgym.layouts.floor import Door, Floor, Room, Service
 
 PUBLISHED_PRESETS: dict[str, Room] = {
     room.name: room
@@ -57,6 +59,13 @@ SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*[x×]\s*(\d+(?:\.\d+)?)", re.IGNORECASE)
 """A room by its size: WIDTHxDEPTH in meters."""
 FROM_CORNER = 1.5
 """Distance of the doors of a room given by its size from the nearest corner, meters."""
+
+
+SERVICE_SPACING = 2.0
+"""Greatest distance between the service points of a wall, meters: less than the reach of each kind, so that the whole
+wall is supplied."""
+Supply = Literal["water", "gas", "exhaust"]
+Side = Literal["front", "back", "left", "right"]
 
 
 class RoomFile(Document, Room):
@@ -116,3 +125,38 @@ def _by_name(name: str) -> Room:
     if name not in PRESETS:
         raise UnknownNameError("room preset (or a size such as 12x9, or a .json file)", name, PRESETS)
     return PRESETS[name]
+
+
+def with_services(room: Room, services: Sequence[str]) -> Floor:
+    """Return the floor of a room with service points along some of its walls.
+
+    Args:
+        services: texts KIND:WALL, such as exhaust:back: water, gas or exhaust along the front, back, left or right
+            wall. With KIND:WALL:required, all furniture that needs the kind must stand within reach; else it stands
+            there if it can.
+
+    Raises:
+        OptionError: a text is something else.
+    """
+    points = [point for text in services for point in _service_points(room, text)]
+    return room.floor.model_copy(update={"services": tuple(points)})
+
+
+def _service_points(room: Room, text: str) -> list[Service]:
+    kind, _, rest = text.partition(":")
+    wall, _, word = rest.partition(":")
+    if kind not in get_args(Supply) or wall not in get_args(Side) or word not in ("", "required"):
+        raise OptionError(
+            f"service {text[:80]!r} is not KIND:WALL or KIND:WALL:required, such as exhaust:back; kinds: "
+            f"{', '.join(get_args(Supply))}; walls: {', '.join(get_args(Side))}"
+        )
+    length = room.width if wall in ("front", "back") else room.depth
+    count = math.ceil(length / SERVICE_SPACING)
+    points = []
+    for along in ((k + 0.5) * length / count for k in range(count)):
+        x, y = {"front": (along, 0.0), "back": (along, room.depth), "left": (0.0, along), "right": (room.width, along)}[
+            wall
+        ]
+        z = room.height if kind == "exhaust" else 0.0
+        points.append(Service(kind=kind, x=round(x, 4), y=round(y, 4), z=z, required=bool(word)))
+    return points

@@ -2,13 +2,14 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import pairwise
 
 import pytest
 
 from labgym.cli import main
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 from labgym.layouts import Door, Layout, Room, generate
-from labgym.layouts.rooms import resolve_room
+from labgym.layouts.rooms import resolve_room, with_services
 from labgym.layouts.rules.zones import door_pose
 
 
@@ -71,3 +72,23 @@ def test_the_command_takes_sizes_and_files(tmp_path, capsys):
     (tmp_path / "room.json").write_text(json.dumps({"schema": "labgym.room/1", "width": 9, "depth": 8, "doors": []}))
     assert main(["generate", "sub_01", "--room", str(tmp_path / "room.json"), "--out", str(out)]) == 2
     assert "has no door" in capsys.readouterr().err
+
+
+def test_services_lie_on_their_wall_and_leave_no_stretch_of_it_without():
+    room = resolve_room("12x9.5")
+    floor = with_services(room, ("exhaust:back", "water:left:required", "gas:right"))
+    walls = {"exhaust": ("y", 9.5, "x", 12.0), "water": ("x", 0.0, "y", 9.5), "gas": ("x", 12.0, "y", 9.5)}
+    for kind, (across, at, along, length) in walls.items():
+        points = [point for point in floor.services if point.kind == kind]
+        assert all(getattr(point, across) == at for point in points)
+        ends = sorted([*(getattr(point, along) for point in points), 0.0, length])
+        assert max(b - a for a, b in pairwise(ends)) <= 2.0
+        assert all(point.required == (kind == "water") for point in points)
+    assert floor.walls == room.floor.walls
+
+
+@pytest.mark.parametrize("text", ["exhaust", "steam:back", "water:north", "gas:left:maybe", ""])
+def test_a_service_that_is_no_kind_and_wall_is_refused_in_one_line(text):
+    with pytest.raises(OptionError, match="not KIND:WALL") as error:
+        with_services(resolve_room("8x8"), (text,))
+    assert "\n" not in str(error.value)

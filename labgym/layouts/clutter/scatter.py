@@ -44,7 +44,11 @@ ASKEW = 0.3
 
 
 def add_clutter(
-    layout: Layout, level: int, generator: np.random.Generator, variants: Mapping[str, str] | None = None
+    layout: Layout,
+    level: int,
+    generator: np.random.Generator,
+    variants: Mapping[str, str] | None = None,
+    density: float = 1.0,
 ) -> Layout:
     """Return a layout with loose objects added, and some drawers and doors of furniture open.
 
@@ -55,6 +59,7 @@ def add_clutter(
     Args:
         level: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded).
         variants: names of the variants that stand in for some assets; by default those in the layout's provenance.
+        density: factor of the number of loose objects.
 
     Raises:
         OptionError: the level is not 0 to 3.
@@ -64,7 +69,7 @@ def add_clutter(
         return layout
     rooms = [space for space in layout.floor.spaces if space.use != "corridor"]
     area = sum((r.x1 - r.x0) * (r.y1 - r.y0) for space in rooms for r in space.region)
-    count = max(1, round(DENSITY[level] * area / 10.0 * float(generator.uniform(0.7, 1.3))))
+    count = max(1, round(density * DENSITY[level] * area / 10.0 * float(generator.uniform(0.7, 1.3))))
     chosen = layout.provenance.options.get("variants", {}) if variants is None else variants
     scatter = _Scatter(layout, Furniture(layout.catalog, chosen), generator)
     for placement in openable(layout):
