@@ -22,6 +22,7 @@ from labgym.layouts.interiors.siting import (
     stand_oblique,
 )
 from labgym.layouts.interiors.standing import Distances
+from labgym.layouts.interiors.supply import supplied
 
 ATTEMPTS = 6
 """Number of choices of walls that are tried before the solver chooses them."""
@@ -86,6 +87,7 @@ def furnish(
     hood_walls: Collection[str],
     seed: int,
     generator: np.random.Generator,
+    further: Sequence[Unit] = (),
     attempts: int = ATTEMPTS,
     thorough: bool = True,
 ) -> Outcome:
@@ -98,6 +100,7 @@ def furnish(
         wished: demands that the first attempts meet. least: demands that every attempt meets.
         hood_walls: ids of the segments that may carry hoods, empty for any.
         seed: random seed of the solver.
+        further: units for which the first attempts leave a place within reach of the services that they need.
         attempts: number of choices of walls tried.
         thorough: whether the solver chooses the walls in the end.
     """
@@ -134,11 +137,21 @@ def furnish(
         for unit, foot in standing:
             room.add_anyway(unit, foot)
         by_id = {unit.id: unit for unit in units}
-        if room.add([(by_id[unit_id], foot) for unit_id, foot in {**feet, **plan.feet}.items()]):
+        added = room.add([(by_id[unit_id], foot) for unit_id, foot in {**feet, **plan.feet}.items()])
+        if added and (not attempt.near_supplies or all(_has_supplied_place(room, unit) for unit in further)):
             outcome.room = room
             return outcome
         outcome.attempts["closed"] += 1
     return outcome
+
+
+def _has_supplied_place(room: Interior, unit: Unit) -> bool:
+    """Whether a unit has a place from which it reaches what it needs, as far as the space has it."""
+    supplies = room.ground.supplies
+    if not any(supplies.of_kind(kind) for kind in unit.supplies):
+        return True
+    options = [(segment, room.standing.places(segment, unit)) for segment in room.ground.segments]
+    return bool(supplied([option for option in options if option[1]], unit, supplies))
 
 
 def _attempts(wished: Demands, least: Demands, count: int, thorough: bool) -> Iterator[_Attempt]:

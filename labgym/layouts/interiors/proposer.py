@@ -279,6 +279,7 @@ def _furnished(
             _hood_walls(ground, request.style),
             request.seed,
             generator,
+            needs.further,
             attempts=ATTEMPTS,
             thorough=last or len(grounds) == 1,
         )
@@ -336,8 +337,8 @@ def _fill(request: Request, needs: _Needs, rooms: Mapping[str, Interior], genera
     for near in nearness_of((*needs.required, *needs.further), habits):
         partners.setdefault(near.first, []).append(near.second)
         partners.setdefault(near.second, []).append(near.first)
-    left = []
-    for unit in needs.further:
+    left, kinds = [], {service.kind for service in request.floor.services}
+    for unit in sorted(needs.further, key=lambda unit: kinds.isdisjoint(unit.supplies)):
         able = _able(habits, rooms, unit.asset.role)
         able.sort(key=lambda room: not any(other in room.feet for other in partners.get(unit.id, ())))
         if all(add_pieces(room, [unit], partners, generator) for room in able):
