@@ -14,7 +14,7 @@ SHOWER_WALK = 16.8
 """Greatest walk to an eyewash, meters (ANSI/ISEA Z358.1: 10 s)."""
 
 
-@pytest.fixture(scope="module", params=[("suite", 31), ("double", 32)], ids=lambda param: param[0])
+@pytest.fixture(scope="module", params=[("suite", 31), ("double", 33)], ids=lambda param: param[0])
 def layout(request):
     family, seed = request.param
     return generate("red_03", seed, family=family)
