@@ -101,7 +101,7 @@ def generate(
         zones: Record functional zones, and where each step is done if its hood or bench exists more than once.
         service: Walls of the room with water, gas or exhaust, as KIND:WALL, such as exhaust:back water:left (front,
             back, left, right). What needs them stands within reach if it can, with KIND:WALL:required always. Drawings
-            and floor files have service points of their own.
+            and floor files list service points themselves.
         trace: A .json file for everything that was tried and every state of the layout; labgym trace draws it.
         facility: Let phase 2 follow facility rules (fronts, door areas, ways out) and repair what fails; --no-facility
             runs the paper's phases, in which only phase 3 considers navigation.
