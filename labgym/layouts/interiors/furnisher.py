@@ -35,7 +35,7 @@ QUICK, THOROUGH = 0.05, 1.0
 
 @dataclass(frozen=True)
 class Demands:
-    """What must hold between units.
+    """Conditions between units.
 
     Attributes:
         separations, nearness, proximities: between units of the space.
