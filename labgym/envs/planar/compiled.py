@@ -1,0 +1,55 @@
+"""Compilation of the planar kernel by numba: in double precision, without the interpreter lock, cached on disk.
+
+No function is compiled with fast math: sums keep their order, so that one robot and many give the same bits.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from labgym.errors import MissingDependencyError
+
+try:
+    import numba
+except ImportError as error:
+    raise MissingDependencyError("numba", "the planar kernel (physics='planar')", "fast") from error
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def compiled(function: Function) -> Function:
+    """Compile a function when it is first called; other compiled functions may call it."""
+    return cast(Function, numba.njit(nogil=True)(function))
+
+
+def entry(function: Function) -> Function:
+    """Compile a function that the interpreter calls, and keep the machine code on disk.
+
+    numba renews the code of a function when its own file changes, not when the files of the functions that it calls
+    do. So the folder of the cache is named by the contents of all files of the kernel. Where no folder can be written,
+    every process compiles.
+    """
+    settings: Any = numba.config
+    directory = settings.CACHE_DIR
+    settings.CACHE_DIR = directory or str(_folder())
+    try:
+        return cast(Function, numba.njit(nogil=True, cache=True)(function))
+    except RuntimeError:  # no folder can be written
+        return compiled(function)
+    finally:
+        settings.CACHE_DIR = directory
+
+
+@cache
+def _folder() -> Path:
+    """Return the folder of the cache for these sources."""
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111 -- without a home it stays
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return Path(base) / "labgym" / f"planar-{digest.hexdigest()[:16]}"

@@ -1,0 +1,120 @@
+"""Physics of one robot in a static scene by the planar kernel; the interface of `labgym.envs.simulation`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.planar.body import Body
+from labgym.envs.planar.compiled import compiled, entry
+from labgym.envs.planar.contacts import Work, buffers, touching
+from labgym.envs.planar.lidar import Beams, lidar_beams, scan
+from labgym.envs.planar.motion import advance, cell_at
+from labgym.envs.planar.plan import Cells, Outlines, Plan
+from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.sensors import LIDAR_RAYS
+from labgym.envs.simulation import CHECK_STEPS, Pose
+from labgym.geometry import wrap_angle
+
+Array = NDArray[np.float64]
+
+CHECK_INTERVAL = CHECK_STEPS * ROBOT.timestep
+"""Time between two checks for contacts, seconds."""
+
+
+class PlanarSimulation:
+    """One robot in the plan of a scene; nothing else moves.
+
+    Args:
+        plan: the scene. body: the robot's inertia and servos. robot: its limits.
+
+    Attributes:
+        pose: (x, y, yaw) in the room frame; yaw in (-pi, pi].
+        velocity: forward velocity, m/s, and turn rate, rad/s.
+    """
+
+    def __init__(self, plan: Plan, body: Body, robot: RobotSpec = ROBOT) -> None:
+        self._plan, self._body = plan, body
+        self._checks = round(robot.control_dt / CHECK_INTERVAL)
+        self._steps = round(CHECK_INTERVAL / body.timestep)
+        self._state, self._work = np.zeros(6), buffers()
+        self._beams = lidar_beams()
+        self.place((0.0, 0.0, 0.0))
+
+    def place(self, pose: Pose) -> None:
+        """Put the robot at rest at (x, y, yaw)."""
+        self._state[:3], self._state[3:] = pose, 0.0
+        self._read()
+
+    def resume(self, position: Array, rates: Array) -> None:
+        """Take over a state of motion: x, y and yaw, and their rates in the room frame, each (3,)."""
+        self._state[:3], self._state[3:] = position, rates
+        self._read()
+
+    def drive(self, v: float, w: float) -> tuple[float, bool]:
+        """Apply a target twist in m/s and rad/s for one control step.
+
+        Returns:
+            the length driven in meters, as the sum of arcs between contact checks, and whether the robot touched
+            anything.
+        """
+        solids, near = self._plan.solids, self._plan.near
+        driven, touched = _drive(self._state, v, w, self._checks, self._steps, self._body, solids, near, self._work)
+        self._read()
+        return driven, touched
+
+    @property
+    def depth(self) -> float:
+        """The depth of the deepest contact at the present position, meters; 0 without contacts."""
+        return float(_depth(self._state, self._body, self._plan.solids, self._plan.near, self._work))
+
+    def scan(self) -> NDArray[np.float32]:
+        """Return the ranges (180,) of the lidar, meters, as `labgym.envs.sensors.Lidar`."""
+        ranges = np.empty(LIDAR_RAYS, np.float32)
+        _scan(self._state, self._plan.walls, self._beams, ranges)
+        return ranges
+
+    def _read(self) -> None:
+        x, y, yaw, dx, dy, turn = self._state.tolist()
+        self.pose: Pose = (x, y, wrap_angle(yaw))
+        self.velocity: tuple[float, float] = (math.cos(yaw) * dx + math.sin(yaw) * dy, turn)
+
+
+@compiled
+def control_step(
+    state: Array, v: float, w: float, checks: int, steps: int, body: Body, solids: Outlines, near: Cells, work: Work
+) -> tuple[float, bool]:
+    """Advance a state (6,) by one control step; return the length driven and whether the robot touched anything."""
+    v, w = min(max(v, body.v_min), body.v_max), min(max(w, -body.w_max), body.w_max)
+    driven, touched = 0.0, False
+    for _ in range(checks):
+        x, y, yaw = state[0], state[1], state[2]
+        touched = advance(state, v, w, steps, body, solids, near, work) > 0 or touched
+        chord = math.hypot(state[0] - x, state[1] - y)
+        half = (state[2] - yaw) / 2.0
+        driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
+    return driven, touched
+
+
+@entry
+def _drive(
+    state: Array, v: float, w: float, checks: int, steps: int, body: Body, solids: Outlines, near: Cells, work: Work
+) -> tuple[float, bool]:
+    return control_step(state, v, w, checks, steps, body, solids, near, work)
+
+
+@entry
+def _depth(state: Array, body: Body, solids: Outlines, near: Cells, work: Work) -> float:
+    deepest = 0.0
+    cell = cell_at(state[0], state[1], near)
+    if cell >= 0:
+        for k in range(touching(state, cell, body, solids, near, work.contacts)):
+            deepest = max(deepest, -work.contacts[k, 2])
+    return deepest
+
+
+@entry
+def _scan(state: Array, walls: Outlines, beams: Beams, ranges: NDArray[np.float32]) -> None:
+    scan(state[0], state[1], state[2], walls, beams, ranges)
