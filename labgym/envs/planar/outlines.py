@@ -1,4 +1,4 @@
-"""Convex outlines of the solids of a compiled scene: those in the way of the robot and those in the plane of the lidar."""
+"""Convex outlines of the solids of a compiled scene: those in the robot's way and those in the lidar's plane."""
 
 from __future__ import annotations
 
