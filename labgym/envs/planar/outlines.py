@@ -35,7 +35,7 @@ class Solid:
     upright: bool
 
     def between(self, bottom: float, top: float) -> Array:
-        """Return the outline (k, 2) of the part between two heights, counter-clockwise; empty where the solid is not."""
+        """Return the outline (k, 2) of the part between two heights, counter-clockwise; empty without such a part."""
         if self.bottom >= top or self.top <= bottom:
             return np.empty((0, 2))
         if self.upright:
@@ -45,7 +45,7 @@ class Solid:
         return _hull(np.concatenate([inside, self._crossings(bottom), self._crossings(top)]))
 
     def at(self, height: float) -> Array:
-        """Return the outline (k, 2) of the section at a height, counter-clockwise; empty where the solid is not.
+        """Return the outline (k, 2) of the section at a height, counter-clockwise; empty without one.
 
         A solid that stands on the plane is seen and one whose top lies in the plane is not, as mostly by Embree.
         """
