@@ -75,6 +75,7 @@ def splits(
     episodes: int = 12,
     seed: int = 0,
     own: bool = False,
+    published: bool = False,
     out: OptionalPath = None,
     fresh: bool = False,
     execution: Execution = THIS_PROCESS,
@@ -91,6 +92,7 @@ def splits(
         episodes: Number of episodes of each floor.
         seed: First development seed; the splits' own floors have others.
         own: Describe the splits' own floors. Do not tune anything on them.
+        published: Describe the published floors of floors-val and floors-seen, or of floors-test: all of them.
         out: Folder for summary.json, floors.jsonl and drives.jsonl. An interrupted command with the same folder
             resumes.
         fresh: Move the files of the folder aside and start anew.
@@ -99,7 +101,14 @@ def splits(
     from labgym.eval.variety.tables import tables
 
     description = describe_splits(
-        split, floors, episodes, None if own else seed, out, executor=execution.options(), fresh=fresh
+        split,
+        floors,
+        episodes,
+        None if own else seed,
+        out,
+        executor=execution.options(),
+        fresh=fresh,
+        published=published,
     )
     for table in tables(description.summary):
         print(f"\n{table.text()}")

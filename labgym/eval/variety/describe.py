@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import ClassVar, TypeVar
 
 from labgym.documents import Document, json_bytes
-from labgym.errors import UnknownNameError
+from labgym.errors import OptionError, UnknownNameError
 from labgym.eval.variety.bars import BLIND_FLOORS
 from labgym.eval.variety.figures import GroupFigures, group_figures
 from labgym.eval.variety.overlap import overlaps
@@ -18,6 +18,7 @@ from labgym.eval.variety.shards import drive_blind, survey
 from labgym.eval.variety.sketch import FloorSketch
 from labgym.layouts.floors import SPLITS
 from labgym.layouts.places import FIRST_SEEDS, LAST_DEVELOPMENT_SEED, check_numbers
+from labgym.layouts.splits import published as published_ids
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
 
 KIND = "describe"
@@ -70,11 +71,12 @@ def describe_splits(
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
     progress: bool = True,
+    published: bool = False,
 ) -> SplitsDescription:
     """Draw floors of splits and their episodes, and measure them.
 
-    The result depends on the first four arguments alone, not on the executor; with a folder an interrupted description
-    resumes.
+    The result depends on the first four arguments and `published` alone, not on the executor; with a folder an
+    interrupted description resumes.
 
     Args:
         splits: names of splits.
@@ -85,22 +87,26 @@ def describe_splits(
         executor: where the floors are made.
         fresh: move the files of the folder aside and start anew.
         progress: whether to show progress bars.
+        published: describe all published floors of the splits, in place of `floors` floors of a seed.
 
     Raises:
         UnknownNameError: there is no such split.
-        OptionError: a number is out of range, or the folder holds something else.
+        OptionError: a number is out of range, the folder holds something else, the published splits have different
+            numbers of floors, or this version's generator makes other floors than the published ones.
         InfeasibleError: no seed of a place gives a layout.
         LabgymError: workers died.
     """
     for split in splits:
         if split not in FIRST_SEEDS:
             raise UnknownNameError("split of floors", split, FIRST_SEEDS)
+    if published:
+        floors, seed = _published_floors(splits), None
     seeds = seed or 0, 0, LAST_DEVELOPMENT_SEED
     check_numbers({"floors": (floors, 2, 10_000), "episodes": (episodes, 1, 1000), "seed": seeds})
-    run = _Description(tuple(dict.fromkeys(splits)), floors, episodes, seed, executor, progress)
+    run = _Description(tuple(dict.fromkeys(splits)), floors, episodes, seed, executor, progress, published)
     if out is None:
         return run.made(None)
-    identity = RunIdentity.of(KIND, splits=run.splits, floors=floors, episodes=episodes, seed=seed)
+    identity = RunIdentity.of(KIND, splits=run.splits, floors=floors, episodes=episodes, seed=seed, published=published)
     with RunFolder.open(out, identity, fresh) as folder:
         if folder.finished:
             return _read(folder.path)
@@ -136,6 +142,7 @@ class _Description:
     seed: int | None
     executor: ExecutorOptions | None
     progress: bool
+    published: bool
 
     def made(self, folder: RunFolder | None) -> SplitsDescription:
         """Return the description; finished shards of the folder are taken from it."""
@@ -166,7 +173,7 @@ class _Description:
     def _surveyed(self, folder: RunFolder | None) -> Iterator[_Family]:
         """Yield the families of all splits, their floors made and measured."""
         places = [(s, k) for s in self.splits for k in range(self.floors * len(SPLITS[s]))]
-        shards = [Shard(_name(*place), survey, (*place, self.seed, self.episodes)) for place in places]
+        shards = [Shard(_name(*place), survey, (*place, self.seed, self.episodes, self.published)) for place in places]
         run = run_shards(shards, folder, self.executor, "floors", "floor", progress=self.progress)
         done = {shard.name: output.files for shard, output in run}
         for split in self.splits:
@@ -203,6 +210,15 @@ class _Description:
         for number, family in enumerate(families):
             drives = tuple(_with_blind(rows, results[number, k]) for k, rows in enumerate(family.drives))
             yield _Family(family.split, family.name, family.floors, drives, family.sketches)
+
+
+def _published_floors(splits: Sequence[str]) -> int:
+    """Return the number of published floors of each family of some splits."""
+    counts = {split: len(published_ids(split)) // len(SPLITS[split]) for split in splits}
+    if len(set(counts.values())) != 1:
+        numbers = ", ".join(f"{split} {count}" for split, count in counts.items())
+        raise OptionError(f"published floors of each family: {numbers}; describe splits of one size at a time")
+    return next(iter(counts.values()))
 
 
 def _with_blind(rows: Sequence[DriveRow], free: Sequence[tuple[bool, bool]]) -> tuple[DriveRow, ...]:

@@ -5,28 +5,39 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
+from labgym.errors import OptionError
 from labgym.eval.variety.blind import blind_drives, blind_map, wall_map
 from labgym.eval.variety.hood_walls import hood_walls
 from labgym.eval.variety.rows import DriveRow, FloorRow
 from labgym.eval.variety.sketch import FloorSketch, sketch_of
 from labgym.layouts.drives import floor_drives
 from labgym.layouts.places import furnished
+from labgym.layouts.splits import load_published, manifest
 from labgym.runs import ShardOutput
 from labgym.runs.folder import SHARDS
 
 
-def survey(split: str, index: int, first: int | None, episodes: int) -> ShardOutput:
+def survey(split: str, index: int, first: int | None, episodes: int, published: bool = False) -> ShardOutput:
     """Return the rows of a floor and its drives, and its sketch.
 
     Args:
         split, index, first: the floor, as for `furnished`.
         episodes: number of drives to accept.
+        published: take the published layout. The rest, such as pairs that were not accepted, is made again.
 
     Raises:
         InfeasibleError: no seed of the place gives a layout.
+        UnknownNameError: no such layout is published.
+        OptionError: this version makes another layout than the published one.
     """
     place, tidy = furnished(split, index, first)
     layout = place.cluttered(tidy)
+    if published:
+        made, layout = layout.hash, load_published(split, layout.id)
+        if made != layout.hash:
+            raise OptionError(
+                f"this version makes another layout than the published {layout.id}; {manifest(split).maker}"
+            )
     tried = floor_drives(layout, place.seed, episodes)
     floor = FloorRow.of(place, layout, hood_walls(layout))
     drives = [DriveRow.of(split, index, one).model_dump(mode="json") for one in tried]
