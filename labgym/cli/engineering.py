@@ -125,6 +125,7 @@ def outline(
     out: Path,
     unit: OptionalText = None,
     thickness: Annotated[float | None, arg(metavar="METERS", help_behavior_hint="")] = None,
+    crop: OptionalText = None,
     overwrite: bool = False,
 ) -> int:
     """Read the floor of a DXF drawing or of a ROS map, and write it as a layout without objects.
@@ -137,6 +138,7 @@ def outline(
         unit: Unit of a drawing that names none: in, ft, mm, cm, dm or m.
         thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
             a map what it shows.
+        crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan beside an elevation.
         overwrite: Replace OUT if it exists.
     """
     from labgym.exchange.formats import read_floor
@@ -146,7 +148,7 @@ def outline(
         raise OptionError(f"layout file {out.name!r} must end in .json")
     if out.exists() and not overwrite:
         raise OptionError(f"{out} exists: name another file with --out, or replace it with --overwrite")
-    layout = empty_layout(read_floor(file, unit, thickness))
+    layout = empty_layout(read_floor(file, unit, thickness, numbers("crop", crop)))
     for space in layout.floor.spaces:
         print(f"{space.id}: {space.use}, {space.area:.1f} m²", file=sys.stderr)
     return written(layout.save(out))

@@ -76,12 +76,15 @@ def _interactive_writer(name: str, table: Mapping[str, Format]) -> Callable[[Lay
     return writer
 
 
-def read_floor(path: str | Path, unit: str | None = None, thickness: float | None = None) -> Floor:
+def read_floor(
+    path: str | Path, unit: str | None = None, thickness: float | None = None, crop: Sequence[float] | None = None
+) -> Floor:
     """Read a floor from a DXF drawing or from the map.yaml of a map of ROS.
 
     Args:
         unit: of a drawing: in, ft, mm, cm, dm or m; by default its $INSUNITS.
         thickness: of walls that the file does not show, meters.
+        crop: the part (x0, y0, x1, y1) of a drawing that is read, in its units; None for all of it.
 
     Raises:
         OptionError: the path has another suffix, or an option is out of range.
@@ -92,13 +95,15 @@ def read_floor(path: str | Path, unit: str | None = None, thickness: float | Non
     suffix = path.suffix.lower()
     if suffix == ".dxf":
         from labgym.exchange.dxf.reading import WALL_THICKNESS, read_dxf
+        from labgym.exchange.dxf.sheets import Window
 
-        return read_dxf(path, unit, WALL_THICKNESS if thickness is None else thickness)
+        window = None if crop is None else Window.parse(crop)
+        return read_dxf(path, unit, WALL_THICKNESS if thickness is None else thickness, window)
     if suffix in (".yaml", ".yml"):
         from labgym.exchange.ros_outline import read_ros_map
 
-        if unit is not None:
-            raise OptionError("--unit is for drawings; a map of ROS is in meters")
+        if unit is not None or crop is not None:
+            raise OptionError("--unit and --crop are for drawings; a map of ROS is in meters")
         return read_ros_map(path, thickness)
     raise OptionError(f"floor {path.name!r} must end in .dxf, or .yaml for a map of ROS")
 

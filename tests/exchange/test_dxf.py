@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
 
 import ezdxf
 import pytest
 from laboratories import island_laboratory, put
 
 from exchange.floors import FLOORS, differences, rectangle
+from labgym.cli import main
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.exchange.dxf.reading import read_dxf
 from labgym.exchange.dxf.writing import write_dxf
 from labgym.exchange.outlines import empty_layout
-from labgym.layouts import load_published, published
+from labgym.layouts import Layout, load_published, published
 from labgym.layouts.floors import FAMILIES, draw_floor
 
 
@@ -211,3 +213,30 @@ def test_a_door_beside_the_walls_and_a_gap_are_refused(tmp_path):
 
     with pytest.raises(DocumentError, match="lies in no wall"):
         read_dxf(foreign(tmp_path / "door.dxf", draw=far))
+
+
+def test_a_plan_beside_an_elevation_is_named_with_its_window_and_read_with_it(tmp_path):
+    path = foreign(tmp_path / "sheet.dxf")
+    plan = read_dxf(path)
+    drawing = ezdxf.readfile(path)
+    model = drawing.modelspace()
+    for k in range(5):  # storeys of a facade 5 m to the right of the plan, and the arch of its door
+        model.add_line((62_000, 1000 * k - 20_000), (68_000, 1000 * k - 20_000), {"layer": "WAENDE"})
+    model.add_arc((65_000, -18_000), 900, 0, 90, dxfattribs={"layer": "TUEREN"})
+    drawing.saveas(path)
+    with pytest.raises(DocumentError, match="2 separate drawings") as caught:
+        read_dxf(path)
+    assert "\n" not in str(caught.value)
+    crop = re.findall(r"--crop=([-0-9.,]+)", str(caught.value))[0]
+    window = [float(number) for number in crop.split(",")]
+    assert window == pytest.approx([49_800, -20_200, 56_200, -15_800], abs=1.0)
+    layout = tmp_path / "plan.json"
+    assert main(["outline", str(path), f"--crop={crop}", "--out", str(layout)]) == 0
+    assert differences(Layout.load(layout).floor, plan) == []
+
+
+@pytest.mark.parametrize("crop", ["1,2,3", "0,0,0,5", "a,b,c,d"])
+def test_a_window_that_is_none_is_refused_in_one_line(tmp_path, crop, capsys):
+    path = foreign(tmp_path / "room.dxf")
+    assert main(["outline", str(path), f"--crop={crop}", "--out", str(tmp_path / "room.json")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -16,6 +16,7 @@ from labgym.exchange.assembly import Drawing, Mark, Piece, Tag, assemble
 from labgym.exchange.dxf import blocks, layers
 from labgym.exchange.dxf.arcs import SAGITTA, Arc, curved_walls, flattened
 from labgym.exchange.dxf.opening import FAULTS, Context, block_name, entities, meters_per_unit, open_drawing
+from labgym.exchange.dxf.sheets import Window, advice, drawings
 from labgym.exchange.strips import THICKNESS, Point, Stroke, strips
 from labgym.layouts import Placement
 from labgym.layouts.floor import Floor
@@ -34,7 +35,12 @@ LONGEST = 1000.0
 WALL_THICKNESS = 0.2
 
 
-def read_dxf(path: str | Path, unit: str | None = None, thickness: float = WALL_THICKNESS) -> Floor:
+def read_dxf(
+    path: str | Path,
+    unit: str | None = None,
+    thickness: float = WALL_THICKNESS,
+    window: Window | None = None,
+) -> Floor:
     """Read the floor of a DXF drawing.
 
     Layers count by their names, in `labgym.exchange.dxf.layers`: those of the U.S. National CAD Standard, and others
@@ -47,13 +53,14 @@ def read_dxf(path: str | Path, unit: str | None = None, thickness: float = WALL_
     Args:
         unit: in, ft, mm, cm, dm or m; by default the drawing's $INSUNITS.
         thickness: of walls that are not drawn, meters.
+        window: the part of the sheet that is read, such as the plan beside an elevation; None for all of it.
 
     Raises:
         DocumentError: the file is no DXF text, too large, refers to other files, or describes no floor.
         OptionError: the unit is unknown, or the thickness is out of range.
         MissingDependencyError: ezdxf is not installed.
     """
-    return _read(Path(path), unit, thickness)[0]
+    return _read(Path(path), unit, thickness, window)[0]
 
 
 def read_furniture(path: str | Path, catalog: Catalog, unit: str | None = None) -> list[Placement]:
@@ -94,7 +101,7 @@ def read_furniture(path: str | Path, catalog: Catalog, unit: str | None = None) 
     return pieces
 
 
-def _read(path: Path, unit: str | None, thickness: float) -> tuple[Floor, Drawing]:
+def _read(path: Path, unit: str | None, thickness: float, window: Window | None = None) -> tuple[Floor, Drawing]:
     """Return the floor of a drawing, and the parts from which it is assembled."""
     if not 0.05 <= thickness <= 1.0:
         raise OptionError(f"wall thickness {thickness:g} m must be 0.05 to 1 m")
@@ -103,18 +110,23 @@ def _read(path: Path, unit: str | None, thickness: float) -> tuple[Floor, Drawin
     collector = _Collector(scale)
     try:
         for context, entity in entities(drawing, path):
-            collector.add(context, entity)
+            if window is None or window.contains(entity):
+                collector.add(context, entity)
         curved = curved_walls(collector.arcs)
         walls = strips([*collector.walls, *curved], oriented=collector.drawing.placed)
     except OptionError as error:
-        raise DocumentError(path, "", str(error)) from None
+        raise DocumentError(path, "", f"{error}{collector.advice()}") from None
     except LabgymError:
         raise
     except FAULTS as error:
         raise DocumentError(path, "", f"a damaged DXF drawing ({type(error).__name__})") from None
     parts = collector.drawing
     parts.strips = walls
-    return assemble(parts, path, path.stem or "drawing", thickness), parts
+    try:
+        return assemble(parts, path, path.stem or "drawing", thickness), parts
+    except DocumentError as error:
+        problem = str(error).removeprefix(f"{path}: ")
+        raise DocumentError(path, "", f"{problem}{collector.advice()}") from None
 
 
 class _Collector:
@@ -125,6 +137,11 @@ class _Collector:
         self.walls: list[Stroke] = []
         self.arcs: list[tuple[Arc, float]] = []
         self.drawing = Drawing()
+
+    def advice(self) -> str:
+        """Return the end of a message if the sheet has several drawings."""
+        strokes = [stroke.points for stroke in self.walls] + list(self.drawing.outlines)
+        return advice(drawings(strokes, self.scale))
 
     def add(self, context: Context, entity: DXFEntity) -> None:
         """Add an entity that is drawn in a context of layers and blocks."""
