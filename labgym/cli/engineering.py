@@ -138,7 +138,7 @@ def outline(
         unit: Unit of a drawing that names none: in, ft, mm, cm, dm or m.
         thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
             a map what it shows.
-        crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan beside an elevation.
+        crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.
         overwrite: Replace OUT if it exists.
     """
     from labgym.exchange.formats import read_floor

@@ -53,7 +53,7 @@ def read_dxf(
     Args:
         unit: in, ft, mm, cm, dm or m; by default the drawing's $INSUNITS.
         thickness: of walls that are not drawn, meters.
-        window: the part of the sheet that is read, such as the plan beside an elevation; None for all of it.
+        window: the part of the sheet that is read, such as the plan next to an elevation; None for all of it.
 
     Raises:
         DocumentError: the file is no DXF text, too large, refers to other files, or describes no floor.

@@ -1,4 +1,4 @@
-"""The drawings of a sheet: a plan and elevations beside it, told apart by the empty space between them."""
+"""The drawings of a sheet: a plan and elevations, separated by the empty space between them."""
 
 from __future__ import annotations
 
