@@ -23,7 +23,7 @@ def survey(split: str, index: int, first: int | None, episodes: int, published: 
     Args:
         split, index, first: the floor, as for `furnished`.
         episodes: number of drives to accept.
-        published: take the published layout. The rest, such as pairs that were not accepted, is made again.
+        published: take the published layout. The rest, such as pairs that were not accepted, is regenerated.
 
     Raises:
         InfeasibleError: no seed of the place gives a layout.
