@@ -10,6 +10,7 @@ import httpx2
 import openai
 
 from labgym.llm.config import NO_KEY, LanguageModelConfig
+from labgym.llm.deadline import Deadline
 from labgym.llm.errors import LanguageModelError, Reason
 
 MAX_REPLY_BYTES = 8 * 1024 * 1024
@@ -35,11 +36,12 @@ class Endpoint:
         self._secret = secret if secret != NO_KEY else None
         # Redirects are not followed, so the key is sent only to the configured address. Replies are uncompressed, so
         # the limit on their size also limits memory.
+        self._deadline = Deadline(config.timeout)
         self._http = openai.DefaultHttpxClient(
             timeout=config.timeout,
             follow_redirects=False,
             headers={"Accept-Encoding": "identity"},
-            event_hooks={"response": [self._bound]},
+            event_hooks={"request": [self._deadline.watch], "response": [self._bound]},
         )
         self._client = openai.OpenAI(
             api_key=secret,
@@ -80,6 +82,12 @@ class Endpoint:
 
     def _attempt(self, body: dict[str, Any]) -> bytes | _FailedTryError:
         """Send a chat request once; return the bytes of the reply, or the failure."""
+        with self._deadline:
+            outcome = self._exchange(body)
+        # A reply without a stated length seems complete when its connection is broken off.
+        return _late(self.config) if self._deadline.passed else outcome
+
+    def _exchange(self, body: dict[str, Any]) -> bytes | _FailedTryError:
         try:
             return self._client.chat.completions.with_raw_response.create(**body).content
         except _FailedTryError as failure:

@@ -16,7 +16,7 @@ from labgym.layouts import Placement, generate
 from labgym.layouts.batch import generate_batch
 from labgym.layouts.generate import ADDED, generate_assessed
 from labgym.layouts.language import LanguageProposer
-from labgym.layouts.language.grounding import FILLED
+from labgym.layouts.language.grounding import FILLED, SPACING
 from labgym.layouts.language.offer import offer_of
 from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
@@ -334,6 +334,20 @@ def test_more_furniture_than_a_floor_takes_is_left_out_and_noted(solved, propose
         area[need.asset.name] -= need.count * need.asset.size.width * need.asset.size.depth
     assert 0.9 < area.total() / (FILLED * 64.0) <= 1.0
     assert "beyond 25% of the floor's area" in notes(layout)
+
+
+def test_many_small_pieces_are_left_out(proposed):
+    def crowded(room):
+        sizes = {name: asset.size for name, asset in offer_of(REQUEST).furniture.items()}
+        least = min(sizes, key=lambda name: sizes[name].width * sizes[name].depth)
+        piece = {"asset": least, "zone": "storage", "yaw": 0, "holds": []}
+        room["furniture"] += [piece | {"x": 0.5 + 0.6 * (k % 12), "y": 0.5 + 0.6 * (k // 12)} for k in range(100)]
+
+    layout = proposed(crowded)
+    pieces = Counter(p.asset for p in layout.placements if p.support == "floor")
+    pieces.subtract({need.asset.name: need.count for need in offer_of(REQUEST).needs})
+    assert pieces.total() <= 64.0 / SPACING
+    assert "one piece for 4 m²" in notes(layout)
 
 
 def test_the_same_piece_at_the_same_place_stands_there_once(solved, proposed):

@@ -248,6 +248,17 @@ def test_a_reply_that_trickles_is_given_up_on(loopback, model_at):
     assert failure(model_at(timeout=0.4, retries=0)).reason == "timeout"
 
 
+def test_headers_that_trickle_are_given_up_on(loopback, model_at):
+    def trickle(handler: Any) -> None:
+        handler.wfile.write(b"HTTP/1.1 200 OK\r\n")
+        while not loopback.released.wait(0.05):
+            handler.wfile.write(b"X-Wait: 1\r\n")
+            handler.wfile.flush()
+
+    loopback.does(trickle)
+    assert failure(model_at(timeout=0.4, retries=0)).reason == "timeout"
+
+
 @pytest.mark.parametrize("status", [200, 500])
 def test_a_reply_without_end_is_cut_off(loopback, model_at, status):
     def flood(handler: Any) -> None:

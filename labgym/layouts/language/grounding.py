@@ -17,6 +17,9 @@ from labgym.layouts.request import Request
 
 FILLED = 0.25
 """Greatest share of the floor's area that furniture beyond what is required may cover."""
+SPACING = 4.0
+"""Area of the floor for each piece of furniture beyond what is required, square meters: phases on a floor crowded with
+small pieces would take hours."""
 LISTED = 8
 """Greatest number of names in a note."""
 
@@ -163,7 +166,8 @@ def _zones(proposed: Iterable[Any], notes: list[str]) -> dict[str, dict[str, Any
 def _affordable(proposed: Sequence[Any], offer: Offer, request: Request, notes: list[str]) -> list[Any]:
     """Return the pieces without those, beyond the required ones, that repeat one, do not exist or cover too much."""
     needed = Counter({need.asset.name: need.count for need in offer.needs})
-    free = FILLED * sum(space.area for space in request.floor.spaces)
+    area = sum(space.area for space in request.floor.spaces)
+    free, most = FILLED * area, int(area / SPACING)
     chosen: list[Any] = []
     surplus: list[str] = []
     absent: list[str] = []
@@ -180,15 +184,17 @@ def _affordable(proposed: Sequence[Any], offer: Offer, request: Request, notes: 
         elif holdings is not None and not holdings.adds(piece.asset, (each.asset for each in chosen)):
             absent.append(piece.asset)
             continue
-        elif size.width * size.depth > free:
+        elif size.width * size.depth > free or most <= 0:
             surplus.append(piece.asset)
             continue
         else:
             free -= size.width * size.depth
+            most -= 1
         poses.add(pose)
         chosen.append(piece)
     notes += _note("placed furniture again where the same stands; it is left out", repeated)
-    notes += _note(f"placed furniture beyond {FILLED:.0%} of the floor's area; it is left out", surplus)
+    limits = f"{FILLED:.0%} of the floor's area or one piece for {SPACING:g} m²"
+    notes += _note(f"placed furniture beyond {limits}; it is left out", surplus)
     notes += _note("placed furniture that does not exist; it is left out", absent)
     return chosen
 
