@@ -368,3 +368,60 @@ def test_formats_are_named_in_errors(tmp_path):
     layout = Layout(id="empty", floor=load_published("test", published("test")[0]).floor, placements=())
     with pytest.raises(OptionError):
         compile_layout(layout, tmp_path / "out", ["labbuilder", "labbuilder"])
+
+
+def as_list(vector):
+    return [vector[name] for name in ("x", "y", "z")]
+
+
+OTHER_FORMS = {
+    "lists": ({}, lambda each: {**each, "position": as_list(each["position"]), "rotation": as_list(each["rotation"])}),
+    "nulls": ({"query": None}, lambda each: {**each, "mass": None}),
+    "an empty location": ({}, lambda each: each | ({"initial_location": ""} if each["id"] == "Chair" else {})),
+    "the room's sides as a list": ({"room_size": [8.4, 7.4, 3.2]}, dict),
+    "the room's sides by other names": ({"room_size": {"width": 8.4, "depth": 7.4, "height": 3.2}}, dict),
+    "turned by whole circles": ({}, lambda each: {**each, "rotation": {**each["rotation"], "x": 360.0, "y": 0.01}}),
+}
+
+
+@pytest.mark.parametrize(("fields", "change"), OTHER_FORMS.values(), ids=OTHER_FORMS)
+def test_a_scene_in_another_form_is_the_same_layout(folder, fields, change):
+    plain = read_labbuilder(folder())
+    other = read_labbuilder(folder([change(each) for each in OBJECTS], **fields))
+    assert other.layout.placements == plain.layout.placements
+    assert other.layout.floor == plain.layout.floor
+
+
+def test_objects_by_name_are_read_in_their_order(folder, tmp_path):
+    scene = json.loads(folder().read_text())
+    scene["objects"] = {f"{each['id']}__{number}": without(each, "id") for number, each in enumerate(OBJECTS)}
+    (tmp_path / "ester.json").write_text(json.dumps(scene))
+    imported = read_labbuilder(tmp_path / "ester.json", skip_unknown=True)
+    assert "objects are listed by name" in " ".join(imported.notes)
+
+
+def test_names_with_other_characters_become_ids(folder):
+    imported = read_labbuilder(folder([*OBJECTS, thing("N,N-Dimethylformamide", 1.4, 6.98, 0.8, on="reagent_cabinet")]))
+    added = imported.layout.placements[-1]
+    assert (added.id, added.asset) == ("N_N-Dimethylformamide", "NNDimethylformamide")
+    assert any("is called N_N-Dimethylformamide" in note for note in imported.notes)
+
+
+def test_an_item_too_large_for_its_bench_gets_the_catalog_s_size(folder):
+    objects = [*OBJECTS, thing("RotaryEvaporator", 4.0, 4.0, 0.8, on="experimental_platform")]
+    sizes = {**SIZES, "RotaryEvaporator": {"short": 0.9, "long": 2.3, "height": 2.37}}
+    imported = read_labbuilder(folder(objects, sizes))
+    assert imported.layout.placement("RotaryEvaporator").size is None
+    assert any("RotaryEvaporator on ExperimentalPlatform" in note for note in imported.notes)
+    objects[-1] = thing("RotaryEvaporator", 7.0, 2.0)
+    assert read_labbuilder(folder(objects, sizes)).layout.placement("RotaryEvaporator").size.width == 2.3
+
+
+def test_numbers_in_other_units_are_doubted(folder):
+    radians = [{**each, "rotation": {"z": math.radians(each["rotation"]["z"])}} for each in OBJECTS]
+    assert any("may be radians" in note for note in read_labbuilder(folder(radians)).notes)
+    tens = [{**each, "position": {k: 10 * v for k, v in each["position"].items()}} for each in OBJECTS]
+    assert any("outside of the room" in note for note in read_labbuilder(folder(tens)).notes)
+    plain = " ".join(read_labbuilder(folder()).notes)
+    assert "radians" not in plain
+    assert "outside of the room" not in plain

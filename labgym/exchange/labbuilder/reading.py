@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,8 +12,10 @@ from pydantic import ValidationError
 
 from labgym import __version__
 from labgym.assets import Catalog
+from labgym.assets.sizes import size_problem
 from labgym.documents import document_error
 from labgym.errors import DocumentError
+from labgym.exchange.labbuilder.forms import identifier
 from labgym.exchange.labbuilder.frame import WALL_THICKNESS, to_radians, to_room
 from labgym.exchange.labbuilder.names import Meaning, kind_of, meaning, unique_ids
 from labgym.exchange.labbuilder.scene import RoomSize, Scene, SceneObject, key, read_scene
@@ -20,7 +23,7 @@ from labgym.exchange.labbuilder.sizes import SIZES_FILE, AssetSize, read_sizes
 from labgym.exchange.labbuilder.supports import Bodies, Body, support_of
 from labgym.layouts import Layout
 from labgym.layouts.floor import Door, Floor, Room
-from labgym.layouts.placement import Placement, resized
+from labgym.layouts.placement import FLOOR, Placement, resized
 from labgym.layouts.provenance import Provenance
 from labgym.protocols import Protocol
 
@@ -28,8 +31,10 @@ MAX_LISTED = 20
 """Longest list of names in a message."""
 CENTERED = 0.02
 """Greatest distance between the room's object and the middle of the room, meters."""
-UPRIGHT = 1e-6
-"""Greatest rotation about x and y, degrees."""
+UPRIGHT = 0.1
+"""Greatest rotation about x and y that is ignored, degrees."""
+TURNS = 3
+"""Least number of turned objects from which small angles are taken as a sign of radians."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +78,7 @@ def read_labbuilder(
     source = Path(sizes) if sizes is not None else beside if beside.is_file() else None
     table = {} if source is None else read_sizes(source)
     notes = [f"fields that are not read: {', '.join(file.unread[:MAX_LISTED])}"] if file.unread else []
+    notes += [*file.notes, *_doubts(file.scene)]
     room, remarks = _room(path, file.scene, table, tuple(doors))
     notes += remarks
     bodies, locations, remarks = _bodies(path, file.scene, table, dict(mapping or {}), skip_unknown, catalog)
@@ -109,6 +115,19 @@ def _room(path: Path, scene: Scene, table: Mapping[str, AssetSize], doors: tuple
     return room, notes
 
 
+def _doubts(scene: Scene) -> list[str]:
+    """Return notes on numbers that suggest other units."""
+    objects, notes, size = [each for each in scene.objects if not each.is_room], [], scene.room_size
+    turns = [abs(each.rotation.z) for each in objects if each.rotation.z]
+    if len(turns) >= TURNS and max(turns) <= 2.0 * math.pi + 1e-3:
+        notes.append("no rotation is over 6.29: taken as degrees, but they may be radians")
+    places = [] if size is None else [(each.position.x / size.w, each.position.y / size.d) for each in objects]
+    outside = sum(not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0) for x, y in places)
+    if 2 * outside > len(places):
+        notes.append(f"{outside} of {len(objects)} objects lie outside of the room: check the units of positions")
+    return notes
+
+
 def _stated_room(path: Path, scene: Scene, table: Mapping[str, AssetSize]) -> RoomSize:
     """Return the room's size of the file of sizes: its short side lies along x."""
     names = [each.id for each in scene.objects if each.is_room]
@@ -132,7 +151,8 @@ def _bodies(
     meanings = {name: _meaning(path, name, table, mapping, catalog) for name in dict.fromkeys(names)}
     left_out = _unknown(path, objects, meanings, skip_unknown, catalog)
     bodies, locations = [], []
-    for placement_id, each in zip(unique_ids(names), objects, strict=True):
+    ids = unique_ids([identifier(name) for name in names])
+    for placement_id, each in zip(ids, objects, strict=True):
         meant = meanings[each.id]
         if meant is None or key(each.initial_location) in left_out:
             continue
@@ -192,9 +212,10 @@ def _unknown(
 
 def _renamed(names: Sequence[str]) -> list[str]:
     ids: dict[str, list[str]] = {}
-    for name, placement_id in zip(names, unique_ids(names), strict=True):
+    for name, placement_id in zip(names, unique_ids([identifier(name) for name in names]), strict=True):
         ids.setdefault(name, []).append(placement_id)
-    return [
+    spelled = [f"{name!r} is called {own[0]}" for name, own in ids.items() if len(own) == 1 and own[0] != name]
+    return spelled + [
         f"{len(own)} objects are called {name}: renamed {own[0]} to {own[-1]}"
         for name, own in ids.items()
         if len(own) > 1
@@ -229,7 +250,12 @@ def _supported(bodies: Sequence[Body], locations: Sequence[str]) -> tuple[tuple[
     placements, notes, index = [], [], Bodies(bodies)
     for body, location in zip(bodies, locations, strict=True):
         support = support_of(body, location, index)
-        placements.append(body.placement.model_copy(update={"support": support.id, "slot": support.slot}))
+        placement = body.placement.model_copy(update={"support": support.id, "slot": support.slot})
+        problem = None if placement.size is None else size_problem(body.asset, on_floor=support.id == FLOOR)
+        if problem is not None and support.id != FLOOR:
+            notes.append(f"{placement.id} on {support.id}: {problem}; the catalog's size is taken")
+            placement = placement.model_copy(update={"size": None})
+        placements.append(placement)
         if support.note:
             notes.append(f"{body.placement.id}: {support.note}")
     return tuple(placements), notes

@@ -11,6 +11,7 @@ from pydantic import ConfigDict, Field, ValidationError
 
 from labgym.documents import Record, document_error, read_json
 from labgym.errors import DocumentError
+from labgym.exchange.labbuilder.forms import regular
 from labgym.layouts.floor import Coordinate, Door, Identifier
 
 MAX_BYTES = 4 * 1024 * 1024
@@ -62,7 +63,7 @@ class SceneObject(Tolerant):
         initial_location: `floor`, or the name of the object that carries it in snake case.
     """
 
-    id: Identifier
+    id: Annotated[str, Field(pattern=r"^[^/\\\x00-\x1f]{1,200}$")]
     position: Position
     rotation: Rotation = Rotation()
     initial_location: Annotated[str, Field(min_length=1, max_length=80)] = "floor"
@@ -90,10 +91,11 @@ class Scene(Tolerant):
 
 @dataclass(frozen=True)
 class SceneFile:
-    """A scene and the names of the fields in its file that were not read, sorted."""
+    """A scene, the names of the fields in its file that were not read, sorted, and notes on fields in another form."""
 
     scene: Scene
     unread: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 def read_scene(path: str | Path) -> SceneFile:
@@ -105,11 +107,12 @@ def read_scene(path: str | Path) -> SceneFile:
     data = read_json(path, MAX_BYTES)
     if not isinstance(data, dict) or "objects" not in data:
         raise DocumentError(path, "objects", "missing; a scene of LabBuilder is an object with the list 'objects'")
+    data, notes = regular(data)
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
         raise document_error(path, error) from None
-    return SceneFile(scene, _unread(data))
+    return SceneFile(scene, _unread(data), notes)
 
 
 def _unread(data: dict[str, Any]) -> tuple[str, ...]:
