@@ -29,6 +29,7 @@ from labgym.assets.reactivity import Reactivity
 from labgym.assets.shapes.joints import MECHANISMS
 from labgym.documents import Document, tagged, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
+from labgym.envs.goal_env import LabPointNavGoalEnv
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.driving.record import NavigationSummary
@@ -127,9 +128,10 @@ def schema(document: type[Document]) -> str:
     )
 
 
-def environment_page(environment: type) -> str:
-    """Return the page of an environment: its docstring under a heading."""
-    return f"# LabPointNav-v0\n\n{inspect.cleandoc(environment.__doc__ or '')}\n"
+def environment_page(environment: type, goals: type) -> str:
+    """Return the page of the environments: the docstrings of the class and of that for relabeled goals."""
+    text, more = (inspect.cleandoc(each.__doc__ or "") for each in (environment, goals))
+    return f"# LabPointNav\n\n{text}\n\n# LabPointNavGoal-v1\n\n{more}\n"
 
 
 def pages() -> dict[Path, str]:
@@ -138,7 +140,7 @@ def pages() -> dict[Path, str]:
     floors, moving = DOCS / "floors.md", DOCS / "moving-parts.md"
     return {
         **schemas,
-        DOCS / "environment.md": environment_page(LabPointNavEnv),
+        DOCS / "environment.md": environment_page(LabPointNavEnv, LabPointNavGoalEnv),
         floors: with_tables(floors.read_text(encoding="utf-8"), parameter_tables()),
         moving: with_tables(moving.read_text(encoding="utf-8"), moving_tables()),
     }

@@ -4,8 +4,20 @@ from gymnasium import register
 
 __version__ = "0.2.0"
 
-register(
-    id="LabPointNav-v0",
-    entry_point="labgym.envs.point_nav:LabPointNavEnv",
-    max_episode_steps=600,
-)
+register(id="LabPointNav-v0", entry_point="labgym.envs.point_nav:LabPointNavEnv", max_episode_steps=600)
+
+for _name, _steps in (
+    ("LabPointNav-v1", 600),
+    ("LabPointNavDepth-v1", 600),
+    ("LabPointNavRGBD-v1", 600),
+    ("LabPointNavDiscrete-v1", 500),
+    ("LabPointNavGoal-v1", 600),
+    ("LabProtocolNav-v1", 6000),
+):
+    _goals = _name == "LabPointNavGoal-v1"
+    register(
+        id=_name,
+        entry_point="labgym.envs." + ("goal_env:LabPointNavGoalEnv" if _goals else "point_nav:LabPointNavEnv"),
+        max_episode_steps=_steps,
+        kwargs={"config": _name},
+    )

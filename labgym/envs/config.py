@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from labgym.envs.parts.endings import TouchEnding
-from labgym.envs.parts.kinds import part_of, parts_of
+from labgym.envs.parts.kinds import part_of, parts_of, positive
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
 from labgym.envs.parts.protocols import (
     Actions,
@@ -29,6 +29,8 @@ from labgym.envs.parts.rewards import checked_terms
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.physics import PHYSICS
 from labgym.envs.pool import LayoutPool, PoolAddress
+from labgym.envs.protocol_tasks import ProtocolTasks
+from labgym.envs.residents import RESIDENT_MB
 from labgym.envs.rewards import RewardWeights
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import CHECK_STEPS
@@ -49,6 +51,7 @@ __all__ = [
 
 OBSERVATIONS = ("lidar", "depth", "rgbd")
 RENDER_MODES = ("rgb_array", "depth_array")
+DRIVES = ("pair", "protocol")
 
 
 @dataclass(frozen=True)
@@ -61,12 +64,15 @@ class PointNavConfig:
     Attributes:
         split, layout, protocol, profile, episodes_per_layout, training, pool: choose the layout, the protocol and the
             drive of each episode; `LabPointNavEnv` describes them.
-        tasks: chooses them instead of these.
+        resident_mb: budget of this process for prepared layouts of published splits, megabytes.
+        drives: "pair", one drive an episode, or "protocol", all drives of a protocol in one.
+        tasks: chooses the tasks instead of these.
         observation: "lidar", "depth" or "rgbd": names the usual sensors.
         sensors: the entries of the observation, instead of the usual sensors.
         weights: weights of the usual reward. distance_to_go: how it measures progress.
         rewards: the terms of the reward, instead of the usual ones.
         endings: the rules that end an episode; by default success within 0.5 m of the goal.
+        disc: radius of the disc around the goal at which `shortest_path_length` ends, meters.
         actions: how an action becomes commands.
         robot: the robot. physics: its physics, "mujoco". control_dt: duration of a control step, seconds.
         measures: the entries of the info.
@@ -90,6 +96,8 @@ class PointNavConfig:
     distance_to_go: Method = "grid"
     training: str | LayoutSource = "rooms"
     pool: LayoutPool | PoolAddress | None = None
+    resident_mb: float = RESIDENT_MB
+    drives: str = "pair"
     tasks: Tasks | None = None
     sensors: Any = None
     rewards: Any = None
@@ -97,6 +105,7 @@ class PointNavConfig:
     actions: Any = "velocity"
     robot: Any = "differential"
     physics: str = "mujoco"
+    disc: float = 0.0
     measures: Any = STANDARD
 
     def __post_init__(self) -> None:
@@ -111,11 +120,13 @@ class PointNavConfig:
             ("quality", self.quality, QUALITIES),
             ("distance_to_go", self.distance_to_go, METHODS),
             ("physics", self.physics, PHYSICS),
+            ("drives", self.drives, DRIVES),
         ):
             if value not in available:
                 raise UnknownNameError(kind, value, available)
         if self.render_mode is not None and self.render_mode not in RENDER_MODES:
             raise UnknownNameError("render_mode", self.render_mode, RENDER_MODES)
+        positive(self, "disc", zero=True)
         _check_pixels(self.width, self.height)
         _check_control_dt(self.control_dt)
         if isinstance(self.episodes_per_layout, bool) or not isinstance(self.episodes_per_layout, int):
@@ -146,8 +157,8 @@ class PointNavConfig:
         """Return a configuration with some fields replaced.
 
         Args:
-            config: a configuration, a mapping of its fields, or the path of a .json or .yaml file of one; None for the
-                defaults.
+            config: a configuration, a mapping of its fields, the path of a .json or .yaml file of one, or the id of a
+                registered environment; None for the defaults.
             options: values of fields.
 
         Raises:
@@ -157,7 +168,7 @@ class PointNavConfig:
             MissingDependencyError: PyYAML is not installed.
         """
         if isinstance(config, str | Path):
-            config = read_mapping(config)
+            config = _named_config(config)
         if config is not None and not isinstance(config, PointNavConfig | Mapping):
             raise OptionError(f"config is a {type(config).__name__}, expected a PointNavConfig, a mapping or a path")
         names = [each.name for each in fields(cls)]
@@ -202,7 +213,7 @@ class PointNavConfig:
         """
         if self.tasks is not None:
             return self.tasks
-        return TaskSource(
+        source = TaskSource(
             self.split,
             self.layout,
             self.protocol,
@@ -211,10 +222,18 @@ class PointNavConfig:
             self.training,
             self.pool,
             self.senses,
+            self.resident_mb,
         )
+        return source if self.drives == "pair" else ProtocolTasks(source)
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
+
+
+def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
+    from labgym.envs.presets import preset
+
+    return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
 
 
 def read_mapping(path: str | Path) -> Mapping[str, Any]:

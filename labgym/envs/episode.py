@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,15 +30,30 @@ class Episode:
         control_dt: duration of a control step, seconds.
         physics: name of the physics.
         exact: whether readings must be equal on every processor.
+        disc: radius of the disc around a goal at which shortest paths end, meters.
     """
 
-    def __init__(self, task: Task, robot: Robot, control_dt: float, physics: str, exact: bool) -> None:
+    def __init__(
+        self, task: Task, robot: Robot, control_dt: float, physics: str, exact: bool = False, disc: float = 0.0
+    ) -> None:
         world = world_of(task.layout)
         self.task = task
         self.simulation: Physics = make_physics(physics, world, robot, control_dt)
         self.simulation.place(task.pair.start)
-        self.state = State(task, world, robot, exact, task.pair, control_dt, self.simulation.pose)
+        self.state = State(task, world, robot, exact, task.pair, control_dt, self.simulation.pose, disc=disc)
         self._read()
+
+    @property
+    def last(self) -> bool:
+        """Whether the drive in progress is the last one of the task."""
+        return self.state.leg == len(self.task.following)
+
+    def go_on(self) -> None:
+        """Begin the next drive, from where the robot is."""
+        state = self.state
+        state.pair = replace(self.task.following[state.leg], start=state.pose)
+        state.leg, state.verdict, state.ending = state.leg + 1, None, ""
+        state.distance = math.dist(state.pose[:2], state.pair.goal[:2])
 
     def drive(self, commands: Iterable[Command]) -> None:
         """Carry out one action: apply the command of each of its control steps."""

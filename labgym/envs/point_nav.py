@@ -148,8 +148,36 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     out of range or of the wrong type, and a start or goal that is outside the room, blocked or not a pose, raise
     `OptionError`. A broken file raises `DocumentError`.
 
+    ## Environments
+
+    All ids are this class with another configuration (`labgym.envs.presets`), and take the same arguments and options.
+    Version 0 is described above; its rules do not change. Version 1 differs in the following:
+
+    - `split`: the published floors ("floors-test"; newly generated ones, "floors-train", in a release without them).
+    - The robot must arrive and stop: `terminated` when it is within 0.36 m of the goal, slower than 0.05 m/s and
+      0.1 rad/s.
+    - `distance_to_go`: "exact". `shortest_path_length`: to the disc of 0.36 m around the goal, on the side that is
+      nearest by driving.
+    - Further info: `is_success`, whether the episode has ended in success; `cost`, number of control steps with a
+      contact during the action; `ending`, the name of the rule that ended the drive, or ""; `achieved_goal` and
+      `desired_goal`, float64 (2,), positions of robot and goal.
+
+    The ids, each with its limit in actions:
+
+    - `LabPointNav-v0` (600), `LabPointNav-v1` (600).
+    - `LabPointNavDepth-v1` (600), `LabPointNavRGBD-v1` (600): version 1 with the observation "depth" or "rgbd".
+    - `LabPointNavDiscrete-v1` (500): version 1 with the action space `Discrete(4)`: 0 STOP, 1 forward by 0.25 m, 2 left
+      and 3 right by 15 degrees. An action lasts until the robot rests, about 1 s. STOP ends the episode, with success
+      within 0.36 m.
+    - `LabPointNavGoal-v1` (600): version 1 with goals that can be relabeled, for hindsight experience replay; described
+      by `labgym.envs.goal_env.LabPointNavGoalEnv`.
+    - `LabProtocolNav-v1` (6000): version 1 with all drives of a protocol in one episode: where a goal is reached, the
+      next drive begins. Further info: `leg`, the drive in progress, from 0, and `legs`, their number; the other entries
+      are those of the drive in progress. The options "start" and "goal" do not exist.
+
     ## Versions
 
+    - v1: arrive and stop within 0.36 m on published floors; shortest paths end at the success disc.
     - v0: first version.
     """
 
@@ -175,9 +203,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
             options["split"] = split
         self._config = config = PointNavConfig.of(config, options)
         self._tasks = config.task_source()
-        self._sensors, self._terms, self._endings, self._measures, self._actions, self._robot = copy.deepcopy(
-            (config.observed, config.reward_terms, config.endings, config.measures, config.actions, config.robot)
+        self._sensors, self._terms, self._endings, self._actions, self._robot, measures = copy.deepcopy(
+            (config.observed, config.reward_terms, config.endings, config.actions, config.robot, config.measures)
         )
+        self._entries = [(measure.name, measure.value) for measure in measures]
         self.render_mode = config.render_mode
         self.observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
         self.action_space = self._actions.space(self._robot)
@@ -213,7 +242,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         super().reset(seed=seed)
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
         config = self._config
-        self._episode = episode = Episode(task, self._robot, config.control_dt, config.physics, config.exact)
+        self._episode = episode = Episode(
+            task, self._robot, config.control_dt, config.physics, config.exact, config.disc
+        )
         self._terminated = self._truncated = False
         (rng,) = self.np_random.spawn(1)
         names = (*(sensor.name for sensor in self._sensors), "actions")
@@ -280,11 +311,15 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
 
     def _end_drive(self, episode: Episode) -> None:
         """End the episode, or begin the next drive of a task that has one."""
-        self._truncated = episode.state.verdict == "truncation"
-        self._terminated = not self._truncated
+        if episode.state.success and not episode.last:
+            episode.go_on()
+            self._begin_drive(episode.state)
+        else:
+            self._truncated = episode.state.verdict == "truncation"
+            self._terminated = not self._truncated
 
     def _observation(self, state: State) -> Observation:
         return {sensor.name: sensor.reading(state, self._streams[sensor.name]) for sensor in self._sensors}
 
     def _info(self, state: State) -> dict[str, Any]:
-        return {measure.name: measure.value(state) for measure in self._measures}
+        return {name: value(state) for name, value in self._entries}

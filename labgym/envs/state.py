@@ -37,6 +37,7 @@ class State:
         contacts: number of control steps with a contact since the start.
         steps: number of control steps since the start. control_dt: duration of one of them.
         path_length: length driven since the start, meters.
+        disc: radius of the disc around the goal at which shortest paths end, meters; 0 for the goal itself.
         stop: whether the latest action was STOP.
         verdict: the verdict of the endings on the drive in progress; None while it goes on. ending: the name of the
             ending that gave it, "" without one.
@@ -60,16 +61,29 @@ class State:
     contacts: int = 0
     steps: int = 0
     path_length: float = 0.0
+    disc: float = 0.0
     stop: bool = False
     verdict: Verdict | None = None
     ending: str = ""
     terms: dict[str, float] = field(default_factory=dict)
     views: dict[Any, Any] = field(default_factory=dict)
+    _measured: GoalPair | None = field(default=None, init=False, repr=False)
+    _length: float = field(default=0.0, init=False, repr=False)
 
     @property
     def goal(self) -> Pose:
         """The goal of the drive in progress, (x, y, yaw)."""
         return self.pair.goal
+
+    @property
+    def shortest_path_length(self) -> float:
+        """Length of the shortest any-angle path of the drive in progress, meters; inf if no path exists. Privileged."""
+        if self._measured is not self.pair:
+            self._measured, world = self.pair, self.world
+            self._length = (
+                world.shortest_length(self.pair) if not self.disc else world.length_to_disc(self.pair, self.disc)
+            )
+        return self._length
 
     @property
     def time(self) -> float:

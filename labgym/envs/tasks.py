@@ -38,11 +38,13 @@ class Task:
         protocol: the protocol that has this goal pair, by default the layout's first; None if the layout has no
             protocol and both ends of the drive were passed.
         pair: the drive; its index is `NO_PAIR` if both ends were passed without a pair.
+        following: the drives that come after it, each from where the robot reached the goal before.
     """
 
     layout: Layout
     protocol: Protocol | None
     pair: GoalPair
+    following: tuple[GoalPair, ...] = ()
 
 
 class TaskSource:

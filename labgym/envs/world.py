@@ -24,6 +24,7 @@ from labgym.layouts import Layout
 from labgym.layouts.model import Floor, Placement
 from labgym.navigation import PLANNING_RADIUS, GoalPair, Method, OccupancyGrid, ShortestPaths, goal_pairs, occupancy
 from labgym.navigation.barriers import Barriers
+from labgym.navigation.discs import length_to_disc
 from labgym.scenes import ExactRayScene, RayScene, SceneMesh, to_mjcf
 from labgym.scenes.rays import Geometry, ray_mesh
 
@@ -148,7 +149,19 @@ class World:
             path = self._paths.path(pair.start[:2], pair.goal[:2])
             return path.length if path is not None else float("inf")
 
-        key = pair.start[:2] + pair.goal[:2]
+        return self._length(pair.start[:2] + pair.goal[:2], length)
+
+    def length_to_disc(self, pair: GoalPair, radius: float) -> float:
+        """Return the length of the shortest any-angle path from a start to a disc around a goal, meters.
+
+        Args:
+            radius: radius of the disc, meters.
+        """
+        key = (*pair.start[:2], *pair.goal[:2], radius)
+        return self._length(key, lambda: length_to_disc(self._paths, pair.start, pair.goal, radius))
+
+    def _length(self, key: tuple[float, ...], length: Callable[[], float]) -> float:
+        """Return a length of the cache, computed if it is missing."""
         known = self._lengths.get(key)
         if known is not None:
             return known

@@ -60,9 +60,9 @@ def drive_along(env: gym.Env, info: dict[str, Any], waypoints: np.ndarray) -> li
 
 @pytest.mark.parametrize("observation", MODES)
 def test_gymnasiums_checker_has_nothing_to_say(layout: Layout, observation: str) -> None:
+    env = make(layout, observation=observation)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        env = make(layout, observation=observation)
         check_env(env.unwrapped, skip_render_check=True)
         env.close()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,15 +16,35 @@ from labgym.envs.state import State
 from labgym.errors import OptionError
 
 
-@dataclass(frozen=True)
+@dataclass
 class VelocityActions(Actions):
-    """Target velocities: `Box(-1, 1, (n,), float32)`, one component per axis of the robot, for one control step."""
+    """Target velocities: `Box(-1, 1, (n,), float32)`, one component per axis of the robot, for one control step.
 
+    Attributes:
+        stop: whether a further component declares the arrival: above 0 it is STOP, and the robot brakes.
+        delay: number of control steps by which the robot obeys later, at rest until then.
+    """
+
+    stop: bool = False
+    delay: int = 0
     kind: str = field(default="velocity", init=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.stop, bool):
+            raise OptionError(f"VelocityActions: stop is {self.stop!r}, expected True or False")
+        if isinstance(self.delay, bool) or not isinstance(self.delay, int) or self.delay < 0:
+            raise OptionError(f"VelocityActions: delay is {self.delay!r}, expected a whole number of control steps")
 
     def space(self, robot: Robot) -> spaces.Space[Any]:
         """Return the box."""
-        return spaces.Box(-1.0, 1.0, (len(robot.axes),), np.float32)
+        return spaces.Box(-1.0, 1.0, (len(robot.axes) + self.stop,), np.float32)
+
+    def reset(self, state: State, rng: np.random.Generator) -> None:  # noqa: ARG002
+        """Begin an episode at rest."""
+        rest = state.robot.command([0.0] * len(state.robot.axes))
+        self._axes = (*state.robot.axes, "stop") if self.stop else tuple(state.robot.axes)
+        self._waiting = deque([rest] * self.delay)
+        self._stopped = False
 
     def commands(self, action: Any, state: State, rng: np.random.Generator) -> Iterable[Command]:  # noqa: ARG002
         """Return one command.
@@ -30,7 +52,19 @@ class VelocityActions(Actions):
         Raises:
             OptionError: not one finite number per axis.
         """
-        return (state.robot.command(numbers(action, state.robot.axes)),)
+        values = numbers(action, self._axes)
+        if self.stop:
+            self._stopped = values.pop() > 0.0
+            values = [0.0] * len(values) if self._stopped else values
+        command = state.robot.command(values)
+        if not self.delay:
+            return (command,)
+        self._waiting.append(command)
+        return (self._waiting.popleft(),)
+
+    def is_stop(self, action: Any) -> bool:  # noqa: ARG002
+        """Whether the action was STOP."""
+        return self._stopped
 
 
 def numbers(action: Any, names: tuple[str, ...]) -> list[float]:
@@ -43,8 +77,9 @@ def numbers(action: Any, names: tuple[str, ...]) -> list[float]:
         values = np.asarray(action, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         values = np.empty(0)
-    if values.shape != (len(names),) or not np.isfinite(values).all():
+    components: list[float] = values.tolist() if values.shape == (len(names),) else []
+    if not components or not all(map(math.isfinite, components)):
         shown = " ".join(repr(action).split())[:80]
         count = {2: "two", 3: "three"}.get(len(names), str(len(names)))
         raise OptionError(f"action {shown} must be {count} finite numbers in [-1, 1]: {', '.join(names)}")
-    return [float(value) for value in values]
+    return components

@@ -5,7 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from labgym.envs.parts.actions import VelocityActions
+from labgym.envs.parts.actuation import ActuationNoise, LoCoBotActuation, RoboThorActuation
+from labgym.envs.parts.discrete import DiscreteActions
 from labgym.envs.parts.endings import ContactEnding, RestEnding, StopEnding, StuckEnding, TouchEnding
+from labgym.envs.parts.goals import GoalEnding, GoalTerm
 from labgym.envs.parts.measures import NamedMeasure
 from labgym.envs.parts.noise import Dropout, Gaussian, Quantization
 from labgym.envs.parts.protocols import Actions, Ending, Measure, Noise, RewardTerm, Robot, Sensor
@@ -20,10 +23,22 @@ from labgym.envs.parts.rewards import (
     TimeTerm,
 )
 from labgym.envs.parts.robots import DifferentialDrive
-from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
+from labgym.envs.parts.vectors import GoalSensor, JointSensor, PlaceSensor, PoseSensor, VelocitySensor
 
 ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
-    "sensor": (Sensor, (GoalSensor, VelocitySensor, LidarSensor, DepthSensor, ColorSensor)),
+    "sensor": (
+        Sensor,
+        (
+            GoalSensor,
+            VelocitySensor,
+            PoseSensor,
+            PlaceSensor,
+            JointSensor,
+            LidarSensor,
+            DepthSensor,
+            ColorSensor,
+        ),
+    ),
     "noise": (Noise, (Gaussian, Dropout, Quantization)),
     "reward term": (
         RewardTerm,
@@ -35,10 +50,12 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
             TimeTerm,
             ClearanceTerm,
             FunctionTerm,
+            GoalTerm,
         ),
     ),
-    "ending": (Ending, (TouchEnding, RestEnding, StopEnding, ContactEnding, StuckEnding)),
+    "ending": (Ending, (TouchEnding, RestEnding, StopEnding, ContactEnding, StuckEnding, GoalEnding)),
     "measure": (Measure, (NamedMeasure,)),
-    "actions": (Actions, (VelocityActions,)),
+    "actions": (Actions, (VelocityActions, DiscreteActions)),
+    "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
     "robot": (Robot, (DifferentialDrive,)),
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -12,27 +13,61 @@ from labgym.envs.parts.protocols import Measure
 from labgym.envs.state import State
 from labgym.errors import UnknownNameError
 
+
+def _pose(state: State) -> Any:
+    return np.array(state.pose)
+
+
+def _goal(state: State) -> Any:
+    return np.array(state.pair.goal)
+
+
+def _clearance(state: State) -> float:
+    return state.world.clearance(state.pose[0], state.pose[1])
+
+
+def _protocol(state: State) -> str:
+    return "" if state.task.protocol is None else state.task.protocol.id
+
+
+def _legs(state: State) -> int:
+    return 1 + len(state.task.following)
+
+
+def _cost(state: State) -> float:
+    return float(state.touches)
+
+
+def _achieved_goal(state: State) -> Any:
+    return np.array(state.pose[:2])
+
+
+def _desired_goal(state: State) -> Any:
+    return np.array(state.pair.goal[:2])
+
+
 VALUES: dict[str, Callable[[State], Any]] = {
-    "pose": lambda state: np.array(state.pose),
-    "goal": lambda state: np.array(state.goal),
-    "distance": lambda state: state.distance,
-    "success": lambda state: state.success,
-    "collision": lambda state: state.collision,
-    "contacts": lambda state: state.contacts,
-    "clearance": lambda state: state.world.clearance(state.pose[0], state.pose[1]),
-    "path_length": lambda state: state.path_length,
-    "shortest_path_length": lambda state: state.world.shortest_length(state.pair),
-    "layout": lambda state: state.task.layout.id,
-    "protocol": lambda state: "" if state.task.protocol is None else state.task.protocol.id,
-    "pair": lambda state: state.pair.index,
-    "time": lambda state: state.time,
-    "reward_terms": lambda state: state.terms,
-    "is_success": lambda state: state.success,
-    "cost": lambda state: float(state.touches),
-    "ending": lambda state: state.ending,
-    "leg": lambda state: state.leg,
-    "achieved_goal": lambda state: np.array(state.pose[:2]),
-    "desired_goal": lambda state: np.array(state.goal[:2]),
+    "pose": _pose,
+    "goal": _goal,
+    "distance": attrgetter("distance"),
+    "success": attrgetter("success"),
+    "collision": attrgetter("collision"),
+    "contacts": attrgetter("contacts"),
+    "clearance": _clearance,
+    "path_length": attrgetter("path_length"),
+    "shortest_path_length": attrgetter("shortest_path_length"),
+    "layout": attrgetter("task.layout.id"),
+    "protocol": _protocol,
+    "pair": attrgetter("pair.index"),
+    "time": attrgetter("time"),
+    "reward_terms": attrgetter("terms"),
+    "is_success": attrgetter("success"),
+    "cost": _cost,
+    "ending": attrgetter("ending"),
+    "leg": attrgetter("leg"),
+    "legs": _legs,
+    "achieved_goal": _achieved_goal,
+    "desired_goal": _desired_goal,
 }
 """The measures of ours by name; the page of each environment says what they mean."""
 
@@ -41,6 +76,9 @@ STANDARD = (
     "shortest_path_length", "layout", "protocol", "pair", "time", "reward_terms",
 )  # fmt: skip
 """The info of version 0."""
+
+EXTENDED = (*STANDARD, "is_success", "cost", "ending", "achieved_goal", "desired_goal")
+"""The info of version 1."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +91,7 @@ class NamedMeasure(Measure):
     def __post_init__(self) -> None:
         if self.name not in VALUES:
             raise UnknownNameError("measure", self.name, VALUES)
+        object.__setattr__(self, "value", VALUES[self.name])  # one call less for each entry
 
     def value(self, state: State) -> Any:
         """Return the value in a state."""

@@ -9,14 +9,18 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import noises, positive
+from labgym.envs.parts.kinds import noises, parts_of, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
+from labgym.errors import OptionError, UnknownNameError
+from labgym.scenes.rays import Geometry
 
 GOAL_RANGE = 50.0
 """Largest distance in the goal reading, meters."""
+POSITION_RANGE = 200.0
+"""Largest coordinate in the readings of positions, meters."""
 
 
 @dataclass(frozen=True)
@@ -76,3 +80,102 @@ class VelocitySensor(Sensor):
         (v, w), low, high = state.velocity, self.low, self.high
         twist = np.array([min(max(v, low[0]), high[0]), min(max(w, low[1]), high[1])], np.float32)
         return disturbed(twist, self, state, rng) if self.noise else twist
+
+
+@dataclass(frozen=True)
+class PoseSensor(Sensor):
+    """The pose of the robot in the room frame: (4,) float32, x and y in meters, cosine and sine of the yaw. Privileged.
+
+    Attributes:
+        reach: x and y are clipped to [-reach, reach], meters.
+    """
+
+    name: str = "pose"
+    reach: float = POSITION_RANGE
+    noise: tuple[Noise, ...] = ()
+    kind: str = field(default="pose", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "reach")
+        noises(self)
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """Position within the reach, cosine and sine in [-1, 1]."""
+        high = np.array([self.reach, self.reach, 1.0, 1.0], np.float32)
+        return spaces.Box(-high, high)
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+        """Return x, y, cosine and sine."""
+        x, y, yaw = state.pose
+        pose = np.array([x, y, math.cos(yaw), math.sin(yaw)], np.float32)
+        return disturbed(pose, self, state, rng) if self.noise else pose
+
+
+@dataclass(frozen=True)
+class PlaceSensor(Sensor):
+    """A position in the room frame: (2,) float32, meters.
+
+    Attributes:
+        of: "robot" or "goal". reach: components are clipped to [-reach, reach], meters.
+    """
+
+    name: str = "achieved_goal"
+    of: str = "robot"
+    reach: float = POSITION_RANGE
+    kind: str = field(default="place", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "reach")
+        if self.of not in ("robot", "goal"):
+            raise UnknownNameError("place", self.of, ("robot", "goal"))
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """Both within the reach."""
+        return spaces.Box(-self.reach, self.reach, (2,), np.float32)
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:  # noqa: ARG002
+        """Return x and y."""
+        return np.array(state.pose[:2] if self.of == "robot" else state.pair.goal[:2], np.float32)
+
+
+@dataclass(frozen=True)
+class JointSensor(Sensor):
+    """The readings of several sensors as one float32 vector, one after the other.
+
+    Attributes:
+        sensors: the sensors; their readings are flattened.
+    """
+
+    name: str = "observation"
+    sensors: tuple[Sensor, ...] = ()
+    kind: str = field(default="joint", init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sensors", parts_of(self.sensors, "sensor"))
+        if not self.sensors:
+            raise OptionError("JointSensor: sensors is empty; it needs at least one")
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """The limits of all components."""
+        boxes = [sensor.space for sensor in self.sensors]
+        low, high = (np.concatenate([getattr(box, end).ravel() for box in boxes]) for end in ("low", "high"))
+        return spaces.Box(low.astype(np.float32), high.astype(np.float32))
+
+    @property
+    def sees(self) -> Geometry | None:
+        """The visual shapes if one of the sensors sees them."""
+        geometries = {sensor.sees for sensor in self.sensors}
+        return "visual" if "visual" in geometries else "solid" if "solid" in geometries else None
+
+    def reset(self, state: State, rng: np.random.Generator) -> None:
+        """Begin an episode."""
+        for sensor in self.sensors:
+            sensor.reset(state, rng)
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+        """Return the joint vector."""
+        readings = [np.asarray(sensor.reading(state, rng)).ravel() for sensor in self.sensors]
+        return np.concatenate(readings).astype(np.float32, copy=False)
