@@ -17,7 +17,7 @@ APART = 0.05
 
 
 def searched(start: tuple[float, float], goal: tuple[float, float], radius: float) -> float:
-    """The shortest of the paths to points of the circle that are `APART` from each other, at most that much too long."""
+    """The shortest of the paths to points on the circle, at most `APART` too long."""
     best = math.inf
     for angle in np.arange(0.0, 2.0 * math.pi, APART / radius):
         path = PATHS.path(start, (goal[0] + radius * math.cos(angle), goal[1] + radius * math.sin(angle)))
