@@ -35,7 +35,7 @@ def handling_distances(
     """
     first, pairs = first_of_role(units), dict[tuple[str, str], tuple[float, float, str]]()
     for protocol in request.protocols:
-        for location, flammable in _flammables(request, protocol):
+        for location, flammable in flammables_at(request, protocol):
             place = first.get(location)
             for unit in units:
                 things = [unit.asset, *(content.asset for content in contents.get(unit.id, ()))]
@@ -81,7 +81,7 @@ def first_of_role(units: Sequence[Unit]) -> dict[str, Unit]:
     return first
 
 
-def _flammables(request: Request, protocol: Protocol) -> Iterator[tuple[str, str]]:
+def flammables_at(request: Request, protocol: Protocol) -> Iterator[tuple[str, str]]:
     """Yield the locations of a protocol at which a flammable reagent is used, and the first of these reagents."""
     roles = {use.name: request.catalog.find(use.name) for use in protocol.reagents}
     for location in protocol.locations:

@@ -11,8 +11,9 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.layouts.brief import Content, Unit
 from labgym.layouts.cabinets import Cabinet
-from labgym.layouts.interiors.distances import first_of_role
+from labgym.layouts.interiors.distances import first_of_role, flammables_at
 from labgym.layouts.request import Request
+from labgym.layouts.rules.separation import heat_band
 from labgym.layouts.rules.touchstone2.reach import ARM_REACH, SHOULDER_HEIGHT
 from labgym.layouts.stocking import Waiting, home, shelve, stand
 from labgym.layouts.tabletop import Arm
@@ -113,8 +114,13 @@ class _Stocking:
             self.unhooded += [name for name in group.names if self.pool[name]]
 
     def place_rest(self, units: Sequence[Unit]) -> None:
-        """Stand what is still required at its usual unit, else on a bench or a hood with space."""
+        """Stand what is still required at its usual unit, else on a bench or a hood with space.
+
+        A heat source then stands on no bench on which a protocol handles flammables.
+        """
         first = first_of_role(units)
+        places = {place for one in self.request.protocols for place, _ in flammables_at(self.request, one)}
+        handled = {unit.id for role, unit in first.items() if role in places}
         rest: list[Waiting] = []
         for name in sorted(self.pool.elements()):
             asset = self.request.catalog.get(name)
@@ -124,8 +130,10 @@ class _Stocking:
         benches = [unit for unit in units if unit.asset.subtype == "workbench" or unit.asset.fume_hood]
         for unit in sorted(benches, key=lambda unit: (unit.id in self.contents, unit.id)):
             present = self.contents.get(unit.id, ())
-            added, rest = self._fitting(unit.asset, rest, present)
+            hot = [entry for entry in rest if unit.id in handled and heat_band(entry[0], self.request.profile)]
+            added, left = self._fitting(unit.asset, [entry for entry in rest if entry not in hot], present)
             self.contents[unit.id] = (*present, *added)
+            rest = [*hot, *left]
         self.homeless = rest
 
     def _surfaces(self, unit_id: str) -> list[str]:

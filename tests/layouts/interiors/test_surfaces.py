@@ -85,3 +85,14 @@ def test_with_an_inventory_no_instrument_is_added():
     wanted = Counter(request.catalog.find(name).name for name in request.protocol.instruments)
     assert all(placed[name] <= count for name, count in wanted.items())
     assert sum(unit.asset.fume_hood for unit in furniture.required) == 1
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_heat_source_without_a_place_stands_on_no_bench_where_flammables_are_handled(seed):
+    names = ("alk_01", "alk_03", "con_04", "pro_05", "red_02")
+    request = resolve_request(names, seed, None, "default", None, (), family="suite")
+    furniture = _needs(request, np.random.default_rng(seed))
+    used = {name for protocol in request.protocols for step in protocol.steps for name in step.uses}
+    ovens = [c.asset.name for c in furniture.contents.get("PreparationBench_1", ()) if c.asset.heat_class == "oven"]
+    assert "DryingOven" in used
+    assert not ovens
