@@ -43,6 +43,7 @@ from labgym.cli.splits import describe_app, floors
 from labgym.cli.submission import submit_app
 from labgym.cli.traces import trace
 from labgym.cli.training import ablate_app, card_app, data, train_app
+from labgym.cli.viewing import play
 from labgym.errors import LabgymError
 from labgym.pipeline import RunConfig
 
@@ -103,6 +104,7 @@ app.command(score)
 
 app.command(name="compile")(compile_)
 app.command(view)
+app.command(play)
 app.command(move)
 app.command(repair)
 app.command(outline)

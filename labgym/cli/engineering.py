@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from labgym.cli.arguments import LayoutName, OptionalText, numbers
+from labgym.cli.arguments import LayoutName, OptionalText, PolicyOptions, numbers
 from labgym.cli.outcome import DONE, written
+from labgym.cli.viewing import watch
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
@@ -60,8 +61,14 @@ def view(
     width: int = 1280,
     height: int = 720,
     protocol: OptionalText = None,
+    web: bool = False,
+    policy: str = "astar",
+    pair: int = 0,
+    seed: int = 0,
+    options: PolicyOptions = (),
+    port: int = 8000,
 ) -> int:
-    """Draw a layout from above, or render it with a camera of the scene.
+    """Draw a layout from above, render it with a camera of the scene, or watch a policy in the browser (--web).
 
     The plan outlines the objects of each violation, and of each facility rule that is broken, in red with its number.
 
@@ -72,12 +79,21 @@ def view(
         width: Width of a rendered view in pixels.
         height: Height of a rendered view in pixels.
         protocol: Id or .json file of the protocol whose goal poses are drawn; by default the layout's.
+        web: Serve the laboratory on 127.0.0.1 with a robot that drives its goal pairs, and its sensors, until Ctrl-C;
+            nothing is written. The arguments below are for --web.
+        policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help).
+        pair: Index of the first goal pair.
+        seed: Random seed of the policy.
+        options: Arguments of the policy, for example trust=true.
+        port: Port of the page; 0 takes a free port.
     """
     from labgym.envs.tasks import resolve_layout
     from labgym.eval.drawing import pictures
     from labgym.layouts.rules import evaluate_layout
 
     scene = resolve_layout(layout, protocol)
+    if web:
+        return watch(scene, policy, pair, seed, options, port)
     if camera != "topdown":
         return written(pictures.save_view(scene, out, camera, width, height))
     assessment = evaluate_layout(scene, scene.protocol, navigation=True)

@@ -74,20 +74,26 @@ def mjcf_files(layout: Layout, interactive: bool = False, loose: bool = False) -
 
 
 def write_glb(layout: Layout, path: str | Path) -> Path:
-    """Write a layout as binary glTF, for viewers and modeling programs, and return the path.
-
-    Each material of a placement is a node `<id>/<material>`. Colors are linear, as glTF defines them. Normals are
-    smooth over round surfaces; a vertex is repeated for each of its normals, so merge vertices by position to get
-    watertight meshes. Floors other than one plain rectangular room have textures, whose means are the colors.
+    """Write a layout as binary glTF (`glb_bytes`), for viewers and modeling programs, and return the path.
 
     Raises:
         OptionError: the path does not end in .glb.
     """
-    import trimesh
-
     path = Path(path)
     if path.suffix.lower() != ".glb":
         raise OptionError(f"GLB file {path.name!r} must end in .glb, for example {path.name}.glb")
+    return write_bytes(path, glb_bytes(layout))
+
+
+def glb_bytes(layout: Layout) -> bytes:
+    """Return a layout as binary glTF.
+
+    Each material of a placement is a node `<id>/<material>`. Colors are linear, as glTF defines them. Normals are
+    smooth over round surfaces; a vertex is repeated for each of its normals, so merge vertices by position to get
+    watertight meshes. Floors other than one plain rectangular room have textures, whose means are the colors.
+    """
+    import trimesh
+
     scene = trimesh.Scene()
     # In glTF y points up and z towards the viewer.
     up = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
@@ -111,7 +117,7 @@ def write_glb(layout: Layout, path: str | Path) -> Path:
                 mesh = _painted(local.vertices, faces, material, texture_on(layout.floor, material))
                 scene.add_geometry(mesh, node_name=f"{placement.id}/{material}", geom_name=name, transform=pose)
     content: bytes = scene.export(file_type="glb", include_normals=True, tree_postprocessor=_set_colors)  # type: ignore[no-untyped-call]
-    return write_bytes(path, content)
+    return content
 
 
 def _pose(placement: Placement) -> Array:

@@ -27,6 +27,7 @@ from labgym.suites import Suite, suite_of
 
 Route = tuple[Pose, ...]
 Info = dict[str, Any]
+Watch = Callable[[Info], None]
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,17 @@ def drive_episodes(
     suite: Suite,
     label: str,
     seed: int,
+    watch: Watch | None = None,
 ) -> tuple[Drive, ...]:
-    """Drive the selected episodes of a layout, each as in `drive_layout`."""
+    """Drive the selected episodes of a layout, each as in `drive_layout`.
+
+    Args:
+        watch: receives the environment's info at the start and after each control step. An exception that it raises
+            ends the episode without a result.
+    """
     env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt, exact=True)
     try:
-        return tuple(_Episode(env, policy, layout, episode, suite, seed).run(label) for episode in episodes)
+        return tuple(_Episode(env, policy, layout, episode, suite, seed, watch).run(label) for episode in episodes)
     finally:
         env.close()
 
@@ -112,8 +119,16 @@ class _Episode:
     """An episode in progress."""
 
     def __init__(
-        self, env: LabPointNavEnv, policy: Driver, layout: Layout, episode: Assignment, suite: Suite, seed: int
+        self,
+        env: LabPointNavEnv,
+        policy: Driver,
+        layout: Layout,
+        episode: Assignment,
+        suite: Suite,
+        seed: int,
+        watch: Watch | None,
     ) -> None:
+        self._watch = watch
         self._env, self._policy, self._layout, self._pair = env, policy, layout, episode.pair
         self._assignment, self._suite, self._seed = episode, suite, seed
         self._seconds = 0.0
@@ -134,8 +149,8 @@ class _Episode:
                 action = self._timed(self._act, {**observation, "odometry": self._odometry()})
                 observation, _, _, _, info = self._env.step(action)
                 self._steps += 1
-                self._note(info)
                 self._touched.append(bool(info["collision"]))
+                self._note(info)
         except PolicyError as failure:
             error = str(failure)
         error = error or self._jump()
@@ -184,6 +199,8 @@ class _Episode:
         x, y, yaw = (float(value) for value in info["pose"])
         self._poses.append((x, y, yaw))
         self._clearances.append(float(info["clearance"]))
+        if self._watch is not None:
+            self._watch(info)
 
     def _jump(self) -> str | None:
         """Return which pose the robot cannot have driven to; None if it can have driven to all of them."""

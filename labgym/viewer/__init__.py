@@ -1,0 +1,10 @@
+"""Watch policies drive, or drive by keyboard, in a web browser of this machine."""
+
+from labgym.viewer.console import Command, Console
+from labgym.viewer.episodes import Episode, episodes_of
+from labgym.viewer.person import Person
+from labgym.viewer.server import ViewerServer
+from labgym.viewer.session import run_viewer
+from labgym.viewer.show import Show
+
+__all__ = ["Command", "Console", "Episode", "Person", "Show", "ViewerServer", "episodes_of", "run_viewer"]

@@ -1,0 +1,97 @@
+"""What the page shows of one control step: the robot, its sensors and the counts of the episode."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.sensors import RANGE, Camera, Lidar
+from labgym.envs.world import World
+from labgym.eval.driving.episode_row import EpisodeRow
+
+NEAR = 0.2
+"""Depth at the bright end of the depth image's scale, meters; the dark end is the sensor's range."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A control step, as the page receives it; meters, seconds, room frame.
+
+    Attributes:
+        phase: "driving"; "ready" before a person's first key; "finished" at the end.
+        episode: number of the episode. attempt: number of drives begun so far.
+        pose: x, y, yaw. distance: to the goal. touching: whether the robot touches something.
+        lidar: ranges as in the environment's observation. color, depth: camera images, PNG in base64.
+        result: outcome of the finished episode, and None before.
+    """
+
+    phase: str
+    episode: int
+    attempt: int
+    pose: tuple[float, float, float]
+    distance: float
+    path_length: float
+    time: float
+    contacts: int
+    touching: bool
+    clearance: float
+    lidar: tuple[float, ...]
+    color: str
+    depth: str
+    paused: bool = False
+    speed: float = 1.0
+    result: dict[str, Any] | None = None
+
+    def record(self) -> dict[str, Any]:
+        """Return the data of a message to the page."""
+        return asdict(self)
+
+
+class Senses:
+    """The sensors whose readings the page shows, whatever the driver reads."""
+
+    def __init__(self) -> None:
+        self._lidar, self._camera = Lidar(), Camera()
+
+    def moment(self, world: World, info: dict[str, Any], phase: str, episode: int, attempt: int) -> Moment:
+        """Return the moment of an environment's info."""
+        x, y, yaw = (float(value) for value in info["pose"])
+        pose = (x, y, yaw)
+        color, depth = self._camera.colour_and_depth(world.visible, pose)
+        return Moment(
+            phase=phase,
+            episode=episode,
+            attempt=attempt,
+            pose=(round(x, 4), round(y, 4), round(yaw, 4)),
+            distance=round(float(info["distance"]), 3),
+            path_length=round(float(info["path_length"]), 3),
+            time=round(float(info["time"]), 3),
+            contacts=int(info["contacts"]),
+            touching=bool(info["collision"]),
+            clearance=round(float(info["clearance"]), 3),
+            lidar=tuple(np.round(self._lidar.scan(world.solid, pose).astype(float), 3).tolist()),
+            color=_png(color[..., ::-1]),
+            depth=_png(_shades(depth)),
+        )
+
+
+def outcome(row: EpisodeRow) -> dict[str, Any]:
+    """Return what the page shows of a finished episode."""
+    names = ("success", "spl", "soft_spl", "contacts", "path_length", "shortest_path_length", "final_distance", "time")
+    return {**{name: getattr(row, name) for name in names}, "error": row.error}
+
+
+def _shades(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return a depth image in color, near bright and far dark, in BGR."""
+    near = np.log(RANGE / np.clip(depth, NEAR, RANGE)) / np.log(RANGE / NEAR)
+    return np.asarray(cv2.applyColorMap(np.rint(near * 255.0).astype(np.uint8), cv2.COLORMAP_VIRIDIS), dtype=np.uint8)
+
+
+def _png(image: NDArray[np.uint8]) -> str:
+    """Return an image (rows, columns, 3) in BGR as PNG in base64."""
+    return base64.b64encode(cv2.imencode(".png", np.ascontiguousarray(image))[1].tobytes()).decode()
