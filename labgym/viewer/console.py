@@ -84,7 +84,7 @@ class Console:
             self._pages -= 1
 
     @property
-    def asked_episode(self) -> int | None:
+    def requested_episode(self) -> int | None:
         """The episode that the page asked for and that has not begun."""
         with self._changed:
             return self._episode

@@ -1,4 +1,4 @@
-"""What the page shows of one control step: the robot, its sensors and the counts of the episode."""
+"""Messages to the page: the robot, its sensors and the counts of the episode at one control step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which requests a viewer answers: those of its own page, on a loopback name."""
+"""Which requests a viewer answers: those that its page sends to a loopback name."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ class Show:
         """Wait for the next control step; a late step does not make later ones hurry."""
         self._due = max(self._due + self.suite.control_dt / self.console.speed, time.monotonic() - 0.2)
         self.console.wait_until(self._due)
-        if self.console.asked_episode is not None:
+        if self.console.requested_episode is not None:
             raise _AnotherEpisodeError
 
 

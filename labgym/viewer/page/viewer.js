@@ -99,12 +99,12 @@ function release(group) {
 async function load(number) {
   loading = number;
   document.body.dataset.scene = 'loading';
-  say('Loading the laboratory …');
   const answer = await fetch(`episode/${number}.json`);
   if (!answer.ok) throw new Error(await answer.text());
   const next = await answer.json();
   if (loading !== number) return;
   if (!episode || episode.layout !== next.layout) {
+    say('Loading the laboratory …');
     const gltf = await loadGlb(`episode/${number}.glb`);
     if (loading !== number) return;
     release(laboratory);
