@@ -21,13 +21,14 @@ if TYPE_CHECKING:
     from labgym.eval.scoring.judgement import Mode
     from labgym.eval.scoring.judging.options import JudgeOptions
 
+PublishedSplit = Literal["val", "test", "floors-val", "floors-seen", "floors-test"]
 reproduce_app = CommandGroup(default="published")
 RUNS = Path("runs/reproduce")
 """Default folder of the studies, each in the subfolder of its name."""
 
 
 @reproduce_app.command
-def published(split: Literal["val", "test"] = "test", out: OptionalPath = None) -> int:
+def published(split: PublishedSplit = "test", out: OptionalPath = None) -> int:
     """Check the published layouts against their hashes, and regenerate them from their seeds.
 
     They are regenerated only if this version's generator made them; otherwise the release that made them is named.

@@ -29,7 +29,7 @@ from labgym.protocols import Protocol, protocols
 
 TRAIN_SEEDS = 10**9
 FIRST_SEED = {"val": 10**9, "test": 2 * 10**9}
-PublishedSplit = Literal["val", "test"]
+PublishedSplit = Literal["val", "test", "floors-val", "floors-seen", "floors-test"]
 PUBLISHED: tuple[PublishedSplit, ...] = get_args(PublishedSplit)
 """Names of the published splits."""
 ATTEMPTS = 32
