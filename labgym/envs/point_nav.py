@@ -74,8 +74,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
 
     ## Arguments
 
-    - `split` ("test"): the split from which layouts are drawn. "val" and "test" hold the published layouts; "train"
-      generates new ones.
+    - `split` ("test"): the split from which layouts are drawn. "val" and "test" hold published rooms, "floors-val",
+      "floors-seen" and "floors-test" published floors with drives of their own; "train" generates new rooms,
+      "floors-train" new floors. Drives on floors are long: pass `max_episode_steps=1500` to `gym.make`.
     - `layout` (None): a fixed layout: a `labgym.layouts.Layout`, the path of a `.json` file, or a published id.
     - `protocol` (None): a fixed protocol: a `labgym.protocols.Protocol`, an id of the library, or the path of a `.json`
       file. By default the first protocol that the layout embeds.
@@ -120,7 +121,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     bit-identical observations.
 
     - "layout", "protocol": as the arguments.
-    - "pair": an index into `labgym.navigation.goal_pairs(layout, protocol)`.
+    - "pair": an index into `labgym.navigation.goal_pairs(layout, protocol)`; in a published floor that the environment
+      drew, with no protocol passed, into the drives of the suite of its split.
     - "start", (x, y, yaw), and "goal", (x, y) or (x, y, yaw): poses in the room frame, meters and radians, that replace
       the ends of the goal pair. If both are passed, no pair and no protocol is needed. At the start the robot must
       touch nothing in the simulation, and a path to the goal must exist for a disc of radius 0.30 m.
