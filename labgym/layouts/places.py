@@ -14,9 +14,12 @@ import numpy as np
 
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
 from labgym.layouts.clutter import add_clutter
+from labgym.layouts.combination import combination
 from labgym.layouts.floors import SPLITS, FloorDraw, Population, population_of
 from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.model import Layout
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import VERSION_2
 from labgym.layouts.style import Style
 from labgym.protocols import protocols
 
@@ -120,6 +123,20 @@ class Place:
         name = f"{self.split}-development-{self.seed}" if self.development else f"{self.split}-{self.index:04d}"
         return layout.replace(id=name, provenance=provenance)
 
+    def check(self, tidy: Layout) -> None:
+        """Check that the tidy layout holds all of its protocols together by the rules of touchstone-v2.
+
+        Raises:
+            InfeasibleError: a rule is broken; names the first violation.
+        """
+        protocol = combination(tidy.protocols, tidy.catalog)
+        assessment = evaluate_layout(tidy, protocol, metrics=VERSION_2)
+        if assessment.v:
+            first = next(iter(assessment.violations.items))
+            raise InfeasibleError(
+                f"place {self.name} with seed {self.seed}", [first.message], None, "take another seed"
+            )
+
     def cluttered(self, tidy: Layout) -> Layout:
         """Return the tidy layout with its clutter."""
         return add_clutter(tidy, self.clutter, np.random.default_rng([self.seed, SCATTER]), density=DENSITY)
@@ -181,7 +198,7 @@ def furnished(split: str, index: int, first: int | None = None) -> tuple[Place, 
 
 
 def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[Place, Layout]:
-    """Return a place with its tidy layout: of the first of `seeds` whose floor holds its protocols.
+    """Return a place with its tidy layout: of the first of `seeds` whose floor holds its protocols (`Place.check`).
 
     Raises:
         UnknownNameError, OptionError: as `Place.of`.
@@ -191,7 +208,9 @@ def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[Place,
     for seed in seeds:
         try:
             place = Place.of(split, index, seed)
-            return place, place.tidy()
+            tidy = place.tidy()
+            place.check(tidy)
+            return place, tidy
         except InfeasibleError as error:
             last = error
     raise last

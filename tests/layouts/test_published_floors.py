@@ -41,14 +41,14 @@ def test_a_split_has_its_families_in_turn_and_seeds_of_its_own(split):
 
 
 @pytest.mark.parametrize("split", COUNTS)
-def test_every_file_names_what_the_manifest_says_and_every_tenth_has_its_hash(split):
-    for number, entry in enumerate(splits.manifest(split).layouts):
+def test_every_file_has_its_hash_and_names_what_the_manifest_says(split):
+    """20 ms of CPU a floor."""
+    assert splits.mismatches(split) == ()
+    for entry in splits.manifest(split).layouts:
         data = json.loads((artefacts("layouts") / split / f"{entry.id}.json").read_bytes())
         assert data["id"] == entry.id
         assert data["provenance"]["seed"] == entry.seed
         assert [protocol["id"] for protocol in data["protocols"]] == list(entry.protocols)
-        if number % 10 == 0:
-            load_published(split, entry.id)  # refuses another hash
 
 
 def test_no_two_published_floors_are_equal_and_test_floors_are_in_use():
