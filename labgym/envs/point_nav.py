@@ -75,7 +75,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     ## Arguments
 
     - `split` ("test"): the split from which layouts are drawn. "val" and "test" hold published rooms, "floors-val",
-      "floors-seen" and "floors-test" published floors with drives of their own; "train" generates new rooms,
+      "floors-seen" and "floors-test" published floors and the drives of their suites; "train" generates new rooms,
       "floors-train" new floors. Drives on floors are long: pass `max_episode_steps=1500` to `gym.make`.
     - `layout` (None): a fixed layout: a `labgym.layouts.Layout`, the path of a `.json` file, or a published id.
     - `protocol` (None): a fixed protocol: a `labgym.protocols.Protocol`, an id of the library, or the path of a `.json`
