@@ -107,6 +107,14 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     class, such as `{"kind": "lidar", "rays": 90, "noise": [{"kind": "gaussian", "sigma": 0.03}]}`; the kind
     "module:Class" is a class of the user's own. The environment works on copies of its parts.
 
+    Kinds of sensors: "goal", "velocity", "lidar", "depth", "rgb", "odometry" (dead reckoning with drift), "bumper",
+    "joint" (several as one vector); privileged: "pose", "place", "occupancy" (the map around the robot),
+    "segmentation" (the asset of each pixel). Noise: "gaussian", "dropout", "quantization", "rim" (shadows beside rims),
+    "redwood" (a PrimeSense camera). Reward terms: "progress", "success", "failure", "collision", "time", "clearance",
+    "goal", "function". Endings: "touch", "rest", "stop", "contact", "stuck", "goal". Actions: "velocity" (with a third
+    component STOP, and a delay, on request), "discrete" (with the errors "locobot" or "robothor" on request). Their
+    classes in `labgym.envs.parts` describe arguments and sources.
+
     - `config` (None): a `PointNavConfig`, a mapping of its fields, or the path of a .json or .yaml file of one; other
       arguments replace its fields.
     - `tasks` (None): an object that chooses the task of each episode (`Tasks`), instead of the arguments above.

@@ -6,11 +6,14 @@ from typing import Any
 
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.actuation import ActuationNoise, LoCoBotActuation, RoboThorActuation
+from labgym.envs.parts.depth_noise import RedwoodDepth, RimOcclusion
 from labgym.envs.parts.discrete import DiscreteActions
 from labgym.envs.parts.endings import ContactEnding, RestEnding, StopEnding, StuckEnding, TouchEnding
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
+from labgym.envs.parts.maps import OccupancySensor, SegmentationSensor
 from labgym.envs.parts.measures import NamedMeasure
 from labgym.envs.parts.noise import Dropout, Gaussian, Quantization
+from labgym.envs.parts.odometry import BumperSensor, OdometrySensor
 from labgym.envs.parts.protocols import Actions, Ending, Measure, Noise, RewardTerm, Robot, Sensor
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import (
@@ -37,9 +40,13 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
             LidarSensor,
             DepthSensor,
             ColorSensor,
+            SegmentationSensor,
+            OccupancySensor,
+            OdometrySensor,
+            BumperSensor,
         ),
     ),
-    "noise": (Noise, (Gaussian, Dropout, Quantization)),
+    "noise": (Noise, (Gaussian, Dropout, Quantization, RimOcclusion, RedwoodDepth)),
     "reward term": (
         RewardTerm,
         (
