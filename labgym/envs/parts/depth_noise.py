@@ -63,7 +63,7 @@ class RedwoodDepth(Noise):
 
 @dataclass(frozen=True)
 class RimOcclusion(Noise):
-    """Lost readings beside a rim: where a neighbor is nearer by more than `step`, a stereo camera sees nothing.
+    """Lost readings at a rim: where a neighbor is nearer by more than `step`, a stereo camera sees nothing.
 
     Attributes:
         step: jump of the range at a rim, meters. width: neighbors on each side, pixels or rays, that cast a shadow.
