@@ -109,7 +109,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
 
     Kinds of sensors: "goal", "velocity", "lidar", "depth", "rgb", "odometry" (dead reckoning with drift), "bumper",
     "joint" (several as one vector); privileged: "pose", "place", "occupancy" (the map around the robot),
-    "segmentation" (the asset of each pixel). Noise: "gaussian", "dropout", "quantization", "rim" (lost readings at rims),
+    "segmentation" (the asset of each pixel). Noise: "gaussian", "dropout", "quantization", "rim" (losses at rims),
     "redwood" (a PrimeSense camera). Reward terms: "progress", "success", "failure", "collision", "time", "clearance",
     "goal", "function". Endings: "touch", "rest", "stop", "contact", "stuck", "goal". Actions: "velocity" (with a third
     component STOP, and a delay, on request), "discrete" (with the errors "locobot" or "robothor" on request). Their

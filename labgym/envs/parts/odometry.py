@@ -44,8 +44,8 @@ class OdometrySensor(Sensor):
     """The pose by dead reckoning, in the frame of the start: (4,) float32, x and y in m, cosine and sine of the yaw.
 
     Its errors are independent normal errors of the increments, whose variances grow with the way driven and the angle
-    turned, so that the drift does not depend on how often it is read; a robot at rest does not drift. With all deviations 0 it
-    is the true pose. RoboTHOR's errors, 5 mm and 0.5 degrees per 0.25 m, are `along=0.01, heading=1.0`.
+    turned, so that the drift does not depend on how often it is read; a robot at rest does not drift. With all
+    deviations 0 it is the true pose. RoboTHOR's errors, 5 mm and 0.5 degrees per 0.25 m, are `along=0.01, heading=1.0`.
 
     Attributes:
         along: standard deviation along the way after one meter, m. heading: of the yaw after one meter, degrees.
