@@ -47,39 +47,6 @@ def published(split: PublishedSplit = "test", out: OptionalPath = None) -> int:
     return complaints(outcome.problems) or findings(())
 
 
-@reproduce_app.command
-def protocols(out: OptionalPath = None, fresh: bool = False, execution: Execution = THIS_PROCESS) -> int:
-    """Table 1: counts per protocol, and the entries of the knowledge base (docs/reproduction.md).
-
-    Args:
-        out: Folder for index.html, figures.json, figures.csv and rows.jsonl; by default runs/reproduce/protocols.
-        fresh: Move the files of the folder aside and start anew.
-    """
-    from labgym.eval.reproduction.protocols import ProtocolsStudy
-
-    return _reproduced(ProtocolsStudy(), out, execution, fresh)
-
-
-@reproduce_app.command
-def labbuilder(
-    folder: Positional[Annotated[Path, arg(metavar="FOLDER")]],
-    out: OptionalPath = None,
-    fresh: bool = False,
-    execution: Execution = THIS_PROCESS,
-) -> int:
-    """Scenes of LabBuilder's authors: read, scored, repaired, driven in, and written again (docs/labbuilder.md).
-
-    Args:
-        folder: Folder of scenes (.json), with asset_bboxes.json and goal_pairs.json for all of them if there are any.
-        out: Folder of the results; by default runs/reproduce/labbuilder. Repaired scenes are in layouts, and in
-            LabBuilder's form in labbuilder/SCENE.
-        fresh: Move the files of the folder aside and start anew.
-    """
-    from labgym.exchange.labbuilder.study import LabBuilderStudy
-
-    return _reproduced(LabBuilderStudy(folder), out, execution, fresh)
-
-
 @dataclass(frozen=True)
 class ScopeArguments:
     """The size of a study.
@@ -107,63 +74,83 @@ Scope = OmitArgPrefixes[ScopeArguments]
 WHOLE = ScopeArguments()
 
 
+@dataclass(frozen=True)
+class RunArguments:
+    """Where a study runs, and where its files go.
+
+    Attributes:
+        out: Folder of the results (index.html, figures.json, figures.csv, rows.jsonl); by default
+            runs/reproduce/NAME.
+        fresh: Move the files of the folder aside and start anew.
+    """
+
+    out: OptionalPath = None
+    fresh: bool = False
+    execution: Execution = THIS_PROCESS
+
+
+Run = OmitArgPrefixes[RunArguments]
+HERE = RunArguments()
+
+
 @reproduce_app.command
-def comparison(
-    scope: Scope = WHOLE,
-    judge: OptionalMode = None,
-    out: OptionalPath = None,
-    fresh: bool = False,
-    execution: Execution = THIS_PROCESS,
+def protocols(run: Run = HERE) -> int:
+    """Table 1: counts per protocol, and the entries of the knowledge base (docs/reproduction.md)."""
+    from labgym.eval.reproduction.protocols import ProtocolsStudy
+
+    return _reproduced(ProtocolsStudy(), run)
+
+
+@reproduce_app.command
+def labbuilder(
+    folder: Positional[Annotated[Path, arg(metavar="FOLDER")]],
+    run: Run = HERE,
 ) -> int:
+    """Scenes of LabBuilder's authors: read, scored, repaired, driven in, and written again (docs/labbuilder.md).
+
+    Repaired scenes are in OUT/layouts, and in LabBuilder's form in OUT/labbuilder/SCENE.
+
+    Args:
+        folder: Folder of scenes (.json), with asset_bboxes.json and goal_pairs.json for all of them if there are any.
+    """
+    from labgym.exchange.labbuilder.study import LabBuilderStudy
+
+    return _reproduced(LabBuilderStudy(folder), run)
+
+
+@reproduce_app.command
+def comparison(scope: Scope = WHOLE, judge: OptionalMode = None, run: Run = HERE) -> int:
     """Table 2: layouts of labgym's generators and of the paper's rivals, under one set of metrics.
 
     With a language model (LABGYM_LLM_BASE_URL, LABGYM_LLM_MODEL) also those of the proposer llm.
 
     Args:
         judge: Let the configured vision-language model score pictures of each layout: strict, medium or lenient.
-        out: Folder of the results; by default runs/reproduce/comparison.
-        fresh: Move the files of the folder aside and start anew.
     """
-    return _reproduced(_comparison(scope, judge), out, execution, fresh)
+    return _reproduced(_comparison(scope, judge), run)
 
 
 @reproduce_app.command
-def ablation(
-    scope: Scope = WHOLE,
-    judge: OptionalMode = None,
-    out: OptionalPath = None,
-    fresh: bool = False,
-    execution: Execution = THIS_PROCESS,
-) -> int:
+def ablation(scope: Scope = WHOLE, judge: OptionalMode = None, run: Run = HERE) -> int:
     """Table 3: the method without annotations, protocol, optimization or refinement for navigation.
 
     The proposer is sampler, with a language model also llm.
 
     Args:
         judge: Let the configured vision-language model score pictures of each layout: strict, medium or lenient.
-        out: Folder of the results; by default runs/reproduce/ablation.
-        fresh: Move the files of the folder aside and start anew.
     """
-    return _reproduced(_ablation(scope, judge), out, execution, fresh)
+    return _reproduced(_ablation(scope, judge), run)
 
 
 @reproduce_app.command
-def navigation(
-    scope: Scope = WHOLE,
-    policies: Texts = (),
-    out: OptionalPath = None,
-    fresh: bool = False,
-    execution: Execution = THIS_PROCESS,
-) -> int:
+def navigation(scope: Scope = WHOLE, policies: Texts = (), run: Run = HERE) -> int:
     """Table 4: policies in layouts before and after the refinement for navigation.
 
     Args:
         policies: Names of policies; by default astar, dwa, iplanner, navdp and ppo, with --quick astar and iplanner,
             as far as their packages are installed.
-        out: Folder of the results; by default runs/reproduce/navigation.
-        fresh: Move the files of the folder aside and start anew.
     """
-    return _reproduced(_navigation(scope, policies), out, execution, fresh)
+    return _reproduced(_navigation(scope, policies), run)
 
 
 @reproduce_app.command
@@ -171,9 +158,7 @@ def repair(
     draws: int = 6,
     seed: int = 1,
     profile: str = "default",
-    out: OptionalPath = None,
-    fresh: bool = False,
-    execution: Execution = THIS_PROCESS,
+    run: Run = HERE,
 ) -> int:
     """Damage benchmark: laboratories damaged in ten kinds, 1 to 5 pieces each, and repaired (docs/reproduction.md).
 
@@ -181,28 +166,20 @@ def repair(
         draws: Number of cases of each kind and number of pieces; 6 make 300 cases.
         seed: Random seed of the cases.
         profile: Thresholds: default, strict, paper or code.
-        out: Folder of the results; by default runs/reproduce/repair.
-        fresh: Move the files of the folder aside and start anew.
     """
     from labgym.eval.reproduction.repair import RepairStudy
 
-    return _reproduced(RepairStudy(draws, seed, profile), out, execution, fresh)
+    return _reproduced(RepairStudy(draws, seed, profile), run)
 
 
 @reproduce_app.command(name="all")
-def all_(
-    scope: Scope = WHOLE,
-    scenes: OptionalPath = None,
-    out: Path = RUNS,
-    fresh: bool = False,
-    execution: Execution = THIS_PROCESS,
-) -> int:
+def all_(scope: Scope = WHOLE, scenes: OptionalPath = None, run: Run = HERE) -> int:
     """All of these, one after the other, and a page that links to theirs.
+
+    Each has its files in OUT/NAME, by default runs/reproduce/NAME.
 
     Args:
         scenes: Folder of scenes for labbuilder, which is left out without it.
-        out: Folder of the results, each in the subfolder of its name.
-        fresh: Move the files of the subfolders aside and start anew.
     """
     from labgym.eval.reproduction.everything import reproduce_all
     from labgym.eval.reproduction.protocols import ProtocolsStudy
@@ -218,7 +195,8 @@ def all_(
         studies.append(LabBuilderStudy(scenes))
     else:
         remarks.append("labbuilder is left out: name a folder of scenes with --scenes.")
-    for figures in reproduce_all(studies, out, execution.options(), fresh, remarks=remarks):
+    out = run.out if run.out is not None else RUNS
+    for figures in reproduce_all(studies, out, run.execution.options(), run.fresh, remarks=remarks):
         _print(figures)
     return written(out / PAGE)
 
@@ -266,12 +244,12 @@ def _navigation(arguments: ScopeArguments, policies: Sequence[str] = ()) -> Stud
     return NavigationStudy(chosen, "sampler", scope.protocols, scope.seeds)
 
 
-def _reproduced(study: Study[Any], out: Path | None, execution: Execution, fresh: bool) -> int:
+def _reproduced(study: Study[Any], run: RunArguments) -> int:
     """Run a study, print its tables and the path of its page."""
     from labgym.eval.reproduction.study import PAGE, reproduce
 
-    folder = out if out is not None else RUNS / study.name
-    _print(reproduce(study, folder, execution.options(), fresh))
+    folder = run.out if run.out is not None else RUNS / study.name
+    _print(reproduce(study, folder, run.execution.options(), run.fresh))
     return written(folder / PAGE)
 
 

@@ -15,14 +15,16 @@ SOLVER = "solver"
 PROPOSERS: dict[str, str] = {
     "holodeck": "labgym.layouts.rivals:HolodeckProposer",
     "holodeck+": "labgym.layouts.rivals:HolodeckPlusProposer",
+    "holodeck+-llm": "labgym.layouts.rivals.language:HolodeckPlusLanguageProposer",
     "holodeck-llm": "labgym.layouts.rivals.language:HolodeckLanguageProposer",
-    "holodeck-plus-llm": "labgym.layouts.rivals.language:HolodeckPlusLanguageProposer",
     "llm": "labgym.layouts.language:LanguageProposer",
     "sampler": "labgym.layouts.sampler:SamplerProposer",
     "sceneweaver": "labgym.layouts.rivals:SceneWeaverProposer",
     "sceneweaver-llm": "labgym.layouts.rivals.language:SceneWeaverLanguageProposer",
 }
 """Module and class of each other proposer; the class is made without arguments, and its module imported only then."""
+ALIASES = {"holodeck-plus-llm": "holodeck+-llm"}
+"""Other spellings that are accepted."""
 
 
 def proposer_names() -> tuple[str, ...]:
@@ -36,7 +38,7 @@ def check_proposer(name: str) -> None:
     Raises:
         UnknownNameError: no proposer has that name; lists all.
     """
-    if name not in proposer_names():
+    if name not in proposer_names() and name not in ALIASES:
         raise UnknownNameError("proposer", name, proposer_names())
 
 
@@ -49,7 +51,7 @@ def make_proposer(name: str, request: Request) -> Proposer:
     check_proposer(name)
     if name == SOLVER:
         return solver(request)
-    return typing.cast(Proposer, resolve_name(PROPOSERS[name])())
+    return typing.cast(Proposer, resolve_name(PROPOSERS[ALIASES.get(name, name)])())
 
 
 def solver(request: Request) -> ProceduralProposer | FloorProposer:

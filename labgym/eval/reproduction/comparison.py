@@ -142,7 +142,7 @@ def comparison_variants(model: bool) -> tuple[Variant, ...]:
         ("sceneweaver", "sceneweaver", raw),
         ("holodeck+", "holodeck+", raw),
         *((("holodeck-llm", "holodeck-llm", raw), ("sceneweaver-llm", "sceneweaver-llm", raw)) if model else ()),
-        *((("holodeck-plus-llm", "holodeck+-llm", raw),) if model else ()),
+        *((("holodeck+-llm", "holodeck+-llm", raw),) if model else ()),
     )
     return tuple(
         Variant(_key(title), title, Method(proposer=proposer, **arguments))

@@ -7,6 +7,7 @@ import pytest
 
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.model import FLOOR
+from labgym.layouts.proposers import make_proposer, proposer_names
 from labgym.layouts.rivals.language import (
     HolodeckLanguageProposer,
     HolodeckPlusLanguageProposer,
@@ -103,3 +104,10 @@ def test_the_request_decides_the_random_seed_and_a_wrong_form_goes_back(loopback
     layout = HolodeckLanguageProposer(model_at()).propose(request_)
     assert [sent["seed"] for sent in loopback.requests] == [1, 1]
     assert layout.placements
+
+
+def test_both_spellings_of_holodeck_plus_name_the_same_proposer(request_):
+    spellings = [make_proposer(name, request_) for name in ("holodeck+-llm", "holodeck-plus-llm")]
+    assert spellings[0] == spellings[1]
+    assert isinstance(spellings[0], HolodeckPlusLanguageProposer)
+    assert "holodeck-plus-llm" not in proposer_names()

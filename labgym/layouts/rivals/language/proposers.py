@@ -42,7 +42,7 @@ class HolodeckLanguageProposer:
 class HolodeckPlusLanguageProposer(HolodeckLanguageProposer):
     """Holodeck+ with a language model as the designer."""
 
-    name: str = "holodeck-plus-llm"
+    name: str = "holodeck+-llm"
     structured: bool = True
 
 
