@@ -4,7 +4,14 @@ from gymnasium import register
 
 __version__ = "0.2.0"
 
-register(id="LabPointNav-v0", entry_point="labgym.envs.point_nav:LabPointNavEnv", max_episode_steps=600)
+_VECTOR = "labgym.envs.vector.env:VectorPointNavEnv"
+
+register(
+    id="LabPointNav-v0",
+    entry_point="labgym.envs.point_nav:LabPointNavEnv",
+    vector_entry_point=_VECTOR,
+    max_episode_steps=600,
+)
 
 for _name, _steps in (
     ("LabPointNav-v1", 600),
@@ -18,6 +25,7 @@ for _name, _steps in (
     register(
         id=_name,
         entry_point="labgym.envs." + ("goal_env:LabPointNavGoalEnv" if _goals else "point_nav:LabPointNavEnv"),
+        vector_entry_point=_VECTOR if _name == "LabPointNav-v1" else None,
         max_episode_steps=_steps,
         kwargs={"config": _name},
     )

@@ -27,7 +27,7 @@ from labgym.envs.parts.protocols import (
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import checked_terms
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
-from labgym.envs.physics import PHYSICS
+from labgym.envs.physics import check_physics
 from labgym.envs.pool import LayoutPool, PoolAddress
 from labgym.envs.protocol_tasks import ProtocolTasks
 from labgym.envs.residents import RESIDENT_MB
@@ -74,7 +74,7 @@ class PointNavConfig:
         endings: the rules that end an episode; by default success within 0.5 m of the goal.
         disc: radius of the disc around the goal at which `shortest_path_length` ends, meters.
         actions: how an action becomes commands.
-        robot: the robot. physics: its physics, "mujoco". control_dt: duration of a control step, seconds.
+        robot: the robot. physics: its physics, "mujoco" or "planar". control_dt: duration of a control step, seconds.
         measures: the entries of the info.
         render_mode, width, height, quality: pictures.
         exact: whether readings are equal on every processor.
@@ -119,11 +119,11 @@ class PointNavConfig:
             ("observation", self.observation, OBSERVATIONS),
             ("quality", self.quality, QUALITIES),
             ("distance_to_go", self.distance_to_go, METHODS),
-            ("physics", self.physics, PHYSICS),
             ("drives", self.drives, DRIVES),
         ):
             if value not in available:
                 raise UnknownNameError(kind, value, available)
+        check_physics(self.physics)
         if self.render_mode is not None and self.render_mode not in RENDER_MODES:
             raise UnknownNameError("render_mode", self.render_mode, RENDER_MODES)
         positive(self, "disc", zero=True)

@@ -6,6 +6,7 @@ import math
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.navigation import LengthsTo, OccupancyGrid, ShortestPaths, distance_field
 
@@ -47,6 +48,13 @@ class GridDistanceToGo:
             away, nearest = distance_transform_edt(~reached, return_indices=True)
             field = field[tuple(nearest)] + grid.resolution * away
         self._field = field
+
+    @property
+    def field(self) -> tuple[NDArray[np.float64], tuple[float, float, float]] | None:
+        """Lengths at the centers of cells (rows, columns) and the grid's x, y and resolution; None without any path."""
+        if not self.reachable:
+            return None
+        return np.ascontiguousarray(self._field, dtype=np.float64), (*self._origin, self._resolution)
 
     def at(self, x: float, y: float) -> float:
         """Return the remaining driving distance from a point of the floor, meters."""

@@ -40,7 +40,8 @@ class Episode:
         self.task = task
         self.simulation: Physics = make_physics(physics, world, robot, control_dt)
         self.simulation.place(task.pair.start)
-        self.state = State(task, world, robot, exact, task.pair, control_dt, self.simulation.pose, disc=disc)
+        pose, planar = self.simulation.pose, physics == "planar"
+        self.state = State(task, world, robot, exact, task.pair, control_dt, pose, disc=disc, planar=planar)
         self._read()
 
     @property

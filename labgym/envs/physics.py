@@ -9,10 +9,10 @@ from labgym.envs.parts.protocols import Robot
 from labgym.envs.simulation import Simulation
 from labgym.envs.state import Pose
 from labgym.envs.world import World
-from labgym.errors import UnknownNameError
+from labgym.errors import OptionError, UnknownNameError
 
-PHYSICS = ("mujoco",)
-"""Names of the engines: "mujoco" is the reference."""
+PHYSICS = ("mujoco", "planar")
+"""Names of the engines: "mujoco" is the reference, "planar" the compiled kernel (`labgym.envs.planar`)."""
 
 
 class Physics(Protocol):
@@ -39,6 +39,19 @@ class Physics(Protocol):
         ...
 
 
+def check_physics(name: str) -> None:
+    """Check that a physics exists and can run here.
+
+    Raises:
+        UnknownNameError: no physics has that name.
+        MissingDependencyError: the planar kernel needs numba (extra `fast`).
+    """
+    if name not in PHYSICS:
+        raise UnknownNameError("physics", name, PHYSICS)
+    if name == "planar":
+        import labgym.envs.planar.compiled  # noqa: F401
+
+
 def make_physics(name: str, world: World, robot: Robot, control_dt: float) -> Physics:
     """Return the physics of a robot in a world.
 
@@ -48,7 +61,17 @@ def make_physics(name: str, world: World, robot: Robot, control_dt: float) -> Ph
 
     Raises:
         UnknownNameError: no physics has that name.
+        OptionError: the planar kernel does not have this robot, or solids of this world.
+        MissingDependencyError: the planar kernel needs numba (extra `fast`).
     """
+    if name == "planar":
+        from labgym.envs.planar.scene import scene_of
+        from labgym.envs.planar.simulation import PlanarSimulation
+
+        if robot.axes != ("forward", "turn"):
+            raise OptionError(f"the planar kernel has no {type(robot).__name__}: use physics='mujoco'")
+        scene = scene_of(world)
+        return PlanarSimulation(scene.plan, scene.body, control_dt)
     size = robot.size if robot.size.control_dt == control_dt else replace(robot.size, control_dt=control_dt)
     if name == "mujoco":
         return Simulation(world.model, size, world.out_of_reach)

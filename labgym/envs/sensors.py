@@ -59,16 +59,20 @@ class Lidar:
 
     Args:
         rays: number of rays. reach: largest reading, meters. height: of their plane above the floor, meters.
+
+    Attributes:
+        count, reach, height: as the arguments.
     """
 
     def __init__(self, rays: int = LIDAR_RAYS, reach: float = RANGE, height: float = ROBOT.lidar_height) -> None:
         angles = -math.pi + 2.0 * math.pi / rays * np.arange(rays)
         directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(rays)])
-        self._bundle, self._reach, self._limit = Bundle(directions, 0.0, height), reach, np.float32(reach)
+        self.count, self.reach, self.height = rays, reach, height
+        self._bundle, self._limit = Bundle(directions, 0.0, height), np.float32(reach)
 
     def scan(self, rays: RayScene, pose: Pose) -> Floats:
         """Return ranges from the robot's axis, (rays,) meters, clipped to the reach."""
-        distances, _ = self._bundle.cast(rays, pose, self._reach)
+        distances, _ = self._bundle.cast(rays, pose, self.reach)
         return np.minimum(distances, self._limit)
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from labgym.navigation import GoalPair
 from labgym.scenes import RayScene
 from labgym.scenes.rays import Geometry
 
 if TYPE_CHECKING:
     from labgym.envs.parts.protocols import Robot
+    from labgym.envs.sensors import Lidar
     from labgym.envs.tasks import Task
     from labgym.envs.world import World
 
@@ -28,6 +32,7 @@ class State:
     Attributes:
         task: layout, protocol and drives. world: the layout prepared for simulation. robot: the robot.
         exact: whether readings must be equal on every processor.
+        planar: whether the physics is the planar kernel, which has a lidar and clearances of its own.
         pair: the drive in progress, from its start to its goal. leg: its place among the drives of the task, from 0.
         pose: (x, y, yaw) of the robot; yaw in (-pi, pi].
         velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s.
@@ -53,6 +58,7 @@ class State:
     control_dt: float
     pose: Pose
     leg: int = 0
+    planar: bool = False
     velocity: tuple[float, float] = (0.0, 0.0)
     sideways: float = 0.0
     distance: float = 0.0
@@ -94,6 +100,23 @@ class State:
     def success(self) -> bool:
         """Whether the robot has reached the goal of the drive in progress, by the rules of the endings."""
         return self.verdict == "success"
+
+    @property
+    def clearance(self) -> float:
+        """Distance from the chassis to the nearest footprint or wall, meters; 0 if they overlap."""
+        if self.planar:
+            from labgym.envs.planar.scene import clearance
+
+            return clearance(self.world, self.pose)
+        return self.world.clearance(*self.pose[:2])
+
+    def ranges(self, lidar: Lidar) -> NDArray[np.float32]:
+        """Return the ranges of a lidar, meters."""
+        if self.planar:
+            from labgym.envs.planar.scene import ranges
+
+            return ranges(self.world, self.pose, lidar.count, lidar.reach, lidar.height)
+        return lidar.scan(self.rays("solid"), self.pose)
 
     def rays(self, geometry: Geometry) -> RayScene:
         """Return the scene that sensors cast rays against: "solid" boxes or "visual" shapes."""

@@ -22,10 +22,6 @@ def _goal(state: State) -> Any:
     return np.array(state.pair.goal)
 
 
-def _clearance(state: State) -> float:
-    return state.world.clearance(state.pose[0], state.pose[1])
-
-
 def _protocol(state: State) -> str:
     return "" if state.task.protocol is None else state.task.protocol.id
 
@@ -53,7 +49,7 @@ VALUES: dict[str, Callable[[State], Any]] = {
     "success": attrgetter("success"),
     "collision": attrgetter("collision"),
     "contacts": attrgetter("contacts"),
-    "clearance": _clearance,
+    "clearance": attrgetter("clearance"),
     "path_length": attrgetter("path_length"),
     "shortest_path_length": attrgetter("shortest_path_length"),
     "layout": attrgetter("task.layout.id"),

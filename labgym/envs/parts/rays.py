@@ -57,7 +57,7 @@ class LidarSensor(Sensor):
 
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return the ranges."""
-        ranges = self._lidar.scan(state.rays("solid"), state.pose)
+        ranges = state.ranges(self._lidar)
         return disturbed(ranges, self, state, rng) if self.noise else ranges
 
 

@@ -106,7 +106,7 @@ class ClearanceTerm(RewardTerm):
 
     def value(self, state: State) -> float:
         """Return the share of the margin that is lost."""
-        return max(0.0, 1.0 - state.world.clearance(*state.pose[:2]) / self.margin)
+        return max(0.0, 1.0 - state.clearance / self.margin)
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,13 @@ from labgym.errors import MissingDependencyError
 
 try:
     import numba
+    from numba.core import cgutils
+    from numba.extending import intrinsic
 except ImportError as error:
     raise MissingDependencyError("numba", "the planar kernel (physics='planar')", "fast") from error
+
+CONSTANTS = ("robot.py", "sensors.py", "simulation.py")
+"""Files whose constants the compiled functions contain."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -45,11 +50,27 @@ def entry(function: Function) -> Function:
         settings.CACHE_DIR = directory
 
 
+def _pointer(_: Any, address: Any) -> Any:
+    """Return the type and the code of `pointer`."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:  # noqa: ARG001
+        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
+
+    return numba.types.voidptr(address), code
+
+
+pointer: Any = intrinsic(_pointer)
+"""In compiled functions: an address, an int64, as a pointer. Who takes the address keeps the array alive."""
+carray: Any = getattr(numba, "carray")  # noqa: B009 -- numba does not declare it
+"""In compiled functions: the array of a shape and type at a pointer."""
+
+
 @cache
 def _folder() -> Path:
     """Return the folder of the cache for these sources."""
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111 -- without a home it stays
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    folder = Path(__file__).parent
+    for path in (*sorted(folder.glob("*.py")), *(folder.parent / name for name in CONSTANTS)):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return Path(base) / "labgym" / f"planar-{digest.hexdigest()[:16]}"

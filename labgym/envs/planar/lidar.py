@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.planar.compiled import compiled
 from labgym.envs.planar.plan import Outlines
-from labgym.envs.sensors import LIDAR_RAYS, RANGE
+from labgym.envs.sensors import LIDAR_RAYS
 
 Array = NDArray[np.float64]
 
@@ -55,15 +55,17 @@ def diamond(x: float, y: float) -> float:
 
 
 @compiled
-def scan(x: float, y: float, yaw: float, walls: Outlines, beams: Beams, ranges: NDArray[np.float32]) -> None:
-    """Write the ranges (n,) from a pose, in meters, at most `RANGE`.
+def scan(
+    x: float, y: float, yaw: float, walls: Outlines, beams: Beams, reach: float, ranges: NDArray[np.float32]
+) -> None:
+    """Write the ranges (n,) from a pose, in meters, at most `reach`.
 
     A convex outline shows the sides whose front the robot is on. Going around counter-clockwise, their directions fall,
     so each covers the rays between those of its two ends; neighbors share an end and leave no gap.
     """
     rays = len(beams.x)
     for k in range(rays):
-        ranges[k] = RANGE
+        ranges[k] = reach
     cosine, sine = math.cos(yaw), math.sin(yaw)
     for outline in range(len(walls.first) - 1):
         first, last = walls.first[outline], walls.first[outline + 1]
@@ -71,7 +73,7 @@ def scan(x: float, y: float, yaw: float, walls: Outlines, beams: Beams, ranges: 
         for k in range(first, last):
             ax, ay = walls.corners[k, 0] - x, walls.corners[k, 1] - y
             gap = -(ax * walls.normals[k, 0] + ay * walls.normals[k, 1])
-            if gap <= 0.0 or gap >= RANGE:
+            if gap <= 0.0 or gap >= reach:
                 end_direction = math.nan
                 continue
             following = k + 1 if k + 1 < last else first

@@ -13,8 +13,8 @@ from labgym.envs.planar.contacts import Work, buffers, touching
 from labgym.envs.planar.lidar import Beams, lidar_beams, scan
 from labgym.envs.planar.motion import advance, cell_at
 from labgym.envs.planar.plan import Cells, Outlines, Plan
-from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.envs.sensors import LIDAR_RAYS
+from labgym.envs.robot import ROBOT
+from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.envs.simulation import CHECK_STEPS, Pose
 from labgym.geometry import wrap_angle
 
@@ -28,16 +28,17 @@ class PlanarSimulation:
     """One robot in the plan of a scene; nothing else moves.
 
     Args:
-        plan: the scene. body: the robot's inertia and servos. robot: its limits.
+        plan: the scene. body: the robot's inertia and servos.
+        control_dt: duration of a control step, seconds.
 
     Attributes:
         pose: (x, y, yaw) in the room frame; yaw in (-pi, pi].
         velocity: forward velocity, m/s, and turn rate, rad/s.
     """
 
-    def __init__(self, plan: Plan, body: Body, robot: RobotSpec = ROBOT) -> None:
+    def __init__(self, plan: Plan, body: Body, control_dt: float = ROBOT.control_dt) -> None:
         self._plan, self._body = plan, body
-        self._checks = round(robot.control_dt / CHECK_INTERVAL)
+        self._checks = round(control_dt / CHECK_INTERVAL)
         self._steps = round(CHECK_INTERVAL / body.timestep)
         self._state, self._work = np.zeros(6), buffers()
         self._beams = lidar_beams()
@@ -73,7 +74,7 @@ class PlanarSimulation:
     def scan(self) -> NDArray[np.float32]:
         """Return the ranges (180,) of the lidar, meters, as `labgym.envs.sensors.Lidar`."""
         ranges = np.empty(LIDAR_RAYS, np.float32)
-        _scan(self._state, self._plan.walls, self._beams, ranges)
+        _scan(self._state, self._plan.walls, self._beams, RANGE, ranges)
         return ranges
 
     def _read(self) -> None:
@@ -116,5 +117,5 @@ def _depth(state: Array, body: Body, solids: Outlines, near: Cells, work: Work) 
 
 
 @entry
-def _scan(state: Array, walls: Outlines, beams: Beams, ranges: NDArray[np.float32]) -> None:
-    scan(state[0], state[1], state[2], walls, beams, ranges)
+def _scan(state: Array, walls: Outlines, beams: Beams, reach: float, ranges: NDArray[np.float32]) -> None:
+    scan(state[0], state[1], state[2], walls, beams, reach, ranges)

@@ -1,0 +1,222 @@
+"""Control steps of many robots in many scenes, in one call without the interpreter lock.
+
+The arrays of scenes differ in size, so a row of addresses stands for the scene of each robot.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.planar.body import Body
+from labgym.envs.planar.compiled import carray, compiled, entry, pointer
+from labgym.envs.planar.contacts import Work, buffers
+from labgym.envs.planar.lidar import Beams, scan
+from labgym.envs.planar.plan import Cells, Outlines
+from labgym.envs.planar.scene import Boxes, Scene, beams, clearance_at
+from labgym.envs.planar.simulation import CHECK_INTERVAL, control_step
+from labgym.envs.simulation import Pose
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+ARRAYS = 19
+"""Number of arrays of a scene; those of the lidar and of the field of distances included."""
+SHARE = 8
+"""Fewest robots of a thread."""
+
+
+class Robots(NamedTuple):
+    """The robots, and what the latest control step gave.
+
+    Attributes:
+        states: (n, 6), as in `labgym.envs.planar.motion`.
+        targets: (n, 2) target velocities, m/s and rad/s.
+        scenes: (n, 2 ARRAYS + 2) address and size of each array of a robot's scene; rows and columns of its field.
+        fields: (n, 3) origin and resolution of the field of distances, meters.
+        poses: (n, 3) x, y and yaw in (-pi, pi]. velocities: (n, 2) m/s and rad/s.
+        driven: (n,) meters. touched: (n,). clearances: (n,) meters.
+        to_go: (n,) remaining distance by the field, meters; NaN without a field.
+        ranges: (n, rays) readings of the lidar, meters.
+    """
+
+    states: Array
+    targets: Array
+    scenes: Index
+    fields: Array
+    poses: Array
+    velocities: Array
+    driven: Array
+    touched: NDArray[np.bool_]
+    clearances: Array
+    to_go: Array
+    ranges: NDArray[np.float32]
+
+
+class Batch:
+    """Robots in scenes of their own.
+
+    Args:
+        count: number of robots. control_dt: duration of a control step, seconds.
+        rays: number of rays of the lidar, 0 without one. reach: its largest reading, meters.
+        threads: number of threads; None for one per processor that this process may use.
+
+    Attributes:
+        robots: the arrays.
+    """
+
+    def __init__(self, count: int, control_dt: float, rays: int, reach: float, threads: int | None = None) -> None:
+        size = 2 * ARRAYS + 2
+        self.robots = Robots(
+            states=np.zeros((count, 6)),
+            targets=np.zeros((count, 2)),
+            scenes=np.zeros((count, size), dtype=np.int64),
+            fields=np.zeros((count, 3)),
+            poses=np.zeros((count, 3)),
+            velocities=np.zeros((count, 2)),
+            driven=np.zeros(count),
+            touched=np.zeros(count, dtype=np.bool_),
+            clearances=np.zeros(count),
+            to_go=np.full(count, np.nan),
+            ranges=np.zeros((count, rays), dtype=np.float32),
+        )
+        # The arrays that addresses point to must live as long as they are used.
+        self._arrays: list[Sequence[NDArray[np.generic]]] = [()] * count
+        self._body: Body | None = None
+        self._checks, self._reach, self._beams = round(control_dt / CHECK_INTERVAL), reach, beams(max(rays, 1))
+        available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        workers = max(1, min(available if threads is None else threads, count // SHARE))
+        bounds = [count * k // workers for k in range(workers + 1)]
+        self._shares = [(first, last, buffers()) for first, last in pairwise(bounds)]
+        self._pool = ThreadPoolExecutor(workers - 1, "planar") if workers > 1 else None
+
+    def place(self, robot: int, pose: Pose, scene: Scene, walls: Outlines, field: tuple[Array, Pose] | None) -> None:
+        """Put a robot at rest into a scene.
+
+        Args:
+            walls: what its lidar sees.
+            field: distances to its goal on a grid (rows, columns), and the grid's origin and resolution.
+        """
+        robots, (plan, self._body, boxes) = self.robots, scene
+        distances, grid = (np.empty((0, 0)), (0.0, 0.0, 1.0)) if field is None else field
+        arrays = (*plan.solids, *plan.near, *walls, *boxes, distances)
+        self._arrays[robot] = arrays
+        row = [number for array in arrays for number in (array.ctypes.data, array.size)]
+        robots.scenes[robot] = (*row, *distances.shape)
+        robots.fields[robot] = grid
+        robots.states[robot, :3], robots.states[robot, 3:] = pose, 0.0
+        _step(robot, robot + 1, 0, 0, self._scene_body, robots, self._beams, self._reach, self._shares[0][2])
+        robots.driven[robot], robots.touched[robot] = 0.0, False
+
+    def step(self) -> None:
+        """Advance all robots by one control step towards their targets."""
+        body = self._scene_body
+        steps = round(CHECK_INTERVAL / body.timestep)
+
+        def run(first: int, last: int, work: Work) -> None:
+            _step(first, last, self._checks, steps, body, self.robots, self._beams, self._reach, work)
+
+        if self._pool is None:
+            run(*self._shares[0])
+            return
+        others = [self._pool.submit(run, *share) for share in self._shares[1:]]
+        run(*self._shares[0])
+        for other in others:
+            other.result()
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._pool is not None:
+            self._pool.shutdown()
+
+    @property
+    def _scene_body(self) -> Body:
+        if self._body is None:
+            raise RuntimeError("place a robot first")
+        return self._body
+
+
+@entry
+def _step(
+    first: int, last: int, checks: int, steps: int, body: Body, robots: Robots, beams: Beams, reach: float, work: Work
+) -> None:
+    """Advance the robots from `first` to `last` - 1, and measure."""
+    for k in range(first, last):
+        row, state = robots.scenes[k], robots.states[k]
+        solids, walls = _outlines(row, 0), _outlines(row, 9)
+        near = Cells(_floats(row, 5), _integers(row, 6), _integers(row, 7), _integers(row, 8))
+        boxes = Boxes(_points(row, 14), _points(row, 15), _points(row, 16), _floats(row, 17))
+        v, w = robots.targets[k, 0], robots.targets[k, 1]
+        driven, touched = control_step(state, v, w, checks, steps, body, solids, near, work)
+        robots.driven[k], robots.touched[k] = driven, touched
+        yaw = wrapped(state[2])
+        robots.poses[k, 0], robots.poses[k, 1], robots.poses[k, 2] = state[0], state[1], yaw
+        robots.velocities[k, 0] = math.cos(state[2]) * state[3] + math.sin(state[2]) * state[4]
+        robots.velocities[k, 1] = state[5]
+        robots.clearances[k] = clearance_at(state[0], state[1], boxes)
+        if row[2 * 18 + 1] > 0:
+            field = carray(pointer(row[2 * 18]), (row[2 * ARRAYS], row[2 * ARRAYS + 1]), np.float64)
+            robots.to_go[k] = interpolated(state[0], state[1], field, robots.fields[k])
+        else:
+            robots.to_go[k] = math.nan
+        if robots.ranges.shape[1] > 0:
+            scan(state[0], state[1], yaw, walls, beams, reach, robots.ranges[k])
+
+
+@compiled
+def wrapped(angle: float) -> float:
+    """Return the angle in (-pi, pi], as `labgym.geometry.wrap_angle`."""
+    return math.pi - (math.pi - angle) % (2.0 * math.pi)
+
+
+@compiled
+def interpolated(x: float, y: float, field: Array, grid: Array) -> float:
+    """Return the remaining distance from a point, as `GridDistanceToGo.at`."""
+    rows, columns = field.shape
+    u = min(max((x - grid[0]) / grid[2] - 0.5, 0.0), columns - 1.001)
+    v = min(max((y - grid[1]) / grid[2] - 0.5, 0.0), rows - 1.001)
+    column, row = int(u), int(v)
+    u, v = u - column, v - row
+    a, b = field[row, column], field[row, column + 1]
+    c, d = field[row + 1, column], field[row + 1, column + 1]
+    distance: float = (1.0 - v) * ((1.0 - u) * a + u * b) + v * ((1.0 - u) * c + u * d)
+    return distance
+
+
+@compiled
+def _outlines(row: Index, place: int) -> Outlines:
+    return Outlines(
+        _points(row, place),
+        _points(row, place + 1),
+        _floats(row, place + 2),
+        _integers(row, place + 3),
+        _floats(row, place + 4),
+    )
+
+
+@compiled
+def _floats(row: Index, place: int) -> Array:
+    """Return array number `place` of a scene, (n,)."""
+    array: Array = carray(pointer(row[2 * place]), (row[2 * place + 1],), np.float64)
+    return array
+
+
+@compiled
+def _points(row: Index, place: int) -> Array:
+    """Return array number `place` of a scene, (n, 2)."""
+    array: Array = carray(pointer(row[2 * place]), (row[2 * place + 1] // 2, 2), np.float64)
+    return array
+
+
+@compiled
+def _integers(row: Index, place: int) -> Index:
+    """Return array number `place` of a scene, (n,)."""
+    array: Index = carray(pointer(row[2 * place]), (row[2 * place + 1],), np.int64)
+    return array

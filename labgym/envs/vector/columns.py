@@ -1,0 +1,227 @@
+"""The state of many episodes as columns, and the parts of an environment that read columns.
+
+Row i of a column belongs to environment i. The values equal those of a single environment to the bit, so arithmetic is
+the same, operation by operation; lengths and bearings are computed by the functions of `math`, because those of NumPy
+round differently.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.distance_to_go import DistanceToGo
+from labgym.envs.parts.endings import ContactEnding, RestEnding, TouchEnding
+from labgym.envs.parts.measures import NamedMeasure
+from labgym.envs.parts.rewards import (
+    ClearanceTerm,
+    CollisionTerm,
+    FailureTerm,
+    ProgressTerm,
+    SuccessTerm,
+    TimeTerm,
+)
+from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
+from labgym.errors import OptionError
+
+Column = NDArray[Any]
+GOES_ON, SUCCESS, FAILURE = 0, 1, 2
+"""Verdicts of the endings."""
+REMEDY = "use gym.make_vec(..., vectorization_mode='sync' or 'async'), which takes any part"
+
+
+@dataclass
+class Columns:
+    """The state of the episodes after the latest action, as `labgym.envs.state.State`.
+
+    Attributes:
+        pose, goal: (n, 3). velocity: (n, 2). The others: (n,).
+        verdict: `GOES_ON`, `SUCCESS` or `FAILURE`. to_go: remaining distance by the grid, meters.
+        terms: weighted reward terms by name, each (n,).
+    """
+
+    pose: Column
+    goal: Column
+    velocity: Column
+    distance: Column
+    collision: Column
+    contacts: Column
+    steps: Column
+    control_dt: float
+    path_length: Column
+    clearance: Column
+    to_go: Column
+    shortest_path_length: Column
+    layout: Column
+    protocol: Column
+    pair: Column
+    verdict: Column
+    ending: Column
+    terms: dict[str, Column]
+
+    @classmethod
+    def zeros(cls, count: int, control_dt: float) -> Columns:
+        """Return columns of `count` rows."""
+        return cls(
+            pose=np.zeros((count, 3)),
+            goal=np.zeros((count, 3)),
+            velocity=np.zeros((count, 2)),
+            distance=np.zeros(count),
+            collision=np.zeros(count, dtype=np.bool_),
+            contacts=np.zeros(count, dtype=np.int64),
+            steps=np.zeros(count, dtype=np.int64),
+            control_dt=control_dt,
+            path_length=np.zeros(count),
+            clearance=np.zeros(count),
+            to_go=np.zeros(count),
+            shortest_path_length=np.zeros(count),
+            layout=np.full(count, None, dtype=object),
+            protocol=np.full(count, None, dtype=object),
+            pair=np.zeros(count, dtype=np.int64),
+            verdict=np.zeros(count, dtype=np.int64),
+            ending=np.full(count, "", dtype=object),
+            terms={},
+        )
+
+    def measure(self) -> None:
+        """Measure the distances to the goals."""
+        ends = zip(self.pose[:, :2].tolist(), self.goal[:, :2].tolist(), strict=True)
+        self.distance = np.array([math.dist(pose, goal) for pose, goal in ends])
+
+
+MEASURES: dict[str, Callable[[Columns], Any]] = {
+    "pose": lambda columns: columns.pose.copy(),
+    "goal": lambda columns: columns.goal.copy(),
+    "distance": lambda columns: columns.distance.copy(),
+    "success": lambda columns: columns.verdict == SUCCESS,
+    "collision": lambda columns: columns.collision.copy(),
+    "contacts": lambda columns: columns.contacts.copy(),
+    "clearance": lambda columns: columns.clearance.copy(),
+    "path_length": lambda columns: columns.path_length.copy(),
+    "shortest_path_length": lambda columns: columns.shortest_path_length.copy(),
+    "layout": lambda columns: columns.layout.copy(),
+    "protocol": lambda columns: columns.protocol.copy(),
+    "pair": lambda columns: columns.pair.copy(),
+    "time": lambda columns: columns.steps * columns.control_dt,
+    "reward_terms": lambda columns: {name: term.copy() for name, term in columns.terms.items()},
+    "is_success": lambda columns: columns.verdict == SUCCESS,
+    "cost": lambda columns: columns.collision.astype(np.float64),
+    "ending": lambda columns: columns.ending.copy(),
+    "achieved_goal": lambda columns: columns.pose[:, :2].copy(),
+    "desired_goal": lambda columns: columns.goal[:, :2].copy(),
+}
+"""The measures by name, as `labgym.envs.parts.measures.VALUES`."""
+
+
+def reading(sensor: GoalSensor | VelocitySensor, columns: Columns) -> NDArray[np.float32]:
+    """Return the readings of a sensor, (n, 3) or (n, 2)."""
+    if isinstance(sensor, VelocitySensor):
+        return np.minimum(np.maximum(columns.velocity, sensor.low), sensor.high).astype(np.float32)
+    polar = []
+    for (x, y, yaw), (goal_x, goal_y, _) in zip(columns.pose.tolist(), columns.goal.tolist(), strict=True):
+        dx, dy = goal_x - x, goal_y - y
+        bearing = math.atan2(dy, dx) - yaw
+        polar.append((min(math.hypot(dx, dy), sensor.reach), math.cos(bearing), math.sin(bearing)))
+    return np.array(polar, np.float32)
+
+
+class Progress:
+    """A `ProgressTerm`: it remembers the remaining distances."""
+
+    def __init__(self, term: ProgressTerm, count: int) -> None:
+        self._grid = term.method == "grid"
+        self._remaining = np.zeros(count)
+        self._to_go: list[DistanceToGo | None] = [None] * count
+
+    def begin(self, row: int, columns: Columns, to_go: DistanceToGo) -> None:
+        """Begin the drive of an environment."""
+        self._to_go[row] = to_go
+        self._remaining[row] = to_go.at(*columns.pose[row, :2].tolist())
+
+    def value(self, columns: Columns) -> Column:
+        """Return the progress of all, meters."""
+        remaining = columns.to_go if self._grid else np.full(len(self._remaining), np.nan)
+        for row in np.flatnonzero(np.isnan(remaining)).tolist():
+            to_go = self._to_go[row]
+            remaining[row] = 0.0 if to_go is None else to_go.at(*columns.pose[row, :2].tolist())
+        progress, self._remaining = self._remaining - remaining, remaining.copy()
+        return progress
+
+
+class Rest:
+    """A `RestEnding`: it remembers since when the robots rest."""
+
+    def __init__(self, ending: RestEnding, count: int) -> None:
+        self._ending = ending
+        self._since = np.full(count, np.nan)
+
+    def begin(self, row: int) -> None:
+        """Begin the drive of an environment."""
+        self._since[row] = np.nan
+
+    def verdict(self, columns: Columns) -> Column:
+        """Return the verdict on all."""
+        ending, speed, turn_rate = self._ending, columns.velocity[:, 0], columns.velocity[:, 1]
+        rests = (columns.distance <= ending.radius) & (speed * speed <= ending.speed * ending.speed)
+        rests &= np.abs(turn_rate) <= ending.turn_rate
+        time = columns.steps * columns.control_dt
+        self._since = np.where(rests, np.where(np.isnan(self._since), time, self._since), np.nan)
+        with np.errstate(invalid="ignore"):
+            return np.where(rests & (time - self._since >= ending.duration - 1e-9), SUCCESS, GOES_ON)
+
+
+def verdict(ending: Any, columns: Columns) -> Column:
+    """Return the verdict of an ending on all."""
+    if isinstance(ending, Rest):
+        return ending.verdict(columns)
+    if isinstance(ending, TouchEnding):
+        return np.where(columns.distance <= ending.radius, SUCCESS, GOES_ON)
+    return np.where(columns.collision, FAILURE, GOES_ON)
+
+
+def value(term: Any, columns: Columns) -> Column:
+    """Return the value of a reward term for all, without its weight."""
+    if isinstance(term, Progress):
+        return term.value(columns)
+    if isinstance(term, SuccessTerm | FailureTerm):
+        return np.asarray(columns.verdict == (SUCCESS if isinstance(term, SuccessTerm) else FAILURE))
+    if isinstance(term, CollisionTerm):
+        return columns.collision
+    if isinstance(term, ClearanceTerm):
+        return np.maximum(0.0, 1.0 - columns.clearance / term.margin)
+    return np.ones(len(columns.steps), dtype=np.int64)
+
+
+def check_parts(role: str, parts: tuple[Any, ...], kinds: tuple[type[Any], ...]) -> None:
+    """Check that all parts of a role are of kinds that read columns, and have no noise.
+
+    Raises:
+        OptionError: one is not.
+    """
+    for part in parts:
+        if type(part) not in kinds:
+            names = ", ".join(kind.__name__ for kind in kinds)
+            raise OptionError(f"the vector environment has no {role} {type(part).__name__}, only {names}: {REMEDY}")
+        if getattr(part, "noise", ()):
+            raise OptionError(f"the vector environment has no noise, as of {role} {part.name!r}: {REMEDY}")
+
+
+TERMS = (ProgressTerm, SuccessTerm, FailureTerm, CollisionTerm, TimeTerm, ClearanceTerm)
+ENDINGS = (TouchEnding, RestEnding, ContactEnding)
+
+
+def check_measures(measures: tuple[Any, ...]) -> None:
+    """Check that all measures can be read from columns.
+
+    Raises:
+        OptionError: one cannot.
+    """
+    check_parts("measure", measures, (NamedMeasure,))
+    for measure in measures:
+        if measure.name not in MEASURES:
+            raise OptionError(f"the vector environment has no measure {measure.name!r}: {REMEDY}")

@@ -1,0 +1,307 @@
+"""Many point navigation environments that step together on the planar kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from labgym.envs.config import PointNavConfig
+from labgym.envs.distance_to_go import GridDistanceToGo
+from labgym.envs.parts.actions import VelocityActions
+from labgym.envs.parts.endings import RestEnding
+from labgym.envs.parts.protocols import Tasks
+from labgym.envs.parts.rays import LidarSensor
+from labgym.envs.parts.rewards import ProgressTerm
+from labgym.envs.parts.robots import DifferentialDrive
+from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
+from labgym.envs.planar.batch import Batch
+from labgym.envs.planar.scene import scene_of, walls_at
+from labgym.envs.robot import ROBOT
+from labgym.envs.vector.columns import (
+    ENDINGS,
+    GOES_ON,
+    MEASURES,
+    REMEDY,
+    TERMS,
+    Columns,
+    Progress,
+    Rest,
+    check_measures,
+    check_parts,
+    reading,
+    value,
+    verdict,
+)
+from labgym.envs.world import world_of
+from labgym.errors import OptionError
+
+Observations = dict[str, NDArray[np.float32]]
+
+
+class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]]):
+    """Many `LabPointNavEnv` with physics="planar", stepped together on threads, outside of the interpreter lock.
+
+        envs = gym.make_vec("labgym:LabPointNav-v0", num_envs=64, vectorization_mode="vector_entry_point")
+
+    Observations, rewards, ends of episodes and infos equal those of single environments with the same arguments and
+    seeds to the bit. Each environment draws its own layouts.
+
+    The standard parts are supported: goal, velocity and lidar without noise, the terms of `RewardWeights` with failure
+    and clearance, the endings touch, rest and contact, velocity actions, the differential drive, and the measures. Any
+    other part is refused when the environment is made.
+
+    Args:
+        num_envs: number of environments.
+        autoreset_mode: NEXT_STEP (default) or SAME_STEP, as in Gymnasium.
+        max_episode_steps: number of steps after which an episode is truncated; None for no limit.
+        threads: number of threads; None for one per processor that this process may use. It changes the speed alone.
+        config, options: as of `LabPointNavEnv`.
+
+    Raises:
+        OptionError: a value is out of range, or a part is not supported.
+        LabgymError: as `LabPointNavEnv`.
+        MissingDependencyError: numba is not installed (extra `fast`).
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        max_episode_steps: int | None = None,
+        threads: int | None = None,
+        config: Any = None,
+        **options: Any,
+    ) -> None:
+        self.num_envs = _whole("num_envs", num_envs)
+        self._limit = None if max_episode_steps is None else _whole("max_episode_steps", max_episode_steps)
+        self._mode = _mode(autoreset_mode)
+        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
+        config = PointNavConfig.of(config, {"physics": "planar", **options})
+        _check(config)
+        self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
+        self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
+        self.single_action_space = config.actions.space(config.robot)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        lidars = [sensor for sensor in self._sensors if isinstance(sensor, LidarSensor)]
+        rays, reach, self._height = (
+            (lidars[0].rays, lidars[0].reach, lidars[0].height) if lidars else (0, 1.0, ROBOT.lidar_height)
+        )
+        self._terms = [
+            (each.name, each.weight, Progress(each, self.num_envs) if isinstance(each, ProgressTerm) else each)
+            for each in config.reward_terms
+        ]
+        self._methods = {each.name: each.method for each in config.reward_terms if isinstance(each, ProgressTerm)}
+        self._endings = [
+            (each.name, Rest(each, self.num_envs) if isinstance(each, RestEnding) else each) for each in config.endings
+        ]
+        self._tasks: list[Tasks] = [config.task_source() for _ in range(self.num_envs)]
+        self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
+        self._columns = Columns.zeros(self.num_envs, config.control_dt)
+        self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}
+        self._batch = Batch(self.num_envs, config.control_dt, rays, float(reach), threads)
+        self._age = np.zeros(self.num_envs, dtype=np.int64)
+        self._ended: NDArray[np.bool_] | None = None
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Begin the episodes of all environments.
+
+        Args:
+            seed: of the first environment, and those of the others follow; or one for each.
+            options: as of `LabPointNavEnv.reset`, for all.
+        """
+        seeds = _seeds(seed, self.num_envs)
+        for row in range(self.num_envs):
+            self._begin(row, seeds[row], options or {})
+        self._ended = np.zeros(self.num_envs, dtype=np.bool_)
+        self._columns.measure()
+        self._judge()
+        return self._observations(), self._infos(np.ones(self.num_envs, dtype=np.bool_))
+
+    def step(
+        self, actions: NDArray[np.float32]
+    ) -> tuple[Observations, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
+        """Carry out one action in each environment; those that ended are reset by the rules of the autoreset mode."""
+        if self._ended is None:
+            raise OptionError("call reset() before step()")
+        columns, robots = self._columns, self._batch.robots
+        robots.targets[:] = self._targets(actions)
+        self._batch.step()
+        columns.pose, columns.velocity = robots.poses.copy(), robots.velocities.copy()
+        columns.collision, columns.clearance = robots.touched.copy(), robots.clearances.copy()
+        columns.to_go = robots.to_go.copy()
+        columns.path_length = columns.path_length + robots.driven
+        columns.contacts = columns.contacts + columns.collision
+        columns.steps = columns.steps + 1
+        self._age += 1
+        columns.measure()
+        self._judge()
+        reward = np.zeros(self.num_envs)
+        for name, weight, term in self._terms:
+            columns.terms[name] = weight * value(term, columns)
+            reward = reward + columns.terms[name]
+        terminated = columns.verdict != GOES_ON
+        truncated = np.zeros_like(terminated) if self._limit is None else self._age >= self._limit
+        every, infos = np.ones(self.num_envs, dtype=np.bool_), {}
+        if self._mode == AutoresetMode.NEXT_STEP:
+            renewed = self._ended
+            terminated, truncated, reward = terminated & ~renewed, truncated & ~renewed, np.where(renewed, 0.0, reward)
+            self._ended = terminated | truncated
+        else:
+            renewed = terminated | truncated
+            if renewed.any():
+                infos = self._final(renewed)
+        if renewed.any():
+            for row in np.flatnonzero(renewed).tolist():
+                self._begin(row, None, {})
+            columns.measure()
+            self._judge()
+        return self._observations(), reward, terminated, truncated, {**infos, **self._infos(every)}
+
+    def close_extras(self, **_: Any) -> None:
+        """End the threads and release what the task sources hold."""
+        self._batch.close()
+        for tasks in self._tasks:
+            tasks.close()
+
+    def _begin(self, row: int, seed: int | None, options: dict[str, Any]) -> None:
+        """Begin an episode of one environment."""
+        rng = self._rngs[row]
+        if seed is not None or rng is None:
+            rng = self._rngs[row] = seeding.np_random(seed)[0]
+        task = self._tasks[row].draw(rng, options, fresh=seed is not None)
+        world, pair, columns, robots = world_of(task.layout), task.pair, self._columns, self._batch.robots
+        field = None
+        to_go = {name: world.to_go(pair.goal, method) for name, method in self._methods.items()}
+        for distances in to_go.values():
+            if isinstance(distances, GridDistanceToGo):
+                field = distances.field
+        self._batch.place(row, pair.start, scene_of(world), walls_at(world, self._height), field)
+        columns.pose[row], columns.velocity[row] = robots.poses[row], robots.velocities[row]
+        columns.goal[row], columns.clearance[row] = pair.goal, robots.clearances[row]
+        columns.collision[row], columns.contacts[row], columns.steps[row] = False, 0, 0
+        columns.path_length[row], columns.to_go[row] = 0.0, robots.to_go[row]
+        columns.shortest_path_length[row] = world.shortest_length(pair)
+        columns.layout[row], columns.pair[row] = task.layout.id, pair.index
+        columns.protocol[row] = "" if task.protocol is None else task.protocol.id
+        self._age[row] = 0
+        for name, weight, term in self._terms:
+            columns.terms[name][row] = weight * 0.0
+            if isinstance(term, Progress):
+                term.begin(row, columns, to_go[name])
+        for _, ending in self._endings:
+            if isinstance(ending, Rest):
+                ending.begin(row)
+
+    def _judge(self) -> None:
+        """Set the verdict of the endings: the first that gives one decides."""
+        columns = self._columns
+        columns.verdict = np.full(self.num_envs, GOES_ON)
+        columns.ending = np.full(self.num_envs, "", dtype=object)
+        for name, ending in self._endings:
+            given = verdict(ending, columns)
+            first = (columns.verdict == GOES_ON) & (given != GOES_ON)
+            columns.verdict[first], columns.ending[first] = given[first], name
+
+    def _targets(self, actions: Any) -> NDArray[np.float64]:
+        """Return the target velocities of actions, as `RobotSpec.twist`."""
+        try:
+            values = np.asarray(actions, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            values = np.empty(0)
+        if values.shape != (self.num_envs, 2) or not np.isfinite(values).all():
+            shown = " ".join(repr(actions).split())[:80]
+            raise OptionError(f"actions {shown} must be {self.num_envs} x 2 finite numbers in [-1, 1]: forward, turn")
+        values = np.minimum(np.maximum(values, -1.0), 1.0)
+        forward, turn = values[:, 0], values[:, 1]
+        v = forward * np.where(forward >= 0.0, self._size.v_max, -self._size.v_min)
+        return np.column_stack([v, turn * self._size.w_max])
+
+    def _observations(self) -> Observations:
+        return {
+            sensor.name: self._batch.robots.ranges.copy()
+            if isinstance(sensor, LidarSensor)
+            else reading(sensor, self._columns)
+            for sensor in self._sensors
+        }
+
+    def _infos(self, rows: NDArray[np.bool_]) -> dict[str, Any]:
+        """Return the infos of some environments in Gymnasium's form: each column with the mask of its rows."""
+        return _masked({each.name: MEASURES[each.name](self._columns) for each in self._measures}, rows)
+
+    def _final(self, rows: NDArray[np.bool_]) -> dict[str, Any]:
+        """Return the last observations and infos of episodes that ended."""
+        observations = self._observations()
+        last = np.full(self.num_envs, None, dtype=object)
+        for row in np.flatnonzero(rows).tolist():
+            last[row] = {name: values[row] for name, values in observations.items()}
+        return {
+            "final_obs": last,
+            "_final_obs": rows.copy(),
+            "final_info": self._infos(rows),
+            "_final_info": rows.copy(),
+        }
+
+
+def _masked(columns: dict[str, Any], rows: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return columns with masks; the other rows are zeros, or None of objects."""
+    masked: dict[str, Any] = {}
+    for name, column in columns.items():
+        if isinstance(column, dict):
+            masked[name] = _masked(column, rows)
+        else:
+            if not rows.all():
+                column[~rows] = None if column.dtype == object else 0
+            masked[name] = column
+        masked[f"_{name}"] = rows.copy()
+    return masked
+
+
+def _check(config: PointNavConfig) -> None:
+    """Check that the vector environment has all parts of a configuration."""
+    if config.physics != "planar":
+        raise OptionError(f"the vector environment has physics='planar' only, not {config.physics!r}: {REMEDY}")
+    if config.render_mode is not None:
+        raise OptionError("the vector environment does not render: use gym.make for pictures")
+    check_parts("sensor", config.observed, (GoalSensor, VelocitySensor, LidarSensor))
+    if sum(isinstance(sensor, LidarSensor) for sensor in config.observed) > 1:
+        raise OptionError(f"the vector environment has one lidar only: {REMEDY}")
+    check_parts("reward term", config.reward_terms, TERMS)
+    check_parts("ending", config.endings, ENDINGS)
+    check_parts("actions", (config.actions,), (VelocityActions,))
+    check_parts("robot", (config.robot,), (DifferentialDrive,))
+    check_measures(config.measures)
+
+
+def _whole(name: str, number: object) -> int:
+    if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < 1:
+        raise OptionError(f"{name} is {number!r}, expected a whole number of at least 1")
+    return int(number)
+
+
+def _mode(mode: AutoresetMode | str) -> AutoresetMode:
+    modes = {each.value: each for each in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)}
+    found = modes.get(mode.value if isinstance(mode, AutoresetMode) else mode)
+    if found is None:
+        raise OptionError(f"autoreset_mode is {str(mode)[:40]!r}, expected NEXT_STEP or SAME_STEP")
+    return found
+
+
+def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
+    if seed is None:
+        return [None] * count
+    if isinstance(seed, int | np.integer):
+        return [int(seed) + row for row in range(count)]
+    if len(seed) != count:
+        raise OptionError(f"{len(seed)} seeds for {count} environments: pass one for each, or a single one")
+    return list(seed)
