@@ -122,7 +122,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `rewards` (None): the terms of the reward, instead of those of `weights`.
     - `endings` (`[TouchEnding(0.5)]`): the rules that end an episode; the first that gives a verdict decides.
     - `measures`: the entries of the info; by default those listed below.
-    - `actions` ("velocity"): how an action becomes commands. `robot` ("differential"): the robot. `physics` ("mujoco").
+    - `actions` ("velocity"): how an action becomes commands. `robot` ("differential"): the robot. `physics`
+      ("mujoco"): "planar" is the compiled kernel (extra `fast`), which docs/performance.md compares with MuJoCo.
 
     `reset(seed=None, options=None)` accepts the options below; everything else is drawn from the seeded generator. If a
     seed is given, the episode depends only on the seed, the options and the arguments: equal seeds and actions give

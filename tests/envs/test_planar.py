@@ -17,7 +17,7 @@ from labgym.envs.simulation import Simulation
 from labgym.envs.world import World
 from labgym.errors import OptionError
 from labgym.layouts import Layout, load_published
-from labgym.layouts.drafts import draft_layout
+from labgym.layouts.places import layout_at
 
 pytest.importorskip("numba")
 
@@ -30,7 +30,7 @@ from labgym.envs.planar.simulation import PlanarSimulation
 LAYOUTS = {
     "island": island_laboratory,
     "room": lambda: load_published("test", "test-sub_01"),
-    "floor": lambda: draft_layout("test", 1, first=900),
+    "floor": lambda: layout_at("floors-test", 1, first=900),
 }
 
 
