@@ -15,20 +15,20 @@ from labgym.errors import OptionError
 
 pytest.importorskip("numba")
 
-ID = "LabPointNav-v0"
+ID, VERSION_1 = "LabPointNav-v0", "LabPointNav-v1"
 COUNT = 5
 KEPT = {"NEXT_STEP": AutoresetMode.NEXT_STEP, "SAME_STEP": AutoresetMode.SAME_STEP}
 
 
 def single(**options) -> SyncVectorEnv:
-    mode = options.pop("autoreset_mode")
+    mode, name = options.pop("autoreset_mode"), options.pop("id", ID)
     return SyncVectorEnv(
-        [partial(gym.make, ID, physics="planar", disable_env_checker=True, **options)] * COUNT, autoreset_mode=mode
+        [partial(gym.make, name, physics="planar", disable_env_checker=True, **options)] * COUNT, autoreset_mode=mode
     )
 
 
 def vector(**options):
-    return gym.make_vec(ID, num_envs=COUNT, vectorization_mode="vector_entry_point", **options)
+    return gym.make_vec(options.pop("id", ID), num_envs=COUNT, vectorization_mode="vector_entry_point", **options)
 
 
 def assert_same(actual, expected, at="") -> None:
@@ -61,6 +61,7 @@ CASES = {
     "standard": {"split": "val", "max_episode_steps": 40},
     "one layout": {"layout": island_laboratory(), "max_episode_steps": 60},
     "exact": {"split": "test", "distance_to_go": "exact", "max_episode_steps": 15},
+    "version 1": {"id": VERSION_1, "layout": island_laboratory(), "max_episode_steps": 15},
     "parts": {
         "layout": island_laboratory(),
         "max_episode_steps": 50,
@@ -84,7 +85,7 @@ def test_the_vector_equals_the_single_environments_to_the_bit(case, mode):
     assert_same(many.reset(seed=7), one.reset(seed=7))
     rng = np.random.default_rng(11)
     ends = np.zeros(2, dtype=int)
-    for _ in range(160 if case != "exact" else 40):
+    for _ in range(40 if case in ("exact", "version 1") else 160):
         action = actions(rng, {})
         expected, actual = one.step(action), many.step(action)
         assert_same(actual, expected)
@@ -133,6 +134,8 @@ def test_what_the_kernel_lacks_is_refused_in_one_line():
         ({"physics": "mujoco"}, "physics='planar' only"),
         ({"render_mode": "rgb_array"}, "does not render"),
         ({"sensors": [{"kind": "lidar", "noise": ["gaussian"]}]}, "no noise, as of sensor 'lidar'"),
+        ({"id": VERSION_1, "layout": island_laboratory(), "drives": "protocol"}, "episodes of one drive only"),
+        ({"actions": {"kind": "velocity", "delay": 2}}, "STOP or a delay"),
         ({"endings": ["stuck"]}, "no ending StuckEnding"),
         ({"autoreset_mode": "Disabled"}, "expected NEXT_STEP or SAME_STEP"),
         ({"num_envs": 0}, "num_envs is 0"),

@@ -57,6 +57,9 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
     and clearance, the endings touch, rest and contact, velocity actions, the differential drive, and the measures. Any
     other part is refused when the environment is made.
 
+    Attributes:
+        autoreset_mode: when an environment whose episode ended is reset.
+
     Args:
         num_envs: number of environments.
         autoreset_mode: NEXT_STEP (default) or SAME_STEP, as in Gymnasium.
@@ -82,10 +85,11 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
     ) -> None:
         self.num_envs = _whole("num_envs", num_envs)
         self._limit = None if max_episode_steps is None else _whole("max_episode_steps", max_episode_steps)
-        self._mode = _mode(autoreset_mode)
-        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
+        self.autoreset_mode = _mode(autoreset_mode)
+        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         config = PointNavConfig.of(config, {"physics": "planar", **options})
         _check(config)
+        self._disc = config.disc
         self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
         self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
         self.single_action_space = config.actions.space(config.robot)
@@ -153,7 +157,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         terminated = columns.verdict != GOES_ON
         truncated = np.zeros_like(terminated) if self._limit is None else self._age >= self._limit
         every, infos = np.ones(self.num_envs, dtype=np.bool_), {}
-        if self._mode == AutoresetMode.NEXT_STEP:
+        if self.autoreset_mode == AutoresetMode.NEXT_STEP:
             renewed = self._ended
             terminated, truncated, reward = terminated & ~renewed, truncated & ~renewed, np.where(renewed, 0.0, reward)
             self._ended = terminated | truncated
@@ -180,6 +184,8 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         if seed is not None or rng is None:
             rng = self._rngs[row] = seeding.np_random(seed)[0]
         task = self._tasks[row].draw(rng, options, fresh=seed is not None)
+        if task.following:
+            raise OptionError(f"the vector environment has episodes of one drive only: {REMEDY}")
         world, pair, columns, robots = world_of(task.layout), task.pair, self._columns, self._batch.robots
         field = None
         to_go = {name: world.to_go(pair.goal, method) for name, method in self._methods.items()}
@@ -191,7 +197,9 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         columns.goal[row], columns.clearance[row] = pair.goal, robots.clearances[row]
         columns.collision[row], columns.contacts[row], columns.steps[row] = False, 0, 0
         columns.path_length[row], columns.to_go[row] = 0.0, robots.to_go[row]
-        columns.shortest_path_length[row] = world.shortest_length(pair)
+        columns.shortest_path_length[row] = (
+            world.length_to_disc(pair, self._disc) if self._disc else world.shortest_length(pair)
+        )
         columns.layout[row], columns.pair[row] = task.layout.id, pair.index
         columns.protocol[row] = "" if task.protocol is None else task.protocol.id
         self._age[row] = 0
@@ -273,12 +281,16 @@ def _check(config: PointNavConfig) -> None:
         raise OptionError(f"the vector environment has physics='planar' only, not {config.physics!r}: {REMEDY}")
     if config.render_mode is not None:
         raise OptionError("the vector environment does not render: use gym.make for pictures")
+    if config.drives != "pair":
+        raise OptionError(f"the vector environment has episodes of one drive only, not {config.drives!r}: {REMEDY}")
     check_parts("sensor", config.observed, (GoalSensor, VelocitySensor, LidarSensor))
     if sum(isinstance(sensor, LidarSensor) for sensor in config.observed) > 1:
         raise OptionError(f"the vector environment has one lidar only: {REMEDY}")
     check_parts("reward term", config.reward_terms, TERMS)
     check_parts("ending", config.endings, ENDINGS)
     check_parts("actions", (config.actions,), (VelocityActions,))
+    if config.actions.stop or config.actions.delay:
+        raise OptionError(f"the vector environment has no actions with STOP or a delay: {REMEDY}")
     check_parts("robot", (config.robot,), (DifferentialDrive,))
     check_measures(config.measures)
 
