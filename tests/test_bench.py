@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import itertools
 
-from labgym import bench
+import gymnasium as gym
+
+from labgym import bench, throughput
 from labgym.cli import main
 
 
@@ -36,6 +38,8 @@ def test_the_command_times_every_piece(capsys):
         "generating a room",
         "a pool has prepared",
         "policy in its own process",
+        "relative to PointMaze_UMaze-v3",
+        "lidar, MuJoCo",
     ):
         assert piece in printed
     assert main(["bench", "--rounds", "1"]) == 2
@@ -44,3 +48,37 @@ def test_the_command_times_every_piece(capsys):
 def test_the_table_gives_milliseconds_and_the_ratio_with_its_quartiles():
     (row,) = bench.bench_table([bench.Timing("x", "y", 0.002, 0.001, 2.0, 1.5, 2.5)]).rows
     assert row == ("x", "2.000", "y", "1.000", "2.000 [1.500, 2.500]")
+
+
+def test_a_faster_environment_has_a_larger_ratio(monkeypatch):
+    """With a fake clock: steps of the reference take 4 ms, ours 2 ms; the vector environment has 3 environments."""
+    clock = [0.0]
+    for name in ("perf_counter", "process_time"):
+        monkeypatch.setattr(throughput.time, name, lambda: clock[0])
+
+    class Env:
+        def __init__(self, seconds, count=None):
+            self.seconds, self.resets = seconds, 0
+            self.action_space = gym.spaces.Box(-1.0, 1.0, (2,) if count is None else (count, 2))
+            if count is not None:
+                self.num_envs = count
+
+        def reset(self, **_):
+            self.resets += 1
+
+        def step(self, action):
+            clock[0] += self.seconds
+            return None, 0.0, True, False, {}
+
+        def close(self):
+            pass
+
+    single, many = Env(0.002), Env(0.002, count=3)
+    made = {throughput.REFERENCE: lambda: Env(0.004), "single": lambda: single, "many": lambda: many}
+    monkeypatch.setattr(throughput, "environments", lambda layout: made)
+    reference, one, three = throughput.throughput(2)
+    assert (reference.wall, reference.processor) == (1.0, 1.0)
+    assert (round(one.wall, 9), round(one.steps)) == (2.0, 500)
+    assert (round(three.processor, 9), round(three.steps)) == (6.0, 1500)
+    assert single.resets > 10
+    assert many.resets == 1

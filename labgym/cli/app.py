@@ -44,7 +44,7 @@ from labgym.cli.submission import submit_app
 from labgym.cli.traces import trace
 from labgym.cli.training import ablate_app, card_app, data, train_app
 from labgym.cli.viewing import play
-from labgym.errors import LabgymError
+from labgym.errors import LabgymError, MissingDependencyError
 from labgym.pipeline import RunConfig
 
 app = SubcommandApp()
@@ -226,7 +226,7 @@ app.command(compare)
 
 @app.command
 def bench(rounds: int = 15) -> int:
-    """Measure speed: the time of each task relative to a comparable reference task.
+    """Measure speed: each task relative to a comparable reference task, and environments relative to PointMaze.
 
     Args:
         rounds: Number of timings of each task, at least 2.
@@ -234,8 +234,15 @@ def bench(rounds: int = 15) -> int:
     from tqdm import tqdm
 
     import labgym.bench
+    import labgym.throughput
 
     print(labgym.bench.bench_table(list(tqdm(labgym.bench.bench(rounds), "bench"))).text())
+    try:
+        speeds = list(tqdm(labgym.throughput.throughput(rounds), "environments"))
+    except MissingDependencyError as error:
+        print(f"\nEnvironments are not compared: {error}")
+    else:
+        print("\n" + labgym.throughput.throughput_table(speeds).text())
     return DONE
 
 

@@ -32,7 +32,7 @@ class State:
     Attributes:
         task: layout, protocol and drives. world: the layout prepared for simulation. robot: the robot.
         exact: whether readings must be equal on every processor.
-        planar: whether the physics is the planar kernel, which has a lidar and clearances of its own.
+        planar: whether the physics is the planar kernel, which also computes lidar ranges and clearances.
         pair: the drive in progress, from its start to its goal. leg: its place among the drives of the task, from 0.
         pose: (x, y, yaw) of the robot; yaw in (-pi, pi].
         velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s.

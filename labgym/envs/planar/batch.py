@@ -61,7 +61,7 @@ class Robots(NamedTuple):
 
 
 class Batch:
-    """Robots in scenes of their own.
+    """Robots, each in its scene.
 
     Args:
         count: number of robots. control_dt: duration of a control step, seconds.
