@@ -164,7 +164,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     All ids are this class with another configuration (`labgym.envs.presets`), and take the same arguments and options.
     Version 0 is described above; its rules do not change. Version 1 differs in the following:
 
-    - `split`: the published floors ("floors-test"; newly generated ones, "floors-train", in a release without them).
+    - `split`: "floors-test", published floors.
     - The robot must arrive and stop: `terminated` when it is within 0.36 m of the goal, slower than 0.05 m/s and
       0.1 rad/s.
     - `distance_to_go`: "exact". `shortest_path_length`: to the disc of 0.36 m around the goal, on the side that is

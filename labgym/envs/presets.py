@@ -13,11 +13,9 @@ from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.rays import LidarSensor
 from labgym.envs.parts.vectors import JointSensor, PlaceSensor, PoseSensor, VelocitySensor
 from labgym.errors import UnknownNameError
-from labgym.layouts.splits import PUBLISHED
 
-SPLITS: tuple[str, ...] = PUBLISHED
-FLOORS = "floors-test" if "floors-test" in SPLITS else "floors-train"
-"""The split of version 1: published floors, and newly generated ones in a checkout without them."""
+FLOORS = "floors-test"
+"""The split of version 1."""
 
 
 @cache

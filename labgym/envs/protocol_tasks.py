@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from labgym.envs.parts.protocols import Tasks
-from labgym.envs.tasks import Task
+from labgym.envs.tasks import Task, goal_pair
 from labgym.errors import OptionError
 from labgym.navigation import goal_pairs
 
@@ -17,8 +17,8 @@ from labgym.navigation import goal_pairs
 class ProtocolTasks:
     """Draws a task from a source and goes on to the end of its protocol.
 
-    The first drive is the protocol's first, or that of the reset option "pair"; the others follow in the protocol's
-    order.
+    The first drive is the protocol's first, or that of the reset option "pair", an index into
+    `goal_pairs(layout, protocol)`; the others follow in the protocol's order.
 
     Args:
         source: chooses layout and protocol.
@@ -37,10 +37,11 @@ class ProtocolTasks:
         for name in ("start", "goal"):
             if options.get(name) is not None:
                 raise OptionError(f"a whole protocol has no option {name!r}: its drives go from location to location")
-        task = self._source.draw(rng, options, fresh)
-        pairs = goal_pairs(task.layout, task.protocol)
-        first = 0 if options.get("pair") is None else task.pair.index
-        return replace(task, pair=pairs[first], following=tuple(pairs[first + 1 :]))
+        others = {name: value for name, value in options.items() if name != "pair"}
+        task = self._source.draw(rng, others, fresh)
+        index = 0 if options.get("pair") is None else options["pair"]
+        first = goal_pair(task.layout, index, task.protocol)
+        return replace(task, pair=first, following=goal_pairs(task.layout, task.protocol)[first.index + 1 :])
 
     def close(self) -> None:
         """Close the source."""
