@@ -14,11 +14,11 @@ register(
 )
 
 for _name, _steps in (
-    ("LabPointNav-v1", 600),
-    ("LabPointNavDepth-v1", 600),
-    ("LabPointNavRGBD-v1", 600),
+    ("LabPointNav-v1", 1500),
+    ("LabPointNavDepth-v1", 1500),
+    ("LabPointNavRGBD-v1", 1500),
     ("LabPointNavDiscrete-v1", 500),
-    ("LabPointNavGoal-v1", 600),
+    ("LabPointNavGoal-v1", 1500),
     ("LabProtocolNav-v1", 6000),
 ):
     _goals = _name == "LabPointNavGoal-v1"

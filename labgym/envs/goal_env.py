@@ -28,7 +28,7 @@ class LabPointNavGoalEnv(LabPointNavEnv):
     ## Episode end
 
     `terminated` within 0.36 m of the goal, at any speed: the robot need not stop, because a relabeled goal is a
-    position that it passed. `truncated` after 600 steps.
+    position that it passed. `truncated` after 1500 steps.
 
     Arguments, reset options, action space and info are those of `LabPointNav-v1`.
     """
