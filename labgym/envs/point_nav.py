@@ -180,8 +180,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `LabPointNavDiscrete-v1` (500): version 1 with the action space `Discrete(4)`: 0 STOP, 1 forward by 0.25 m, 2 left
       and 3 right by 15 degrees. An action lasts until the robot rests, about 1 s. STOP ends the episode, with success
       within 0.36 m.
-    - `LabPointNavGoal-v1` (1500): version 1 with goals that can be relabeled, for hindsight experience replay; described
-      by `labgym.envs.goal_env.LabPointNavGoalEnv`.
+    - `LabPointNavGoal-v1` (1500): version 1 with goals that can be relabeled, for hindsight experience replay;
+      described by `labgym.envs.goal_env.LabPointNavGoalEnv`.
     - `LabProtocolNav-v1` (6000): version 1 with all drives of a protocol in one episode: where a goal is reached, the
       next drive begins. Further info: `leg`, the drive in progress, from 0, and `legs`, their number; the other entries
       are those of the drive in progress. The options "start" and "goal" do not exist.
