@@ -26,6 +26,7 @@ from labgym.envs.parts.protocols import (
 )
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import checked_terms
+from labgym.envs.parts.robots import check_simulated
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.physics import check_physics
 from labgym.envs.pool import LayoutPool, PoolAddress
@@ -146,6 +147,7 @@ class PointNavConfig:
         self._set("endings", parts_of(self.endings, "ending"))
         self._set("actions", part_of(self.actions, "actions"))
         self._set("robot", part_of(self.robot, "robot"))
+        check_simulated(self.robot)
         self._set("measures", parts_of(_named(self.measures), "measure"))
         if self.tasks is not None and not isinstance(self.tasks, Tasks):
             raise OptionError(f"tasks is a {type(self.tasks).__name__}, expected an object with draw and close")

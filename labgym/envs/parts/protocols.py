@@ -14,8 +14,6 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    import mujoco
-
     from labgym.envs.robot import RobotSpec
     from labgym.envs.state import State, Verdict
     from labgym.envs.tasks import Task
@@ -143,7 +141,7 @@ class Actions(Protocol):
 
 @runtime_checkable
 class Robot(Protocol):
-    """A robot that a scene can hold.
+    """A robot, as an agent commands it. So far the physics are those of the robot of version 0 alone.
 
     Attributes:
         size: dimensions, limits and places of the sensors.
@@ -158,16 +156,8 @@ class Robot(Protocol):
         """Names of the components of a command."""
         ...
 
-    def attach(self, scene: mujoco.MjSpec) -> None:
-        """Attach the robot to a scene at the room's origin, its names prefixed by `robot/`, and set the time step."""
-        ...
-
     def command(self, action: Iterable[float]) -> Command:
         """Return the target velocities of an action in [-1, 1] per axis; values outside are clipped."""
-        ...
-
-    def controls(self, command: Command) -> Mapping[str, float]:
-        """Return the control value of each actuator, by its name without the prefix."""
         ...
 
 

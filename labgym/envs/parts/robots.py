@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-import mujoco
-
 from labgym.envs.parts.protocols import Command, Robot
-from labgym.envs.robot import ROBOT, RobotSpec, attach_robot
+from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import OptionError, UnknownNameError
 
 
@@ -32,17 +30,9 @@ class DifferentialDrive(Robot):
         """Forward velocity, m/s, and turn rate, rad/s."""
         return ("forward", "turn")
 
-    def attach(self, scene: mujoco.MjSpec) -> None:
-        """Attach the robot to a scene."""
-        attach_robot(scene, self.size)
-
     def command(self, action: Iterable[float]) -> Command:
         """Return the target velocities of an action in [-1, 1] per axis; values outside are clipped."""
         return self.size.twist(*action)
-
-    def controls(self, command: Command) -> Mapping[str, float]:
-        """Return the targets of the servos."""
-        return dict(zip(self.axes, command, strict=True))
 
 
 def size_of(value: Any) -> RobotSpec:
@@ -61,3 +51,16 @@ def size_of(value: Any) -> RobotSpec:
         if name not in names:
             raise UnknownNameError("dimension of the robot", name, names)
     return RobotSpec(**value)
+
+
+def check_simulated(robot: Robot) -> None:
+    """Check that the physics can simulate a robot.
+
+    Raises:
+        OptionError: its dimensions are not those of the robot of version 0, or it has other axes.
+    """
+    if robot.axes != ("forward", "turn") or replace(robot.size, control_dt=ROBOT.control_dt) != ROBOT:
+        raise OptionError(
+            "robot has other axes or dimensions than 'differential': the physics cannot simulate it yet; "
+            "pass robot='differential'"
+        )
