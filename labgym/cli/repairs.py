@@ -19,6 +19,7 @@ def repair(
     layout: LayoutName,
     out: OptionalPath = None,
     profile: str = "default",
+    metrics: OptionalText = None,
     protocol: OptionalText = None,
     adjuster: str = "rules",
     trace: OptionalPath = None,
@@ -34,6 +35,8 @@ def repair(
         out: The .json file of the repaired layout; it may be the same file. Default: NAME-repaired.json in the current
             folder.
         profile: Thresholds to satisfy: default, strict, paper or code.
+        metrics: Version of the rules: touchstone-v1, the default, or touchstone-v2, under which vessels also return to
+            their hood, the pieces of an apparatus to each other and wall units to walls, and safety equipment is added.
         protocol: Id or .json file of the protocol to repair the layout for; by default all protocols of the layout.
         adjuster: What adjusts the layout where repair by geometry does not help: rules, or llm, the configured language
             model (docs/language-models.md).
@@ -43,6 +46,7 @@ def repair(
     from labgym.envs.tasks import resolve_layout
     from labgym.layouts.adjusters import make_adjuster
     from labgym.layouts.repairs import repair_layout
+    from labgym.layouts.rules import thresholds
     from labgym.layouts.trace import Recorder
 
     target = out if out is not None else Path(f"{Path(layout).stem}-repaired.json")
@@ -50,7 +54,8 @@ def repair(
         raise OptionError(f"layout file {target.name!r} must end in .json")
     chosen = None if protocol is None else protocols.resolve(protocol)
     recorder = None if trace is None else Recorder()
-    result = repair_layout(resolve_layout(layout), chosen, profile, make_adjuster(adjuster), recorder)
+    limits = thresholds.profile(profile, metrics)
+    result = repair_layout(resolve_layout(layout), chosen, limits, make_adjuster(adjuster), recorder)
     for change in result.changes:
         print(change.text)
     print(_summary(result))
@@ -66,7 +71,7 @@ def _summary(result: Repair) -> str:
     """Return one line on how many objects changed, and the violations before and after."""
     counts = Counter(change.kind for change in result.changes)
     total, moved = len(result.layout.placements), counts["moved"] + counts["resettled"]
-    numbers = [(a.v, len(a.errors), len(a.missing or ())) for a in (result.before, result.after)]
+    numbers = [(a.v, len(a.errors), len(a.lacking)) for a in (result.before, result.after)]
     parts = [
         f"{name} {before} -> {after}"
         for name, before, after in zip(("violations", "facility errors", "missing assets"), *numbers, strict=True)

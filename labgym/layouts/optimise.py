@@ -44,6 +44,7 @@ def optimise_assessed(
     adjuster: Adjuster | None = None,
     trace: Recorder | None = None,
     ways: bool = True,
+    solver: bool = True,
 ) -> tuple[Layout, Assessment]:
     """Return a layout at least as good, and its assessment with navigation.
 
@@ -60,6 +61,7 @@ def optimise_assessed(
         trace: records every trial and every accepted state.
         ways: whether to clear ways, too: infeasible transitions and ways out. A profile without facility rules clears
             none: then only the refinement considers navigation.
+        solver: whether the constraint solver may place furniture anew; it takes most of the time.
     """
     adjuster = adjuster if adjuster is not None else RuleAdjuster()
     original, start = layout, evaluate_layout(layout, protocol, profile)
@@ -76,11 +78,11 @@ def optimise_assessed(
             if update is None:
                 break
             layout, current = update
-        if level == "room" and (current.errors or current.collisions):
+        if solver and level == "room" and (current.errors or current.collisions):
             layout, current = _rearrange(layout, current, start.v, protocol, trace)
     if not ways or "facility" in start.profile.left_out:
         return layout, current.with_navigation(protocol)
-    return _with_ways(original, start, layout, current, protocol, trace)
+    return _with_ways(original, start, layout, current, protocol, trace, solver)
 
 
 def _with_ways(
@@ -90,13 +92,15 @@ def _with_ways(
     current: Assessment,
     protocol: Protocol | None,
     trace: Recorder | None,
+    solver: bool,
 ) -> tuple[Layout, Assessment]:
     """The optimised layout after its ways were cleared too, the original if that has fewer violations."""
     current = current.with_navigation(protocol)
     if current.cost == 0:
         return layout, current
     start = start.with_navigation(protocol)
-    layout, current = _rearrange(layout, current, start.v, protocol, trace)
+    if solver:
+        layout, current = _rearrange(layout, current, start.v, protocol, trace)
     layout, current = _clear_ways(layout, current, start.v, protocol, trace)
     if current.v <= start.v:
         return layout, current

@@ -32,19 +32,23 @@ MOST = 12
 Pose = tuple[float, float, float]
 
 
-def free_places(layout: Layout, placement_id: str, most: int = MOST) -> tuple[Place, ...]:
+def free_places(layout: Layout, placement_id: str, most: int = MOST, step: float = WALL_STEP) -> tuple[Place, ...]:
     """Return places where a floor object is free and usable, the nearest first.
 
     Furniture that is used from one side stands with its back to a wall, furniture that is used from both sides stands
     in the open with an aisle around it. It stays in its space and overlaps nothing, the clear zone in front of it is
     free, and it stands in no door area and in no other object's front zone. Movable objects do not count as obstacles
     in front of it.
+
+    Args:
+        most: maximum number of places.
+        step: spacing of the places tried along walls, meters.
     """
     if layout.placement(placement_id).support != FLOOR:
         return ()
     building, box = building_of(layout), layout.box(placement_id)
     if layout.asset(placement_id).size.depth < ONE_SIDED:
-        return _usable(layout, placement_id, building.wall_poses(box, WALL_GAP, WALL_STEP), WALL_GAP, most)
+        return _usable(layout, placement_id, building.wall_poses(box, WALL_GAP, step), WALL_GAP, most)
     here = (box.x, box.y, box.yaw)
     for aisle in AISLES:
         stays = [here] if _stays(building, box, aisle) else []

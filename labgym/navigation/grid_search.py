@@ -56,18 +56,22 @@ def astar(
     return np.column_stack([xs[columns - 1], ys[rows - 1]])
 
 
-def distance_field(grid: OccupancyGrid, source: Point) -> NDArray[np.float64]:
-    """Return the length of the shortest grid path from every cell to the cell of a point, with the moves of `astar`.
+def distance_field(grid: OccupancyGrid, *sources: Point) -> NDArray[np.float64]:
+    """Return the length of the shortest grid path from every cell to the nearest source, with the moves of `astar`.
+
+    Args:
+        grid: dilated by the robot's radius.
+        sources: points (x, y), meters; those that are not free are left out.
 
     Returns:
-        (ny, nx) meters; inf for cells without a path, and everywhere if the source is not free.
+        (ny, nx) meters; inf for cells without a path, and everywhere if no source is free.
     """
-    field = np.full(grid.shape, np.inf)
-    if grid.free(*source):
-        row, column = grid.cell_of(*source)
-        graph = grid_graph(grid)
-        field = dijkstra(graph, directed=False, indices=row * grid.shape[1] + column).reshape(grid.shape)
-    return field
+    cells = [grid.cell_of(*source) for source in sources if grid.free(*source)]
+    if not cells:
+        return np.full(grid.shape, np.inf)
+    numbers = [row * grid.shape[1] + column for row, column in cells]
+    field = dijkstra(grid_graph(grid), directed=False, indices=numbers, min_only=True)
+    return np.asarray(field.reshape(grid.shape))
 
 
 def _search(blocked: list[bool], prices: list[float], width: int, source: int, target: int) -> dict[int, int]:

@@ -50,6 +50,7 @@ def refine_assessed(
     adjuster: Adjuster | None = None,
     repair: bool = True,
     trace: Recorder | None = None,
+    solver: bool = True,
 ) -> tuple[Layout, Assessment]:
     """Return the layout of `refine` and its assessment.
 
@@ -60,10 +61,12 @@ def refine_assessed(
         adjuster: adjusts the layout after each update; by default rules and search.
         repair: whether `optimise` repairs updates before they are judged; if not, the commands alone must help.
         trace: records every update that is tried and every accepted state.
+        solver: whether the repair of an update may place furniture anew with the constraint solver.
     """
     if trace is not None:
         trace.begin(layout, protocol, current.profile)
-    judge = partial(_repaired, protocol=protocol, profile=current.profile, adjuster=adjuster, repair=repair)
+    profile = current.profile
+    judge = partial(_repaired, protocol=protocol, profile=profile, adjuster=adjuster, repair=repair, solver=solver)
     least, stalled = len(_failures(current)), 0
     for _ in range(ITERATIONS):
         if least == 0 or stalled >= PATIENCE:
@@ -81,11 +84,11 @@ def refine_assessed(
 
 
 def _repaired(
-    layout: Layout, protocol: Protocol, profile: Profile, adjuster: Adjuster | None, repair: bool
+    layout: Layout, protocol: Protocol, profile: Profile, adjuster: Adjuster | None, repair: bool, solver: bool
 ) -> tuple[Layout, Assessment]:
     """Return an updated layout after its repair, and its assessment with navigation."""
     if repair:
-        return optimise_assessed(layout, protocol, profile, adjuster)
+        return optimise_assessed(layout, protocol, profile, adjuster, solver=solver)
     return layout, evaluate_layout(layout, protocol, profile, navigation=True)
 
 

@@ -11,9 +11,12 @@ from labgym.layouts.moves import apply, may_move
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.furniture import middles
+from labgym.layouts.repairs.hanging import added_on_wall
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.storage import STORAGE_CLASSES
+from labgym.layouts.rules.touchstone2.assessment import Assessment2
+from labgym.layouts.rules.touchstone2.equipment import missing_equipment
 from labgym.layouts.settling import free_spots, homes
 from labgym.protocols import Protocol
 
@@ -27,12 +30,15 @@ def with_missing(state: State) -> State:
     """Return a state with the required assets that it lacks, as far as they find a place.
 
     Furniture comes first, then reagents, then other objects. Each piece is added where the rank stays best. A reagent
-    without a cabinet of its class gets one.
+    without a cabinet of its class gets one. Under touchstone-v2 safety equipment is required too.
     """
-    if state.protocol is None:
-        return state
     # An object that is out of bounds counts as missing, but is not added: it is put back.
-    absent = missing_assets(state.assessment.arrangement, state.protocol, frozenset())
+    absent: tuple[str, ...] = ()
+    if state.protocol is not None:
+        absent = missing_assets(state.assessment.arrangement, state.protocol, frozenset())
+    if isinstance(state.assessment, Assessment2):
+        equipment = state.assessment.equipment
+        absent += missing_equipment(state.assessment.arrangement, equipment, frozenset())
     for asset in sorted((state.layout.catalog.find(name) for name in absent), key=_order):
         if asset.kind == "reagent" and not _has_cabinet(state.layout, asset):
             state = _with_one(state, _cabinet_for(state.layout, asset)) or state
@@ -60,7 +66,7 @@ def with_cabinets(state: State) -> State:
 
 
 def _order(asset: Asset) -> tuple[int, float, str]:
-    rank = 0 if asset.placing == "floor" else 1 if asset.kind == "reagent" else 2
+    rank = 0 if asset.placing in ("floor", "wall") else 1 if asset.kind == "reagent" else 2
     return rank, -asset.size.width * asset.size.depth, asset.name
 
 
@@ -93,6 +99,8 @@ def _with_one(state: State, asset: Asset) -> State | None:
 
 
 def _candidates(state: State, asset: Asset) -> Iterator[Layout]:
+    if asset.placing == "wall":
+        return iter(added_on_wall(state.layout, asset, state.protocol))
     if asset.placing == "floor":
         return _on_floor(state.layout, asset, state.protocol)
     return _on_surfaces(state, asset)

@@ -50,6 +50,11 @@ def moved_ids(before: Layout, after: Layout) -> tuple[str, ...]:
     return tuple(change.id for change in changes(before, after) if change.kind in ("moved", "resettled"))
 
 
+def moved_furniture(before: Layout, after: Layout) -> set[str]:
+    """Return the ids of the floor objects that were moved by themselves, and not added."""
+    return {item for item in moved_ids(before, after) if after.placement(item).support == FLOOR}
+
+
 def _change(before: Layout, after: Layout, placement: Placement) -> Change | None:
     name, there = placement.id, _where(after, placement)
     earlier = before.by_id.get(name)

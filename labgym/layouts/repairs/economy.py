@@ -5,7 +5,9 @@ from __future__ import annotations
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import replaced
 from labgym.layouts.repairs.changes import moved_ids
+from labgym.layouts.repairs.hanging import taken_down
 from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.resettling import lying
 
 MOST = 60
 """Maximum number of objects that are tried."""
@@ -14,9 +16,11 @@ MOST = 60
 def economical(before: State, after: State) -> State:
     """Return a state that is at least as good as the later one, with more objects where they were before.
 
-    Each object that moved by itself is put back with everything on it, unless the rank gets worse.
+    Each object that moved by itself is put back with everything on it, unless the rank gets worse, or it lay where it
+    does not belong.
     """
-    for item in moved_ids(before.layout, after.layout)[:MOST]:
+    astray = {*lying(before.layout), *taken_down(before.layout)}
+    for item in [item for item in moved_ids(before.layout, after.layout) if item not in astray][:MOST]:
         layout = _put_back(before.layout, after.layout, item)
         if layout is None:
             continue

@@ -6,20 +6,17 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import chain, islice, product
+from itertools import islice, product
 
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, to_world
-from labgym.layouts.adjust import swaps
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Move, Place, apply, may_move, replaced
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
-from labgym.layouts.repairs.changes import moved_ids
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.rules.building import building_of
-from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.thresholds import PENETRATION
 from labgym.layouts.surroundings import grounds
@@ -31,8 +28,6 @@ RELOCATIONS = 12
 PLACES = 6
 """Maximum number of free places tried for a piece."""
 DEFAULT_USES = ("laboratory",)
-ADVISED_PLACES = 24
-"""Maximum number of free places tried for a piece that a warning concerns."""
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 """Places tried between the two ends of those at which a load stands on its furniture, along each side."""
 BEST = 3
@@ -110,9 +105,9 @@ def relocated(state: State) -> State:
 
 def _relocation(state: State) -> State | None:
     """Return the state after one piece went to a free place of its space or, if none helps, of another; else None."""
-    blame = _blame(state)
-    guilty = [item for item in sorted(blame, key=lambda item: (-blame[item], item)) if may_move(state.layout, item)]
-    for places in (free_places, _elsewhere):
+    counts = blame(state)
+    guilty = [item for item in sorted(counts, key=lambda item: (-counts[item], item)) if may_move(state.layout, item)]
+    for places in (free_places, elsewhere):
         for item in guilty:
             moved = _at_better_place(state, places(state.layout, item, PLACES))
             if moved is not None:
@@ -122,21 +117,18 @@ def _relocation(state: State) -> State | None:
 
 def _at_better_place(state: State, places: Iterable[Place]) -> State | None:
     """Return the state with a piece at the first of some places that has a lower cost, without more warnings if any."""
-    base = replace(state.assessment, transitions=None, navigation=False).cost
+    base = evaluate_layout(state.layout, state.protocol, state.profile).cost
     best = state
     for place in places:
-        candidate = apply(state.layout, place)
-        if evaluate_layout(candidate, state.protocol, state.profile).cost >= base:
-            continue  # Without ways the evaluation takes a quarter of the time.
-        proposed = state.with_layout(candidate)
-        if proposed.rank < best.rank:
+        proposed = state.with_layout_at_most(apply(state.layout, place), base - 1)
+        if proposed is not None and proposed.rank < best.rank:
             best = proposed
             if best.rank.keeps(state.rank):
                 break
     return best if best.rank.cost < state.rank.cost else None
 
 
-def _elsewhere(layout: Layout, item: str, most: int) -> Iterator[Place]:
+def elsewhere(layout: Layout, item: str, most: int) -> Iterator[Place]:
     """Yield free places for a floor object in other spaces, those of a use that suits it first."""
     building = building_of(layout)
     here = int(building.spaces(BoxArray.of([layout.box(item)]))[0])
@@ -157,7 +149,7 @@ def _order(use: str, uses: Sequence[str]) -> int:
     return uses.index(use) if use in uses else len(uses)
 
 
-def _blame(state: State) -> Counter[str]:
+def blame(state: State) -> Counter[str]:
     """Return the floor objects that cause faults of furniture, with the number of faults.
 
     What stands wrong by itself counts twice. The owner of a blocked front causes nothing, nor does a place that no way
@@ -210,29 +202,6 @@ def flush(state: State) -> State:
     return state
 
 
-def advised(before: State, state: State) -> State:
-    """Return the state after pieces that the repair has moved went where they cause fewer facility warnings."""
-    moved = {state.layout.root(item).id for item in moved_ids(before.layout, state.layout)}
-    named = {item for issue in _new_warnings(before, state) for item in issue.ids}
-    for item in sorted(moved, key=lambda item: (item not in named, item)):
-        if not _new_warnings(before, state):
-            break
-        if state.layout.placement(item).support != FLOOR or not may_move(state.layout, item):
-            continue
-        places = chain(free_places(state.layout, item, ADVISED_PLACES), _elsewhere(state.layout, item, PLACES))
-        for command in chain(places, swaps(state.layout, item) if item in named else ()):
-            proposed = state.with_layout(apply(state.layout, command))
-            if proposed.rank < state.rank:
-                state = proposed
-                break
-    return state
-
-
-def _new_warnings(before: State, state: State) -> list[FacilityIssue]:
-    known = {issue.message for issue in before.assessment.warnings}
-    return [issue for issue in state.assessment.warnings if issue.message not in known]
-
-
 def settled(state: State) -> bool:
     """Whether no furniture takes part in a fault."""
     return next(_involved(state), None) is None
@@ -250,7 +219,7 @@ def _involved(state: State) -> Iterator[str]:
             yield from roots
     for issue in assessment.errors:
         yield from (layout.root(item).id for item in issue.ids)
-    for transition in assessment.transitions or ():
+    for transition in assessment.drives:
         if not transition.feasible:
             for location in (transition.start_location, transition.goal_location):
                 placement = layout.find(location)

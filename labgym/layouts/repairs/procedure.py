@@ -13,10 +13,14 @@ from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.repairs.additions import with_cabinets, with_missing
-from labgym.layouts.repairs.changes import Change, changes, moved_ids
+from labgym.layouts.repairs.advice import advised
+from labgym.layouts.repairs.apparatus import gathered
+from labgym.layouts.repairs.changes import Change, changes, moved_furniture
 from labgym.layouts.repairs.economy import economical
-from labgym.layouts.repairs.furniture import advised, flush, placed_anew, relocated, settled, under_loads
+from labgym.layouts.repairs.furniture import flush, placed_anew, relocated, settled, under_loads
+from labgym.layouts.repairs.hanging import hung, taken_down
 from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.resettling import lying, resettled
 from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
@@ -78,12 +82,11 @@ def repair_layout(
         if not curable(state):
             break
         before = state
-        state = _round(state, adjuster, trace)
+        state = _round(layout, state, adjuster, trace)
         if not state.rank < before.rank:
             break
     if state is not start and state.rank.narrow:
-        moved = {state.layout.root(item).id for item in moved_ids(layout, state.layout)}
-        state = _recorded(trace, "ways", widened(state, moved))
+        state = _recorded(trace, "ways", widened(state, moved_furniture(layout, state.layout)))
     if state is not start:
         state = _recorded(trace, "economy", flush(advised(start, economical(start, state))))
     return Repair(
@@ -102,7 +105,7 @@ def problems(state: State) -> tuple[str, ...]:
     faults += [(violation.message, violation.ids) for violation in assessment.violations.items]
     faults += [(issue.message, issue.ids) for issue in assessment.errors]
     sentences = [f"{message} ({_reason(layout, ids)})" for message, ids in faults]
-    sentences += [f"{name} is missing (no free place was found for it)" for name in assessment.missing or ()]
+    sentences += [f"{name} is missing (no free place was found for it)" for name in assessment.lacking]
     return tuple(sentences)
 
 
@@ -118,19 +121,26 @@ def _protocol_of(layout: Layout) -> Protocol | None:
     return combination(several, layout.catalog) if len(several) > 1 else layout.protocol
 
 
-def _round(state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
-    """Return the state after every stage, each of which is kept if it improves the rank."""
+def _round(layout: Layout, state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
+    """Return the state after every stage, each of which is kept if it improves the rank.
+
+    Args:
+        layout: the layout before the repair.
+    """
     record = partial(_recorded, trace)
     state = record("loads", under_loads(state))
-    state = record("surfaces", resettled(state))
+    state = record("surfaces", hung(gathered(resettled(state))))
     pushed = _better(state, fast_repair(state.layout, state.profile))
     state = record("fast_repair", pushed if settled(pushed) else state)
     state = record("additions", with_cabinets(with_missing(state)))
     if curable(state):
         state = record("furniture", relocated(state))
         state = record("surfaces", resettled(_better(state, fast_repair(state.layout, state.profile))))
+    if curable(state) and not settled(state):
+        state = record("furniture", reinserted(state, moved_furniture(layout, state.layout)))
+        state = record("surfaces", resettled(state))
     if curable(state):
-        state = record("ways", widened(state))
+        state = record("ways", widened(state, moved_furniture(layout, state.layout)))
     if curable(state):
         state = record("furniture", resettled(placed_anew(state, LEVELS)))
     if curable(state):
@@ -149,12 +159,12 @@ def _recorded(trace: Recorder | None, stage: str, state: State) -> State:
 def curable(state: State) -> bool:
     """Whether a layout has a fault in which something takes part that may move, or lacks something."""
     assessment, layout = state.assessment, state.layout
-    if assessment.missing or assessment.errors or any(not leg.feasible for leg in assessment.transitions or ()):
+    if assessment.lacking or assessment.errors or any(not leg.feasible for leg in assessment.drives):
         return True
     faults: list[tuple[str, ...]] = [(fault.id,) for fault in assessment.bounds]
     faults += [collision.ids for collision in assessment.collisions]
     faults += [instance.ids for instance in assessment.instances if instance.hard]
-    items = {item for ids in faults for item in ids} | set(lying(layout))
+    items = {item for ids in faults for item in ids} | set(lying(layout)) | set(taken_down(layout))
     return any(may_move(layout, each) for item in items for each in (item, layout.root(item).id))
 
 
@@ -168,8 +178,9 @@ def _better(state: State, layout: Layout) -> State:
 def _optimised(state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
     """Return the state after the optimization and, if only ways are left to clear, the refinement for navigation."""
     layout, assessment = optimise_assessed(state.layout, state.protocol, state.profile, adjuster, trace)
-    blocked = sum(not leg.feasible for leg in assessment.transitions or ())
+    blocked = sum(not leg.feasible for leg in assessment.drives)
     if state.protocol is not None and blocked and blocked == assessment.v:
-        layout, assessment = refine_assessed(layout, assessment, state.protocol, adjuster, trace=trace)
+        # The solver has tried by now; for every update of the refinement it would take minutes.
+        layout, assessment = refine_assessed(layout, assessment, state.protocol, adjuster, trace=trace, solver=False)
     proposed = State(layout, assessment, state.protocol)
     return proposed if proposed.rank < state.rank else state

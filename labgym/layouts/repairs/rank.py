@@ -3,47 +3,92 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, total_ordering
 
 from labgym.layouts.model import Layout
-from labgym.layouts.rules.egress import MARGIN, narrow_ways
+from labgym.layouts.rules.egress import MARGIN, narrow_exits
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.protocols import Protocol
 
 DIGITS = 9
 """Decimals of the fitness that count."""
+ORDER = ("missing", "cost", "narrow", "warnings", "shortfall")
+"""Properties of a rank, the first one that differs decides."""
 
 
-@dataclass(frozen=True, order=True)
+@total_ordering
+@dataclass(frozen=True, eq=False)
 class Rank:
-    """How bad a layout is; less is better, the fields in their order.
+    """How bad an assessed layout is; less is better, the properties in their order.
 
-    Attributes:
-        missing: number of required assets that are not placed.
-        cost: v(L) plus the number of facility errors.
-        narrow: number of exits from which a way out is narrower than required, measured strictly: the rule lets ways
-            pass that are up to 35 mm narrower, and pushes open doors aside. 0 without navigation.
-        warnings: number of facility warnings.
-        shortfall: 1 - F.
+    A comparison computes only the properties that decide it: ways and warnings take as long as all the rest.
     """
 
-    missing: int
-    cost: int
-    narrow: int
-    warnings: int
-    shortfall: float
+    assessment: Assessment
 
-    @classmethod
-    def of(cls, assessment: Assessment) -> Rank:
-        """Return the rank of a layout, given its assessment with navigation."""
-        shortfall = round(1.0 - assessment.fitness, DIGITS)
-        narrow = len(narrow_ways(assessment.arrangement, margin=MARGIN, leaves=True)) if assessment.navigation else 0
-        return cls(len(assessment.missing or ()), assessment.cost, narrow, len(assessment.warnings), shortfall)
+    @cached_property
+    def missing(self) -> int:
+        """Number of required assets that are not placed."""
+        return len(self.assessment.lacking)
+
+    @cached_property
+    def cost(self) -> int:
+        """v(L) plus the number of facility errors."""
+        return self.assessment.cost
+
+    @cached_property
+    def narrow(self) -> int:
+        """Number of exits from which a way out is narrower than required, measured strictly.
+
+        The rule lets ways pass that are up to 35 mm narrower, and pushes open doors aside. 0 without navigation.
+        """
+        if not self.assessment.navigation:
+            return 0
+        return len(narrow_exits(self.assessment.arrangement, margin=MARGIN, leaves=True))
+
+    @cached_property
+    def warnings(self) -> int:
+        """Number of facility warnings."""
+        return len(self.assessment.warnings)
+
+    @cached_property
+    def shortfall(self) -> float:
+        """1 - F."""
+        return round(1.0 - self.assessment.fitness, DIGITS)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all properties are equal."""
+        return self._compared(other) == 0 if isinstance(other, Rank) else NotImplemented
+
+    def __lt__(self, other: Rank) -> bool:
+        """Whether the first property that differs is less."""
+        return self._compared(other) < 0
+
+    def __hash__(self) -> int:
+        """Return a hash of the properties."""
+        return hash(tuple(getattr(self, name) for name in ORDER))
+
+    def __repr__(self) -> str:
+        """Return the properties by name."""
+        return f"Rank({', '.join(f'{name}={getattr(self, name):g}' for name in ORDER)})"
+
+    def _compared(self, other: Rank) -> int:
+        """Return -1, 0 or 1."""
+        for name in ORDER if self is not other else ():
+            own, others = getattr(self, name), getattr(other, name)
+            if own != others:
+                return -1 if own < others else 1
+        return 0
 
     def keeps(self, other: Rank) -> bool:
         """Whether ways are as wide, and warnings as few, as in another layout."""
         return self.narrow <= other.narrow and self.warnings <= other.warnings
+
+    def clears(self, other: Rank) -> bool:
+        """Whether less is missing, the cost is lower or ways are wider than in another layout, in this order."""
+        own = (self.missing, self.cost)
+        return own < (other.missing, other.cost) or (own == (other.missing, other.cost) and self.narrow < other.narrow)
 
     @property
     def sound(self) -> bool:
@@ -71,6 +116,18 @@ class State:
         assessment = evaluate_layout(layout, self.protocol, profile, self.navigation, earlier)
         return State(layout, assessment, self.protocol, self.navigation)
 
+    def with_layout_at_most(self, layout: Layout, cost: int) -> State | None:
+        """Return the state of another version of the layout, None if its cost exceeds a limit even without ways.
+
+        Ways take most of the time of an assessment; they are not planned for versions above the limit.
+        """
+        assessment = evaluate_layout(layout, self.protocol, self.assessment.profile)
+        if assessment.cost > cost:
+            return None
+        if self.navigation:
+            assessment = assessment.with_navigation(self.protocol)
+        return State(layout, assessment, self.protocol, self.navigation)
+
     @property
     def profile(self) -> Profile:
         """The thresholds."""
@@ -79,4 +136,4 @@ class State:
     @cached_property
     def rank(self) -> Rank:
         """The rank of the layout."""
-        return Rank.of(self.assessment)
+        return Rank(self.assessment)

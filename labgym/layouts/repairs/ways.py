@@ -10,7 +10,8 @@ from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Command, Move, apply, may_move
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.rank import State
-from labgym.layouts.rules.egress import MARGIN, NarrowWay, narrow_ways
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.egress import MARGIN, NarrowWay, narrow_exits, narrow_ways
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH, MOVABLE
 from labgym.navigation import goal_pose
 
@@ -38,8 +39,8 @@ def widened(state: State, first: Collection[str] = ()) -> State:
         best = state
         others = islice(_commands(state.layout, narrow), TRIALS)
         for command in chain(_other_places(state.layout, first), others):
-            proposed = state.with_layout(apply(state.layout, command))
-            if proposed.rank < best.rank:
+            proposed = _wider(best, apply(state.layout, command))
+            if proposed is not None:
                 best = proposed
                 if not best.rank.narrow:
                     break
@@ -47,6 +48,14 @@ def widened(state: State, first: Collection[str] = ()) -> State:
             break
         state = best
     return state
+
+
+def _wider(best: State, layout: Layout) -> State | None:
+    """Return the state of a layout if it has fewer faults than the best one or wider ways, else None."""
+    if not best.rank.cost and len(narrow_exits(Arrangement.of(layout), margin=MARGIN, leaves=True)) >= best.rank.narrow:
+        return None
+    proposed = best.with_layout_at_most(layout, best.rank.cost)
+    return proposed if proposed is not None and proposed.rank.clears(best.rank) else None
 
 
 def _other_places(layout: Layout, items: Collection[str]) -> Iterator[Command]:

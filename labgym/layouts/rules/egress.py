@@ -70,33 +70,75 @@ def narrow_ways(
             width between the grid points too.
         leaves: whether the leaves of open interior doors are in the way, as they stand.
     """
+    scene = _scene(arrangement, width, leaves)
+    exits = _narrow_exits(*scene, width / 2.0 + margin)
+    return list(_narrow_ways(*scene[:3], exits)) if exits else []
+
+
+def narrow_exits(
+    arrangement: Arrangement, width: float = EGRESS_WIDTH, margin: float = -ERROR, leaves: bool = False
+) -> list[tuple[str, ...]]:
+    """Return the destinations of `narrow_ways`, without measuring the ways, which takes most of the time."""
+    exits = _narrow_exits(*_scene(arrangement, width, leaves), width / 2.0 + margin)
+    return [tuple(place.id for place in missed) for _, missed in exits]
+
+
+def _scene(
+    arrangement: Arrangement, width: float, leaves: bool
+) -> tuple[Room | Floor, tuple[OrientedBox, ...], tuple[OrientedBox, ...], tuple[_Place, ...]]:
+    """Return the building, the objects and the leaves that are in the way, and the places of work."""
+    building, floor = arrangement.building, arrangement.layout.floor
+    open_leaves = tuple(_open_leaves(floor)) if leaves and not floor.is_rectangle else ()
     obstacles, places = tuple(_obstacles(arrangement)), tuple(_places(arrangement, width))
-    building = arrangement.building
-    if leaves and not arrangement.layout.floor.is_rectangle:
-        obstacles += tuple(_open_leaves(arrangement.layout.floor))
-    floor = building.room if isinstance(building, OneRoom) else arrangement.layout.floor
-    return list(_narrow_ways(floor, obstacles, places, width / 2.0 + margin))
+    return building.room if isinstance(building, OneRoom) else floor, obstacles, open_leaves, places
+
+
+@lru_cache(maxsize=64)
+def _narrow_exits(
+    floor: Room | Floor,
+    obstacles: tuple[OrientedBox, ...],
+    leaves: tuple[OrientedBox, ...],
+    destinations: tuple[_Place, ...],
+    radius: float,
+) -> tuple[tuple[int, tuple[_Place, ...]], ...]:
+    """Return the number of each narrow exit, and the places that no way from it reaches."""
+    building, exits = _exits(floor)
+    if not exits:
+        return ()
+    field = _Clearance.of(floor, obstacles, leaves)
+    places = [place for place in destinations if field.at(place.x, place.y) > 0.0]
+    narrow = []
+    for number, entrance in enumerate(exits):
+        joined = building.joined(entrance.space)
+        area = field.area(entrance, radius)
+        missed = tuple(place for place in places if place.space in joined and not area.serves(place))
+        if missed:
+            narrow.append((number, missed))
+    return tuple(narrow)
 
 
 @lru_cache(maxsize=64)
 def _narrow_ways(
-    floor: Room | Floor, obstacles: tuple[OrientedBox, ...], destinations: tuple[_Place, ...], radius: float
+    floor: Room | Floor,
+    obstacles: tuple[OrientedBox, ...],
+    leaves: tuple[OrientedBox, ...],
+    narrow: tuple[tuple[int, tuple[_Place, ...]], ...],
 ) -> tuple[NarrowWay, ...]:
-    building: Building = OneRoom(floor) if isinstance(floor, Room) else ManyRooms(floor)
-    exits = [entrance for entrance in building.entrances if entrance.exit]
-    if not exits:
-        return ()
-    field = _Clearance.of(building, obstacles)
-    places = [place for place in destinations if field.at(place.x, place.y) > 0.0]
-    narrow = []
-    for entrance in exits:
-        joined = building.joined(entrance.space)
-        area = field.area(entrance, radius)
-        missed = [place for place in places if place.space in joined and not area.serves(place)]
-        if missed:
-            widest = _widest(field, entrance, missed)
-            narrow.append(NarrowWay(entrance.label, tuple(place.id for place in missed), widest))
-    return tuple(narrow)
+    _, exits = _exits(floor)
+    field = _Clearance.of(floor, obstacles, leaves)
+    return tuple(
+        NarrowWay(exits[number].label, tuple(place.id for place in missed), _widest(field, exits[number], missed))
+        for number, missed in narrow
+    )
+
+
+def _exits(floor: Room | Floor) -> tuple[Building, list[Entrance]]:
+    building = _building(floor)
+    return building, [entrance for entrance in building.entrances if entrance.exit]
+
+
+def _building(floor: Room | Floor) -> Building:
+    return OneRoom(floor) if isinstance(floor, Room) else ManyRooms(floor)
 
 
 @dataclass(frozen=True)
@@ -159,12 +201,13 @@ class _Clearance:
     values: Array
 
     @classmethod
-    def of(cls, building: Building, obstacles: Sequence[OrientedBox]) -> _Clearance:
-        x0, y0, x1, y1 = building.bounds
-        xs, ys = _nodes(x0, x1), _nodes(y0, y1)
-        values = building.clearance(xs, ys, WIDEST / 2.0)
-        lower_to_boxes(values, xs, ys, obstacles, WIDEST / 2.0)
-        return cls(building.bounds, values)
+    def of(cls, floor: Room | Floor, obstacles: tuple[OrientedBox, ...], leaves: tuple[OrientedBox, ...]) -> _Clearance:
+        x0, y0, x1, y1 = bounds = _building(floor).bounds
+        values = _among(floor, obstacles)
+        if leaves:
+            values = values.copy()
+            lower_to_boxes(values, _nodes(x0, x1), _nodes(y0, y1), leaves, WIDEST / 2.0)
+        return cls(bounds, values)
 
     def node(self, x: float, y: float) -> tuple[int, int]:
         """Index of the grid point nearest to a point of the floor."""
@@ -229,6 +272,29 @@ class _Area:
         limit = place.reach + STEP
         cells = cells_to(self.labels, self.inside, *self.field.node(place.x, place.y), (limit + self.radius) / STEP + 1)
         return bool(np.maximum(cells * STEP - self.radius, 0.0) <= limit)
+
+
+@lru_cache(maxsize=2)
+def _among(floor: Room | Floor, obstacles: tuple[OrientedBox, ...]) -> Array:
+    """Return the clearance of grid points from walls and obstacles, (ny, nx) meters, read-only.
+
+    The rule and its strict version ask for the same obstacles one after the other.
+    """
+    x0, y0, x1, y1 = _building(floor).bounds
+    values = _between_walls(floor).copy()
+    lower_to_boxes(values, _nodes(x0, x1), _nodes(y0, y1), obstacles, WIDEST / 2.0)
+    values.setflags(write=False)
+    return values
+
+
+@lru_cache(maxsize=2)
+def _between_walls(floor: Room | Floor) -> Array:
+    """Return the clearance of grid points from walls, (ny, nx) meters, read-only."""
+    building = _building(floor)
+    x0, y0, x1, y1 = building.bounds
+    values = building.clearance(_nodes(x0, x1), _nodes(y0, y1), WIDEST / 2.0)
+    values.setflags(write=False)
+    return values
 
 
 def _nodes(low: float, high: float) -> Array:

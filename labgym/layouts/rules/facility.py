@@ -183,14 +183,11 @@ def shower_walks(arrangement: Arrangement) -> dict[str, float]:
     if not walks or not showers:
         return walks
     grid = occupancy(with_open_doors(arrangement.layout)).dilated(PLANNING_RADIUS)
-    for shower in showers:
-        x, y, _ = goal_pose(box_of(arrangement, shower))
-        field = distance_field(grid, (x, y))
-        for hood in walks:
-            hx, hy, _ = goal_pose(arrangement.layout.box(hood))
-            if grid.free(hx, hy):
-                row, column = grid.cell_of(hx, hy)
-                walks[hood] = min(walks[hood], float(field[row, column]))
+    field = distance_field(grid, *(goal_pose(box_of(arrangement, shower))[:2] for shower in showers))
+    for hood in walks:
+        x, y, _ = goal_pose(arrangement.layout.box(hood))
+        if grid.free(x, y):
+            walks[hood] = float(field[grid.cell_of(x, y)])
     return walks
 
 

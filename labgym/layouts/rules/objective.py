@@ -10,6 +10,7 @@ from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault, bounds_faults
 from labgym.layouts.rules.collisions import Collision, collisions
+from labgym.layouts.rules.egress import narrow_exits
 from labgym.layouts.rules.facility import FacilityIssue, egress_issues, equipment_issues, placing_issues
 from labgym.layouts.rules.glass import glass_instances
 from labgym.layouts.rules.presence import missing_assets
@@ -132,10 +133,25 @@ class Assessment:
             assessment.__dict__["_placing"] = self._placing
         return assessment
 
-    @property
+    @cached_property
     def cost(self) -> int:
         """v(L) plus the number of facility errors: the quantity that the optimizer minimizes."""
-        return self.v + len(self.errors)
+        if "errors" in self.__dict__ or "facility" in self.profile.left_out:
+            return self.v + len(self.errors)
+        concerned = [issue.ids for issue in self._placing if issue.severity == "error"]
+        concerned += narrow_exits(self.arrangement) if self.navigation else []  # The messages' widths take longer.
+        fixed = {placement.id for placement in self.arrangement.placements if placement.fixed}
+        return self.v + sum(not fixed.issuperset(ids) for ids in concerned)
+
+    @property
+    def drives(self) -> tuple[Transition, ...]:
+        """The drives that count in v(L); empty without navigation."""
+        return self.transitions or ()
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Assets that are required and not placed, without those that are out of bounds; empty without a protocol."""
+        return self.missing or ()
 
     @property
     def perfect(self) -> bool:

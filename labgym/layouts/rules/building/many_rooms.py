@@ -271,8 +271,9 @@ class ManyRooms:
         space = int(self.spaces(BoxArray.of([box]))[0])
         width, depth = box.width + 2.0 * aisle, box.depth + 2.0 * aisle
         boxes = BoxArray.of([OrientedBox(x, y, width, depth, yaw, 0.0, 0.1) for x, y, yaw in poses])
-        free = (self.outside(boxes) <= 0.0) & (self.spaces(boxes) == space)
-        return [pose for pose, is_free in zip(poses, free.tolist(), strict=True) if is_free]
+        here = np.flatnonzero(self.spaces(boxes) == space)
+        inside = BoxArray(boxes.centre[here], boxes.half[here], boxes.yaw[here], boxes.z[here])
+        return [poses[row] for row in here[self.outside(inside) <= 0.0].tolist()]
 
 
 def swing_area(way: Doorway, space: str) -> OrientedBox:

@@ -72,8 +72,8 @@ class Assessment2(Assessment):
         safety equipment + broken hard facility rules.
         """
         hard = sum(instance.hard for instance in (*self.instances, *self.fronts))
-        blocked = sum(not drive.feasible for drive in (*(self.transitions or ()), *(self.entries or ())))
-        objects = len(self.out_of_bounds) + len(self.collisions) + len(self.missing or ()) + len(self.unequipped)
+        blocked = sum(not drive.feasible for drive in self.drives)
+        objects = len(self.out_of_bounds) + len(self.collisions) + len(self.lacking)
         return objects + hard + blocked + len(self._hard_issues)
 
     @cached_property
@@ -88,7 +88,6 @@ class Assessment2(Assessment):
     @cached_property
     def violations(self) -> Violations:
         """The hard violations, described; as many as `v`."""
-        drives = (*(self.transitions or ()), *(self.entries or ()))
         return Violations(
             (
                 *bounds_violations(self.arrangement, self.bounds),
@@ -96,8 +95,8 @@ class Assessment2(Assessment):
                 *chemical_violations((*self.flammable, *self.incompatible, *self.storage, *self.glass)),
                 *_protocol_violations((*self.near, *self.ventilation)),
                 *_front_violations(self.fronts),
-                *_missing_violations((*(self.missing or ()), *self.unequipped)),
-                *navigation_violations(self.arrangement, drives),
+                *_missing_violations(self.lacking),
+                *navigation_violations(self.arrangement, self.drives),
                 *(_facility_violation(issue) for issue in self._hard_issues),
             )
         )
@@ -119,6 +118,16 @@ class Assessment2(Assessment):
         return tuple(issue for issue in (*exits, *ways, *self._placing) if is_hard(issue))
 
     @property
+    def drives(self) -> tuple[Transition, ...]:
+        """The protocol's transitions and the drives from doors; empty without navigation."""
+        return (*(self.transitions or ()), *(self.entries or ()))
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Assets and safety equipment that are required and not placed."""
+        return (*(self.missing or ()), *self.unequipped)
+
+    @cached_property
     def cost(self) -> int:
         """v(L) plus the number of facility errors that v(L) does not contain."""
         counted = ("front_clearance", "second_exit")
