@@ -9,7 +9,7 @@ from labgym.eval import score
 from labgym.layouts import Door, Layout, Placement, Room, generate, load_published, optimise
 from labgym.layouts.moves import Place, apply
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.egress import narrow_ways
+from labgym.layouts.rules.egress import narrow_exits, narrow_ways
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.navigation import goal_pose
 from labgym.protocols import protocols
@@ -141,6 +141,7 @@ def test_a_passage_of_the_required_width_is_taken_at_any_angle_and_a_clearly_nar
 @pytest.mark.parametrize("width", [0.5, 0.7, 0.85])
 def test_a_passage_that_is_too_narrow_is_measured(width: float) -> None:
     (way,) = narrow_ways(Arrangement.of(corridor(width)))
+    assert narrow_exits(Arrangement.of(corridor(width))) == [way.destinations]
     assert "bench" in way.destinations
     assert way.width == pytest.approx(width, abs=0.03)
 

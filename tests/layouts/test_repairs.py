@@ -11,12 +11,17 @@ from shapely import Polygon
 from labgym.assets import Size
 from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.damage import damaged
-from labgym.layouts.moves import Move, Rotate, apply, replaced
+from labgym.layouts.moves import Move, Rotate, Settle, apply, replaced
 from labgym.layouts.repairs import repair_layout
+from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.resettling import lying
 from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.settling import free_spots, homes
+from labgym.layouts.spoiling import SPOILINGS
+
+SECOND = thresholds.profile("default", "touchstone-v2")
 
 
 @pytest.fixture(scope="module")
@@ -157,3 +162,45 @@ def test_a_required_piece_that_is_out_of_bounds_comes_back_and_is_not_added_agai
     result = repair_layout(spoilt)
     assert result.problems == ()
     assert [change.id for change in result.changes] == ["FumeHood_1"]
+
+
+def test_a_vessel_returns_to_its_hood_under_touchstone_2(room):
+    vessel = next(p.id for p in room.placements if p.asset == "GraduatedCylinder" and p.support.startswith("FumeHood"))
+    spoilt = apply(room, Settle(vessel, "PreparationBench_1", 0, 0.0, 0.0))
+    assert room.asset(repair_layout(spoilt).layout.root(vessel).id).subtype == "workbench"
+    result = repair_layout(spoilt, profile=SECOND)
+    assert result.problems == ()
+    assert room.asset(result.layout.root(vessel).id).fume_hood
+
+
+@pytest.mark.parametrize("way", ["no_extinguisher", "bare_necessities", "one_flask_on_floor"])
+def test_safety_equipment_and_glass_are_put_in_place_under_touchstone_2(room, way):
+    spoilt = SPOILINGS[way].spoil(room, room.protocol)
+    result = repair_layout(spoilt, profile=SECOND)
+    assert result.before.v > 0
+    assert result.problems == ()
+    assert evaluate_layout(result.layout, room.protocol, SECOND, navigation=True).v == 0
+
+
+def test_wall_units_return_to_walls(room):
+    units = [p.id for p in room.placements if p.support == "wall"]
+    after = repair_layout(SPOILINGS["wall_units_on_floor"].spoil(room, room.protocol)).layout
+    width, depth = room.room.width, room.room.depth
+    for unit in units:
+        placement = after.placement(unit)
+        corners = np.array(outline(after, unit).exterior.coords)
+        gaps = [corners[:, 0].min(), corners[:, 1].min(), width - corners[:, 0].max(), depth - corners[:, 1].max()]
+        assert placement.support == "wall"
+        assert 0.0 <= min(gaps) <= 0.02
+
+
+def test_furniture_that_is_taken_out_comes_back_without_overlaps(room):
+    spoilt, ids = harmed(room, "furniture_stacked", 3)
+    state = reinserted(State.of(spoilt, room.protocol, "default"), ids)
+    standing = [p.id for p in state.layout.placements if p.support == "floor"]
+    assert sorted(p.id for p in state.layout.placements) == sorted(p.id for p in spoilt.placements)
+    assert state.rank.cost < State.of(spoilt, room.protocol, "default").rank.cost
+    for item in ids:
+        for other in standing:
+            if other != item:
+                assert outline(state.layout, item).intersection(outline(state.layout, other)).area < 1e-6

@@ -70,6 +70,14 @@ def test_the_distance_field_is_dijkstras(grid, source):
         np.testing.assert_allclose(field, lengths_by_dijkstra(grid, source), atol=1e-12)
 
 
+@settings(max_examples=20, deadline=None)
+@given(grid=grids, sources=st.lists(cells, min_size=1, max_size=3))
+def test_the_distance_field_of_several_sources_is_that_of_the_nearest(grid, sources):
+    points = [grid.centre_of(*source) for source in sources]
+    nearest = np.min([distance_field(grid, point) for point in points], axis=0)
+    np.testing.assert_array_equal(distance_field(grid, *points), nearest)
+
+
 def test_a_squeeze_between_two_cells_that_touch_at_a_corner_is_closed():
     occupied = np.zeros((4, 4), dtype=bool)
     occupied[1, :2] = True

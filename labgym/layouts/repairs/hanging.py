@@ -20,8 +20,9 @@ def taken_down(layout: Layout) -> tuple[str, ...]:
 
 
 def hung(state: State) -> State:
-    """Return the state after each wall unit that has left its wall went to the nearest free place on one."""
-    for item in taken_down(state.layout):
+    """Return the state after each wall unit that has left its wall went to the nearest free place, the widest first."""
+    units = taken_down(state.layout)
+    for item in sorted(units, key=lambda unit: (-state.layout.asset(unit).size.width, unit)):
         layout = _hung(state.layout, item, state.protocol) if may_move(state.layout, item) else None
         if layout is not None:
             proposed = state.with_layout(layout)
