@@ -116,17 +116,18 @@ class LayoutPool:
                 wanted, following = connection.recv()
                 order = ready.pop(wanted, None)
                 for request in [request for request in ready if request not in following]:
-                    ready.pop(request).cancel()
+                    ready.pop(request).withdraw()
                 ready.update({request: self._begin(request) for request in following if request not in ready})
                 stage = None if order is None else order.stage()
                 connection.send(stage.address if isinstance(stage, Parcel) else stage)
-                connection.recv()  # The environment has opened the parcel, or needs none.
-                del stage
+                connection.recv()  # The environment has opened the parcel.
+                if order is not None:
+                    order.withdraw()
         except (OSError, EOFError, TypeError, RuntimeError):
             pass  # The environment has ended, or the pool has been closed.
         finally:
             for order in ready.values():
-                order.cancel()
+                order.withdraw()
             self._open.discard(connection)
             with suppress(OSError):
                 connection.close()
@@ -153,7 +154,7 @@ class LayoutPool:
             with suppress(OSError):
                 connection.close()
         for order in list(self._orders):
-            order.leave()
+            order.close()
 
 
 class _Order:
@@ -166,25 +167,26 @@ class _Order:
     def __init__(self, future: Future[Address | bytes] | None) -> None:
         self._future = future
         self._stage: Future[Parcel | bytes | None] = Future()
+        self._parcel: Parcel | None = None
         if future is None:
             self._stage.set_result(None)
         else:
             future.add_done_callback(self._receive)
 
-    def cancel(self) -> bool:
-        """Withdraw the order; return whether no worker had begun it."""
-        return self._future is None or self._future.cancel()
-
     def stage(self) -> Parcel | bytes | None:
         """Return the stage when it is finished, None if it is not begun or its worker failed."""
-        return None if self.cancel() else self._stage.result()
+        return None if self._future is None or self._future.cancel() else self._stage.result()
 
-    def leave(self) -> None:
-        """Close what a forked process has inherited."""
-        if self._stage.done():
-            stage = self._stage.result()
-            if isinstance(stage, Parcel):
-                stage.close()
+    def withdraw(self) -> None:
+        """Free what the worker has made or will make."""
+        if self._future is not None:
+            self._future.cancel()
+        self._stage.add_done_callback(lambda _: self.close())
+
+    def close(self) -> None:
+        """Close the parcel in this process; without a lock, which a forked process could not release."""
+        if self._parcel is not None:
+            self._parcel.close()
 
     def _receive(self, future: Future[Address | bytes]) -> None:
         """Open what a worker has made; until this returns, the worker begins nothing else."""
@@ -193,6 +195,7 @@ class _Order:
             made = future.result()
             with suppress(OSError):
                 stage = made if isinstance(made, bytes) else Parcel.at(made)
+        self._parcel = stage if isinstance(stage, Parcel) else None
         self._stage.set_result(stage)
 
 

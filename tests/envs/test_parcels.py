@@ -32,8 +32,6 @@ def test_a_stage_arrives_as_it_was_sent(stage):
         assert getattr(arrived.mesh, name).tobytes() == getattr(stage.mesh, name).tobytes()
     for ends, field in stage.to_go.items():
         assert arrived.to_go[ends].at(2.0, 3.0) == field.at(2.0, 3.0)
-    assert not arrived.mesh.vertices.flags.owndata
-    assert arrived.mesh.vertices.ctypes.data % 64 == 0
 
 
 def test_what_one_process_writes_no_other_sees(stage):

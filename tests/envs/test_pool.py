@@ -9,6 +9,7 @@ import pickle
 import signal
 import time
 from copy import deepcopy
+from pathlib import Path
 
 import furnished_floors
 import mujoco
@@ -188,6 +189,21 @@ def test_no_worker_outlives_the_program_and_its_environments_go_on(tmp_path):
     assert run.remaining(PATIENCE) == []
     run.end()
     assert {path.name for path in tmp_path.iterdir()} <= {"program.py", "driving", "alone", "__pycache__"}
+
+
+def test_layouts_that_are_taken_or_no_longer_needed_leave_no_open_file(pool):
+    folder = Path("/proc/self/fd")
+    client = pool.connect()
+    take(client, training_sources.shifted, 1)
+    before = len(list(folder.iterdir()))
+    for number in range(2, 8):
+        client.take(training_sources.shifted, [0, number, number + 100], Senses())
+        take(client, training_sources.shifted, number)
+    client.close()
+    end = time.monotonic() + PATIENCE
+    while len(list(folder.iterdir())) > before and time.monotonic() < end:
+        time.sleep(0.01)
+    assert len(list(folder.iterdir())) <= before
 
 
 @pytest.mark.parametrize("workers", [0, 1.5, True])
