@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import pickle
 import secrets
@@ -103,7 +104,8 @@ class Parcel:
         size = os.fstat(self._descriptor).st_size
         if size < TOKEN + 8:
             raise OSError("the file is not a prepared layout")
-        memory = memoryview(bytearray(size))
+        # Memory of its own goes back to the system with the stage; that of the heap would be left in fragments.
+        memory = memoryview(mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS))
         if os.preadv(self._descriptor, [memory], 0) != size or memory[:TOKEN] != self._token:
             raise OSError("the file is not the prepared layout that was announced")
         place = TOKEN + 8
