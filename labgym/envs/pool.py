@@ -17,9 +17,11 @@ from concurrent.futures import Future
 from contextlib import suppress
 from multiprocessing import AuthenticationError
 from multiprocessing.connection import Client, Connection, Listener
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from labgym.envs.layout_files import FOLDER_MB, LayoutFiles
 from labgym.envs.parcels import SHARED, Address, Parcel
 from labgym.envs.stage import Senses, Stage
 from labgym.envs.training import LayoutSource
@@ -49,14 +51,20 @@ class LayoutPool:
 
     Args:
         workers: number of processes.
+        folder: where layouts of "rooms" and "floors" are stored as files, so that another training with the same seed
+            does not generate them again; None stores nothing.
+        folder_mb: size of the folder; the files used longest ago are removed.
 
     Raises:
-        OptionError: fewer than one worker.
+        OptionError: fewer than one worker, or a folder without a size.
     """
 
-    def __init__(self, workers: int = 2) -> None:
+    def __init__(
+        self, workers: int = 2, folder: str | os.PathLike[str] | None = None, folder_mb: float = FOLDER_MB
+    ) -> None:
         if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
             raise OptionError(f"workers is {workers!r}, expected a whole number of at least 1")
+        self._files = None if folder is None else LayoutFiles(Path(folder).absolute(), folder_mb)
         self._workers = LocalPool(workers)
         self._losses = 0
         self._closed = False
@@ -135,7 +143,7 @@ class LayoutPool:
     def _begin(self, request: Request) -> _Order:
         if self._losses >= LOSSES:
             return _Order(None)
-        future = self._workers.submit(prepare, request)
+        future = self._workers.submit(prepare, request, self._files)
         future.add_done_callback(self._count)
         order = _Order(future)
         self._orders.add(order)
@@ -263,13 +271,14 @@ class PoolClient:
             raise
 
 
-def prepare(request: Request) -> Address | bytes:
+def prepare(request: Request, files: LayoutFiles | None = None) -> Address | bytes:
     """Return where the stage of a request is, or the pickled stage; runs in a worker."""
     from labgym.envs.world import World
 
     global _latest
     source, number, senses = pickle.loads(request)  # noqa: S301 -- from a client that has the key
-    stage = World(source(number)).stage(senses)
+    layout = source(number) if files is None else files.layout(source, number)
+    stage = World(layout).stage(senses)
     if not SHARED:
         return pickle.dumps(stage, protocol=pickle.HIGHEST_PROTOCOL)
     _latest = Parcel.of(stage)
