@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 import pickle
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median, quantiles
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -17,8 +19,9 @@ from labgym.envs import LabPointNavEnv
 from labgym.envs.robot import PREFIX, ROBOT, attach_robot
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
 from labgym.envs.simulation import Simulation
-from labgym.envs.stage import Senses, Stage
-from labgym.envs.world import World, physics_model
+from labgym.envs.stage import Senses
+from labgym.envs.tasks import Task
+from labgym.envs.world import KEPT, World, layout_of, physics_model
 from labgym.errors import OptionError
 from labgym.layouts import Layout, generate, load_published, published
 from labgym.navigation import PLANNING_RADIUS, ShortestPaths, astar, goal_pairs, occupancy
@@ -33,6 +36,9 @@ ROUNDS = 15
 
 BLOCK_SECONDS = 0.05
 """Minimum duration of a block of repetitions, seconds."""
+
+VISITS = 4
+"""Resets for each layout of a split before its resets are timed: nearly all layouts are in memory then."""
 
 Work = Callable[[], object]
 
@@ -92,7 +98,8 @@ def comparisons(layout: Layout) -> Iterator[Comparison]:
     yield _shortest_path(layout)
     yield _restart(layout)
     yield _generation()
-    yield _entrance(layout)
+    yield _new_layout()
+    yield _published_split(layout)
     with contextlib.closing(PolicyProcess(PolicySource.named("straight"))) as process:
         yield _policy_step(layout, process)
 
@@ -222,24 +229,42 @@ def _generation() -> Comparison:
     )
 
 
-def _entrance(layout: Layout) -> Comparison:
-    pair, sent = goal_pairs(layout)[0], pickle.dumps(World(layout).stage(Senses()))
+class _Prepared:
+    """Tasks in layouts that arrive as from a pool; each comes again when its world has been forgotten."""
 
-    def enter(world: World) -> None:
-        Lidar().scan(world.solid, pair.start)
-        world.to_go(pair.goal)
-        world.shortest_length(pair)
-        Simulation(world.model).place(pair.start)
+    def __init__(self, layouts: Sequence[Layout]) -> None:
+        self._sent = itertools.cycle([pickle.dumps(World(layout).stage(Senses()), protocol=5) for layout in layouts])
 
-    def enter_prepared() -> None:
-        stage: Stage = pickle.loads(sent)  # noqa: S301 -- made above
-        enter(World(stage.layout, stage))
+    def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:  # noqa: ARG002
+        """Return a drive in the next layout."""
+        layout = layout_of(pickle.loads(next(self._sent)))  # noqa: S301 -- made above
+        return Task(layout, layout.protocol, goal_pairs(layout)[0])
 
+    def close(self) -> None:
+        """Keep the layouts."""
+
+
+def _new_layout() -> Comparison:
+    layouts = [layout for name in published("val") if goal_pairs(layout := load_published("val", name))][: KEPT + 2]
+    env, following = LabPointNavEnv(tasks=_Prepared(layouts)), itertools.cycle(layouts)
+    env.reset(seed=0)
     return Comparison(
-        "entering a layout that a pool has prepared",
-        "entering it without preparation",
-        enter_prepared,
-        lambda: enter(World(layout)),
+        "reset in a new layout that a pool has prepared",
+        "preparing it",
+        env.reset,
+        lambda: World(next(following)).stage(Senses()),
+    )
+
+
+def _published_split(layout: Layout) -> Comparison:
+    env = LabPointNavEnv(split="test")
+    for _ in range(VISITS * len(published("test"))):
+        env.reset()
+    return Comparison(
+        "reset in a random layout of the split test",
+        "building a layout's physics model",
+        env.reset,
+        lambda: physics_model(layout),
     )
 
 

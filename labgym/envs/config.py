@@ -31,7 +31,7 @@ from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.physics import check_physics
 from labgym.envs.pool import LayoutPool, PoolAddress
 from labgym.envs.protocol_tasks import ProtocolTasks
-from labgym.envs.residents import RESIDENT_MB
+from labgym.envs.residents import RESIDENT_MB, check_budget
 from labgym.envs.rewards import RewardWeights
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import CHECK_STEPS
@@ -130,6 +130,7 @@ class PointNavConfig:
         positive(self, "disc", zero=True)
         _check_pixels(self.width, self.height)
         _check_control_dt(self.control_dt)
+        check_budget(self.resident_mb)
         if isinstance(self.episodes_per_layout, bool) or not isinstance(self.episodes_per_layout, int):
             raise OptionError(f"episodes_per_layout is {self.episodes_per_layout!r}, expected a whole number")
         if not isinstance(self.exact, bool):

@@ -10,10 +10,14 @@ from typing import Any
 import numpy as np
 
 from labgym.envs.tasks import Task
-from labgym.envs.world import World, world_of
+from labgym.envs.world import keep
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, GoalPair, goal_poses, occupancy
 from labgym.navigation.goals import ANYWHERE, resolve_protocol, same_place
+
+POOL_MB = 4096.0
+"""Default budget for the prepared layouts of a pool, megabytes: 120 rooms take 0.2 GB with the lidar, 2.4 GB with
+a camera."""
 
 
 class TrainingDrives:
@@ -24,27 +28,29 @@ class TrainingDrives:
     no shorter one.
 
     Args:
-        layouts: the pool; each is prepared once and cached.
+        layouts: the pool; each is prepared once, if all fit the budget.
         seed: random seed of the points on the floor.
         points: pairs of points per layout.
+        resident_mb: budget of the process for prepared layouts, megabytes.
 
     Attributes:
         farthest: largest straight distance of a drive, meters; training raises it.
     """
 
-    def __init__(self, layouts: Sequence[Layout], seed: int = 0, points: int = 24) -> None:
+    def __init__(
+        self, layouts: Sequence[Layout], seed: int = 0, points: int = 24, resident_mb: float = POOL_MB
+    ) -> None:
         self.farthest = math.inf
         self._layouts = tuple(layouts)
         self._seed, self._points = seed, points
-        self._worlds: dict[int, World] = {}
+        self._resident_mb = resident_mb
         self._drives: dict[int, tuple[tuple[GoalPair, ...], tuple[GoalPair, ...]]] = {}
 
     def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:  # noqa: ARG002
         """Return the next drive; it depends on the generator alone, and there are no options."""
         index = int(rng.integers(len(self._layouts)))
         layout = self._layouts[index]
-        if index not in self._worlds:
-            self._worlds[index] = world_of(layout)
+        keep(layout, self._resident_mb)
         places, points = self._drives.get(index) or self._drives.setdefault(index, self._drives_in(index))
         candidates = points if points and rng.random() < 0.5 else places
         near = [pair for pair in candidates if _straight(pair) <= self.farthest] or [min(candidates, key=_straight)]
