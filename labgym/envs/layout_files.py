@@ -14,7 +14,7 @@ from labgym.errors import LabgymError, OptionError
 from labgym.layouts import Layout
 
 FOLDER_MB = 256.0
-"""Default size of the folder, megabytes: about 8,000 rooms or 3,000 floors."""
+"""Default size of the folder, megabytes: about 6,000 rooms or 5,000 floors."""
 LARGEST = 16_000_000
 """Largest file that is read, bytes."""
 PRUNED = 0.9

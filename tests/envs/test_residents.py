@@ -44,8 +44,8 @@ def test_all_layouts_of_a_published_split_stay_in_memory():
     worlds = {}
     for _ in range(60):
         _, info = env.reset()
-        ours = worlds.setdefault(info["layout"], env._episode.world)
-        assert env._episode.world is ours
+        ours = worlds.setdefault(info["layout"], env.state.world)
+        assert env.state.world is ours
     assert world.KEPT < len(worlds) == len(world.residents)
     assert sum(one.nbytes for one in worlds.values()) == world.residents.nbytes
     world.residents.clear()
