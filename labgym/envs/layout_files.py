@@ -25,7 +25,7 @@ PRUNED = 0.9
 class LayoutFiles:
     """The layouts of labgym's own sources, by source, number, code and catalog; those used longest ago are removed.
 
-    A file holds the SHA-256 of the document in its first line. A file that is broken is made again, so that a layout
+    A file holds the SHA-256 of the document in its first line. A broken file is written anew, so that a layout
     always equals the one that its source returns.
 
     Attributes:
