@@ -104,7 +104,7 @@ class Parcel:
         size = os.fstat(self._descriptor).st_size
         if size < TOKEN + 8:
             raise OSError("the file is not a prepared layout")
-        # Memory of its own goes back to the system with the stage; that of the heap would be left in fragments.
+        # A separate mapping goes back to the system with the stage; memory of the heap would remain in fragments.
         memory = memoryview(mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS))
         if os.preadv(self._descriptor, [memory], 0) != size or memory[:TOKEN] != self._token:
             raise OSError("the file is not the prepared layout that was announced")
