@@ -15,6 +15,7 @@ from headless_browser import browser, chromium
 from PIL import Image
 
 from labgym.eval.driving.files import read_rows
+from runs.killing import hear_interrupts
 
 SPEED = (
     "document.getElementById('speed').value = '8'; document.getElementById('speed').dispatchEvent(new Event('change'))"
@@ -27,7 +28,7 @@ def test_a_person_drives_a_meter_on_the_page_and_ctrl_c_leaves_nothing(layout, s
     command = [sys.executable, "-m", "labgym.cli", "play", str(path), "--suite", str(rules), "--port", "0"]
     command += ["--out", str(tmp_path / "me")]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment, preexec_fn=hear_interrupts)
     try:
         url = process.stdout.readline().split()[1]
         with browser(tmp_path / "profile") as tab:

@@ -325,7 +325,8 @@ def test_results_of_other_code_fail_unless_they_are_accepted(submission, suite_f
 
 def test_a_suite_that_is_not_published_or_differs_fails(submission, suite_file):
     problems = check_submission(submission.folder, drive=False).problems
-    assert problems == ("published suite 'mini' not found; available: navdp_compat, test, val",)
+    published = "floors-seen, floors-test, floors-val, navdp_compat, test, val"
+    assert problems == (f"published suite 'mini' not found; available: {published}",)
     suite = {**submission.document("summary.json")["suite"], "max_steps": 400}
     submission.change_document("summary.json", suite=suite)
     problems = checked(submission, suite_file).problems
