@@ -200,9 +200,9 @@ class _Order:
         """Open what a worker has made; until this returns, the worker begins nothing else."""
         stage: Parcel | bytes | None = None
         if not future.cancelled() and future.exception() is None:
-            made = future.result()
+            result = future.result()
             with suppress(OSError):
-                stage = made if isinstance(made, bytes) else Parcel.at(made)
+                stage = result if isinstance(result, bytes) else Parcel.at(result)
         self._parcel = stage if isinstance(stage, Parcel) else None
         self._stage.set_result(stage)
 

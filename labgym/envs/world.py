@@ -162,9 +162,9 @@ class World:
 
     def _length(self, key: tuple[float, ...], length: Callable[[], float]) -> float:
         """Return a length of the cache, computed if it is missing."""
-        known = self._lengths.get(key)
-        if known is not None:
-            return known
+        cached = self._lengths.get(key)
+        if cached is not None:
+            return cached
         with self._lock:
             if len(self._lengths) >= LENGTHS:
                 del self._lengths[next(iter(self._lengths))]

@@ -228,16 +228,16 @@ def reproduce(split: str, out: Path | None = None) -> Reproduction:
         UnknownNameError: no published split has that name.
         InfeasibleError: a room does not hold its protocol.
     """
-    made = manifest(split)
-    entries = made.layouts
+    document = manifest(split)
+    entries = document.layouts
     problems = list(mismatches(split))
     layouts = []
-    if made.reproducible or out is not None:
+    if document.reproducible or out is not None:
         layouts = [make_again(entry) for entry in tqdm(entries, desc=split)]
     if out is not None:
         publish(split, layouts, out)
-    if not made.reproducible:
-        return Reproduction(tuple(problems), made.maker)
+    if not document.reproducible:
+        return Reproduction(tuple(problems), document.maker)
     for entry, layout in zip(entries, layouts, strict=True):
         if layout.hash != entry.hash:
             problems.append(f"{entry.id}: regenerated, its hash is {layout.hash[:12]}, published {entry.hash[:12]}")

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import io
 import json
 import threading
-import time
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from pathlib import Path
-from socketserver import TCPServer
-from typing import Any
 
 from pydantic import ValidationError
 
-from labgym import __version__
 from labgym.documents import parse_json
-from labgym.errors import DocumentError, LabgymError, OptionError
-from labgym.policies.http.slots import Slots, TimedReader
+from labgym.errors import DocumentError, LabgymError
+from labgym.policies.http.bounded import BoundedHandler, BoundedServer
 from labgym.scenes.files import glb_bytes
 from labgym.viewer.console import Command
 from labgym.viewer.episodes import description
@@ -29,12 +23,8 @@ from labgym.viewer.show import Show
 HOST = "127.0.0.1"
 MAX_BODY = 1024
 """Largest command, bytes."""
-MAX_CONNECTIONS = 32
-"""Largest number of open connections; beyond it, the one that has waited longest for its request is closed."""
 MAX_STREAMS = 6
 """Largest number of pages that watch."""
-REQUEST_TIME = 30.0
-"""Seconds within which a request must arrive; those before its first byte count."""
 ANSWER_TIME = 10.0
 """Seconds within which a page must read a message."""
 HEARTBEAT = 1.0
@@ -58,7 +48,7 @@ POLICY = (
 """Content security policy: the page loads nothing from elsewhere."""
 
 
-class ViewerServer(ThreadingHTTPServer):
+class ViewerServer(BoundedServer):
     """Answers the page of a show, on 127.0.0.1 only.
 
     Args:
@@ -69,34 +59,18 @@ class ViewerServer(ThreadingHTTPServer):
         OptionError: the port is not available.
     """
 
-    daemon_threads = True
-    allow_reuse_address = True
-    request_queue_size = MAX_CONNECTIONS
-
     def __init__(self, show: Show, port: int = 8000) -> None:
         self.show = show
-        self.slots, self.streams = Slots(MAX_CONNECTIONS), threading.BoundedSemaphore(MAX_STREAMS)
+        self.streams = threading.BoundedSemaphore(MAX_STREAMS)
         self.closing = threading.Event()
         self._scenes: dict[str, bytes] = {}
         self._compiling = threading.Lock()
-        if not 0 <= port <= 65535:
-            raise OptionError(f"port is {port}, expected 0 to 65535")
-        try:
-            super().__init__((HOST, port), _Handler)
-        except OSError as error:
-            raise OptionError(
-                f"cannot listen on {HOST}:{port} ({error.strerror or error}); choose another port"
-            ) from None
+        super().__init__(HOST, port, _Handler)
 
     @property
     def url(self) -> str:
         """URL of the page."""
         return f"http://{HOST}:{self.server_address[1]}/"
-
-    def server_bind(self) -> None:
-        """Bind without the name lookup of `HTTPServer`."""
-        TCPServer.server_bind(self)
-        self.server_name, self.server_port = HOST, int(self.server_address[1])
 
     def scene(self, number: int) -> bytes:
         """Return the scene of an episode's layout as binary glTF; the last ones stay in memory."""
@@ -109,49 +83,16 @@ class ViewerServer(ThreadingHTTPServer):
                 self._scenes[layout.id] = content
             return self._scenes[layout.id]
 
-    def process_request(self, request: Any, client_address: Any) -> None:
-        """Accept a connection, or close it if all others are being answered."""
-        if not self.slots.enter(request):
-            self.shutdown_request(request)
-            return
-        super().process_request(request, client_address)
-
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Serve a connection and release its slot."""
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self.slots.leave(request)
-
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        """Ignore pages that have disconnected."""
-
     def server_close(self) -> None:
         """Stop listening and end the streams."""
         self.closing.set()
         super().server_close()
 
 
-class _Handler(BaseHTTPRequestHandler):
+class _Handler(BoundedHandler):
     server: ViewerServer
-    server_version = f"labgym/{__version__}"
-    sys_version = ""
-    protocol_version = "HTTP/1.1"
 
-    def setup(self) -> None:
-        """Read the connection with a time limit for each request."""
-        super().setup()
-        self.rfile.close()
-        self._reader = TimedReader(self.connection)
-        self.rfile = io.BufferedReader(self._reader)
-
-    def handle_one_request(self) -> None:
-        """Read a request within its time limit and answer it."""
-        self._reader.deadline = time.monotonic() + REQUEST_TIME
-        super().handle_one_request()
-        self.server.slots.answered(self.connection)
-
-    def do_GET(self) -> None:
+    def do_GET(self) -> None:  # noqa: N802
         """Answer with a file of the page, a scene, an episode, or the stream of the drive."""
         if self._refused(changes=False):
             return
@@ -170,7 +111,7 @@ class _Handler(BaseHTTPRequestHandler):
         else:
             self._episode_part(path)
 
-    def do_POST(self) -> None:
+    def do_POST(self) -> None:  # noqa: N802
         """Take a command."""
         if self._refused(changes=True):
             return
@@ -190,9 +131,6 @@ class _Handler(BaseHTTPRequestHandler):
             return
         self.server.show.console.command(command)
         self._answer(HTTPStatus.NO_CONTENT, b"", "application/json")
-
-    def log_message(self, *_: Any) -> None:
-        """Log nothing."""
 
     def _episode_part(self, path: str) -> None:
         """Answer with /episode/N.json or /episode/N.glb."""

@@ -10,8 +10,9 @@ import time
 import pytest
 
 from labgym.policies import make_policy
-from labgym.policies.http import server as module
-from labgym.policies.http.server import MAX_CONNECTIONS, MAX_JSON, NavigationServer
+from labgym.policies.http import bounded
+from labgym.policies.http.bounded import MAX_CONNECTIONS
+from labgym.policies.http.server import MAX_JSON, NavigationServer
 from labgym.policies.http.slots import Budget
 
 
@@ -50,7 +51,7 @@ def test_clients_that_send_a_byte_now_and_then_keep_nobody_out(server):
 
 
 def test_a_request_that_never_ends_is_cut_although_bytes_keep_arriving(server, monkeypatch):
-    monkeypatch.setattr(module, "REQUEST_TIME", 1.0)
+    monkeypatch.setattr(bounded, "REQUEST_TIME", 1.0)
     connection = dripping(server)
     begun = time.monotonic()
     try:

@@ -31,9 +31,9 @@ def part_of(value: Any, role: str) -> Any:
         value = {"kind": value}
     if isinstance(value, Mapping):
         arguments = {str(key): argument for key, argument in value.items() if key != "kind"}
-        made = _class_of(value.get("kind"), role)
+        part_class = _class_of(value.get("kind"), role)
         try:
-            value = made(**arguments)
+            value = part_class(**arguments)
         except TypeError as error:
             raise OptionError(f"{role} {value.get('kind')!r}: {error}") from None
     protocol = _roles()[role][0]
@@ -100,11 +100,11 @@ def _class_of(kind: Any, role: str) -> type[Any]:
     if isinstance(kind, str) and ":" in kind:
         module, _, name = kind.partition(":")
         try:
-            made = getattr(importlib.import_module(module), name)
+            part_class = getattr(importlib.import_module(module), name)
         except (ImportError, AttributeError, ValueError) as error:
             raise OptionError(f"{role} {kind!r} cannot be imported: {error}") from None
-        if isinstance(made, type):
-            return made
+        if isinstance(part_class, type):
+            return part_class
         raise OptionError(f"{role} {kind!r} is not a class")
     if kind not in kinds:
         raise UnknownNameError(role, kind, kinds)

@@ -87,8 +87,8 @@ def walls_at(world: World, height: float) -> Outlines:
         return scene_of(world).plan.walls
 
     def build(_: object) -> Outlines:
-        seen = [section for solid in solids_of(world.model) if len(section := solid.at(height))]
-        return outlines(seen, [0.0] * len(seen))
+        sections = [section for solid in solids_of(world.model) if len(section := solid.at(height))]
+        return outlines(sections, [0.0] * len(sections))
 
     return world.derived(f"planar walls at {height!r}", build)
 

@@ -303,10 +303,10 @@ def _whole(name: str, number: object) -> int:
 
 def _mode(mode: AutoresetMode | str) -> AutoresetMode:
     modes = {each.value: each for each in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)}
-    found = modes.get(mode.value if isinstance(mode, AutoresetMode) else mode)
-    if found is None:
+    autoreset = modes.get(mode.value if isinstance(mode, AutoresetMode) else mode)
+    if autoreset is None:
         raise OptionError(f"autoreset_mode is {str(mode)[:40]!r}, expected NEXT_STEP or SAME_STEP")
-    return found
+    return autoreset
 
 
 def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:

@@ -18,8 +18,7 @@ from labgym.layouts.request import Request
 FILLED = 0.25
 """Greatest share of the floor's area that furniture beyond what is required may cover."""
 SPACING = 4.0
-"""Area of the floor for each piece of furniture beyond what is required, square meters: phases on a floor crowded with
-small pieces would take hours."""
+"""Floor area per optional piece of furniture, square meters: a floor crowded with small pieces takes hours."""
 LISTED = 8
 """Greatest number of names in a note."""
 

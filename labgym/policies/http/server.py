@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import io
 import json
 import threading
-import time
 from collections.abc import Callable
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from socketserver import TCPServer
 from typing import Any
 
 import numpy as np
@@ -17,11 +13,12 @@ from numpy.typing import NDArray
 
 from labgym import __version__
 from labgym.documents import parse_json
-from labgym.errors import DocumentError, LabgymError, OptionError
+from labgym.errors import DocumentError, LabgymError
+from labgym.policies.http.bounded import BoundedHandler, BoundedServer
 from labgym.policies.http.forms import decode_form
 from labgym.policies.http.origin import browser_problem
 from labgym.policies.http.served import Frame, ServedPolicy, blank_frame
-from labgym.policies.http.slots import Budget, Slots, TimedReader
+from labgym.policies.http.slots import Budget
 from labgym.policies.http.wire import WireError, decode_color, decode_depth
 from labgym.policies.policy import Policy
 
@@ -33,10 +30,6 @@ MAX_JSON = 1024 * 1024
 """Largest JSON text of a request, bytes."""
 MAX_BATCH = 16
 """Largest number of robots of one server."""
-MAX_CONNECTIONS = 32
-"""Largest number of open connections; beyond it, the one that has waited longest for its request is closed."""
-REQUEST_TIME = 30.0
-"""Seconds within which a whole request must arrive; those before its first byte count."""
 ANSWER_TIME = 30.0
 """Seconds within which a client must read an answer."""
 LARGEST = 1e5
@@ -45,7 +38,7 @@ LARGEST = 1e5
 Array = NDArray[np.float64]
 
 
-class NavigationServer(ThreadingHTTPServer):
+class NavigationServer(BoundedServer):
     """Answers `/navigator_reset`, `/navigator_reset_env` and `/pointgoal_step`; one request drives at a time.
 
     Each robot of a batch has its own policy. `stop_threshold` is accepted and ignored: our policies have their own
@@ -61,50 +54,16 @@ class NavigationServer(ThreadingHTTPServer):
         OptionError: the address is not available.
     """
 
-    daemon_threads = True
-    allow_reuse_address = True
-    request_queue_size = MAX_CONNECTIONS
-
     def __init__(self, make: Callable[[], Policy], host: str = "127.0.0.1", port: int = 8888, seed: int = 0) -> None:
         self.fleet = _Fleet(make, seed)
-        self.slots, self.budget = Slots(MAX_CONNECTIONS), Budget(MAX_BODIES)
-        self.host = host
-        if not 0 <= port <= 65535:
-            raise OptionError(f"port is {port}, expected 0 to 65535")
-        try:
-            super().__init__((host, port), _Handler)
-        except OSError as error:
-            raise OptionError(
-                f"cannot listen on {host}:{port} ({error.strerror or error}); choose another port"
-            ) from None
+        self.budget = Budget(MAX_BODIES)
+        super().__init__(host, port, _Handler)
 
     @property
     def url(self) -> str:
         """URL of the server."""
         host, port = self.server_address[:2]
         return f"http://{host if isinstance(host, str) else host.decode()}:{port}"
-
-    def server_bind(self) -> None:
-        """Bind without the name lookup of `HTTPServer`."""
-        TCPServer.server_bind(self)
-        self.server_name, self.server_port = str(self.server_address[0]), int(self.server_address[1])
-
-    def process_request(self, request: Any, client_address: Any) -> None:
-        """Accept a connection, or close it if all others are being answered."""
-        if not self.slots.enter(request):
-            self.shutdown_request(request)
-            return
-        super().process_request(request, client_address)
-
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Serve a connection and release its slot."""
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self.slots.leave(request)
-
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        """Ignore clients that have disconnected."""
 
     def server_close(self) -> None:
         """Stop listening and close the policies."""
@@ -177,26 +136,10 @@ class _Fleet:
                 self._robots.pop().close()
 
 
-class _Handler(BaseHTTPRequestHandler):
+class _Handler(BoundedHandler):
     server: NavigationServer
-    server_version = f"labgym/{__version__}"
-    sys_version = ""
-    protocol_version = "HTTP/1.1"
 
-    def setup(self) -> None:
-        """Read the connection with a time limit for each request."""
-        super().setup()
-        self.rfile.close()
-        self._reader = TimedReader(self.connection)
-        self.rfile = io.BufferedReader(self._reader)
-
-    def handle_one_request(self) -> None:
-        """Read a request within its time limit and answer it."""
-        self._reader.deadline = time.monotonic() + REQUEST_TIME
-        super().handle_one_request()
-        self.server.slots.answered(self.connection)
-
-    def do_POST(self) -> None:
+    def do_POST(self) -> None:  # noqa: N802
         """Answer a request of the protocol."""
         size = self._size()
         if size is None:
@@ -232,13 +175,10 @@ class _Handler(BaseHTTPRequestHandler):
         except Exception as error:  # noqa: BLE001 - a policy may raise anything, and the client must learn of it
             self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, f"policy {fleet.name!r}: {_one_line(error)}")
 
-    def do_GET(self) -> None:
+    def do_GET(self) -> None:  # noqa: N802
         """Return the name of the policy and the version."""
         if not self._is_from_browser():
             self._answer(HTTPStatus.OK, {"algo": self.server.fleet.name, "version": __version__})
-
-    def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002
-        """Log nothing: there would be a line per frame."""
 
     def _size(self) -> int | None:
         """Return the size of the request's body; refuse a request without a valid one, or of a web page."""

@@ -1,4 +1,4 @@
-"""Suites with drives of their own: what they refuse, what is driven, and the folder of floors."""
+"""Suites that embed their drives: validation, evaluation, and the folder that `labgym floors` writes."""
 
 from __future__ import annotations
 
