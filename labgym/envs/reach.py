@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import lru_cache
 
 import cv2
 import mujoco
 import numpy as np
 
-from labgym.envs.robot import PREFIX, ROBOT, attach_robot
+from labgym.envs.robot import BOTTOM, PREFIX, ROBOT, RobotSpec, attach_robot
 
 CELL = 0.05
 """Spacing of the grid, meters."""
@@ -16,8 +16,8 @@ FASTEST = 1.5
 """Speed up to which the robot is judged, m/s; a push out of a contact may be faster."""
 TRAVEL = 0.06
 """Distance that the robot is granted between two contact checks, meters: 25 ms at `FASTEST` and a reserve."""
-BOTTOM = 0.02 - 1e-3
-"""Height of the underside of the chassis, with a reserve, meters."""
+RESERVE = 1e-3
+"""Reserve below the underside of the chassis, meters."""
 SUBPIXELS = 4
 """Binary digits after the point of corners that are drawn on the grid."""
 
@@ -30,10 +30,11 @@ class OutOfReach:
 
     Args:
         model: a compiled scene with the robot, whose other geoms are fixed to the world.
+        robot: its dimensions.
     """
 
-    def __init__(self, model: mujoco.MjModel) -> None:
-        outlines = _outlines(model)
+    def __init__(self, model: mujoco.MjModel, robot: RobotSpec = ROBOT) -> None:
+        outlines = _outlines(model, robot.height)
         points = np.concatenate(outlines) if outlines else np.zeros((1, 2))
         low = points.min(axis=0) - CELL
         self._x0, self._y0 = float(low[0]), float(low[1])
@@ -44,7 +45,7 @@ class OutOfReach:
             cv2.fillConvexPoly(image, corners, (0,), shift=SUBPIXELS)
         away = cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL
         # A point is up to 0.7 cells from its grid point, and a side up to 0.7 cells from the nearest one drawn.
-        self._far: bytes = (away > ROBOT.chassis_radius + TRAVEL + 1.5 * CELL).tobytes()
+        self._far: bytes = (away > robot.chassis_radius + TRAVEL + 1.5 * CELL).tobytes()
 
     def at(self, x: float, y: float) -> bool:
         """Whether nothing is within reach at a point; False outside the scene."""
@@ -53,17 +54,17 @@ class OutOfReach:
         return inside and self._far[row * self._nx + column] == 1
 
 
-@cache
-def robot_alone() -> mujoco.MjModel:
+@lru_cache(maxsize=16)
+def robot_alone(robot: RobotSpec = ROBOT) -> mujoco.MjModel:
     """Return the robot without a scene; its motion equals, bit for bit, that in a scene in which it touches nothing."""
     scene = mujoco.MjSpec()
-    attach_robot(scene)
+    attach_robot(scene, robot)
     scene.compiler.discardvisual = True
     return scene.compile()
 
 
-def _outlines(model: mujoco.MjModel) -> list[np.ndarray]:
-    """Return the convex outlines, each (n, 2) meters, of the solids at the robot's height."""
+def _outlines(model: mujoco.MjModel, height: float) -> list[np.ndarray]:
+    """Return the convex outlines, each (n, 2) meters, of the solids up to a robot's height."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     robot = np.array([model.body(body).name.startswith(PREFIX) for body in range(model.nbody)])
@@ -75,6 +76,6 @@ def _outlines(model: mujoco.MjModel) -> list[np.ndarray]:
     rotations = data.geom_xmat[geoms].reshape(-1, 3, 3)
     corners = data.geom_xpos[geoms, None, :] + local @ rotations.transpose(0, 2, 1)
     margin, heights = model.geom_margin[geoms], corners[:, :, 2]
-    at_height = (heights.max(axis=1) + margin > BOTTOM) & (heights.min(axis=1) - margin < ROBOT.height)
+    at_height = (heights.max(axis=1) + margin > BOTTOM - RESERVE) & (heights.min(axis=1) - margin < height)
     flat = corners[at_height, :, :2].astype(np.float32)
     return [cv2.convexHull(points)[:, 0, :].astype(np.float64) for points in flat]

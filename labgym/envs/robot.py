@@ -1,9 +1,9 @@
-"""The robot: a differential-drive base with a column, an arm and a sensor head, as an MjSpec to attach to a scene.
+"""The robot: a base with a column, an arm and a sensor head, as an MjSpec to attach to a scene.
 
 The base moves in the plane on two slides and a hinge. Three velocity servos act in its own frame: forward, sideways and
-turn. The target of the sideways servo is always zero: it models the grip of the wheels. The force of each servo is
-limited, which limits both the acceleration and the push against an obstacle; nothing outside the physics shapes the
-motion.
+turn. The target of the sideways servo of a differential drive is always zero: it models the grip of the wheels. The
+force of each servo is limited, which limits both the acceleration and the push against an obstacle; nothing outside the
+physics shapes the motion.
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ from dataclasses import dataclass
 
 import mujoco
 
-from labgym.envs.robot_look import dress
+from labgym.envs.robot_look import dress, dress_plainly
 
 PREFIX = "robot/"
 """Prefix of every name of the robot in a scene."""
+BOTTOM, DECK, COLUMN_RADIUS = 0.02, 0.40, 0.21
+"""Underside and top of the chassis above the floor, and radius of the column, meters."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,7 @@ class RobotSpec:
         lidar_height: height of the lidar's plane, meters.
         camera_height, camera_forward: position of the level camera in the robot frame (x ahead), meters.
         camera_hfov: horizontal field of view, radians.
+        v_side: limit of the sideways velocity in both directions, m/s; 0 for a base whose wheels grip.
     """
 
     chassis_radius: float = 0.27
@@ -56,6 +59,12 @@ class RobotSpec:
     camera_height: float = 0.5
     camera_forward: float = 0.2
     camera_hfov: float = math.radians(68.0)
+    v_side: float = 0.0
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the velocities that an action commands, which are those of the servos."""
+        return ("forward", "sideways", "turn") if self.v_side > 0.0 else ("forward", "turn")
 
     @property
     def substeps(self) -> int:
@@ -80,24 +89,42 @@ def robot_spec(robot: RobotSpec = ROBOT) -> mujoco.MjSpec:
     """Return the robot without a scene: one body `base` at floor height, heading along +x at yaw 0.
 
     Joints `x`, `y` (m) and `yaw` (rad) are its pose. Actuators `forward` (m/s), `turn` (rad/s) are its commands;
-    `grip` stays at 0. The geoms `chassis` and `column` (group 3) collide; the others are visual only.
+    `grip` stays at 0, and a holonomic base has `sideways` (m/s, to the left) in its place. The geoms `chassis` and
+    `column` (group 3) collide; the others are visual only.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "robot"
     base = spec.worldbody.add_body(name="base")
     base.explicitinertial = True
     base.mass = robot.mass
-    base.ipos = [0.0, 0.0, 0.3]
+    base.ipos = [0.0, 0.0, min(0.3, robot.height / 2.0)]
     base.inertia = [3.0, 3.0, robot.yaw_inertia]
     for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
         base.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
     base.add_joint(name="yaw", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
     base.add_site(name="centre", pos=[0, 0, 0], group=4)
-    _add_hull(base, "chassis", robot.chassis_radius, 0.02, 0.40)
-    _add_hull(base, "column", 0.21, 0.40, robot.height)
+    add_hulls(base, robot)
     _add_servo(spec, "forward", 0, robot.mass, robot.acceleration, robot.lag, (robot.v_min, robot.v_max))
-    _add_servo(spec, "grip", 1, robot.mass, robot.grip, robot.timestep, (0.0, 0.0))
+    if robot.v_side > 0.0:
+        side = (-robot.v_side, robot.v_side)
+        _add_servo(spec, "sideways", 1, robot.mass, robot.acceleration, robot.lag, side)
+    else:
+        _add_servo(spec, "grip", 1, robot.mass, robot.grip, robot.timestep, (0.0, 0.0))
     _add_servo(spec, "turn", 5, robot.yaw_inertia, robot.turn_acceleration, robot.lag, (-robot.w_max, robot.w_max))
+    add_camera(base, robot)
+    add_look(spec, base, robot)
+    return spec
+
+
+def add_hulls(base: mujoco.MjsBody, robot: RobotSpec) -> None:
+    """Add the colliding cylinders of a robot: the chassis, and the column if the robot is higher than the deck."""
+    _add_hull(base, "chassis", robot.chassis_radius, BOTTOM, min(DECK, robot.height))
+    if robot.height > DECK:
+        _add_hull(base, "column", min(COLUMN_RADIUS, robot.chassis_radius), DECK, robot.height)
+
+
+def add_camera(base: mujoco.MjsBody, robot: RobotSpec) -> None:
+    """Add the camera of a robot, for scenes that are drawn."""
     base.add_camera(
         name="camera",
         pos=[robot.camera_forward, 0.0, robot.camera_height],
@@ -105,8 +132,14 @@ def robot_spec(robot: RobotSpec = ROBOT) -> mujoco.MjSpec:
         fovy=math.degrees(2.0 * math.atan(math.tan(robot.camera_hfov / 2.0) * 9.0 / 16.0)),
         resolution=[640, 360],
     )
-    dress(spec, base, robot.chassis_radius, robot.height)
-    return spec
+
+
+def add_look(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotSpec) -> None:
+    """Add visual geoms: those of our robot where it has its dimensions, else plain cylinders."""
+    if (robot.chassis_radius, robot.height) == (ROBOT.chassis_radius, ROBOT.height):
+        dress(spec, base, robot.chassis_radius, robot.height)
+    else:
+        dress_plainly(spec, base, robot.chassis_radius, robot.height, min(DECK, robot.height))
 
 
 def attach_robot(scene: mujoco.MjSpec, robot: RobotSpec = ROBOT) -> None:

@@ -68,6 +68,17 @@ def dress(spec: mujoco.MjSpec, base: mujoco.MjsBody, radius: float, height: floa
     _dress_arm(dresser)
 
 
+def dress_plainly(spec: mujoco.MjSpec, base: mujoco.MjsBody, radius: float, height: float, deck: float) -> None:
+    """Add materials and cylinders to the base of a robot of other dimensions, with a mark of its heading; meters."""
+    for name, (rgba, specular, shininess, emission) in FINISHES.items():
+        spec.add_material(name=name, rgba=rgba, specular=specular, shininess=shininess, emission=emission)
+    dresser = Dresser(spec, base)
+    dresser.disc("white", radius, 0.02, deck)
+    if height > deck:
+        dresser.disc("graphite", radius / 3.0, deck, height)
+    dresser.rod("accent", 0.015, (0.3 * radius, 0.0, deck + 0.005), (0.9 * radius, 0.0, deck + 0.005))
+
+
 def _dress_base(dresser: Dresser, radius: float) -> None:
     dresser.shell("skirt", "graphite", (radius - 0.015, radius - 0.015, 0.06), (0.0, 0.0, 0.10), edges=1.0)
     for side in (-1.0, 1.0):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -16,15 +17,16 @@ from labgym.geometry import wrap_angle
 Pose = tuple[float, float, float]
 
 CHECK_STEPS = 5
-"""Physics steps between two checks for contacts (25 ms): shorter contacts may go unnoticed."""
-
+"""Physics steps of the robot of version 0 between two checks for contacts: shorter contacts may go unnoticed."""
+CHECK_INTERVAL = CHECK_STEPS * ROBOT.timestep
+"""Time between two checks for contacts (25 ms), seconds."""
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """What the next step depends on."""
 
 
 class Simulation:
-    """One robot in a compiled scene; nothing else moves.
+    """One robot on the joints x, y and yaw in a compiled scene; nothing else moves.
 
     While nothing is within reach, the robot is stepped in a model without the scene. The motion is the same to the bit.
 
@@ -32,32 +34,47 @@ class Simulation:
         model: the scene with the robot.
         robot: its limits.
         out_of_reach: where nothing is within reach; None always steps the scene.
+        alone: the robot without the scene; None for a robot of these limits.
 
     Attributes:
         model: the MuJoCo model of the scene; every contact involves the robot.
         pose: (x, y, yaw) in the room frame; yaw in (-pi, pi].
-        velocity: forward velocity, m/s, and turn rate, rad/s.
+        velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s.
     """
 
-    def __init__(self, model: mujoco.MjModel, robot: RobotSpec = ROBOT, out_of_reach: OutOfReach | None = None) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        robot: RobotSpec = ROBOT,
+        out_of_reach: OutOfReach | None = None,
+        alone: mujoco.MjModel | None = None,
+    ) -> None:
         self.model = model
         self._scene = mujoco.MjData(model)
-        self._robot, self._out_of_reach = robot, out_of_reach
-        self._alone = None if out_of_reach is None else mujoco.MjData(robot_alone())
+        self._robot, self._out_of_reach, self._alone_model = robot, out_of_reach, alone
+        size = robot if robot.control_dt == ROBOT.control_dt else replace(robot, control_dt=ROBOT.control_dt)
+        single = None if out_of_reach is None else robot_alone(size) if alone is None else alone
+        self._alone = None if single is None else mujoco.MjData(single)
         self._now = self._scene
         # The joints x, y and yaw were added in this order, so their coordinates are consecutive.
         self._at = slice(model.joint(PREFIX + "x").qposadr[0], model.joint(PREFIX + "yaw").qposadr[0] + 1)
         self._rate = slice(model.joint(PREFIX + "x").dofadr[0], model.joint(PREFIX + "yaw").dofadr[0] + 1)
-        self._forward, self._turn = (model.actuator(PREFIX + name).id for name in ("forward", "turn"))
-        self._checks = robot.substeps // CHECK_STEPS
+        # The servos were added in the order forward, grip or sideways, turn.
+        first, last = (model.actuator(PREFIX + name).id for name in ("forward", "turn"))
+        self._servos = slice(first, last + 1, (last - first) // (len(robot.axes) - 1))
+        self._steps = round(CHECK_INTERVAL / robot.timestep)
+        self._checks = round(robot.control_dt / CHECK_INTERVAL)
         self.place((0.0, 0.0, 0.0))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A copy goes on to the bit: the state has all that the next step depends on.
-        return _resumed, (self.model, self._robot, self._out_of_reach, self._now is self._scene, self._state())
+        return _resumed, (*self._parts(), self._now is self._scene, self._state())
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
-        return _resumed(self.model, self._robot, self._out_of_reach, self._now is self._scene, self._state())
+        return _resumed(*self._parts(), self._now is self._scene, self._state())
+
+    def _parts(self) -> tuple[mujoco.MjModel, RobotSpec, OutOfReach | None, mujoco.MjModel | None]:
+        return self.model, self._robot, self._out_of_reach, self._alone_model
 
     def _state(self) -> NDArray[np.float64]:
         state = np.empty(mujoco.mj_stateSize(self._now.model, STATE))
@@ -78,8 +95,8 @@ class Simulation:
         mujoco.mj_forward(self.model, self._scene)
         self._read()
 
-    def drive(self, v: float, w: float) -> tuple[float, bool]:
-        """Apply a target twist in m/s and rad/s for one control step.
+    def drive(self, *command: float) -> tuple[float, bool]:
+        """Apply target velocities, in the order of the robot's axes, in m/s and rad/s for one control step.
 
         Returns:
             the length driven in meters, as the sum of arcs between contact checks, and whether the robot touched
@@ -89,11 +106,11 @@ class Simulation:
         x, y, yaw = self._now.qpos[at].tolist()
         for _ in range(self._checks):
             data = self._within_reach(x, y)
-            data.ctrl[self._forward], data.ctrl[self._turn] = v, w
-            mujoco.mj_step(data.model, data, CHECK_STEPS)
+            data.ctrl[self._servos] = command
+            mujoco.mj_step(data.model, data, self._steps)
             touched = touched or data.ncon > 0
             last, (x, y, yaw) = (x, y, yaw), data.qpos[at].tolist()
-            driven += _arc(math.hypot(x - last[0], y - last[1]), yaw - last[2])
+            driven += arc(math.hypot(x - last[0], y - last[1]), yaw - last[2])
         self._read()
         return driven, touched
 
@@ -118,14 +135,21 @@ class Simulation:
         x, y, yaw = self._now.qpos[self._at].tolist()
         dx, dy, turn = self._now.qvel[self._rate].tolist()
         self.pose: Pose = (x, y, wrap_angle(yaw))
-        self.velocity: tuple[float, float] = (math.cos(yaw) * dx + math.sin(yaw) * dy, turn)
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        self.velocity: tuple[float, float] = (cosine * dx + sine * dy, turn)
+        self.sideways: float = cosine * dy - sine * dx
 
 
 def _resumed(
-    model: mujoco.MjModel, robot: RobotSpec, out_of_reach: OutOfReach | None, in_scene: bool, state: NDArray[np.float64]
+    model: mujoco.MjModel,
+    robot: RobotSpec,
+    out_of_reach: OutOfReach | None,
+    alone: mujoco.MjModel | None,
+    in_scene: bool,
+    state: NDArray[np.float64],
 ) -> Simulation:
     """Return a simulation in the state of another one."""
-    simulation = Simulation(model, robot, out_of_reach)
+    simulation = Simulation(model, robot, out_of_reach, alone)
     if not in_scene and simulation._alone is not None:
         simulation._now = simulation._alone
     now = simulation._now
@@ -136,7 +160,7 @@ def _resumed(
     return simulation
 
 
-def _arc(chord: float, turned: float) -> float:
+def arc(chord: float, turned: float) -> float:
     """Return the length of the circular arc over a chord along which the heading turned by `turned` radians."""
     half = turned / 2.0
     return chord if abs(half) < 1e-6 else chord * half / math.sin(half)

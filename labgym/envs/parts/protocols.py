@@ -6,7 +6,7 @@ from these protocols, which gives them the members that do nothing by default.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -14,7 +14,10 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    import mujoco
+
     from labgym.envs.robot import RobotSpec
+    from labgym.envs.setting import Setting
     from labgym.envs.state import State, Verdict
     from labgym.envs.tasks import Task
     from labgym.scenes.rays import Geometry
@@ -141,23 +144,52 @@ class Actions(Protocol):
 
 @runtime_checkable
 class Robot(Protocol):
-    """A robot, as an agent commands it. So far the physics are those of the robot of version 0 alone.
-
-    Attributes:
-        size: dimensions, limits and places of the sensors.
-        axes: names of the components of a command, such as ("forward", "turn").
-    """
+    """A robot, as an agent commands it and as the physics moves it."""
 
     size: RobotSpec
-    """Dimensions, limits and places of the sensors."""
+    """Dimensions, limits and physics step."""
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of the components of a command."""
+        """Names of the components of a command, such as ("forward", "turn")."""
         ...
 
     def command(self, action: Iterable[float]) -> Command:
         """Return the target velocities of an action in [-1, 1] per axis; values outside are clipped."""
+        ...
+
+    def spec(self) -> mujoco.MjSpec:
+        """Return the robot without a scene.
+
+        Its only body in the world is `base`, whose origin is on the floor on the robot's axis, heading along +x. The base
+        moves on the joints `x`, `y` (slides, meters) and `yaw` (hinge, radians), or on a free joint.
+        """
+        ...
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Names of the actuators that `controls` sets; by default those of the axes."""
+        return self.axes
+
+    def controls(self, command: Command) -> Sequence[float]:
+        """Return the controls of the actuators for a command; by default the target velocities themselves."""
+        return command
+
+
+@runtime_checkable
+class Randomization(Protocol):
+    """A change of an environment that is drawn anew for each episode."""
+
+    name: str
+    """The key of the drawn values in the info entry `randomization`."""
+
+    def randomize(self, setting: Setting, rng: np.random.Generator) -> Any:
+        """Change the setting of an episode and return the drawn values, as plain data.
+
+        Args:
+            setting: robot, sensors, physics and colors, which this episode alone has.
+            rng: the randomization's own generator; it depends on the environment's seed, the episode and the name.
+        """
         ...
 
 

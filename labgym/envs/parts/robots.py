@@ -1,22 +1,28 @@
-"""Robots."""
+"""Robots whose base moves in the plane on joints."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
+import mujoco
+
 from labgym.envs.parts.protocols import Command, Robot
-from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.robot import BOTTOM, ROBOT, RobotSpec, robot_spec
+from labgym.envs.simulation import CHECK_INTERVAL
 from labgym.errors import OptionError, UnknownNameError
+from labgym.navigation import PLANNING_RADIUS
+from labgym.navigation import OBSTACLE_HEIGHT
 
 
 @dataclass(frozen=True)
 class DifferentialDrive(Robot):
-    """The robot of version 0: a base that drives forward and turns; see `RobotSpec` for its dimensions.
+    """A base that drives forward and turns, with grip sideways; by default the robot of version 0.
 
     Attributes:
-        size: dimensions and limits.
+        size: dimensions and limits, as `RobotSpec` or a mapping of those that differ from the default.
     """
 
     size: RobotSpec = ROBOT
@@ -24,6 +30,8 @@ class DifferentialDrive(Robot):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", size_of(self.size))
+        if self.size.v_side:
+            raise OptionError("DifferentialDrive: v_side is not 0: pass robot='holonomic' for a base that moves sideways")
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -34,33 +42,101 @@ class DifferentialDrive(Robot):
         """Return the target velocities of an action in [-1, 1] per axis; values outside are clipped."""
         return self.size.twist(*action)
 
+    def spec(self) -> mujoco.MjSpec:
+        """Return the robot without a scene, as `robot_spec`."""
+        return robot_spec(self.size)
 
-def size_of(value: Any) -> RobotSpec:
-    """Return dimensions and limits passed as an object or as a mapping.
+
+@dataclass(frozen=True)
+class HolonomicDrive(Robot):
+    """A base that drives forward and sideways and turns, as one on mecanum wheels.
+
+    Attributes:
+        size: dimensions and limits, as `RobotSpec` or a mapping of those that differ from the default, which moves
+            sideways at up to 0.5 m/s.
+    """
+
+    size: RobotSpec = replace(ROBOT, v_side=0.5)
+    kind: str = field(default="holonomic", init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "size", size_of(self.size, replace(ROBOT, v_side=0.5)))
+        if not self.size.v_side:
+            raise OptionError("HolonomicDrive: v_side is 0 m/s, expected a velocity above 0")
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Velocities forward and to the left, m/s, and turn rate, rad/s."""
+        return ("forward", "sideways", "turn")
+
+    def command(self, action: Iterable[float]) -> Command:
+        """Return the target velocities of an action in [-1, 1] per axis; values outside are clipped."""
+        return velocities(self.size, action)
+
+    def spec(self) -> mujoco.MjSpec:
+        """Return the robot without a scene, as `robot_spec`."""
+        return robot_spec(self.size)
+
+
+def velocities(size: RobotSpec, action: Iterable[float]) -> Command:
+    """Return the target velocities (forward, sideways, turn) of an action in [-1, 1] per axis, m/s and rad/s."""
+    forward, sideways, turn = action
+    v, w = size.twist(forward, turn)
+    return v, min(max(sideways, -1.0), 1.0) * size.v_side, w
+
+
+def size_of(value: Any, default: RobotSpec = ROBOT) -> RobotSpec:
+    """Return dimensions and limits passed as an object or as a mapping of those that differ from the default.
 
     Raises:
         UnknownNameError: no dimension has that name.
-        OptionError: neither.
+        OptionError: neither, or a value is out of range.
     """
-    if isinstance(value, RobotSpec):
-        return value
-    if not isinstance(value, Mapping):
+    if isinstance(value, Mapping):
+        names = [each.name for each in fields(RobotSpec)]
+        for name in value:
+            if name not in names:
+                raise UnknownNameError("dimension of the robot", name, names)
+        value = replace(default, **value)
+    if not isinstance(value, RobotSpec):
         raise OptionError(f"size of the robot is a {type(value).__name__}, expected RobotSpec or a mapping")
-    names = [each.name for each in fields(RobotSpec)]
-    for name in value:
-        if name not in names:
-            raise UnknownNameError("dimension of the robot", name, names)
-    return RobotSpec(**value)
+    check_size(value)
+    return value
 
 
-def check_simulated(robot: Robot) -> None:
-    """Check that the physics can simulate a robot.
+def check_size(size: RobotSpec) -> None:
+    """Check dimensions and limits.
 
     Raises:
-        OptionError: its dimensions are not those of the robot of version 0, or it has other axes.
+        OptionError: a value is not a number, or is out of range.
     """
-    if robot.axes != ("forward", "turn") or replace(robot.size, control_dt=ROBOT.control_dt) != ROBOT:
-        raise OptionError(
-            "robot has other axes or dimensions than 'differential': the physics cannot simulate it yet; "
-            "pass robot='differential'"
-        )
+    for each in fields(size):
+        value = getattr(size, each.name)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise OptionError(f"robot: {each.name} is {str(value)[:40]!r}, expected a finite number")
+    ranges = {
+        "v_min": (-5.0, 0.0),
+        "v_max": (0.01, 5.0),
+        "v_side": (0.0, 5.0),
+        "chassis_radius": (0.05, PLANNING_RADIUS),
+        "planning_radius": (PLANNING_RADIUS, PLANNING_RADIUS),
+        "height": (BOTTOM + 0.03, OBSTACLE_HEIGHT),
+        "camera_forward": (-PLANNING_RADIUS, PLANNING_RADIUS),
+        "camera_hfov": (0.01, 3.0),
+    }
+    for name, (low, high) in ranges.items():
+        if not low <= getattr(size, name) <= high:
+            raise OptionError(f"robot: {name} is {getattr(size, name)}, expected {low} to {high}{_REASONS.get(name, '')}")
+    for name in ("mass", "yaw_inertia", "w_max", "acceleration", "turn_acceleration", "grip", "lag", "lidar_height"):
+        if getattr(size, name) <= 0.0:
+            raise OptionError(f"robot: {name} is {getattr(size, name)}, expected a number above 0")
+    steps = CHECK_INTERVAL / size.timestep if size.timestep > 0.0 else 0.0
+    if not (2 <= round(steps) <= 100 and abs(steps - round(steps)) < 1e-6):
+        raise OptionError(f"robot: timestep is {size.timestep} s, expected 0.025 s divided by a whole number from 2 to 100")
+
+
+_REASONS = {
+    "chassis_radius": " m: goals and shortest paths are those of a disc of this radius",
+    "planning_radius": " m: goals and shortest paths are those of a disc of this radius",
+    "height": " m: shortest paths pass under what is higher",
+}
