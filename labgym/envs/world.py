@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from threading import RLock
 from typing import Any, TypeVar
 from weakref import WeakValueDictionary
@@ -53,7 +53,7 @@ class World:
         self.model = physics_model(layout) if stage is None else stage.model
         self._barriers = Barriers.of(layout)
         self._lock = RLock()
-        self._derived: dict[str, Any] = {}
+        self._derived: dict[Hashable, Any] = {}
         self._fields: dict[tuple[object, ...], DistanceToGo] = {} if stage is None else dict(stage.to_go)
         self._lengths: dict[tuple[float, ...], float] = {} if stage is None else dict(stage.lengths)
         if stage is not None:
@@ -85,7 +85,12 @@ class World:
         """Approximate size in memory, bytes; it grows with what is derived."""
         return self._nbytes
 
-    def derived(self, name: str, build: Callable[[Layout], _Value]) -> _Value:
+    @property
+    def layout(self) -> Layout:
+        """The layout."""
+        return self._layout
+
+    def derived(self, name: Hashable, build: Callable[[Layout], _Value]) -> _Value:
         """Return what a function makes of the layout, computed once and shared by all that use this world.
 
         Args:

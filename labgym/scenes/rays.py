@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from functools import cached_property
 from typing import Any, Literal
 
@@ -97,14 +98,24 @@ class RayScene:
         """
         hit = faces >= 0
         index = np.where(hit, faces, 0)
-        normals = self._normals[index]
-        facing = np.einsum("ij,ij->i", normals, np.asarray(directions, dtype=np.float32))
-        sunlit = np.abs(normals @ _SUN.astype(np.float32)) * (normals @ _SUN * facing > 0.0)
-        light = 0.45 + 0.25 * np.abs(facing) + 0.30 * sunlit
-        lit = np.clip(self._colors[index] * light[:, None], 0.0, 255.0)
-        colors: NDArray[np.uint8] = lit.astype(np.uint8)
+        colors = lit(self._colors[index], self._normals[index], directions)
         colors[~hit] = SKY
         return colors
+
+    def owners(self, faces: NDArray[np.integer]) -> NDArray[np.int64]:
+        """Return the index of the placement of each face, `ROOM` for floor and walls."""
+        return self.mesh.owner[faces]
+
+    def recolored(self, colors: NDArray[np.float32]) -> RayScene:
+        """Return the same scene with other colors of the faces, (m, 3) in [0, 255]; both share Embree's tree."""
+        scene = copy.copy(self)
+        scene.__dict__["_colors"] = colors
+        return scene
+
+    @property
+    def colors(self) -> NDArray[np.float32]:
+        """Colors of the faces (m, 3) in [0, 255], before they are lit."""
+        return self._colors
 
 
 def ray_mesh(layout: Layout, geometry: Geometry) -> SceneMesh:
@@ -116,6 +127,21 @@ def ray_mesh(layout: Layout, geometry: Geometry) -> SceneMesh:
     if geometry not in ("visual", "solid"):
         raise OptionError(f"geometry must be 'visual' or 'solid', got {str(geometry)[:40]!r}")
     return scene_mesh(layout) if geometry == "visual" else solid_mesh(layout)
+
+
+def lit(
+    colors: NDArray[np.float32], normals: NDArray[np.floating], directions: NDArray[np.floating]
+) -> NDArray[np.uint8]:
+    """Return colors (n, 3) lit from above and from the viewer.
+
+    Args:
+        colors: (n, 3) in [0, 255]. normals: (n, 3) of the faces. directions: (n, 3) of the rays.
+    """
+    facing = np.einsum("ij,ij->i", normals, np.asarray(directions, dtype=np.float32))
+    sunlit = np.abs(normals @ _SUN.astype(np.float32)) * (normals @ _SUN * facing > 0.0)
+    light = 0.45 + 0.25 * np.abs(facing) + 0.30 * sunlit
+    shades: NDArray[np.uint8] = np.clip(colors * light[:, None], 0.0, 255.0).astype(np.uint8)
+    return shades
 
 
 def _flat_colors(mesh: SceneMesh) -> NDArray[np.float32]:

@@ -93,9 +93,8 @@ class SegmentationSensor(CameraSensor):
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return the labels."""
         faces, layout = self._view(state).faces, state.task.layout
-        owners = state.rays("visual").mesh.owner
-        table = _table(layout)
-        labels: NDArray[np.int32] = np.where(faces >= 0, table[owners[np.maximum(faces, 0)]], np.int32(NOTHING))
+        owners = state.rays("visual").owners(np.maximum(faces, 0))
+        labels: NDArray[np.int32] = np.where(faces >= 0, _table(layout)[owners], np.int32(NOTHING))
         labels = labels.astype(np.int32, copy=False)
         return disturbed(labels, self, state, rng) if self.noise else labels
 
