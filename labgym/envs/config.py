@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from labgym.envs.assembly import STATIC, Moving, is_standard
 from labgym.envs.parts.endings import TouchEnding
 from labgym.envs.parts.kinds import part_of, parts_of, positive
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
@@ -18,6 +19,7 @@ from labgym.envs.parts.protocols import (
     Ending,
     Measure,
     Noise,
+    Randomization,
     Reading,
     RewardTerm,
     Robot,
@@ -26,7 +28,7 @@ from labgym.envs.parts.protocols import (
 )
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import checked_terms
-from labgym.envs.parts.robots import check_simulated
+from labgym.envs.parts.robots import check_size
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.physics import check_physics
 from labgym.envs.pool import LayoutPool, PoolAddress
@@ -47,7 +49,7 @@ from labgym.scenes.opengl import QUALITIES, Quality
 
 __all__ = [
     "OBSERVATIONS", "RENDER_MODES", "Actions", "Command", "Ending", "Measure", "Noise", "PointNavConfig", "Pose",
-    "Reading", "RewardTerm", "Robot", "Sensor", "State", "Tasks", "Verdict",
+    "Randomization", "Reading", "RewardTerm", "Robot", "Sensor", "State", "Tasks", "Verdict",
 ]  # fmt: skip
 
 OBSERVATIONS = ("lidar", "depth", "rgbd")
@@ -76,6 +78,8 @@ class PointNavConfig:
         disc: radius of the disc around the goal at which `shortest_path_length` ends, meters.
         actions: how an action becomes commands.
         robot: the robot. physics: its physics, "mujoco" or "planar". control_dt: duration of a control step, seconds.
+        interactive: whether drawers, doors, stools, trolleys and boxes move. loose: objects on surfaces too.
+        randomizations: changes of sensors, physics and colors that are drawn anew for each episode.
         measures: the entries of the info.
         render_mode, width, height, quality: pictures.
         exact: whether readings are equal on every processor.
@@ -108,6 +112,9 @@ class PointNavConfig:
     physics: str = "mujoco"
     disc: float = 0.0
     measures: Any = STANDARD
+    interactive: bool = False
+    loose: bool = False
+    randomizations: Any = ()
 
     def __post_init__(self) -> None:
         """Check all values, and make parts of plain data.
@@ -148,7 +155,9 @@ class PointNavConfig:
         self._set("endings", parts_of(self.endings, "ending"))
         self._set("actions", part_of(self.actions, "actions"))
         self._set("robot", part_of(self.robot, "robot"))
-        check_simulated(self.robot)
+        check_size(self.robot.size)
+        self._set("randomizations", parts_of(self.randomizations, "randomization"))
+        self._check_scene()
         self._set("measures", parts_of(_named(self.measures), "measure"))
         if self.tasks is not None and not isinstance(self.tasks, Tasks):
             raise OptionError(f"tasks is a {type(self.tasks).__name__}, expected an object with draw and close")
@@ -201,6 +210,31 @@ class PointNavConfig:
             return tuple(self.rewards)
         weights = self.weights if isinstance(self.weights, RewardWeights) else RewardWeights()
         return weights.terms(self.distance_to_go)
+
+    @property
+    def moving(self) -> Moving:
+        """What moves in the scene besides the robot."""
+        if not self.interactive:
+            return STATIC
+        sees = "visual" in {sensor.sees for sensor in self.observed} or self.render_mode == "depth_array"
+        return Moving(True, self.loose, sees)
+
+    def _check_scene(self) -> None:
+        """Check robot and moving furniture against each other and against the physics."""
+        for name in ("interactive", "loose"):
+            if not isinstance(getattr(self, name), bool):
+                raise OptionError(f"{name} is {getattr(self, name)!r}, expected True or False")
+        if self.loose and not self.interactive:
+            raise OptionError("loose objects need a scene in which things move: pass interactive=True, too")
+        if self.interactive and self.exact:
+            raise OptionError("interactive scenes have no exact readings: pass exact=False")
+        if self.physics == "planar":
+            if self.interactive:
+                raise OptionError("the planar kernel moves nothing but the robot: pass physics='mujoco'")
+            if not is_standard(self.robot):
+                raise OptionError(
+                    f"the planar kernel has no {type(self.robot).__name__} of these dimensions: pass physics='mujoco'"
+                )
 
     @property
     def senses(self) -> Senses:

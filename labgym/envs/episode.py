@@ -9,8 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from labgym.envs.assembly import is_standard
+from labgym.envs.moving_scene import MovingScene
 from labgym.envs.parts.protocols import Command, Robot
 from labgym.envs.physics import Physics, make_physics
+from labgym.envs.scene_simulation import SceneSimulation
+from labgym.envs.setting import Setting
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
@@ -31,17 +35,46 @@ class Episode:
         physics: name of the physics.
         exact: whether readings must be equal on every processor.
         disc: radius of the disc around a goal at which shortest paths end, meters.
+        setting: physics and colors of this episode; None for those of the layout.
+        interactive: whether furniture moves in the physics of the setting.
     """
 
     def __init__(
-        self, task: Task, robot: Robot, control_dt: float, physics: str, exact: bool = False, disc: float = 0.0
+        self,
+        task: Task,
+        robot: Robot,
+        control_dt: float,
+        physics: str,
+        exact: bool = False,
+        disc: float = 0.0,
+        setting: Setting | None = None,
+        interactive: bool = False,
     ) -> None:
         world = world_of(task.layout)
         self.task = task
-        self.simulation: Physics = make_physics(physics, world, robot, control_dt)
+        assembly = None if setting is None else setting.changed()
+        palette = None if setting is None else setting.palette
+        self.simulation: Physics = make_physics(physics, world, robot, control_dt, assembly)
         self.simulation.place(task.pair.start)
         pose, planar = self.simulation.pose, physics == "planar"
-        self.state = State(task, world, robot, exact, task.pair, control_dt, pose, disc=disc, planar=planar)
+        moving = None
+        if interactive and isinstance(self.simulation, SceneSimulation):
+            moving = MovingScene(self.simulation, task.layout, robot.size, palette)
+        self.state = State(
+            task,
+            world,
+            robot,
+            exact,
+            task.pair,
+            control_dt,
+            pose,
+            disc=disc,
+            planar=planar,
+            moving=moving,
+            palette=palette,
+        )
+        # The base of version 0 has grip, and its rules do not look at how it slips.
+        self._slides = not is_standard(robot)
         self._read()
 
     @property
@@ -71,6 +104,8 @@ class Episode:
     def _read(self) -> None:
         state, simulation = self.state, self.simulation
         state.pose, state.velocity = simulation.pose, simulation.velocity
+        if self._slides:
+            state.sideways = simulation.sideways
         state.distance = math.dist(state.pose[:2], state.pair.goal[:2])
         state.views.clear()
 

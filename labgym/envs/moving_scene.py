@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
 import cv2
 import mujoco
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.assets.shapes import MATERIALS
+from labgym.envs.palette import Palette
 from labgym.envs.robot import BOTTOM, RobotSpec
 from labgym.envs.scene_simulation import SceneSimulation
 from labgym.layouts import Layout
@@ -21,43 +21,26 @@ from labgym.scenes.mjcf import COLLISION_GROUP, VISUAL_GROUP
 from labgym.scenes.rays import SKY, Geometry, lit
 
 
-class RaySource(Protocol):
-    """A scene that sensors cast rays against: `RayScene`, or `MovingRays`."""
-
-    def cast(
-        self, origins: NDArray[np.floating], directions: NDArray[np.floating], max_range: float = 10.0
-    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Return the distance to the first hit of each ray, and the face that it hits; -1 for nothing within reach."""
-        ...
-
-    def color(self, faces: NDArray[np.integer], directions: NDArray[np.floating]) -> NDArray[np.uint8]:
-        """Return the color seen along rays, shape (n, 3)."""
-        ...
-
-    def owners(self, faces: NDArray[np.integer]) -> NDArray[np.int64]:
-        """Return the index of the placement of each face, `ROOM` for floor and walls."""
-        ...
-
-
 @dataclass(eq=False)
 class MovingRays:
     """The geoms of one kind, where they are in a simulation. Faces are geoms.
 
     Attributes:
         simulation: the simulation, whose robot is in another group. group: geom group that is seen.
-        layout: the layout of the scene.
+        layout: the layout of the scene. palette: colors of the episode; None for those of the layout.
     """
 
     simulation: SceneSimulation
     group: int
     layout: Layout
+    palette: Palette | None = None
 
     def __post_init__(self) -> None:
         model = self.simulation.model
         index = {placement.id: number for number, placement in enumerate(self.layout.placements)}
         names = [model.body(body).name for body in model.geom_bodyid.tolist()]
         self._owners = np.array([index.get(name, index.get(name.rpartition("/")[0], ROOM)) for name in names])
-        self._colors = np.array([_color(model, geom) for geom in range(model.ngeom)]) * 255.0
+        self._colors = np.array([_color(model, geom, self.palette) for geom in range(model.ngeom)]) * 255.0
         self._normals = np.zeros((0, 3))
         self._groups = np.zeros(6, dtype=np.uint8)
         self._groups[self.group] = 1
@@ -94,15 +77,17 @@ class MovingScene:
 
     Args:
         simulation: the simulation; bodies are at their places after each control step.
-        layout: the layout of the scene. robot: dimensions of the robot.
+        layout: the layout of the scene. robot: dimensions of the robot. palette: colors of the episode.
     """
 
-    def __init__(self, simulation: SceneSimulation, layout: Layout, robot: RobotSpec) -> None:
+    def __init__(
+        self, simulation: SceneSimulation, layout: Layout, robot: RobotSpec, palette: Palette | None = None
+    ) -> None:
         model, own = simulation.model, simulation.mount
         self._simulation, self._radius = simulation, robot.chassis_radius
         self._rays = {
             "solid": MovingRays(simulation, COLLISION_GROUP, layout),
-            "visual": MovingRays(simulation, VISUAL_GROUP, layout),
+            "visual": MovingRays(simulation, VISUAL_GROUP, layout, palette),
         }
         colliding = (model.geom_contype | model.geom_conaffinity) != 0
         self._solids = np.flatnonzero(colliding & ~own.geoms & ~own.floor)
@@ -137,11 +122,13 @@ SIGNS = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, 8).T
 """Signs of the corners of a box, (8, 3)."""
 
 
-def _color(model: mujoco.MjModel, geom: int) -> list[float]:
+def _color(model: mujoco.MjModel, geom: int, palette: Palette | None) -> list[float]:
     """Return the color of a geom, (3,) in [0, 1]; translucent ones are blended with a light gray."""
     material = int(model.geom_matid[geom])
     rgba = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
     name = "" if material < 0 else model.material(material).name.partition("/")[0]
     look = MATERIALS.get(name)  # of a textured material, MuJoCo's color is white
     red, green, blue, opacity = (rgba if look is None else look.rgba)
-    return [channel * opacity + 0.82 * (1.0 - opacity) for channel in (red, green, blue)]
+    color = [channel * opacity + 0.82 * (1.0 - opacity) for channel in (red, green, blue)]
+    factors = (1.0, 1.0, 1.0) if palette is None else palette.factors(name)
+    return [min(channel * float(factor), 1.0) for channel, factor in zip(color, factors, strict=True)]

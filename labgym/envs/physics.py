@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Protocol
 
+from labgym.envs.assembly import Assembly, assembly_of, is_standard
 from labgym.envs.parts.protocols import Robot
+from labgym.envs.scene_simulation import SceneSimulation
 from labgym.envs.simulation import Simulation
 from labgym.envs.state import Pose
 from labgym.envs.world import World
@@ -20,18 +22,19 @@ class Physics(Protocol):
 
     Attributes:
         pose: (x, y, yaw) in the room frame; yaw in (-pi, pi].
-        velocity: forward velocity, m/s, and turn rate, rad/s.
+        velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s.
     """
 
     pose: Pose
     velocity: tuple[float, float]
+    sideways: float
 
     def place(self, pose: Pose) -> None:
         """Put the robot at rest at a pose and set the clock to 0."""
         ...
 
-    def drive(self, v: float, w: float, /) -> tuple[float, bool]:
-        """Apply target velocities for one control step.
+    def drive(self, *command: float) -> tuple[float, bool]:
+        """Apply target velocities, in the order of the robot's axes, for one control step.
 
         Returns:
             the length driven in meters, and whether the robot touched anything.
@@ -52,12 +55,15 @@ def check_physics(name: str) -> None:
         import labgym.envs.planar.compiled  # noqa: F401
 
 
-def make_physics(name: str, world: World, robot: Robot, control_dt: float) -> Physics:
+def make_physics(
+    name: str, world: World, robot: Robot, control_dt: float, assembly: Assembly | None = None
+) -> Physics:
     """Return the physics of a robot in a world.
 
     Args:
         name: one of `PHYSICS`.
         control_dt: duration of a control step, seconds.
+        assembly: the robot in the layout, compiled; None for one in which nothing else moves.
 
     Raises:
         UnknownNameError: no physics has that name.
@@ -68,11 +74,16 @@ def make_physics(name: str, world: World, robot: Robot, control_dt: float) -> Ph
         from labgym.envs.planar.scene import scene_of
         from labgym.envs.planar.simulation import PlanarSimulation
 
-        if robot.axes != ("forward", "turn"):
-            raise OptionError(f"the planar kernel has no {type(robot).__name__}: use physics='mujoco'")
+        if not is_standard(robot):
+            raise OptionError(
+                f"the planar kernel has no {type(robot).__name__} of these dimensions: pass physics='mujoco'"
+            )
         scene = scene_of(world)
         return PlanarSimulation(scene.plan, scene.body, control_dt)
+    if name != "mujoco":
+        raise UnknownNameError("physics", name, PHYSICS)
+    assembly = assembly_of(world, robot) if assembly is None else assembly
+    if assembly.out_of_reach is None:
+        return SceneSimulation(assembly.model, robot, control_dt)
     size = robot.size if robot.size.control_dt == control_dt else replace(robot.size, control_dt=control_dt)
-    if name == "mujoco":
-        return Simulation(world.model, size, world.out_of_reach)
-    raise UnknownNameError("physics", name, PHYSICS)
+    return Simulation(assembly.model, size, assembly.out_of_reach, assembly.alone)

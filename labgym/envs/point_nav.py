@@ -12,12 +12,16 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
 from labgym.envs.episode import Episode, stream
-from labgym.envs.parts.protocols import Tasks
+from labgym.envs.parts.protocols import Sensor, Tasks
 from labgym.envs.sensors import Camera
+from labgym.envs.setting import Setting
 from labgym.envs.state import State
+from labgym.envs.tasks import Task
 from labgym.envs.view import ChaseView
+from labgym.envs.world import world_of
 
 Observation = dict[str, Any]
 
@@ -220,12 +224,14 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._sensors, self._terms, self._endings, self._actions, self._robot, measures = copy.deepcopy(
             (config.observed, config.reward_terms, config.endings, config.actions, config.robot, config.measures)
         )
+        self._randomizations = copy.deepcopy(config.randomizations)
+        self._observed: tuple[Sensor, ...] = self._sensors
         self._entries = [(measure.name, measure.value) for measure in measures]
         self.render_mode = config.render_mode
         self.observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
         self.action_space = self._actions.space(self._robot)
         self._camera = Camera()
-        self._view = ChaseView(config.width, config.height, config.quality)
+        self._view = ChaseView(config.width, config.height, config.quality, self._robot, config.moving)
         self._streams: dict[str, np.random.Generator] = {}
         self._episode: Episode | None = None
         self._terminated = self._truncated = False
@@ -256,14 +262,16 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         super().reset(seed=seed)
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
         config = self._config
+        (rng,) = self.np_random.spawn(1)
+        setting, drawn = self._setting(task, rng)
         self._episode = episode = Episode(
-            task, self._robot, config.control_dt, config.physics, config.exact, config.disc
+            task, self._robot, config.control_dt, config.physics, config.exact, config.disc, setting, config.interactive
         )
         self._terminated = self._truncated = False
-        (rng,) = self.np_random.spawn(1)
+        episode.state.randomization = drawn
         names = (*(sensor.name for sensor in self._sensors), "actions")
         self._streams = {name: stream(rng, name) for name in names}
-        for sensor in self._sensors:
+        for sensor in self._observed:
             sensor.reset(episode.state, self._streams[sensor.name])
         self._actions.reset(episode.state, self._streams["actions"])
         self._begin_drive(episode.state)
@@ -296,8 +304,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
             return None
         state = self._running().state
         if self.render_mode == "depth_array":
-            return self._camera.depth(state.world.visible, state.pose)
-        return self._view.picture(state.task.layout, state.world.visible, state.pose)
+            seen = state.world.visible if state.moving is None else state.moving.rays("visual")
+            return self._camera.depth(seen, state.pose)
+        return self._view.picture(state.task.layout, state.world.visible, state.pose, self._running().simulation)
 
     def close(self) -> None:
         """Release the renderer; it is safe to call this more than once."""
@@ -309,6 +318,21 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         if self._episode is None:
             raise gym.error.ResetNeeded("call reset() before step() or render()")
         return self._episode
+
+    def _setting(self, task: Task, rng: np.random.Generator) -> tuple[Setting | None, dict[str, Any]]:
+        """Return the setting of an episode and the drawn values of its randomizations by name."""
+        config = self._config
+        if not self._randomizations and not config.interactive:
+            return None, {}
+        world = world_of(task.layout)
+        assembly = None if config.physics == "planar" else assembly_of(world, self._robot, config.moving)
+        setting = Setting.of(assembly, self._sensors)
+        drawn = {
+            each.name: each.randomize(setting, stream(rng, f"randomization {each.name}"))
+            for each in self._randomizations
+        }
+        self._observed = setting.observed(self._sensors)
+        return setting, drawn
 
     def _begin_drive(self, state: State) -> None:
         for part in (*self._terms, *self._endings):
@@ -333,7 +357,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
             self._terminated = not self._truncated
 
     def _observation(self, state: State) -> Observation:
-        return {sensor.name: sensor.reading(state, self._streams[sensor.name]) for sensor in self._sensors}
+        return {sensor.name: sensor.reading(state, self._streams[sensor.name]) for sensor in self._observed}
 
     def _info(self, state: State) -> dict[str, Any]:
         return {name: value(state) for name, value in self._entries}

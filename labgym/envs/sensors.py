@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
-from labgym.scenes import RayScene
+from labgym.scenes.rays import RaySource
 
 Pose = tuple[float, float, float]
 Floats = NDArray[np.float32]
@@ -29,51 +29,81 @@ class Bundle:
 
     Args:
         directions: (n, 3) unit vectors in the robot frame.
-        forward, height: start point of the rays in the robot's plane of symmetry, meters.
+        forward, height, left: start point of the rays in the robot frame, meters.
     """
 
-    def __init__(self, directions: NDArray[np.float64], forward: float, height: float) -> None:
+    def __init__(self, directions: NDArray[np.float64], forward: float, height: float, left: float = 0.0) -> None:
         self._ahead, self._left = directions[:, 0].copy(), directions[:, 1].copy()
-        self._forward, self._height = forward, height
+        self._forward, self._sideways, self._height = forward, left, height
         self.directions: Floats = directions.astype(np.float32)
         self._origins: Floats = np.empty_like(self.directions)
 
-    def cast(self, rays: RayScene, pose: Pose, reach: float) -> tuple[Floats, NDArray[np.int32]]:
+    def cast(self, rays: RaySource, pose: Pose, reach: float) -> tuple[Floats, NDArray[np.int32]]:
         """Return distances (n,) from a pose, `reach` for a ray that hits nothing nearer, and the faces hit (n,).
 
         Afterwards `directions` holds the directions in the room frame.
         """
         x, y, yaw = pose
         cosine, sine = math.cos(yaw), math.sin(yaw)
-        self._origins[:] = (x + self._forward * cosine, y + self._forward * sine, self._height)
+        start_x = x + self._forward * cosine - self._sideways * sine
+        start_y = y + self._forward * sine + self._sideways * cosine
+        self._origins[:] = (start_x, start_y, self._height)
         self.directions[:, 0] = cosine * self._ahead - sine * self._left
         self.directions[:, 1] = sine * self._ahead + cosine * self._left
         return rays.cast(self._origins, self.directions, reach)
 
 
 class Lidar:
-    """A planar range finder on the robot's axis.
+    """A planar range finder, by default on the robot's axis.
 
     Ray i points -pi + 2 pi i / rays from the heading, counter-clockwise. Of 180, ray 0 points backwards, ray 45 to the
     right, ray 90 straight ahead, ray 135 to the left.
 
     Args:
         rays: number of rays. reach: largest reading, meters. height: of their plane above the floor, meters.
+        forward, left: place in the robot frame, meters. yaw: turn in it, radians.
 
     Attributes:
         count, reach, height: as the arguments.
     """
 
-    def __init__(self, rays: int = LIDAR_RAYS, reach: float = RANGE, height: float = ROBOT.lidar_height) -> None:
+    def __init__(
+        self,
+        rays: int = LIDAR_RAYS,
+        reach: float = RANGE,
+        height: float = ROBOT.lidar_height,
+        forward: float = 0.0,
+        left: float = 0.0,
+        yaw: float = 0.0,
+    ) -> None:
         angles = -math.pi + 2.0 * math.pi / rays * np.arange(rays)
         directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(rays)])
         self.count, self.reach, self.height = rays, reach, height
         self._bundle, self._limit = Bundle(directions, 0.0, height), np.float32(reach)
+        self._place = (forward, left, yaw)
+        self._centered = self._place == (0.0, 0.0, 0.0)
 
-    def scan(self, rays: RayScene, pose: Pose) -> Floats:
-        """Return ranges from the robot's axis, (rays,) meters, clipped to the reach."""
-        distances, _ = self._bundle.cast(rays, pose, self.reach)
+    def at(self, pose: Pose) -> Pose:
+        """Return the pose of the range finder on a robot at a pose."""
+        if self._centered:
+            return pose
+        (x, y, yaw), (forward, left, turn) = pose, self._place
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        return x + forward * cosine - left * sine, y + forward * sine + left * cosine, yaw + turn
+
+    def scan(self, rays: RaySource, pose: Pose) -> Floats:
+        """Return ranges, (rays,) meters, clipped to the reach, on a robot at a pose."""
+        distances, _ = self._bundle.cast(rays, self.at(pose), self.reach)
         return np.minimum(distances, self._limit)
+
+
+def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
+    """Return the matrix (3, 3) of a roll about x, then a pitch about y, then a yaw about z, radians."""
+    cosines, sines = np.cos((roll, pitch, yaw)), np.sin((roll, pitch, yaw))
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cosines[0], -sines[0]], [0.0, sines[0], cosines[0]]])
+    about_y = np.array([[cosines[1], 0.0, sines[1]], [0.0, 1.0, 0.0], [-sines[1], 0.0, cosines[1]]])
+    about_z = np.array([[cosines[2], -sines[2], 0.0], [sines[2], cosines[2], 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(about_z @ about_y @ about_x)
 
 
 def pixel_slopes(
@@ -103,13 +133,14 @@ class View:
 
 
 class Camera:
-    """A level pinhole camera along the heading, with square pixels; rows run downwards, columns to the right.
+    """A pinhole camera, level and along the heading by default, with square pixels; rows run downwards, columns right.
 
     Depth is planar: the distance from the plane of the lens, not the length of the ray.
 
     Args:
         shape: rows and columns of the image. hfov: horizontal field of view, radians. reach: largest depth, meters.
-        forward, height: place ahead of the robot's axis and above the floor, meters.
+        forward, height, left: place ahead of the robot's axis, above the floor and to the left, meters.
+        yaw, pitch, roll: turns to the left, nose down and right side down, radians.
     """
 
     def __init__(
@@ -119,25 +150,32 @@ class Camera:
         reach: float = RANGE,
         forward: float = ROBOT.camera_forward,
         height: float = ROBOT.camera_height,
+        left: float = 0.0,
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        roll: float = 0.0,
     ) -> None:
-        left, up = pixel_slopes(shape, hfov)
-        grid = np.stack(np.broadcast_arrays(np.ones(shape), left[None, :], up[:, None]), axis=-1).reshape(-1, 3)
+        aside, up = pixel_slopes(shape, hfov)
+        grid = np.stack(np.broadcast_arrays(np.ones(shape), aside[None, :], up[:, None]), axis=-1).reshape(-1, 3)
         lengths = np.linalg.norm(grid, axis=1)
         self._shape, self._limit = shape, np.float32(reach)
         self._planar = (1.0 / lengths).astype(np.float32)
         self._reach = reach * float(lengths.max())
-        self._bundle = Bundle(grid / lengths[:, None], forward, height)
+        directions = grid / lengths[:, None]
+        if (yaw, pitch, roll) != (0.0, 0.0, 0.0):
+            directions = directions @ rotation(yaw, pitch, roll).T
+        self._bundle = Bundle(directions, forward, height, left)
 
-    def depth(self, rays: RayScene, pose: Pose) -> Floats:
+    def depth(self, rays: RaySource, pose: Pose) -> Floats:
         """Return planar depth, (rows, columns) meters, clipped to the reach."""
         return self.view(rays, pose).depth
 
-    def colour_and_depth(self, rays: RayScene, pose: Pose) -> tuple[NDArray[np.uint8], Floats]:
+    def colour_and_depth(self, rays: RaySource, pose: Pose) -> tuple[NDArray[np.uint8], Floats]:
         """Return the color image, (rows, columns, 3), and planar depth, (rows, columns) meters."""
         view = self.view(rays, pose)
         return rays.color(view.faces, view.directions).reshape(*self._shape, 3), view.depth
 
-    def view(self, rays: RayScene, pose: Pose) -> View:
+    def view(self, rays: RaySource, pose: Pose) -> View:
         """Return depth and faces seen from a pose (x, y, yaw) of the robot."""
         distances, faces = self._bundle.cast(rays, pose, self._reach)
         depth = np.minimum(distances * self._planar, self._limit).reshape(self._shape)

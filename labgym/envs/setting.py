@@ -12,7 +12,9 @@ import numpy as np
 
 from labgym.envs.assembly import Assembly
 from labgym.envs.mount import Mount
+from labgym.envs.palette import Palette
 from labgym.envs.parts.protocols import Sensor
+from labgym.envs.parts.vectors import JointSensor
 from labgym.envs.robot import PREFIX
 from labgym.errors import OptionError, UnknownNameError
 
@@ -23,16 +25,50 @@ class Setting:
 
     Attributes:
         assembly: the robot in the layout, compiled; None with the planar kernel. Read `models` to change it.
-        sensors: the sensors by name; replace entries with sensors of the same space.
-        tints: factors on the colors that cameras see, (red, green, blue) by material; "" is that of all others.
-        brightness: factor on all colors.
+        sensors: the sensors by name, those of a joint vector as "vector/sensor"; replace entries with sensors of the
+            same space.
+        vectors: the joint vectors by name.
+        palette: colors that cameras see; None for those of the layout.
     """
 
     assembly: Assembly | None
     sensors: dict[str, Sensor]
-    tints: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-    brightness: float = 1.0
+    vectors: dict[str, JointSensor] = field(default_factory=dict)
+    palette: Palette | None = None
     _models: tuple[mujoco.MjModel, ...] = field(default=(), init=False)
+
+    @classmethod
+    def of(cls, assembly: Assembly | None, sensors: Iterable[Sensor]) -> Setting:
+        """Return the setting of an episode before randomizations."""
+        single: dict[str, Sensor] = {}
+        vectors: dict[str, JointSensor] = {}
+        for sensor in sensors:
+            if isinstance(sensor, JointSensor):
+                vectors[sensor.name] = sensor
+                single |= {f"{sensor.name}/{each.name}": each for each in sensor.sensors}
+            else:
+                single[sensor.name] = sensor
+        return cls(assembly, single, vectors)
+
+    def observed(self, sensors: Iterable[Sensor]) -> tuple[Sensor, ...]:
+        """Return the sensors of the observation, in their order, after randomizations.
+
+        Raises:
+            OptionError: a sensor of another space took the place of one.
+        """
+        changed = tuple(self._observed(sensor) for sensor in sensors)
+        for sensor, before in zip(changed, sensors, strict=True):
+            if sensor is not before and sensor.space != before.space:
+                raise OptionError(f"a randomization changed the space of sensor {before.name!r}: keep its shape and range")
+        return changed
+
+    def _observed(self, sensor: Sensor) -> Sensor:
+        vector = self.vectors.get(sensor.name)
+        if vector is None:
+            return self.sensors[sensor.name]
+        members = tuple(self.sensors[f"{sensor.name}/{each.name}"] for each in vector.sensors)
+        same = all(new is old for new, old in zip(members, vector.sensors, strict=True))
+        return vector if same else replace(vector, sensors=members)
 
     @property
     def models(self) -> tuple[mujoco.MjModel, ...]:
@@ -50,11 +86,6 @@ class Setting:
             both = (self.assembly.model, self.assembly.alone)
             self._models = tuple(copy.copy(model) for model in both if model is not None)
         return self._models
-
-    @property
-    def colored(self) -> bool:
-        """Whether colors differ from those of the layout."""
-        return bool(self.tints) or self.brightness != 1.0
 
     def changed(self) -> Assembly | None:
         """Return the assembly with the changed models."""

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.robot import ROBOT
 from labgym.navigation import GoalPair
-from labgym.scenes import RayScene
-from labgym.scenes.rays import Geometry
+from labgym.scenes.rays import Geometry, RaySource
 
 if TYPE_CHECKING:
+    from labgym.envs.moving_scene import MovingScene
+    from labgym.envs.palette import Palette
     from labgym.envs.parts.protocols import Robot
     from labgym.envs.sensors import Lidar
     from labgym.envs.tasks import Task
@@ -35,7 +37,8 @@ class State:
         planar: whether the physics is the planar kernel, which also computes lidar ranges and clearances.
         pair: the drive in progress, from its start to its goal. leg: its place among the drives of the task, from 0.
         pose: (x, y, yaw) of the robot; yaw in (-pi, pi].
-        velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s.
+        velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s; 0 for the robot of
+            version 0, which has grip.
         distance: distance from the robot's center to the goal.
         collision: whether the robot touched something during the latest action.
         touches: number of control steps with a contact during the latest action.
@@ -47,6 +50,9 @@ class State:
         verdict: the verdict of the endings on the drive in progress; None while it goes on. ending: the name of the
             ending that gave it, "" without one.
         terms: the weighted reward terms of the latest action, by name.
+        moving: what sensors see of a scene in which furniture moves; None if nothing but the robot moves.
+        palette: colors of this episode; None for those of the layout.
+        randomization: the drawn values of the randomizations by name.
         views: what sensors share with each other at this pose, such as one ray cast for depth and color.
     """
 
@@ -72,6 +78,9 @@ class State:
     verdict: Verdict | None = None
     ending: str = ""
     terms: dict[str, float] = field(default_factory=dict)
+    moving: MovingScene | None = None
+    palette: Palette | None = None
+    randomization: dict[str, Any] = field(default_factory=dict)
     views: dict[Any, Any] = field(default_factory=dict)
     _measured: GoalPair | None = field(default=None, init=False, repr=False)
     _length: float = field(default=0.0, init=False, repr=False)
@@ -108,6 +117,10 @@ class State:
             from labgym.envs.planar.scene import clearance
 
             return clearance(self.world, self.pose)
+        if self.moving is not None:
+            return self.moving.clearance(*self.pose[:2])
+        if self.robot.size.chassis_radius != ROBOT.chassis_radius:
+            return self.world.clearance(*self.pose[:2], self.robot.size.chassis_radius)
         return self.world.clearance(*self.pose[:2])
 
     def ranges(self, lidar: Lidar) -> NDArray[np.float32]:
@@ -115,11 +128,15 @@ class State:
         if self.planar:
             from labgym.envs.planar.scene import ranges
 
-            return ranges(self.world, self.pose, lidar.count, lidar.reach, lidar.height)
+            return ranges(self.world, lidar.at(self.pose), lidar.count, lidar.reach, lidar.height)
         return lidar.scan(self.rays("solid"), self.pose)
 
-    def rays(self, geometry: Geometry) -> RayScene:
+    def rays(self, geometry: Geometry) -> RaySource:
         """Return the scene that sensors cast rays against: "solid" boxes or "visual" shapes."""
+        if self.moving is not None:
+            return self.moving.rays(geometry)
+        if geometry == "visual" and self.palette is not None:
+            return self.palette.paint(self.world.visible_exact if self.exact else self.world.visible)
         if geometry == "solid":
             return self.world.solid_exact if self.exact else self.world.solid
         return self.world.visible_exact if self.exact else self.world.visible

@@ -10,8 +10,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.robot import attach_robot
-from labgym.envs.simulation import Pose, Simulation
+from labgym.envs.assembly import STATIC, Moving
+from labgym.envs.mount import attach
+from labgym.envs.parts.protocols import Robot
+from labgym.envs.parts.robots import DifferentialDrive
+from labgym.envs.physics import Physics
+from labgym.envs.robot import PREFIX
+from labgym.envs.scene_simulation import SceneSimulation
+from labgym.envs.simulation import Pose
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.scenes import Quality, RayScene, SceneMesh, make_renderer, to_mjcf
@@ -44,6 +50,9 @@ FOVY = 55.0
 OVERSAMPLING = 1.5
 """Samples of a fast picture's pixel along each axis; averaging them costs less than OpenGL's antialiasing."""
 
+STANDARD = DifferentialDrive()
+"""The robot of version 0."""
+
 NOT_DRAWN = 5
 """Geom group that MuJoCo does not draw by default."""
 
@@ -56,20 +65,27 @@ class ChaseView:
     Args:
         width, height: size of the pictures, pixels.
         quality: "fast", or "fine" with shadows and reflections, which takes about ten times as long without a GPU.
+        robot: the robot. moving: what moves besides it.
     """
 
-    def __init__(self, width: int, height: int, quality: Quality = "fast") -> None:
+    def __init__(
+        self, width: int, height: int, quality: Quality = "fast", robot: Robot = STANDARD, moving: Moving = STATIC
+    ) -> None:
         self._size, self._quality = (width, height), quality
+        self._robot, self._moving = robot, moving
         self._station = 0
         self._layout: Layout | None = None
-        self._scene: Simulation | None = None
+        self._scene: mujoco.MjData | None = None
         self._renderer: mujoco.Renderer | None = None
 
-    def picture(self, layout: Layout, rays: RayScene, pose: Pose) -> NDArray[np.uint8]:
+    def picture(
+        self, layout: Layout, rays: RayScene, pose: Pose, simulation: Physics | None = None
+    ) -> NDArray[np.uint8]:
         """Return a picture of the robot at a pose in a layout, shape (height, width, 3).
 
         Args:
             rays: the layout's visible scene.
+            simulation: where wheels, arms and furniture are; None for where they are at rest.
 
         Raises:
             OptionError: the image is larger than the scene's off-screen buffer.
@@ -77,17 +93,18 @@ class ChaseView:
         """
         if self._renderer is None or self._scene is None or self._layout is not layout:
             self.close()
-            self._layout, self._scene = layout, _scene(layout, rays.mesh, self._quality)
-            self._renderer = self._new_renderer(self._scene.model)
+            model = _scene(layout, rays.mesh, self._quality, self._robot, self._moving)
+            self._layout, self._scene = layout, mujoco.MjData(model)
+            self._renderer = self._new_renderer(model)
         hidden = _hidden(rays, pose)
         if hidden[self._station] > 0:
             self._station = int(hidden.argmin())
         camera = _camera(pose, STATIONS[self._station])
-        self._scene.place(pose)
-        model, data = self._scene.model, self._scene.data
+        model, data = self._scene.model, self._scene
+        _place(data, pose, simulation)
         groups = model.geom_group.copy()
         model.geom_group[_walls_between(layout, model, pose, camera)] = NOT_DRAWN
-        if self._quality == "fast":
+        if self._quality == "fast" and not self._moving.interactive:
             model.geom_group[~in_view(model, data, camera, self._size[0] / self._size[1])] = NOT_DRAWN
         self._renderer.update_scene(data, camera)
         model.geom_group[:] = groups
@@ -116,12 +133,30 @@ class ChaseView:
         self._layout = self._scene = self._renderer = None
 
 
-def _scene(layout: Layout, mesh: SceneMesh, quality: Quality) -> Simulation:
-    """Return a simulation of a layout with the robot, used for drawing only."""
-    spec = to_mjcf(layout) if quality == "fine" else batched_spec(layout, mesh)
-    attach_robot(spec)
+def _scene(layout: Layout, mesh: SceneMesh, quality: Quality, robot: Robot, moving: Moving) -> mujoco.MjModel:
+    """Return a layout with the robot, used for drawing only."""
+    if moving.interactive:
+        spec = to_mjcf(layout, interactive=True, loose=moving.loose)
+    else:
+        spec = to_mjcf(layout) if quality == "fine" else batched_spec(layout, mesh)
+    attach(spec, robot)
     spec.visual.global_.fovy = FOVY
-    return Simulation(spec.compile())
+    return spec.compile()
+
+
+def _place(data: mujoco.MjData, pose: Pose, simulation: Physics | None) -> None:
+    """Put the robot and everything that moves where it is in a simulation, by the names of joints."""
+    model = data.model
+    mujoco.mj_resetData(model, data)
+    if isinstance(simulation, SceneSimulation):
+        source = simulation.data
+        for joint in range(model.njnt):
+            name = model.joint(joint).name
+            data.joint(name).qpos[:] = source.joint(name).qpos
+    else:
+        for name, value in zip(("x", "y", "yaw"), pose, strict=True):
+            data.joint(PREFIX + name).qpos[0] = value
+    mujoco.mj_forward(model, data)
 
 
 def _camera(pose: Pose, station: tuple[float, float]) -> mujoco.MjvCamera:

@@ -106,16 +106,18 @@ class World:
         derived: _Value = self._derived[name]
         return derived
 
-    def clearance(self, x: float, y: float) -> float:
-        """Return the distance from the chassis to the nearest footprint or wall, meters; 0 if they overlap.
+    def clearance(self, x: float, y: float, radius: float = ROBOT.chassis_radius) -> float:
+        """Return the distance from a chassis to the nearest footprint or wall, meters; 0 if they overlap.
 
         Footprints are the bounding boxes of all objects whose bottom is below 1.40 m (`OBSTACLE_HEIGHT`).
         """
-        return float(self.clearances(np.array([[x, y]]))[0])
+        return float(self.clearances(np.array([[x, y]]), radius)[0])
 
-    def clearances(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def clearances(
+        self, points: NDArray[np.float64], radius: float = ROBOT.chassis_radius
+    ) -> NDArray[np.float64]:
         """Return `clearance` at points (n, 2), shape (n,)."""
-        return np.asarray(np.maximum(self._barriers.clearance(points) - ROBOT.chassis_radius, 0.0))
+        return np.asarray(np.maximum(self._barriers.clearance(points) - radius, 0.0))
 
     def depths(self, poses: NDArray[np.float64], clearances: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how deep the robot is inside the solids of the simulation at poses (n, 3), shape (n,), meters.

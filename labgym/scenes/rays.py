@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -21,6 +21,24 @@ SKY = np.array([205, 214, 224], dtype=np.uint8)
 EMBREE_BYTES = 140
 """Memory that Embree's tree, the normals and the colors take for each face, bytes (measured over eight rooms)."""
 _SUN = np.array([0.35, 0.45, -0.82]) / np.linalg.norm([0.35, 0.45, -0.82])
+
+
+class RaySource(Protocol):
+    """A scene that sensors cast rays against: a `RayScene`, or one of which parts move."""
+
+    def cast(
+        self, origins: NDArray[np.floating], directions: NDArray[np.floating], max_range: float = 10.0
+    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """Return the distance to the first hit of each ray, and the face that it hits; -1 for nothing within reach."""
+        ...
+
+    def color(self, faces: NDArray[np.integer], directions: NDArray[np.floating]) -> NDArray[np.uint8]:
+        """Return the color seen along rays, shape (n, 3)."""
+        ...
+
+    def owners(self, faces: NDArray[np.integer]) -> NDArray[np.int64]:
+        """Return the index of the placement of each face, `ROOM` for floor and walls."""
+        ...
 
 
 class RayScene:

@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from labgym.assets.shapes import MATERIALS
+from labgym.envs.palette import Palette
 from labgym.envs.parts.kinds import positive
 from labgym.envs.parts.protocols import Randomization
 from labgym.envs.setting import Setting
@@ -34,16 +33,9 @@ class AppearanceRandomization(Randomization):
 
     def randomize(self, setting: Setting, rng: np.random.Generator) -> dict[str, Any]:
         """Draw the factors; return the brightness and the tints by material."""
-        setting.brightness *= float(1.0 + self.brightness * rng.uniform(-1.0, 1.0))
-        factors = 1.0 + self.tint * rng.uniform(-1.0, 1.0, (len(MATERIALS), 3))
-        setting.tints = {
-            name: (float(red), float(green), float(blue))
-            for name, (red, green, blue) in zip(sorted(MATERIALS), factors.tolist(), strict=True)
-        }
-        return {"brightness": setting.brightness, "tints": setting.tints}
+        brightness = float(1.0 + self.brightness * rng.uniform(-1.0, 1.0))
+        factors = 1.0 + self.tint * rng.uniform(-1.0, 1.0, (len(MATERIAL_NAMES), 3))
+        tints = {name: tuple(factor) for name, factor in zip(MATERIAL_NAMES, factors.tolist(), strict=True)}
+        setting.palette = Palette(tints, brightness)
+        return {"brightness": brightness, "tints": tints}
 
-
-def tinted(colors: NDArray[np.float32], material: NDArray[np.integer], setting: Setting) -> NDArray[np.float32]:
-    """Return colors of faces (m, 3) after the tints of their materials (m,) and the brightness of a setting."""
-    factors = np.array([setting.tints.get(name, (1.0, 1.0, 1.0)) for name in MATERIAL_NAMES]) * setting.brightness
-    return np.clip(colors * factors[material], 0.0, 255.0).astype(np.float32)

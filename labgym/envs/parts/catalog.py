@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from labgym.envs.parts.actions import VelocityActions
+from labgym.envs.parts.appearance import AppearanceRandomization
 from labgym.envs.parts.actuation import ActuationNoise, LoCoBotActuation, RoboThorActuation
 from labgym.envs.parts.depth_noise import RedwoodDepth, RimOcclusion
 from labgym.envs.parts.discrete import DiscreteActions
@@ -14,7 +15,13 @@ from labgym.envs.parts.maps import OccupancySensor, SegmentationSensor
 from labgym.envs.parts.measures import NamedMeasure
 from labgym.envs.parts.noise import Dropout, Gaussian, Quantization
 from labgym.envs.parts.odometry import BumperSensor, OdometrySensor
-from labgym.envs.parts.protocols import Actions, Ending, Measure, Noise, RewardTerm, Robot, Sensor
+from labgym.envs.parts.protocols import Actions, Ending, Measure, Noise, Randomization, RewardTerm, Robot, Sensor
+from labgym.envs.parts.randomizations import (
+    FrictionRandomization,
+    MassRandomization,
+    NoiseRandomization,
+    SensorPoseRandomization,
+)
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import (
     ClearanceTerm,
@@ -25,8 +32,9 @@ from labgym.envs.parts.rewards import (
     SuccessTerm,
     TimeTerm,
 )
-from labgym.envs.parts.robots import DifferentialDrive
+from labgym.envs.parts.robots import DifferentialDrive, HolonomicDrive
 from labgym.envs.parts.vectors import GoalSensor, JointSensor, PlaceSensor, PoseSensor, VelocitySensor
+from labgym.envs.parts.wheels import WheeledDrive
 
 ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
     "sensor": (
@@ -64,5 +72,15 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
     "measure": (Measure, (NamedMeasure,)),
     "actions": (Actions, (VelocityActions, DiscreteActions)),
     "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
-    "robot": (Robot, (DifferentialDrive,)),
+    "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive)),
+    "randomization": (
+        Randomization,
+        (
+            MassRandomization,
+            FrictionRandomization,
+            SensorPoseRandomization,
+            NoiseRandomization,
+            AppearanceRandomization,
+        ),
+    ),
 }

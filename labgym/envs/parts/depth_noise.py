@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,6 +60,10 @@ class RedwoodDepth(Noise):
         valid = (depth < FARTHEST) & (depth > 0.0) & (eighths > 0.0)
         return np.where(valid, BASELINE * 8.0 / np.maximum(eighths, 1.0), 0.0).astype(reading.dtype)
 
+    def scaled(self, factor: float) -> RedwoodDepth:
+        """Return the model with the deviations multiplied by a factor."""
+        return replace(self, multiplier=self.multiplier * factor)
+
 
 @dataclass(frozen=True)
 class RimOcclusion(Noise):
@@ -91,3 +95,7 @@ class RimOcclusion(Noise):
             shadow[..., :-shift] |= jump < -self.step
         lost = shadow & (rng.random(reading.shape) < self.rate)
         return np.where(lost, np.asarray(self.value, reading.dtype), reading)
+
+    def scaled(self, factor: float) -> RimOcclusion:
+        """Return the model with the rate multiplied by a factor, at most 1."""
+        return replace(self, rate=min(self.rate * factor, 1.0))

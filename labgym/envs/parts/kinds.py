@@ -83,6 +83,18 @@ def positive(part: Any, *names: str, zero: bool = False) -> None:
             raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a number {least}")
 
 
+def finite(part: Any, *names: str) -> None:
+    """Check that fields are finite numbers.
+
+    Raises:
+        OptionError: one is not.
+    """
+    for name in names:
+        value = getattr(part, name)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a finite number")
+
+
 def count(part: Any, *names: str) -> None:
     """Check that fields are whole numbers of at least 1.
 

@@ -61,6 +61,7 @@ VALUES: dict[str, Callable[[State], Any]] = {
     "cost": _cost,
     "ending": attrgetter("ending"),
     "leg": attrgetter("leg"),
+    "randomization": attrgetter("randomization"),
     "legs": _legs,
     "achieved_goal": _achieved_goal,
     "desired_goal": _desired_goal,

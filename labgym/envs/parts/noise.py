@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,6 +47,10 @@ class Gaussian(Noise):
         sigma = np.hypot(self.sigma, self.relative * reading) if self.relative else self.sigma
         return reading + (self.bias + sigma * rng.standard_normal(reading.shape))
 
+    def scaled(self, factor: float) -> Gaussian:
+        """Return the model with errors multiplied by a factor."""
+        return replace(self, sigma=self.sigma * factor, relative=self.relative * factor, bias=self.bias * factor)
+
 
 @dataclass(frozen=True)
 class Dropout(Noise):
@@ -70,6 +74,10 @@ class Dropout(Noise):
         value = reading.max(initial=0.0) if self.value is None else self.value
         return np.where(rng.random(reading.shape) < self.rate, np.asarray(value, reading.dtype), reading)
 
+    def scaled(self, factor: float) -> Dropout:
+        """Return the model with the rate multiplied by a factor, at most 1."""
+        return replace(self, rate=min(self.rate * factor, 1.0))
+
 
 @dataclass(frozen=True)
 class Quantization(Noise):
@@ -88,3 +96,7 @@ class Quantization(Noise):
     def apply(self, reading: Reading, state: State, rng: np.random.Generator) -> Reading:  # noqa: ARG002
         """Return the rounded reading."""
         return np.round(reading / self.step) * self.step
+
+    def scaled(self, factor: float) -> Quantization:
+        """Return the model with the step multiplied by a factor."""
+        return replace(self, step=self.step * factor) if factor > 0.0 else self

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -71,6 +71,11 @@ class OdometrySensor(Sensor):
         """Position within the reach, cosine and sine in [-1, 1]."""
         high = np.array([self.reach, self.reach, 1.0, 1.0], np.float32)
         return spaces.Box(-high, high)
+
+    def scaled(self, factor: float) -> OdometrySensor:
+        """Return the sensor with its drift multiplied by a factor."""
+        drift = {name: getattr(self, name) * factor for name in ("along", "heading", "turning")}
+        return replace(self, **drift)
 
     def reset(self, state: State, rng: np.random.Generator) -> None:  # noqa: ARG002
         """Begin at the origin."""

@@ -127,6 +127,8 @@ class SensorPoseRandomization(Randomization):
                 offsets = {each: offsets[each] for each in (*LENGTHS, "yaw")}
             else:
                 raise OptionError(f"SensorPoseRandomization: sensor {name!r} is no lidar and no camera")
+            # Whole millimeters, so that episodes share the planes in which a lidar sees a layout.
+            offsets["height"] = round(offsets["height"], 3)
             places = {
                 each: getattr(sensor, each) + (offset if each in LENGTHS else math.radians(offset))
                 for each, offset in offsets.items()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import count, noises, positive
+from labgym.envs.parts.kinds import count, finite, noises, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.robot import ROBOT
@@ -20,13 +20,14 @@ from labgym.scenes.rays import Geometry
 
 @dataclass(frozen=True)
 class LidarSensor(Sensor):
-    """A planar range finder on the robot's axis: (rays,) float32, meters, clipped to `reach`.
+    """A planar range finder, by default on the robot's axis: (rays,) float32, meters, clipped to `reach`.
 
     Ray i points -180 + 360 i / rays degrees from the heading, counter-clockwise: ray 0 points backwards, ray rays / 2
     straight ahead. It sees the solid boxes that stop the robot.
 
     Attributes:
         rays: number of rays. reach: largest reading, meters. height: of the plane above the floor, meters.
+        forward, left: place in the robot frame, meters. yaw: turn in it, radians, counter-clockwise.
     """
 
     name: str = "lidar"
@@ -34,11 +35,15 @@ class LidarSensor(Sensor):
     reach: float = RANGE
     height: float = ROBOT.lidar_height
     noise: tuple[Noise, ...] = ()
+    forward: float = 0.0
+    left: float = 0.0
+    yaw: float = 0.0
     kind: str = field(default="lidar", init=False)
 
     def __post_init__(self) -> None:
         count(self, "rays")
         positive(self, "reach", "height")
+        finite(self, "forward", "left", "yaw")
         noises(self)
 
     @property
@@ -53,7 +58,7 @@ class LidarSensor(Sensor):
 
     @cached_property
     def _lidar(self) -> Lidar:
-        return Lidar(self.rays, self.reach, self.height)
+        return Lidar(self.rays, self.reach, self.height, self.forward, self.left, self.yaw)
 
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return the ranges."""
@@ -63,14 +68,16 @@ class LidarSensor(Sensor):
 
 @dataclass(frozen=True)
 class CameraSensor(Sensor):
-    """The place and the picture of a level camera along the heading; a base of the sensors that look through it.
+    """The place and the picture of a camera, by default level and along the heading; a base of sensors that look
+    through it.
 
     Two sensors of equal camera share one cast of its rays.
 
     Attributes:
         rows, columns: size of the image, pixels. hfov: horizontal field of view, radians.
         reach: largest depth, meters.
-        forward, height: place of the camera ahead of the robot's axis and above the floor, meters.
+        forward, height, left: place of the camera ahead of the robot's axis, above the floor and to the left, meters.
+        yaw, pitch, roll: turns to the left, nose down and right side down, radians.
     """
 
     name: str = "camera"
@@ -81,10 +88,15 @@ class CameraSensor(Sensor):
     forward: float = ROBOT.camera_forward
     height: float = ROBOT.camera_height
     noise: tuple[Noise, ...] = ()
+    left: float = 0.0
+    yaw: float = 0.0
+    pitch: float = 0.0
+    roll: float = 0.0
 
     def __post_init__(self) -> None:
         count(self, "rows", "columns")
         positive(self, "hfov", "reach", "height")
+        finite(self, "forward", "left", "yaw", "pitch", "roll")
         noises(self)
 
     @property
@@ -94,11 +106,15 @@ class CameraSensor(Sensor):
 
     @cached_property
     def _optics(self) -> tuple[object, ...]:
-        return ("camera", self.rows, self.columns, self.hfov, self.reach, self.forward, self.height)
+        return ("camera", self.rows, self.columns, self.hfov, self.reach, *self._place)
+
+    @property
+    def _place(self) -> tuple[float, ...]:
+        return self.forward, self.height, self.left, self.yaw, self.pitch, self.roll
 
     @cached_property
     def _camera(self) -> Camera:
-        return Camera((self.rows, self.columns), self.hfov, self.reach, self.forward, self.height)
+        return Camera((self.rows, self.columns), self.hfov, self.reach, *self._place)
 
     def _view(self, state: State) -> View:
         """Return what the camera sees; the first sensor of an optic casts its rays."""

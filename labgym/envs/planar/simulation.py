@@ -54,13 +54,14 @@ class PlanarSimulation:
         self._state[:3], self._state[3:] = position, rates
         self._read()
 
-    def drive(self, v: float, w: float) -> tuple[float, bool]:
+    def drive(self, *command: float) -> tuple[float, bool]:
         """Apply a target twist in m/s and rad/s for one control step.
 
         Returns:
             the length driven in meters, as the sum of arcs between contact checks, and whether the robot touched
             anything.
         """
+        v, w = command
         solids, near = self._plan.solids, self._plan.near
         driven, touched = _drive(self._state, v, w, self._checks, self._steps, self._body, solids, near, self._work)
         self._read()
@@ -81,6 +82,7 @@ class PlanarSimulation:
         x, y, yaw, dx, dy, turn = self._state.tolist()
         self.pose: Pose = (x, y, wrap_angle(yaw))
         self.velocity: tuple[float, float] = (math.cos(yaw) * dx + math.sin(yaw) * dy, turn)
+        self.sideways: float = math.cos(yaw) * dy - math.sin(yaw) * dx
 
 
 @compiled
