@@ -201,7 +201,7 @@ class PointNavConfig:
             "depth": (DepthSensor(),),
             "rgbd": (ColorSensor(), DepthSensor()),
         }
-        return (GoalSensor(), VelocitySensor(), *usual[self.observation])
+        return (GoalSensor(), VelocitySensor.of(self.robot), *usual[self.observation])
 
     @property
     def reward_terms(self) -> tuple[RewardTerm, ...]:

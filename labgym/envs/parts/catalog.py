@@ -13,6 +13,7 @@ from labgym.envs.parts.endings import ContactEnding, RestEnding, StopEnding, Stu
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
 from labgym.envs.parts.maps import OccupancySensor, SegmentationSensor
 from labgym.envs.parts.measures import NamedMeasure
+from labgym.envs.parts.mjcf import MjcfRobot
 from labgym.envs.parts.noise import Dropout, Gaussian, Quantization
 from labgym.envs.parts.odometry import BumperSensor, OdometrySensor
 from labgym.envs.parts.protocols import Actions, Ending, Measure, Noise, Randomization, RewardTerm, Robot, Sensor
@@ -72,7 +73,7 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
     "measure": (Measure, (NamedMeasure,)),
     "actions": (Actions, (VelocityActions, DiscreteActions)),
     "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
-    "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive)),
+    "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive, MjcfRobot)),
     "randomization": (
         Randomization,
         (

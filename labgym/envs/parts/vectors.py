@@ -11,7 +11,7 @@ from gymnasium import spaces
 
 from labgym.envs.parts.kinds import noises, parts_of, positive
 from labgym.envs.parts.noise import disturbed
-from labgym.envs.parts.protocols import Noise, Reading, Sensor
+from labgym.envs.parts.protocols import Noise, Reading, Robot, Sensor
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
 from labgym.errors import OptionError, UnknownNameError
@@ -57,18 +57,32 @@ class GoalSensor(Sensor):
 class VelocitySensor(Sensor):
     """The velocity of the robot: (2,) float32, forward in m/s and turn rate in rad/s, counter-clockwise.
 
+    With three limits, (3,): forward, to the left, and turn rate.
+
     Attributes:
-        low, high: limits of both components; readings are clipped to them.
+        low, high: limits of the components; readings are clipped to them.
     """
 
     name: str = "velocity"
-    low: tuple[float, float] = (ROBOT.v_min, -ROBOT.w_max)
-    high: tuple[float, float] = (ROBOT.v_max, ROBOT.w_max)
+    low: tuple[float, ...] = (ROBOT.v_min, -ROBOT.w_max)
+    high: tuple[float, ...] = (ROBOT.v_max, ROBOT.w_max)
     noise: tuple[Noise, ...] = ()
     kind: str = field(default="velocity", init=False)
 
     def __post_init__(self) -> None:
+        for name in ("low", "high"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        if len(self.low) not in (2, 3) or len(self.high) != len(self.low):
+            raise OptionError("VelocitySensor: low and high need two or three components each")
         noises(self)
+
+    @classmethod
+    def of(cls, robot: Robot) -> VelocitySensor:
+        """Return the sensor with the limits of a robot, of its sideways velocity too if it commands one."""
+        size = robot.size
+        side = (size.v_side,) if "sideways" in robot.axes else ()
+        low = (size.v_min, *(-each for each in side), -size.w_max)
+        return cls(low=low, high=(size.v_max, *side, size.w_max))
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -78,6 +92,9 @@ class VelocitySensor(Sensor):
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return forward velocity and turn rate."""
         (v, w), low, high = state.velocity, self.low, self.high
+        if len(low) == 3:
+            twist = np.clip((v, state.sideways, w), low, high).astype(np.float32)
+            return disturbed(twist, self, state, rng) if self.noise else twist
         twist = np.array([min(max(v, low[0]), high[0]), min(max(w, low[1]), high[1])], np.float32)
         return disturbed(twist, self, state, rng) if self.noise else twist
 

@@ -1,0 +1,234 @@
+"""Robots from MJCF files: bounded, checked against a list of elements, and compiled without reading any other file.
+
+A file from outside is data. It may name meshes and textures in its own folder; it may not include other files, load
+plugins or refer to anything outside of that folder.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+
+from labgym.errors import DocumentError
+
+MAX_BYTES = 2 * 2**20
+"""Largest size of the MJCF file, bytes."""
+MAX_ASSET_BYTES, MAX_ASSETS_BYTES = 16 * 2**20, 64 * 2**20
+"""Largest size of one mesh or texture, and of all, bytes."""
+MAX_PIXELS = 9999
+"""Largest width and height of a texture, pixels."""
+MAX_DEPTH = 64
+"""Deepest nesting of elements."""
+LIMITS = {"body": 200, "geom": 1000, "joint": 200, "site": 500, "camera": 50, "mesh": 200, "texture": 100, "light": 50}
+"""Largest number of elements of a kind."""
+MAX_ELEMENTS = 10_000
+"""Largest number of all elements."""
+SUFFIXES = {"mesh": (".stl", ".obj", ".msh"), "texture": (".png",)}
+"""Kinds of files that an element may name."""
+
+TREE = {"body", "inertial", "joint", "freejoint", "geom", "site", "camera", "light", "frame"}
+ACTUATORS = {"general", "motor", "position", "velocity", "intvelocity", "damper"}
+CHILDREN: dict[str, set[str]] = {
+    "mujoco": {
+        "compiler", "option", "size", "visual", "statistic", "default", "asset", "worldbody", "contact", "equality",
+        "tendon", "actuator", "sensor", "keyframe", "custom",
+    },
+    "compiler": {"lengthrange"},
+    "option": {"flag"},
+    "visual": {"global", "quality", "headlight", "map", "scale", "rgba"},
+    "default": {
+        "default", "mesh", "material", "joint", "geom", "site", "camera", "light", "pair", "equality", "tendon",
+        *ACTUATORS,
+    },
+    "asset": {"mesh", "texture", "material"},
+    "worldbody": TREE,
+    "body": TREE,
+    "frame": TREE,
+    "contact": {"pair", "exclude"},
+    "equality": {"connect", "weld", "joint", "tendon"},
+    "tendon": {"fixed", "spatial"},
+    "fixed": {"joint"},
+    "spatial": {"site", "geom", "pulley"},
+    "actuator": ACTUATORS,
+    "keyframe": {"key"},
+}  # fmt: skip
+"""Elements that may stand in an element; all others have none."""
+DROPPED = ("size", "visual", "statistic", "sensor", "keyframe", "custom")
+"""Sections that say nothing about the robot, and are left out."""
+FOLDERS = ("meshdir", "texturedir", "assetdir")
+
+
+@dataclass(frozen=True)
+class RobotFile:
+    """An MJCF file that passed the checks, with the files that it names.
+
+    Attributes:
+        path: the file. xml: its text, whose meshes and textures have the names of `assets`.
+        assets: contents of meshes and textures by name, sorted.
+    """
+
+    path: Path
+    xml: str
+    assets: tuple[tuple[str, bytes], ...]
+
+    def spec(self) -> mujoco.MjSpec:
+        """Return the specification.
+
+        Raises:
+            DocumentError: MuJoCo refuses it.
+        """
+        try:
+            return mujoco.MjSpec.from_string(self.xml, assets=dict(self.assets))
+        except (ValueError, mujoco.FatalError) as error:
+            raise DocumentError(self.path, "", f"MuJoCo refuses it: {error}") from None
+
+
+def read_robot(path: str | Path) -> RobotFile:
+    """Return an MJCF file after checking it.
+
+    Raises:
+        DocumentError: it cannot be read, is too large, is not MJCF, or has an element that is not allowed.
+    """
+    path = Path(path)
+    root = _parsed(path, _read(path, path, MAX_BYTES, ""))
+    _check_elements(path, root)
+    for name in DROPPED:
+        for section in root.findall(name):
+            root.remove(section)
+    _check_world(path, root)
+    assets = _take_assets(path, root)
+    return RobotFile(path, ET.tostring(root, encoding="unicode"), tuple(sorted(assets.items())))
+
+
+def _read(document: Path, path: Path, limit: int, field: str) -> bytes:
+    """Return the bytes of a file, at most `limit`."""
+    try:
+        if not path.is_file():
+            raise DocumentError(document, field, f"is no file: {path.name}" if field else "is no file")
+        with path.open("rb") as stream:
+            data = stream.read(limit + 1)
+    except OSError as error:
+        raise DocumentError(document, field, f"cannot be read ({error.strerror})") from None
+    if len(data) > limit:
+        raise DocumentError(document, field, f"{path.name} is larger than {limit / 2**20:.0f} MB")
+    return data
+
+
+def _parsed(path: Path, data: bytes) -> ET.Element:
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError:
+        raise DocumentError(path, "", "is not UTF-8 text") from None
+    if "<!" in text.replace("<!--", ""):
+        raise DocumentError(path, "", "has a document type or an entity, which robots do not need: remove it")
+    try:
+        root = ET.fromstring(text)
+    except ET.ParseError as error:
+        raise DocumentError(path, "", f"is not XML ({error})") from None
+    except (ValueError, RecursionError) as error:
+        raise DocumentError(path, "", f"is not XML ({type(error).__name__})") from None
+    if root.tag != "mujoco":
+        raise DocumentError(path, "", f"is a <{str(root.tag)[:40]}>, expected <mujoco>")
+    return root
+
+
+def _check_elements(path: Path, root: ET.Element) -> None:
+    """Check the names, the number and the nesting of all elements, without recursion."""
+    counts: Counter[str] = Counter()
+    waiting = [(root, 1)]
+    while waiting:
+        element, depth = waiting.pop()
+        if depth > MAX_DEPTH:
+            raise DocumentError(path, element.tag, f"elements are nested deeper than {MAX_DEPTH}")
+        if element.tag == "sensor" or element.tag == "custom":  # left out with all that is in them
+            continue
+        allowed = CHILDREN.get(element.tag, set())
+        for child in element:
+            name = str(child.tag)[:40]
+            if name not in allowed:
+                raise DocumentError(path, f"{element.tag}/{name}", f"<{name}> is not allowed in a robot")
+            counts[name] += 1
+            waiting.append((child, depth + 1))
+        if "plugin" in element.attrib:
+            raise DocumentError(path, element.tag, "plugins are not allowed in a robot")
+        for name in ("width", "height") if element.tag == "texture" else ():
+            if len(element.get(name, "0")) > 4:
+                raise DocumentError(path, f"texture/{name}", f"is {element.get(name)!r:.40}, at most {MAX_PIXELS} allowed")
+    if counts.total() > MAX_ELEMENTS:
+        raise DocumentError(path, "", f"has {counts.total()} elements, at most {MAX_ELEMENTS} are allowed")
+    for name, limit in LIMITS.items():
+        if counts[name] > limit:
+            raise DocumentError(path, name, f"there are {counts[name]}, at most {limit} are allowed")
+
+
+def _check_world(path: Path, root: ET.Element) -> None:
+    """Check that the world has the body `base` alone; its lights and cameras are left out."""
+    worlds = root.findall("worldbody")
+    if len(worlds) != 1:
+        raise DocumentError(path, "worldbody", f"there are {len(worlds)}, expected one")
+    for element in list(worlds[0]):
+        if element.tag in ("light", "camera", "site"):
+            worlds[0].remove(element)
+    names = [f"{element.tag} {element.get('name', '')!r}" for element in worlds[0]]
+    if names != ["body 'base'"]:
+        raise DocumentError(
+            path, "worldbody", f"has {', '.join(names)[:120] or 'nothing'}, expected the body 'base' alone"
+        )
+
+
+def _take_assets(path: Path, root: ET.Element) -> dict[str, bytes]:
+    """Read the files that elements name, give them names of their own, and return their contents."""
+    folders: dict[str, str] = {}
+    for compiler in root.findall("compiler"):
+        for name in FOLDERS:
+            folders[name] = compiler.attrib.pop(name, folders.get(name, ""))
+        compiler.attrib.pop("strippath", None)
+    assets: dict[str, bytes] = {}
+    used = 0
+    for element in root.iter():
+        for name in element.attrib:
+            if name.startswith("file") and (element.tag not in SUFFIXES or name != "file"):
+                raise DocumentError(path, f"{element.tag}/{name}", "only <mesh> and <texture> may name a file")
+        file = element.get("file")
+        if file is None:
+            continue
+        folder = folders.get(f"{element.tag}dir", "") or folders.get("assetdir", "")
+        source = _inside(path, element.tag, folder, file)
+        data = _read(path, source, MAX_ASSET_BYTES, f"{element.tag}/file")
+        if source.suffix.lower() == ".png":
+            _check_png(path, data)
+        used += len(data)
+        if used > MAX_ASSETS_BYTES:
+            raise DocumentError(path, element.tag, f"files take more than {MAX_ASSETS_BYTES / 2**20:.0f} MB")
+        if "name" not in element.attrib:
+            element.set("name", source.stem)
+        own = f"{element.tag}_{len(assets)}{source.suffix.lower()}"
+        element.set("file", own)
+        assets[own] = data
+    return assets
+
+
+def _check_png(path: Path, data: bytes) -> None:
+    """Check the size of a picture before it is decompressed."""
+    width, height = int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
+    if data[:8] != b"\x89PNG\r\n\x1a\n" or max(width, height) > MAX_PIXELS:
+        raise DocumentError(path, "texture/file", f"is no PNG of at most {MAX_PIXELS} x {MAX_PIXELS} pixels")
+
+
+def _inside(path: Path, tag: str, folder: str, file: str) -> Path:
+    """Return the path of a file that an element names, which must be in the folder of the document."""
+    home = path.resolve().parent
+    try:
+        source = (home / folder / file).resolve()
+        inside = source.is_relative_to(home)
+    except (OSError, ValueError, RuntimeError):
+        inside = False
+    if not inside:
+        raise DocumentError(path, f"{tag}/file", f"{file[:80]!r} is not in the folder of the robot")
+    if source.suffix.lower() not in SUFFIXES[tag]:
+        raise DocumentError(path, f"{tag}/file", f"{file[:80]!r} is not one of {', '.join(SUFFIXES[tag])}")
+    return source
