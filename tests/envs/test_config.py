@@ -125,7 +125,7 @@ def test_a_copy_continues_with_the_same_noise(layout: Layout, copied: Any) -> No
         {"exact": 1},
         {"physics": "chemistry"},
         {"robot": "broom"},
-        {"robot": {"kind": "differential", "size": {"mass": 80.0}}},
+        {"robot": {"kind": "differential", "size": {"mass": -80.0}}},
         {"robot": {"kind": "differential", "size": {"wings": 2}}},
         {"actions": "telepathy"},
         {"sensors": []},

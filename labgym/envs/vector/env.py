@@ -95,9 +95,9 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self.single_action_space = config.actions.space(config.robot)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        lidars = [sensor for sensor in self._sensors if isinstance(sensor, LidarSensor)]
+        lidar = next(iter(lidars(config)), None)
         rays, reach, self._height = (
-            (lidars[0].rays, lidars[0].reach, lidars[0].height) if lidars else (0, 1.0, ROBOT.lidar_height)
+            (0, 1.0, ROBOT.lidar_height) if lidar is None else (lidar.rays, lidar.reach, lidar.height)
         )
         self._terms = [
             (each.name, each.weight, Progress(each, self.num_envs) if isinstance(each, ProgressTerm) else each)
@@ -275,6 +275,11 @@ def _masked(columns: dict[str, Any], rows: NDArray[np.bool_]) -> dict[str, Any]:
     return masked
 
 
+def lidars(config: PointNavConfig) -> list[LidarSensor]:
+    """Return the lidars of a configuration."""
+    return [sensor for sensor in config.observed if isinstance(sensor, LidarSensor)]
+
+
 def _check(config: PointNavConfig) -> None:
     """Check that the vector environment has all parts of a configuration."""
     if config.physics != "planar":
@@ -284,7 +289,7 @@ def _check(config: PointNavConfig) -> None:
     if config.drives != "pair":
         raise OptionError(f"the vector environment has episodes of one drive only, not {config.drives!r}: {REMEDY}")
     check_parts("sensor", config.observed, (GoalSensor, VelocitySensor, LidarSensor))
-    if sum(isinstance(sensor, LidarSensor) for sensor in config.observed) > 1:
+    if len(lidars(config)) > 1:
         raise OptionError(f"the vector environment has one lidar only: {REMEDY}")
     check_parts("reward term", config.reward_terms, TERMS)
     check_parts("ending", config.endings, ENDINGS)
@@ -292,6 +297,10 @@ def _check(config: PointNavConfig) -> None:
     if config.actions.stop or config.actions.delay:
         raise OptionError(f"the vector environment has no actions with STOP or a delay: {REMEDY}")
     check_parts("robot", (config.robot,), (DifferentialDrive,))
+    if config.randomizations:
+        raise OptionError(f"the vector environment has no randomizations: {REMEDY}")
+    if any((each.forward, each.left, each.yaw) != (0.0, 0.0, 0.0) for each in lidars(config)):
+        raise OptionError(f"the vector environment has its lidar on the robot's axis only: {REMEDY}")
     check_measures(config.measures)
 
 
