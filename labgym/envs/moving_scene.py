@@ -17,7 +17,7 @@ from labgym.envs.scene_simulation import SceneSimulation
 from labgym.layouts import Layout
 from labgym.navigation import OBSTACLE_HEIGHT
 from labgym.scenes.mesh import ROOM
-from labgym.scenes.mjcf import COLLISION_GROUP, VISUAL_GROUP
+from labgym.scenes.mjcf import COLLISION_GROUP, VISUAL_GROUP, looks_of
 from labgym.scenes.rays import SKY, Geometry, lit
 
 
@@ -126,7 +126,7 @@ def _color(model: mujoco.MjModel, geom: int, palette: Palette | None) -> list[fl
     """Return the color of a geom, (3,) in [0, 1]; translucent ones are blended with a light gray."""
     material = int(model.geom_matid[geom])
     rgba = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
-    name = "" if material < 0 else model.material(material).name.partition("/")[0]
+    name = "" if material < 0 else looks_of(model.material(material).name)
     look = MATERIALS.get(name)  # of a textured material, MuJoCo's color is white
     red, green, blue, opacity = (rgba if look is None else look.rgba)
     color = [channel * opacity + 0.82 * (1.0 - opacity) for channel in (red, green, blue)]

@@ -290,6 +290,12 @@ class SpecBuilder:
             self.spec.add_texture(name=image.name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=file)
 
 
+def looks_of(material: str) -> str:
+    """Return the key of `MATERIALS` from which a material of a specification was made, or its own name."""
+    name = material.partition("/")[0]
+    return "floor_vinyl" if name == "tiles" else name.removesuffix("_tiles")
+
+
 def set_looks(spec: mujoco.MjSpec, floor: Floor) -> None:
     """Set lights, sky and rendering quality."""
     (middle_x, middle_y), (width, depth) = _extent(floor)
