@@ -133,9 +133,10 @@ def _settled(robot: Robot) -> NDArray[np.float64]:
     upright = 1.0 - 2.0 * (i * i + j * j)
     still = math.isfinite(x + y + z + w) and math.hypot(x, y) < DRIFT and abs(z) < SINK and upright > math.cos(TILT)
     if not still or data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
+        tilt = math.degrees(math.acos(min(max(upright, -1.0), 1.0)))
         raise OptionError(
             f"robot {type(robot).__name__}: it does not stand still on the floor: after {SETTLING:g} s it is at "
-            f"({x:.3f}, {y:.3f}, {z:.3f}) m, tilted by {math.degrees(math.acos(min(max(upright, -1.0), 1.0))):.1f} degrees"
+            f"({x:.3f}, {y:.3f}, {z:.3f}) m, tilted by {tilt:.1f} degrees"
         )
     rest = data.qpos[mount.coordinates].copy()
     yaw = math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))

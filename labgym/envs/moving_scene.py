@@ -128,7 +128,7 @@ def _color(model: mujoco.MjModel, geom: int, palette: Palette | None) -> list[fl
     rgba = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
     name = "" if material < 0 else looks_of(model.material(material).name)
     look = MATERIALS.get(name)  # of a textured material, MuJoCo's color is white
-    red, green, blue, opacity = (rgba if look is None else look.rgba)
+    red, green, blue, opacity = rgba if look is None else look.rgba
     color = [channel * opacity + 0.82 * (1.0 - opacity) for channel in (red, green, blue)]
     factors = (1.0, 1.0, 1.0) if palette is None else palette.factors(name)
     return [min(channel * float(factor), 1.0) for channel, factor in zip(color, factors, strict=True)]

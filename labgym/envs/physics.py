@@ -55,9 +55,7 @@ def check_physics(name: str) -> None:
         import labgym.envs.planar.compiled  # noqa: F401
 
 
-def make_physics(
-    name: str, world: World, robot: Robot, control_dt: float, assembly: Assembly | None = None
-) -> Physics:
+def make_physics(name: str, world: World, robot: Robot, control_dt: float, assembly: Assembly | None = None) -> Physics:
     """Return the physics of a robot in a world.
 
     Args:

@@ -129,8 +129,17 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `rewards` (None): the terms of the reward, instead of those of `weights`.
     - `endings` (`[TouchEnding(0.5)]`): the rules that end an episode; the first that gives a verdict decides.
     - `measures`: the entries of the info; by default those listed below.
-    - `actions` ("velocity"): how an action becomes commands. `robot` ("differential"): the robot. `physics`
-      ("mujoco"): "planar" is the compiled kernel (extra `fast`), which docs/performance.md compares with MuJoCo.
+    - `actions` ("velocity"): how an action becomes commands. `physics` ("mujoco"): "planar" is the compiled kernel
+      (extra `fast`), which docs/performance.md compares with MuJoCo.
+    - `robot` ("differential"): the robot; "holonomic" also moves sideways and has three components of action and
+      velocity; "wheels" stands on driven wheels and casters; `{"kind": "mjcf", "path": "robot.xml"}` is read from a
+      file. docs/robots.md describes them and their dimensions. Goals are planned for a disc of radius 0.30 m, into
+      which every robot must fit; at a start it is the robot of version 0 that must touch nothing.
+    - `interactive` (False): drawers, doors, sashes, stools, trolleys and boxes move when they are pushed, and sensors
+      see them where they are. `loose` (False): objects on surfaces, too. Progress, shortest paths and the sensor
+      "occupancy" are those of the layout as it was. MuJoCo only, without exact readings.
+    - `randomizations` (()): changes that are drawn anew for each episode: "mass", "friction", "sensor_pose", "noise",
+      "appearance", or objects of the user's own (docs/robots.md). The measure "randomization" has the drawn values.
 
     `reset(seed=None, options=None)` accepts the options below; everything else is drawn from the seeded generator. If a
     seed is given, the episode depends only on the seed, the options and the arguments: equal seeds and actions give

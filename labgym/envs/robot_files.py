@@ -157,7 +157,9 @@ def _check_elements(path: Path, root: ET.Element) -> None:
             raise DocumentError(path, element.tag, "plugins are not allowed in a robot")
         for name in ("width", "height") if element.tag == "texture" else ():
             if len(element.get(name, "0")) > 4:
-                raise DocumentError(path, f"texture/{name}", f"is {element.get(name)!r:.40}, at most {MAX_PIXELS} allowed")
+                raise DocumentError(
+                    path, f"texture/{name}", f"is {element.get(name)!r:.40}, at most {MAX_PIXELS} allowed"
+                )
     if counts.total() > MAX_ELEMENTS:
         raise DocumentError(path, "", f"has {counts.total()} elements, at most {MAX_ELEMENTS} are allowed")
     for name, limit in LIMITS.items():

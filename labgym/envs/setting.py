@@ -59,7 +59,9 @@ class Setting:
         changed = tuple(self._observed(sensor) for sensor in sensors)
         for sensor, before in zip(changed, sensors, strict=True):
             if sensor is not before and sensor.space != before.space:
-                raise OptionError(f"a randomization changed the space of sensor {before.name!r}: keep its shape and range")
+                raise OptionError(
+                    f"a randomization changed the space of sensor {before.name!r}: keep its shape and range"
+                )
         return changed
 
     def _observed(self, sensor: Sensor) -> Sensor:

@@ -128,7 +128,7 @@ def _add_servo(
     lag: float,
     commands: tuple[float, float],
 ) -> None:
-    """Add a velocity servo on a combination of the wheels' turn rates: gear of the left and of the right one, meters."""
+    """Add a velocity servo on a combination of the wheels' turn rates; gear of the left and of the right one."""
     tendon = spec.add_tendon(name=name)
     for wheel, share in zip(("left_wheel", "right_wheel"), gear, strict=True):
         tendon.wrap_joint(wheel, share)
@@ -142,4 +142,3 @@ def _add_servo(
     servo.biasprm[2] = -gain
     servo.forcelimited, servo.forcerange = True, [-inertia * limit, inertia * limit]
     servo.ctrllimited, servo.ctrlrange = True, list(commands)
-

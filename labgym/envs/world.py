@@ -113,9 +113,7 @@ class World:
         """
         return float(self.clearances(np.array([[x, y]]), radius)[0])
 
-    def clearances(
-        self, points: NDArray[np.float64], radius: float = ROBOT.chassis_radius
-    ) -> NDArray[np.float64]:
+    def clearances(self, points: NDArray[np.float64], radius: float = ROBOT.chassis_radius) -> NDArray[np.float64]:
         """Return `clearance` at points (n, 2), shape (n,)."""
         return np.asarray(np.maximum(self._barriers.clearance(points) - radius, 0.0))
 

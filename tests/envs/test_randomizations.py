@@ -194,7 +194,7 @@ def test_a_user_can_write_one(layout: Layout) -> None:
 
 @dataclass
 class Shorter(Loud):
-    def randomize(self, setting: Any, rng: np.random.Generator) -> float:  # noqa: ARG002
+    def randomize(self, setting: Any, rng: np.random.Generator) -> float:
         setting.sensors["lidar"] = LidarSensor(reach=5.0)
         return 5.0
 

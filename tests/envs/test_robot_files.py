@@ -133,9 +133,9 @@ BAD = {
     "no XML": "not XML",
     "another root": "<robot/>",
     "no actuator": changed('<velocity name="left_wheel"', '<velocity name="other"'),
-    "wheels swapped": WHEELED.replace("left_wheel", "x_wheel").replace("right_wheel", "left_wheel").replace(
-        "x_wheel", "right_wheel"
-    ),
+    "wheels swapped": WHEELED.replace("left_wheel", "x_wheel")
+    .replace("right_wheel", "left_wheel")
+    .replace("x_wheel", "right_wheel"),
     "a robot too wide": changed('size="0.15 0.12 0.05"', 'size="0.5 0.12 0.05"'),
     "a robot too high": changed('size="0.15 0.12 0.05" pos="0 0 0.11"', 'size="0.15 0.12 0.8" pos="0 0 0.9"'),
     "a robot that falls": changed('pos="0 0 0.11"', 'pos="0.2 0 0.11"').replace("0.12 0 0.031", "0.02 0 0.031"),

@@ -120,7 +120,9 @@ def test_the_robot_is_stepped_alone_with_the_motion_in_the_scene_to_the_bit(worl
 
 def test_robots_share_compiled_scenes_and_only_the_standard_one_shares_that_of_version_0(world: World) -> None:
     assert assembly_of(world, DifferentialDrive()).model is world.model
-    assert assembly_of(world, DifferentialDrive(replace(ROBOT, control_dt=0.05, camera_height=0.6))).model is world.model
+    assert (
+        assembly_of(world, DifferentialDrive(replace(ROBOT, control_dt=0.05, camera_height=0.6))).model is world.model
+    )
     other = assembly_of(world, DifferentialDrive(SMALL))  # type: ignore[arg-type]
     assert other.model is not world.model
     assert assembly_of(world, copy.deepcopy(ROBOTS["small"])) is other
@@ -172,10 +174,8 @@ def test_slippery_wheels_accelerate_no_faster_than_their_friction_allows() -> No
     slippery = WheeledDrive(wheels={"friction": friction, "caster_friction": 0.001})  # type: ignore[arg-type]
     simulation = on_plane(slippery)
     drive(simulation, (1.0, 0.0), 10)
-    # The wheels carry 70% of the weight.
-    limit = friction * 0.7 * GRAVITY
-    assert simulation.velocity[0] == pytest.approx(limit * 1.0, rel=0.15)
-    drive(on_plane(WheeledDrive()), (1.0, 0.0), 1)
+    # After one second. The wheels carry about 70% of the weight, and never all of it.
+    assert 0.65 * friction * GRAVITY < simulation.velocity[0] < friction * GRAVITY
 
 
 def test_the_wheels_hold_the_base_sideways_on_a_tight_turn() -> None:
@@ -259,7 +259,12 @@ def test_an_environment_takes_the_robot_by_its_kind(layout: Layout, name: str) -
     action = np.zeros(env.action_space.shape, dtype=np.float32)
     action[0] = 1.0
     infos = [env.step(action)[4] for _ in range(8)]
-    assert infos[-1]["pose"][0] == pytest.approx(4.0 + ramp(env.config.robot.size.v_max, 1.5, 0.8), abs=0.03)
+    acceleration = ROBOT.acceleration
+    if name == "wheels":  # the casters resist, and the wheels turn: each has half of its mass at its rim
+        wheels = WheeledDrive().wheels
+        drag = wheels.caster_friction * 2.0 * wheels.caster_load * GRAVITY
+        acceleration = (acceleration - drag) / (1.0 + wheels.mass / ROBOT.mass)
+    assert infos[-1]["pose"][0] == pytest.approx(4.0 + ramp(env.config.robot.size.v_max, acceleration, 0.8), abs=0.03)
     assert env.observation_space["velocity"].shape == env.action_space.shape
     env.close()
 

@@ -38,4 +38,3 @@ class AppearanceRandomization(Randomization):
         tints = {name: tuple(factor) for name, factor in zip(MATERIAL_NAMES, factors.tolist(), strict=True)}
         setting.palette = Palette(tints, brightness)
         return {"brightness": brightness, "tints": tints}
-

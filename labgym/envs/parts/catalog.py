@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from labgym.envs.parts.actions import VelocityActions
-from labgym.envs.parts.appearance import AppearanceRandomization
 from labgym.envs.parts.actuation import ActuationNoise, LoCoBotActuation, RoboThorActuation
+from labgym.envs.parts.appearance import AppearanceRandomization
 from labgym.envs.parts.depth_noise import RedwoodDepth, RimOcclusion
 from labgym.envs.parts.discrete import DiscreteActions
 from labgym.envs.parts.endings import ContactEnding, RestEnding, StopEnding, StuckEnding, TouchEnding

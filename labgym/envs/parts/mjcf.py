@@ -29,7 +29,7 @@ OBEYS = 0.2
 
 @dataclass(frozen=True)
 class MjcfRobot(Robot):
-    """A robot from an MJCF file with these names:
+    """A robot from an MJCF file, in which the following have these names.
 
     - body `base`, the only one in the world: its origin is on the floor on the robot's axis, heading along +x;
     - its joints: `x` and `y` (slides, meters) and `yaw` (hinge, radians), or one free joint for a robot that stands on
@@ -175,7 +175,7 @@ def _extent(model: mujoco.MjModel) -> tuple[float, float]:
 
 
 def _hull(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, float]:
-    """Return points (n, 3) in the frame of a geom and a radius: the geom is in the hull of spheres around the points."""
+    """Return points (n, 3) in the frame of a geom and a radius; spheres around them enclose it with their hull."""
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     types = mujoco.mjtGeom
     if kind == int(types.mjGEOM_SPHERE):
@@ -212,5 +212,3 @@ def _wheels(path: str | Path, model: mujoco.MjModel) -> tuple[float, float, floa
     if places[0] <= places[1]:
         raise DocumentError(path, "joint", "'left_wheel' must be to the left (+y) of 'right_wheel'")
     return rates[0], rates[1], places[0], places[1]
-
-

@@ -161,8 +161,8 @@ class Robot(Protocol):
     def spec(self) -> mujoco.MjSpec:
         """Return the robot without a scene.
 
-        Its only body in the world is `base`, whose origin is on the floor on the robot's axis, heading along +x. The base
-        moves on the joints `x`, `y` (slides, meters) and `yaw` (hinge, radians), or on a free joint.
+        Its only body in the world is `base`, whose origin is on the floor on the robot's axis, heading along +x. The
+        base moves on the joints `x`, `y` (slides, meters) and `yaw` (hinge, radians), or on a free joint.
         """
         ...
 

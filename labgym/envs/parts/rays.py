@@ -68,8 +68,7 @@ class LidarSensor(Sensor):
 
 @dataclass(frozen=True)
 class CameraSensor(Sensor):
-    """The place and the picture of a camera, by default level and along the heading; a base of sensors that look
-    through it.
+    """The place and the picture of a camera: a base of the sensors that look through it, level by default.
 
     Two sensors of equal camera share one cast of its rays.
 

@@ -13,8 +13,10 @@ from labgym.envs.parts.protocols import Command, Robot
 from labgym.envs.robot import BOTTOM, ROBOT, RobotSpec, robot_spec
 from labgym.envs.simulation import CHECK_INTERVAL
 from labgym.errors import OptionError, UnknownNameError
-from labgym.navigation import PLANNING_RADIUS
-from labgym.navigation import OBSTACLE_HEIGHT
+from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS
+
+HOLONOMIC = replace(ROBOT, v_side=0.5)
+"""Dimensions and limits of the holonomic robot."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,9 @@ class DifferentialDrive(Robot):
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", size_of(self.size))
         if self.size.v_side:
-            raise OptionError("DifferentialDrive: v_side is not 0: pass robot='holonomic' for a base that moves sideways")
+            raise OptionError(
+                "DifferentialDrive: v_side is not 0: pass robot='holonomic' for a base that moves sideways"
+            )
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -56,11 +60,11 @@ class HolonomicDrive(Robot):
             sideways at up to 0.5 m/s.
     """
 
-    size: RobotSpec = replace(ROBOT, v_side=0.5)
+    size: RobotSpec = HOLONOMIC
     kind: str = field(default="holonomic", init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "size", size_of(self.size, replace(ROBOT, v_side=0.5)))
+        object.__setattr__(self, "size", size_of(self.size, HOLONOMIC))
         if not self.size.v_side:
             raise OptionError("HolonomicDrive: v_side is 0 m/s, expected a velocity above 0")
 
@@ -126,13 +130,17 @@ def check_size(size: RobotSpec) -> None:
     }
     for name, (low, high) in ranges.items():
         if not low <= getattr(size, name) <= high:
-            raise OptionError(f"robot: {name} is {getattr(size, name)}, expected {low} to {high}{_REASONS.get(name, '')}")
+            raise OptionError(
+                f"robot: {name} is {getattr(size, name)}, expected {low} to {high}{_REASONS.get(name, '')}"
+            )
     for name in ("mass", "yaw_inertia", "w_max", "acceleration", "turn_acceleration", "grip", "lag", "lidar_height"):
         if getattr(size, name) <= 0.0:
             raise OptionError(f"robot: {name} is {getattr(size, name)}, expected a number above 0")
     steps = CHECK_INTERVAL / size.timestep if size.timestep > 0.0 else 0.0
     if not (2 <= round(steps) <= 100 and abs(steps - round(steps)) < 1e-6):
-        raise OptionError(f"robot: timestep is {size.timestep} s, expected 0.025 s divided by a whole number from 2 to 100")
+        raise OptionError(
+            f"robot: timestep is {size.timestep} s, expected 0.025 s divided by a whole number from 2 to 100"
+        )
 
 
 _REASONS = {

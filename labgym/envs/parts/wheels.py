@@ -17,14 +17,16 @@ from labgym.errors import OptionError, UnknownNameError
 
 WHEELED = replace(ROBOT, timestep=0.0025)
 """Dimensions and limits of the robot on wheels; with larger physics steps its speed oscillates by 4%."""
+WHEELS = Wheels()
+"""Wheels and casters of that robot."""
 
 
 @dataclass(frozen=True)
 class WheeledDrive(Robot):
     """A differential drive on two driven wheels and two sprung casters, with friction on the floor.
 
-    The base is a free body. The wheels may slip, and braking pitches the base. `size.grip` is not read: `wheels.friction`
-    takes its place.
+    The base is a free body. The wheels may slip, and braking pitches the base. `wheels.friction` takes the place of
+    `size.grip`. Resistance of the casters and inertia of the wheels take 8% of the acceleration.
 
     Attributes:
         size: dimensions and limits, as `RobotSpec` or a mapping of those that differ from the default.
@@ -32,7 +34,7 @@ class WheeledDrive(Robot):
     """
 
     size: RobotSpec = WHEELED
-    wheels: Wheels = Wheels()
+    wheels: Wheels = WHEELS
     kind: str = field(default="wheels", init=False)
 
     def __post_init__(self) -> None:
