@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -38,7 +38,7 @@ class Setting:
     _models: tuple[mujoco.MjModel, ...] = field(default=(), init=False)
 
     @classmethod
-    def of(cls, assembly: Assembly | None, sensors: Iterable[Sensor]) -> Setting:
+    def of(cls, assembly: Assembly | None, sensors: Sequence[Sensor]) -> Setting:
         """Return the setting of an episode before randomizations."""
         single: dict[str, Sensor] = {}
         vectors: dict[str, JointSensor] = {}
@@ -50,7 +50,7 @@ class Setting:
                 single[sensor.name] = sensor
         return cls(assembly, single, vectors)
 
-    def observed(self, sensors: Iterable[Sensor]) -> tuple[Sensor, ...]:
+    def observed(self, sensors: Sequence[Sensor]) -> tuple[Sensor, ...]:
         """Return the sensors of the observation, in their order, after randomizations.
 
         Raises:
@@ -98,8 +98,8 @@ class Setting:
         model, *alone = self._models
         return replace(self.assembly, model=model, alone=alone[0] if alone else None)
 
-    def named(self, names: Iterable[str], kind: type[Any] | None = None) -> dict[str, Any]:
-        """Return the sensors of these names; without names, those of a class.
+    def named(self, names: Collection[str], kinds: tuple[type[Any], ...] = ()) -> dict[str, Any]:
+        """Return the sensors of these names; without names, those of some classes, or all.
 
         Raises:
             UnknownNameError: no sensor has a name.
@@ -109,7 +109,7 @@ class Setting:
                 raise UnknownNameError("sensor", name, self.sensors)
         if names:
             return {name: self.sensors[name] for name in names}
-        return {name: each for name, each in self.sensors.items() if kind is None or isinstance(each, kind)}
+        return {name: each for name, each in self.sensors.items() if not kinds or isinstance(each, kinds)}
 
 
 def robot_geoms(model: mujoco.MjModel) -> Any:

@@ -94,6 +94,32 @@ def test_a_robot_on_wheels_drives_in_an_interactive_scene(room: Layout) -> None:
     assert not info["collision"]
 
 
+def test_the_picture_shows_furniture_and_wheels_where_they_are(room: Layout) -> None:
+    env = make(room, robot="wheels", render_mode="rgb_array", width=96, height=72)
+    env.reset(seed=0, options=START)
+    before = env.render()
+    for _ in range(25):
+        env.step(np.array([1.0, 0.0], np.float32))
+    after = env.render()
+    assert before is not None
+    assert after is not None
+    assert after.shape == (72, 96, 3)
+    drawn, simulated = env._view._scene, env._running().simulation.data  # type: ignore[attr-defined]
+    for name in ("stool", "bench/drawer_1", "robot/base", "robot/left_wheel"):
+        assert drawn.joint(name).qpos == pytest.approx(simulated.joint(name).qpos)
+    assert drawn.body("stool").xpos[0] > 2.6
+    env.close()
+
+
+def test_discrete_actions_drive_a_robot_on_wheels(room: Layout) -> None:
+    env = LabPointNavEnv(layout=room, config="LabPointNavDiscrete-v1", robot="wheels")
+    env.reset(seed=0, options=START)
+    info = env.step(1)[4]
+    assert info["pose"][0] == pytest.approx(1.45, abs=0.01)
+    info = env.step(2)[4]
+    assert info["pose"][2] == pytest.approx(np.radians(15.0), abs=np.radians(1.0))
+
+
 @pytest.mark.parametrize(
     "options",
     [

@@ -118,7 +118,7 @@ class SensorPoseRandomization(Randomization):
         """Move the sensors; return their offsets by name, meters and degrees. Equal cameras move together."""
         drawn: dict[str, dict[str, float]] = {}
         cameras: dict[Any, dict[str, float]] = {}
-        for name, sensor in setting.named(self.sensors, LidarSensor | CameraSensor).items():  # type: ignore[arg-type]
+        for name, sensor in setting.named(self.sensors, (LidarSensor, CameraSensor)).items():
             errors = rng.uniform(-1.0, 1.0, 6)
             offsets = {each: float(error * getattr(self, each)) for each, error in zip(ALL, errors, strict=True)}
             if isinstance(sensor, CameraSensor):
