@@ -115,7 +115,7 @@ def at_rest(robot: Robot) -> NDArray[np.float64]:
         OptionError: it does not come to rest upright where it is put.
     """
     try:
-        return _at_rest(robot)
+        return _at_rest(robot)  # type: ignore[arg-type]
     except TypeError:  # a robot without a hash
         return _settled(robot)
 
@@ -127,7 +127,7 @@ def _settled(robot: Robot) -> NDArray[np.float64]:
     if missing:
         raise OptionError(f"robot {type(robot).__name__}: its specification has no actuator {missing[0]!r}")
     if mount.planar:
-        return data.qpos[mount.coordinates].copy()
+        return np.array(data.qpos[mount.coordinates])
     mujoco.mj_step(model, data, round(SETTLING / model.opt.timestep))
     x, y, z, w, i, j, k = data.qpos[mount.coordinates][:7].tolist()
     upright = 1.0 - 2.0 * (i * i + j * j)
@@ -138,7 +138,7 @@ def _settled(robot: Robot) -> NDArray[np.float64]:
             f"robot {type(robot).__name__}: it does not stand still on the floor: after {SETTLING:g} s it is at "
             f"({x:.3f}, {y:.3f}, {z:.3f}) m, tilted by {tilt:.1f} degrees"
         )
-    rest = data.qpos[mount.coordinates].copy()
+    rest = np.array(data.qpos[mount.coordinates])
     yaw = math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
     rest[:2] = 0.0
     rest[3:7] = turned(rest[3:7], -yaw)
@@ -157,4 +157,4 @@ def turned(quaternion: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
 
 
 def _has_actuator(model: mujoco.MjModel, name: str) -> bool:
-    return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, PREFIX + name) >= 0
+    return bool(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, PREFIX + name) >= 0)

@@ -69,7 +69,8 @@ class MovingRays:
 
     def owners(self, faces: NDArray[np.integer]) -> NDArray[np.int64]:
         """Return the index of the placement of each geom, `ROOM` for floor and walls."""
-        return self._owners[faces]
+        owners: NDArray[np.int64] = self._owners[faces]
+        return owners
 
 
 class MovingScene:

@@ -122,7 +122,8 @@ class RayScene:
 
     def owners(self, faces: NDArray[np.integer]) -> NDArray[np.int64]:
         """Return the index of the placement of each face, `ROOM` for floor and walls."""
-        return self.mesh.owner[faces]
+        owners: NDArray[np.int64] = self.mesh.owner[faces]
+        return owners
 
     def recolored(self, colors: NDArray[np.float32]) -> RayScene:
         """Return the same scene with other colors of the faces, (m, 3) in [0, 255]; both share Embree's tree."""
