@@ -19,7 +19,7 @@ from labgym.scenes import to_mjcf
 
 @dataclass(frozen=True)
 class Moving:
-    """What moves in a scene besides the robot.
+    """Kinds of things that move in a scene besides the robot.
 
     Attributes:
         interactive: whether drawers, doors, sashes, stools, trolleys and boxes move. loose: objects on surfaces too.

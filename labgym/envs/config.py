@@ -213,7 +213,7 @@ class PointNavConfig:
 
     @property
     def moving(self) -> Moving:
-        """What moves in the scene besides the robot."""
+        """The kinds of things that move in the scene besides the robot."""
         if not self.interactive:
             return STATIC
         sees = "visual" in {sensor.sees for sensor in self.observed} or self.render_mode == "depth_array"

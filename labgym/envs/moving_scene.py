@@ -1,4 +1,4 @@
-"""What sensors see of a scene in which furniture moves: rays and clearance against the present places of its geoms."""
+"""Rays and clearance in a scene of which furniture moves, against the present places of its geoms."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class MovingRays:
 
 
 class MovingScene:
-    """What sensors see of a simulation in which furniture moves.
+    """A simulation in which furniture moves, as sensors see it.
 
     Args:
         simulation: the simulation; bodies are at their places after each control step.

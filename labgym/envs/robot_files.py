@@ -183,7 +183,7 @@ def _check_world(path: Path, root: ET.Element) -> None:
 
 
 def _take_assets(path: Path, root: ET.Element) -> dict[str, bytes]:
-    """Read the files that elements name, give them names of their own, and return their contents."""
+    """Read the files that elements name, rename them, and return their contents by name."""
     folders: dict[str, str] = {}
     for compiler in root.findall("compiler"):
         for name in FOLDERS:

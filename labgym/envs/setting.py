@@ -1,4 +1,4 @@
-"""What randomizations may change for one episode: its own copies of sensors, physics and colors."""
+"""Setting of one episode, which randomizations may change: its own copies of sensors, physics and colors."""
 
 from __future__ import annotations
 

@@ -63,7 +63,8 @@ class FrictionRandomization(Randomization):
     Attributes:
         factor: smallest and largest factor.
         of: "robot": the friction of its geoms, wheels included, and the grip of a base without real wheels; "floor":
-            that of the floor, which counts where neither body has friction of its own.
+            that of the floor, which MuJoCo reads where
+            neither body has priority.
     """
 
     name: str = "friction"
