@@ -63,8 +63,7 @@ class FrictionRandomization(Randomization):
     Attributes:
         factor: smallest and largest factor.
         of: "robot": the friction of its geoms, wheels included, and the grip of a base without real wheels; "floor":
-            that of the floor, which MuJoCo reads where
-            neither body has priority.
+            that of the floor, which MuJoCo reads for robots from files whose geoms have no priority.
     """
 
     name: str = "friction"
