@@ -4,7 +4,7 @@ from gymnasium import register
 
 __version__ = "0.2.0"
 
-_VECTOR = "labgym.envs.vector.env:VectorPointNavEnv"
+_VECTOR = "labgym.envs.vector.choice:vector_env"
 
 register(
     id="LabPointNav-v0",
@@ -25,7 +25,7 @@ for _name, _steps in (
     register(
         id=_name,
         entry_point="labgym.envs." + ("goal_env:LabPointNavGoalEnv" if _goals else "point_nav:LabPointNavEnv"),
-        vector_entry_point=_VECTOR if _name == "LabPointNav-v1" else None,
+        vector_entry_point=_VECTOR,
         max_episode_steps=_steps,
         kwargs={"config": _name},
     )

@@ -1,1 +1,1 @@
-"""Many environments at once on the planar kernel, for Gymnasium and stable-baselines3."""
+"""Many environments at once, on the planar kernel or in processes, for Gymnasium and stable-baselines3."""

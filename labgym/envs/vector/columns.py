@@ -32,7 +32,7 @@ from labgym.errors import OptionError
 Column = NDArray[Any]
 GOES_ON, SUCCESS, FAILURE = 0, 1, 2
 """Verdicts of the endings."""
-REMEDY = "use gym.make_vec(..., vectorization_mode='sync' or 'async'), which takes any part"
+REMEDY = "pass processes=2 or another number: worker processes take any part"
 
 
 @dataclass

@@ -24,6 +24,7 @@ from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.planar.batch import Batch
 from labgym.envs.planar.scene import scene_of, walls_at
 from labgym.envs.robot import ROBOT
+from labgym.envs.vector.arguments import mode_of, seeds_of, whole
 from labgym.envs.vector.columns import (
     ENDINGS,
     GOES_ON,
@@ -50,12 +51,12 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
 
         envs = gym.make_vec("labgym:LabPointNav-v0", num_envs=64, vectorization_mode="vector_entry_point")
 
-    Observations, rewards, ends of episodes and infos equal those of single environments with the same arguments and
+    makes one where all parts are supported (`labgym.envs.vector.choice`). Observations, rewards, ends of episodes and infos equal those of single environments with the same arguments and
     seeds to the bit. Each environment draws its own layouts.
 
     The standard parts are supported: goal, velocity and lidar without noise, the terms of `RewardWeights` with failure
     and clearance, the endings touch, rest and contact, velocity actions, the differential drive, and the measures. Any
-    other part is refused when the environment is made.
+    other part is refused when the environment is made; `ProcessPointNavEnv` has them.
 
     Attributes:
         autoreset_mode: when an environment whose episode ended is reset.
@@ -83,12 +84,12 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         config: Any = None,
         **options: Any,
     ) -> None:
-        self.num_envs = _whole("num_envs", num_envs)
-        self._limit = None if max_episode_steps is None else _whole("max_episode_steps", max_episode_steps)
-        self.autoreset_mode = _mode(autoreset_mode)
+        self.num_envs = whole("num_envs", num_envs)
+        self._limit = None if max_episode_steps is None else whole("max_episode_steps", max_episode_steps)
+        self.autoreset_mode = mode_of(autoreset_mode)
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         config = PointNavConfig.of(config, {"physics": "planar", **options})
-        _check(config)
+        check_kernel(config)
         self._disc = config.disc
         self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
         self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
@@ -124,7 +125,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
             seed: of the first environment, and those of the others follow; or one for each.
             options: as of `LabPointNavEnv.reset`, for all.
         """
-        seeds = _seeds(seed, self.num_envs)
+        seeds = seeds_of(seed, self.num_envs)
         for row in range(self.num_envs):
             self._begin(row, seeds[row], options or {})
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
@@ -280,8 +281,12 @@ def lidars(config: PointNavConfig) -> list[LidarSensor]:
     return [sensor for sensor in config.observed if isinstance(sensor, LidarSensor)]
 
 
-def _check(config: PointNavConfig) -> None:
-    """Check that the vector environment has all parts of a configuration."""
+def check_kernel(config: PointNavConfig) -> None:
+    """Check that the planar kernel has all parts of a configuration.
+
+    Raises:
+        OptionError: it lacks one.
+    """
     if config.physics != "planar":
         raise OptionError(f"the vector environment has physics='planar' only, not {config.physics!r}: {REMEDY}")
     if config.render_mode is not None:
@@ -302,27 +307,3 @@ def _check(config: PointNavConfig) -> None:
     if any((each.forward, each.left, each.yaw) != (0.0, 0.0, 0.0) for each in lidars(config)):
         raise OptionError(f"the vector environment has its lidar on the robot's axis only: {REMEDY}")
     check_measures(config.measures)
-
-
-def _whole(name: str, number: object) -> int:
-    if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < 1:
-        raise OptionError(f"{name} is {number!r}, expected a whole number of at least 1")
-    return int(number)
-
-
-def _mode(mode: AutoresetMode | str) -> AutoresetMode:
-    modes = {each.value: each for each in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)}
-    autoreset = modes.get(mode.value if isinstance(mode, AutoresetMode) else mode)
-    if autoreset is None:
-        raise OptionError(f"autoreset_mode is {str(mode)[:40]!r}, expected NEXT_STEP or SAME_STEP")
-    return autoreset
-
-
-def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
-    if seed is None:
-        return [None] * count
-    if isinstance(seed, int | np.integer):
-        return [int(seed) + row for row in range(count)]
-    if len(seed) != count:
-        raise OptionError(f"{len(seed)} seeds for {count} environments: pass one for each, or a single one")
-    return list(seed)

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from labgym.envs.vector.env import VectorPointNavEnv
+from labgym.envs.vector.choice import vector_env
 from labgym.errors import MissingDependencyError
 
 try:
@@ -19,7 +19,7 @@ except ImportError as error:
 
 
 class LabVecEnv(VecEnv):
-    """Point navigation environments on the planar kernel for stable-baselines3.
+    """Point navigation environments on the planar kernel, or in processes, for stable-baselines3.
 
         model = PPO("MultiInputPolicy", LabVecEnv(64, split="train"))
 
@@ -28,11 +28,11 @@ class LabVecEnv(VecEnv):
 
     Args:
         num_envs: number of environments. max_episode_steps: steps after which an episode is truncated.
-        options: as of `VectorPointNavEnv`.
+        options: as of `labgym.envs.vector.choice.vector_env`.
     """
 
     def __init__(self, num_envs: int, max_episode_steps: int | None = 600, **options: Any) -> None:
-        self.envs = VectorPointNavEnv(
+        self.envs = vector_env(
             num_envs, autoreset_mode=AutoresetMode.SAME_STEP, max_episode_steps=max_episode_steps, **options
         )
         self.render_mode = None

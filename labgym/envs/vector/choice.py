@@ -1,0 +1,55 @@
+"""The vector entry point of all ids: threads on the planar kernel where it has all parts, otherwise processes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from labgym.envs.config import PointNavConfig
+from labgym.envs.vector.env import VectorPointNavEnv, check_kernel
+from labgym.envs.vector.processes import ProcessPointNavEnv
+from labgym.errors import OptionError
+
+SETTINGS = ("autoreset_mode", "max_episode_steps")
+"""Arguments of a vector environment that are no fields of `PointNavConfig`."""
+
+
+def vector_env(
+    num_envs: int = 1,
+    *,
+    threads: int | None = None,
+    processes: int | None = None,
+    config: Any = None,
+    **options: Any,
+) -> VectorPointNavEnv | ProcessPointNavEnv:
+    """Return many environments that step together; `gym.make_vec(..., vectorization_mode="vector_entry_point")` does.
+
+    The physics is "planar" unless `physics` is passed. Whatever the class, all that Gymnasium returns equals what single
+    environments with the same arguments, physics and seeds return, to the bit.
+
+    Args:
+        num_envs: number of environments.
+        threads: number of threads of a `VectorPointNavEnv`; None for one per processor.
+        processes: number of worker processes of a `ProcessPointNavEnv`; None for threads if the planar kernel has all
+            parts, otherwise for one process per processor.
+        config, options: as of these classes.
+
+    Raises:
+        OptionError: a value is out of range, or `threads` was passed and the planar kernel lacks a part.
+        LabgymError: as `LabPointNavEnv`.
+    """
+    settings = {name: options.pop(name) for name in SETTINGS if name in options}
+    config = PointNavConfig.of(config, {"physics": "planar", **options})
+    if processes is None and (threads is not None or _kernel_has(config)):
+        return VectorPointNavEnv(num_envs, threads=threads, config=config, physics=config.physics, **settings)
+    if threads is not None:
+        raise OptionError("pass threads or processes, not both")
+    return ProcessPointNavEnv(num_envs, processes=processes, config=config, physics=config.physics, **settings)
+
+
+def _kernel_has(config: PointNavConfig) -> bool:
+    """Whether the planar kernel has all parts of a configuration."""
+    try:
+        check_kernel(config)
+    except OptionError:
+        return False
+    return True

@@ -1,0 +1,220 @@
+"""Many point navigation environments in worker processes: any sensor, any part, any physics."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import cloudpickle
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
+from numpy.typing import NDArray
+
+from labgym.envs.config import PointNavConfig
+from labgym.envs.vector.arguments import mode_of, seeds_of, whole
+from labgym.envs.vector.board import shared_board
+from labgym.envs.vector.worker import begin, call
+from labgym.errors import LabgymError, OptionError
+from labgym.runs.local_pool import LocalPool, WorkerLostError
+
+
+class WorkersLostError(LabgymError):
+    """A worker process of a vector environment died; its episodes are lost."""
+
+
+class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
+    """Many `LabPointNavEnv` in a few worker processes, which share memory for the observations.
+
+        envs = gym.make_vec("labgym:LabPointNavDepth-v1", num_envs=16, vectorization_mode="vector_entry_point")
+
+    Observations, rewards, ends of episodes and infos equal those of single environments with the same arguments and
+    seeds to the bit; any part and any physics is supported. Each process steps its share of the environments one after
+    the other. Cameras gain most: Embree casts their rays under the interpreter lock, so that threads do not help.
+
+    A script makes it under `if __name__ == "__main__":`, because processes are spawned. Parts of a user's own reach
+    them by cloudpickle. After an exception, call `reset`.
+
+    Attributes:
+        autoreset_mode: when an environment whose episode ended is reset.
+
+    Args:
+        num_envs: number of environments.
+        autoreset_mode: NEXT_STEP (default) or SAME_STEP, as in Gymnasium.
+        max_episode_steps: number of steps after which an episode is truncated; None for no limit.
+        processes: number of processes; None for one per processor that this process may use. It changes the speed and
+            the memory alone: each process keeps the layouts of its environments (`resident_mb`).
+        config, options: as of `LabPointNavEnv`.
+
+    Raises:
+        OptionError: a value is out of range.
+        LabgymError: as `LabPointNavEnv`.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        max_episode_steps: int | None = None,
+        processes: int | None = None,
+        config: Any = None,
+        **options: Any,
+    ) -> None:
+        self.num_envs = whole("num_envs", num_envs)
+        limit = None if max_episode_steps is None else whole("max_episode_steps", max_episode_steps)
+        self.autoreset_mode = mode_of(autoreset_mode)
+        config = PointNavConfig.of(config, options)
+        if config.render_mode == "human":
+            raise OptionError("a vector environment has no render_mode 'human': use 'rgb_array'")
+        self.render_mode = config.render_mode
+        modes = [] if config.render_mode is None else [config.render_mode]
+        self.metadata = {"render_modes": modes, "render_fps": 10, "autoreset_mode": self.autoreset_mode}
+        self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in config.observed})
+        self.single_action_space = config.actions.space(config.robot)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        count = min(_processors() if processes is None else whole("processes", processes), self.num_envs)
+        bounds = [self.num_envs * k // count for k in range(count + 1)]
+        self._shares = list(pairwise(bounds))
+        self._board = shared_board(self.single_observation_space, self.num_envs)
+        self._ready = False
+        # A pool of one process for each share: a share stays in its process.
+        self._pools = [LocalPool(1) for _ in self._shares]
+        address = None if self._board is None else self._board.address
+        pickled = cloudpickle.dumps(config)
+        try:
+            self._each(
+                begin,
+                [
+                    (pickled, limit, self.autoreset_mode, first, last - first, self.num_envs, address)
+                    for first, last in self._shares
+                ],
+            )
+        except BaseException:
+            self.close_extras()
+            raise
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin the episodes of all environments.
+
+        Args:
+            seed: of the first environment, and those of the others follow; or one for each.
+            options: as of `LabPointNavEnv.reset`, for all.
+        """
+        seeds = seeds_of(seed, self.num_envs)
+        answers = self._each(call, [("reset", seeds[first:last], options) for first, last in self._shares])
+        self._ready = True
+        return self._observations(answers), self._infos(answers)
+
+    def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
+        """Carry out one action in each environment; those that ended are reset by the rules of the autoreset mode."""
+        if not self._ready:
+            raise OptionError("call reset() before step()")
+        shares = [("step", _share(actions, first, last, self.num_envs)) for first, last in self._shares]
+        answers = self._each(call, shares)
+        rewards, terminated, truncated = (np.concatenate([answer[k] for answer in answers]) for k in (1, 2, 3))
+        return self._observations(answers), rewards, terminated, truncated, self._infos(answers)
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return the picture of each environment, or None without a render mode."""
+        if self.render_mode is None:
+            return None
+        return tuple(picture for answer in self._each(call, [("render",)] * len(self._shares)) for picture in answer)
+
+    def processor_seconds(self) -> float:
+        """Return the processor time of all worker processes, seconds."""
+        return float(sum(self._each(call, [("processor_seconds",)] * len(self._shares))))
+
+    def close_extras(self, **_: Any) -> None:
+        """End the processes."""
+        for pool in self._pools:
+            pool.shutdown(cancel_futures=True)
+        if self._board is not None:
+            self._board.close()
+
+    def _each(self, function: Any, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
+        """Return the results of a call in each process, all at the same time.
+
+        Raises:
+            WorkersLostError: a process died.
+            Exception: the first one that a call raised, after all have ended.
+        """
+        calls = [pool.submit(function, *each) for pool, each in zip(self._pools, arguments, strict=True)]
+        problems = [each.exception() for each in calls]
+        for problem in problems:
+            if isinstance(problem, WorkerLostError):
+                self._ready = False
+                raise WorkersLostError(
+                    f"a worker process of the vector environment died ({problem}): make the environment again"
+                )
+            if problem is not None:
+                raise problem
+        return [each.result() for each in calls]
+
+    def _observations(self, answers: Sequence[tuple[Any, ...]]) -> Any:
+        if self._board is not None:
+            return self._board.read()
+        rows = [row for answer in answers for row in _rows(self.single_observation_space, answer[0])]
+        empty: Any = create_empty_array(self.single_observation_space, self.num_envs)
+        return concatenate(self.single_observation_space, rows, empty)
+
+    def _infos(self, answers: Sequence[tuple[Any, ...]]) -> dict[str, Any]:
+        return joined([answer[-1] for answer in answers], [last - first for first, last in self._shares])
+
+
+def joined(parts: Sequence[dict[str, Any]], counts: Sequence[int]) -> dict[str, Any]:
+    """Return the infos of all environments from those of the shares, in Gymnasium's form.
+
+    Args:
+        parts: the infos of each share. counts: its number of environments. A key that a share lacks is zeros there, or
+            None of objects.
+    """
+    infos: dict[str, Any] = {}
+    for name in dict.fromkeys(name for part in parts for name in part):
+        values = [part.get(name) for part in parts]
+        present = next(value for value in values if value is not None)
+        if isinstance(present, dict):
+            infos[name] = joined([{} if value is None else value for value in values], counts)
+            continue
+        absent = None if present.dtype == object else 0
+        infos[name] = np.concatenate(
+            [
+                np.full((count, *present.shape[1:]), absent, present.dtype) if value is None else value
+                for value, count in zip(values, counts, strict=True)
+            ]
+        )
+    return infos
+
+
+def _share(actions: Any, first: int, last: int, count: int) -> Any:
+    """Return the actions of some environments: slices of arrays, of dicts and tuples of arrays.
+
+    Raises:
+        OptionError: not one action for each environment.
+    """
+    if isinstance(actions, dict):
+        return {name: _share(each, first, last, count) for name, each in actions.items()}
+    if isinstance(actions, tuple) and any(isinstance(each, np.ndarray) for each in actions):
+        return tuple(_share(each, first, last, count) for each in actions)
+    array = np.asarray(actions)
+    if array.ndim == 0 or len(array) != count:
+        shown = " ".join(repr(actions).split())[:80]
+        raise OptionError(f"actions {shown} must be {count} actions, one for each environment")
+    return array[first:last]
+
+
+def _rows(space: spaces.Space[Any], observations: Any) -> list[Any]:
+    """Return the observation of each environment of a share."""
+    from gymnasium.vector.utils import iterate
+
+    return list(iterate(batch_space(space, len(next(iter(observations.values())))), observations))
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
