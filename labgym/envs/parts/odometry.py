@@ -77,6 +77,11 @@ class OdometrySensor(Sensor):
         drift = {name: getattr(self, name) * factor for name in ("along", "heading", "turning")}
         return replace(self, **drift)
 
+    @property
+    def reckoned(self) -> Pose:
+        """The pose of the latest reading: x and y in meters, yaw in radians, without `reach` and `noise`."""
+        return self._pose
+
     def reset(self, state: State, rng: np.random.Generator) -> None:  # noqa: ARG002
         """Begin at the origin."""
         self._last: Pose = state.pose

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from labgym.envs.config import PointNavConfig
-from labgym.envs.vector.env import VectorPointNavEnv, check_kernel
 from labgym.envs.vector.processes import ProcessPointNavEnv
 from labgym.errors import OptionError
+
+if TYPE_CHECKING:
+    from labgym.envs.vector.env import VectorPointNavEnv
 
 SETTINGS = ("autoreset_mode", "max_episode_steps")
 """Arguments of a vector environment that are no fields of `PointNavConfig`."""
@@ -40,14 +42,20 @@ def vector_env(
     settings = {name: options.pop(name) for name in SETTINGS if name in options}
     config = PointNavConfig.of(config, {"physics": "planar", **options})
     if processes is None and (threads is not None or _kernel_has(config)):
+        from labgym.envs.vector.env import VectorPointNavEnv
+
         return VectorPointNavEnv(num_envs, threads=threads, config=config, physics=config.physics, **settings)
     if threads is not None:
         raise OptionError("pass threads or processes, not both")
-    return ProcessPointNavEnv(num_envs, processes=processes, config=config, physics=config.physics, **settings)
+    return ProcessPointNavEnv(num_envs, processes=processes, config=config, **settings)
 
 
 def _kernel_has(config: PointNavConfig) -> bool:
     """Whether the planar kernel has all parts of a configuration."""
+    if config.physics != "planar":
+        return False
+    from labgym.envs.vector.env import check_kernel
+
     try:
         check_kernel(config)
     except OptionError:
