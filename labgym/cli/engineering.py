@@ -55,13 +55,14 @@ def compile_(
 
 
 def view(
-    layout: LayoutName,
+    layouts: Positional[Annotated[tuple[str, ...], arg(metavar="LAYOUT [...]", help_behavior_hint="")]] = (),
     out: Path = Path("layout.png"),
     camera: str = "topdown",
     width: int = 1280,
     height: int = 720,
     protocol: OptionalText = None,
     web: bool = False,
+    suite: Annotated[str | None, arg(aliases=("--split",), metavar="STR", help_behavior_hint="")] = None,
     policy: str = "astar",
     pair: int = 0,
     seed: int = 0,
@@ -73,16 +74,17 @@ def view(
     The plan outlines the objects of each violation, and of each facility rule that is broken, in red with its number.
 
     Args:
-        layout: A layout's .json file, or the id of a published layout.
+        layouts: A layout's .json file, or the id of a published layout; with --web several, or folders of them.
         out: The picture: .png; for topdown also .svg or .pdf.
         camera: topdown for a plan with goal poses and violations, or a camera of the scene, such as overview.
         width: Width of a rendered view in pixels.
         height: Height of a rendered view in pixels.
         protocol: Id or .json file of the protocol whose goal poses are drawn; by default the layout's.
-        web: Serve the laboratory on 127.0.0.1 with a robot that drives its goal pairs, and its sensors, until Ctrl-C;
-            nothing is written. The arguments below are for --web.
+        web: Serve the laboratories on 127.0.0.1 with a robot that drives their goal pairs, and its sensors, until
+            Ctrl-C; nothing is written. The arguments below are for --web.
+        suite: Name of a suite (test, val, navdp_compat), or its .json file, whose episodes the robot drives.
         policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help).
-        pair: Index of the first goal pair.
+        pair: Index of the first goal pair, in the first layout.
         seed: Random seed of the policy.
         options: Arguments of the policy, for example trust=true.
         port: Port of the page; 0 takes a free port.
@@ -91,9 +93,13 @@ def view(
     from labgym.eval.drawing import pictures
     from labgym.layouts.rules import evaluate_layout
 
-    scene = resolve_layout(layout, protocol)
     if web:
-        return watch(scene, policy, pair, seed, options, port)
+        return watch(layouts, suite, protocol, policy, pair, seed, options, port)
+    if suite is not None:
+        raise OptionError("--suite is for --web: name a layout to draw")
+    if len(layouts) != 1:
+        raise OptionError(f"{len(layouts)} layouts to draw, expected one; --web shows several")
+    scene = resolve_layout(layouts[0], protocol)
     if camera != "topdown":
         return written(pictures.save_view(scene, out, camera, width, height))
     assessment = evaluate_layout(scene, scene.protocol, navigation=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,25 +16,35 @@ from labgym.cli.outcome import DONE, written
 if TYPE_CHECKING:
     from labgym.eval.driving.drive import Drive
     from labgym.layouts import Layout
+    from labgym.suites import Suite
+    from labgym.viewer import Episode
 
 Layouts = Positional[Annotated[tuple[str, ...], arg(metavar="LAYOUT [...]", help_behavior_hint="(default: the suite)")]]
 
 
-def watch(layout: Layout, policy: str, pair: int, seed: int, options: PolicyOptions, port: int) -> int:
-    """Show a policy on the goal pairs of a layout in the browser until Ctrl-C."""
-    from labgym.envs.tasks import goal_pair
+def watch(
+    layouts: Sequence[str],
+    suite: str | None,
+    protocol: str | None,
+    policy: str,
+    pair: int,
+    seed: int,
+    options: PolicyOptions,
+    port: int,
+) -> int:
+    """Show a policy on the goal pairs of layouts, or on the episodes of a suite, in the browser until Ctrl-C."""
     from labgym.policies.process import PolicyProcess, PolicySource
-    from labgym.suites import suite_of
     from labgym.viewer import Console, Show, episodes_of, run_viewer
 
     allow_local_modules()
-    goal_pair(layout, pair)
-    suite = suite_of([layout])
+    chosen, rules = _choice(layouts, suite, protocol)
+    episodes = episodes_of(chosen, rules)
+    first = _first(episodes, pair)
     driver = PolicyProcess(PolicySource.named(policy, parse_options(options)))
     try:
-        show = Show(episodes_of([layout], suite), suite, driver, policy, Console(), seed, finished=_print)
+        show = Show(episodes, rules, driver, policy, Console(), seed, finished=_print)
         with suppress(KeyboardInterrupt):
-            run_viewer(show, port, pair, _opened)
+            run_viewer(show, port, first, _opened)
     finally:
         driver.close()
     return DONE
@@ -63,20 +74,13 @@ def play(
         name: Name of the driver in the rows.
         port: Port of the page on 127.0.0.1; 0 takes a free port.
     """
-    from labgym.envs.tasks import resolve_layouts
-    from labgym.errors import OptionError
     from labgym.eval.drawing.film import check_film_path
-    from labgym.suites import load_suite, suite_of
     from labgym.viewer import Console, Person, Show, episodes_of, run_viewer
     from labgym.viewer.records import DriveRecords
 
-    if protocol is not None and not layouts:
-        raise OptionError("--protocol is for layouts; the layouts of a suite embed their protocols")
     if film is not None:
         check_film_path(film)
-    chosen = resolve_layouts(layouts, protocol)
-    rules = suite_of(chosen) if chosen and not suite.endswith(".json") else load_suite(suite)
-    chosen = chosen or list(rules.load_layouts())
+    chosen, rules = _choice(layouts, suite, protocol)
     records = None if out is None else DriveRecords(out)
     episodes, drives = episodes_of(chosen, rules), []
 
@@ -95,6 +99,46 @@ def play(
     if film is not None and drives:
         _film(next(layout for layout in chosen if layout.id == drives[-1].row.layout), drives[-1], film)
     return DONE
+
+
+def _choice(names: Sequence[str], suite: str | None, protocol: str | None) -> tuple[list[Layout], Suite]:
+    """Return the layouts that arguments name, or those of a suite, and the rules of their episodes.
+
+    A suite's .json file sets the rules for named layouts, too.
+
+    Raises:
+        OptionError: neither layouts nor a suite, or a protocol without layouts.
+    """
+    from labgym.envs.tasks import resolve_layouts
+    from labgym.errors import OptionError
+    from labgym.suites import load_suite, suite_of
+
+    if protocol is not None and not names:
+        raise OptionError("--protocol is for layouts; the layouts of a suite embed their protocols")
+    layouts = resolve_layouts(names, protocol)
+    if suite is None or (layouts and not suite.endswith(".json")):
+        if not layouts:
+            raise OptionError("name a layout, or a suite with --suite")
+        return layouts, suite_of(layouts)
+    rules = load_suite(suite)
+    return layouts or list(rules.load_layouts()), rules
+
+
+def _first(episodes: Sequence[Episode], pair: int) -> int:
+    """Return the number of the first episode of a goal pair of the first layout.
+
+    Raises:
+        OptionError: there are no episodes.
+        UnknownNameError: the layout has no such pair.
+    """
+    from labgym.errors import OptionError, UnknownNameError
+
+    if not episodes:
+        raise OptionError("the layouts have no goal pair to drive: pass another --protocol")
+    pairs = [episode.assignment.pair.index for episode in episodes if episode.layout is episodes[0].layout]
+    if pair not in pairs:
+        raise UnknownNameError(f"goal pair of layout {episodes[0].layout.id!r}", pair, {str(each) for each in pairs})
+    return pairs.index(pair)
 
 
 def _film(layout: Layout, drive: Drive, path: Path) -> None:

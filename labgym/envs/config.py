@@ -53,7 +53,7 @@ __all__ = [
 ]  # fmt: skip
 
 OBSERVATIONS = ("lidar", "depth", "rgbd")
-RENDER_MODES = ("rgb_array", "depth_array")
+RENDER_MODES = ("human", "rgb_array", "depth_array")
 DRIVES = ("pair", "protocol")
 
 

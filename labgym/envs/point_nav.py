@@ -21,6 +21,7 @@ from labgym.envs.setting import Setting
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.view import ChaseView
+from labgym.envs.window import Window
 from labgym.envs.world import world_of
 
 Observation = dict[str, Any]
@@ -86,13 +87,14 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       file. By default the first protocol that the layout embeds.
     - `observation` ("lidar"): "lidar", "depth" or "rgbd".
     - `render_mode` (None): "rgb_array", an image from behind and above the robot; "depth_array", the image of the depth
-      camera, float32 (72, 128), meters.
+      camera, float32 (72, 128), meters; "human", the former image in a window, at every `reset` and `step`, in real time
+      (needs a display and pygame, extra `train`).
     - `profile` ("default"): thresholds that generated layouts satisfy: "default", "strict" or "paper".
     - `weights` (`RewardWeights()`): weights of the reward terms.
     - `episodes_per_layout` (8): for "train", number of episodes in a layout before the next one. Which layouts come
       after each other depends on the seed alone.
     - `control_dt` (0.1): duration of an action in seconds; a multiple of 0.025, at most 1.
-    - `width`, `height` (480, 360): size of the "rgb_array" image in pixels.
+    - `width`, `height` (480, 360): size of the image of "rgb_array" and "human" in pixels.
     - `quality` ("fast"): "fine" renders the "rgb_array" image with shadows and reflections, which takes ten times as
       long without a GPU. Observations do not depend on it.
     - `exact` (False): readings of lidar and camera that are equal on every processor; otherwise the last bit of ranges
@@ -241,6 +243,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self.action_space = self._actions.space(self._robot)
         self._camera = Camera()
         self._view = ChaseView(config.width, config.height, config.quality, self._robot, config.moving)
+        self._window = Window(1.0 / config.control_dt) if config.render_mode == "human" else None
         self._streams: dict[str, np.random.Generator] = {}
         self._episode: Episode | None = None
         self._terminated = self._truncated = False
@@ -286,6 +289,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._begin_drive(episode.state)
         episode.state.terms = {term.name: term.weight * 0.0 for term in self._terms}
         self._judge(episode.state)
+        self._show(episode.state)
         return self._observation(episode.state), self._info(episode.state)
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -304,10 +308,11 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
             if state.verdict is not None:
                 self._end_drive(episode)
         reward = sum(state.terms.values())
+        self._show(state)
         return self._observation(state), reward, self._terminated, self._truncated, self._info(state)
 
     def render(self) -> NDArray[Any] | None:
-        """Return the image of the render mode, or None without a render mode."""
+        """Return the image of the render mode; None without one, or if a window shows it."""
         if self.render_mode is None:
             gym.logger.warn('render() needs a render mode: gym.make("LabPointNav-v0", render_mode="rgb_array")')
             return None
@@ -315,11 +320,13 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         if self.render_mode == "depth_array":
             seen = state.world.visible if state.moving is None else state.moving.rays("visual")
             return self._camera.depth(seen, state.pose)
-        return self._view.picture(state.task.layout, state.world.visible, state.pose, self._running().simulation)
+        return self._picture(state) if self._window is None else None
 
     def close(self) -> None:
-        """Release the renderer; it is safe to call this more than once."""
+        """Release the renderer and the window; it is safe to call this more than once."""
         self._view.close()
+        if self._window is not None:
+            self._window.close()
         self._tasks.close()
         self._episode = None
 
@@ -342,6 +349,13 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         }
         self._observed = setting.observed(self._sensors)
         return setting, drawn
+
+    def _picture(self, state: State) -> NDArray[np.uint8]:
+        return self._view.picture(state.task.layout, state.world.visible, state.pose, self._running().simulation)
+
+    def _show(self, state: State) -> None:
+        if self._window is not None:
+            self._window.show(self._picture(state))
 
     def _begin_drive(self, state: State) -> None:
         for part in (*self._terms, *self._endings):
