@@ -15,6 +15,8 @@ from labgym.errors import OptionError
 
 pytest.importorskip("numba")
 
+from labgym.envs.vector.env import VectorPointNavEnv
+
 ID, VERSION_1 = "LabPointNav-v0", "LabPointNav-v1"
 COUNT = 5
 KEPT = {"NEXT_STEP": AutoresetMode.NEXT_STEP, "SAME_STEP": AutoresetMode.SAME_STEP}
@@ -134,18 +136,19 @@ def test_what_the_kernel_lacks_is_refused_in_one_line():
         ({"physics": "mujoco"}, "physics='planar' only"),
         ({"render_mode": "rgb_array"}, "does not render"),
         ({"sensors": [{"kind": "lidar", "noise": ["gaussian"]}]}, "no noise, as of sensor 'lidar'"),
-        ({"id": VERSION_1, "layout": island_laboratory(), "drives": "protocol"}, "episodes of one drive only"),
+        ({"config": VERSION_1, "layout": island_laboratory(), "drives": "protocol"}, "episodes of one drive only"),
         ({"actions": {"kind": "velocity", "delay": 2}}, "STOP or a delay"),
         ({"endings": ["stuck"]}, "no ending StuckEnding"),
         ({"autoreset_mode": "Disabled"}, "expected NEXT_STEP or SAME_STEP"),
         ({"num_envs": 0}, "num_envs is 0"),
     ):
         with pytest.raises(OptionError, match=message) as caught:
-            vector(**options) if "num_envs" not in options else gym.make_vec(
-                ID, vectorization_mode="vector_entry_point", **options
-            )
+            VectorPointNavEnv(**options)
         assert "\n" not in str(caught.value)
+    with pytest.raises(OptionError, match="no sensor DepthSensor"):
+        vector(observation="depth", threads=2)
     many = vector(layout=island_laboratory())
+    assert isinstance(many, VectorPointNavEnv)
     many.reset(seed=0)
     with pytest.raises(OptionError, match=r"must be 5 x 2 finite numbers"):
         many.step(np.zeros((COUNT, 3)))
