@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from laboratories import island_laboratory
+from same_results import assert_same
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.errors import OptionError
 
 pytest.importorskip("numba")
-
-from labgym.envs.vector.env import VectorPointNavEnv
 
 ID, VERSION_1 = "LabPointNav-v0", "LabPointNav-v1"
 COUNT = 5
@@ -31,25 +30,6 @@ def single(**options) -> SyncVectorEnv:
 
 def vector(**options):
     return gym.make_vec(options.pop("id", ID), num_envs=COUNT, vectorization_mode="vector_entry_point", **options)
-
-
-def assert_same(actual, expected, at="") -> None:
-    """Equal types of containers, keys, array types, shapes and bits."""
-    if isinstance(expected, tuple):
-        assert_same(dict(enumerate(actual)), dict(enumerate(expected)))
-    elif isinstance(expected, dict):
-        assert actual.keys() == expected.keys(), at
-        for key in expected:
-            assert_same(actual[key], expected[key], f"{at}/{key}")
-    elif isinstance(expected, np.ndarray) and expected.dtype == object:
-        assert actual.shape == expected.shape
-        for each, other in zip(actual, expected, strict=True):
-            assert_same(each, other, at)
-    elif isinstance(expected, np.ndarray):
-        assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape), at
-        np.testing.assert_array_equal(actual, expected, err_msg=at)
-    else:
-        assert actual == expected, at
 
 
 def actions(rng: np.random.Generator, infos: dict) -> np.ndarray:
@@ -131,6 +111,8 @@ def test_the_number_of_threads_changes_nothing(threads):
 
 
 def test_what_the_kernel_lacks_is_refused_in_one_line():
+    from labgym.envs.vector.env import VectorPointNavEnv
+
     for options, message in (
         ({"observation": "depth"}, "no sensor DepthSensor, only GoalSensor, VelocitySensor, LidarSensor"),
         ({"physics": "mujoco"}, "physics='planar' only"),

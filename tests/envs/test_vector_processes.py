@@ -12,7 +12,7 @@ import pytest
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from laboratories import island_laboratory
-from test_vector import assert_same
+from same_results import assert_same
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.envs.parcels import SHARED
