@@ -142,7 +142,7 @@ class Run:
 
     def _processor_seconds(self) -> float:
         """Return the processor time of this process and of the environment's worker processes."""
-        workers = getattr(self.env.unwrapped, "processor_seconds", None)
+        workers = getattr(self.env, "processor_seconds", None)
         return time.process_time() + (0.0 if workers is None else workers())
 
     def _step(self) -> None:

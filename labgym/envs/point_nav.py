@@ -87,8 +87,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       file. By default the first protocol that the layout embeds.
     - `observation` ("lidar"): "lidar", "depth" or "rgbd".
     - `render_mode` (None): "rgb_array", an image from behind and above the robot; "depth_array", the image of the depth
-      camera, float32 (72, 128), meters; "human", the former image in a window, at every `reset` and `step`, in real time
-      (needs a display and pygame, extra `train`).
+      camera, float32 (72, 128), meters; "human", the former image in a window at every `reset` and `step`, in real
+      time (needs a display and pygame, extra `train`).
     - `profile` ("default"): thresholds that generated layouts satisfy: "default", "strict" or "paper".
     - `weights` (`RewardWeights()`): weights of the reward terms.
     - `episodes_per_layout` (8): for "train", number of episodes in a layout before the next one. Which layouts come

@@ -29,7 +29,7 @@ class Window:
     """A window of pygame, opened with the first picture.
 
     Args:
-        rate: pictures per second; `show` waits so that there are no more. A slower environment is shown at its own pace.
+        rate: largest number of pictures per second; `show` waits.
 
     Raises:
         MissingDependencyError: pygame is not installed (extra `train`).

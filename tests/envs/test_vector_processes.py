@@ -26,9 +26,7 @@ COUNT = 5
 def same_as_single(name: str, steps: int, mode: AutoresetMode, seeds, **options) -> ProcessPointNavEnv:
     """Compare two processes with five environments with single ones, step by step."""
     arguments = {"layout": island_laboratory(), **options}
-    one = SyncVectorEnv(
-        [partial(gym.make, name, disable_env_checker=True, **arguments)] * COUNT, autoreset_mode=mode
-    )
+    one = SyncVectorEnv([partial(gym.make, name, disable_env_checker=True, **arguments)] * COUNT, autoreset_mode=mode)
     many = gym.make_vec(
         name, COUNT, vectorization_mode="vector_entry_point", processes=2, autoreset_mode=mode, **arguments
     )
@@ -63,7 +61,7 @@ def test_depth_and_color_with_mujoco_equal_those_of_single_environments_to_the_b
         many.step(np.zeros((4, 2), np.float32))
     with pytest.raises(OptionError, match="2 seeds for 5 environments"):
         many.reset(seed=[1, 2])
-    with pytest.raises(OptionError, match="two finite numbers|finite"):
+    with pytest.raises(OptionError, match="finite"):
         many.step(np.full((5, 2), np.nan, np.float32))
     many.reset(seed=1)
     children = [pool.submit(os.getpid).result() for pool in many._pools]
@@ -127,9 +125,9 @@ def test_a_board_holds_every_row_once() -> None:
 
 
 def _batched(rows: list[dict]) -> dict:
+    columns = {name: [row[name] for row in rows] for name in rows[0]}
     return {
-        name: _batched([row[name] for row in rows]) if isinstance(value, dict) else np.array([row[name] for row in rows])
-        for name, value in rows[0].items()
+        name: _batched(column) if isinstance(column[0], dict) else np.array(column) for name, column in columns.items()
     }
 
 

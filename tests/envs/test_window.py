@@ -82,6 +82,4 @@ def test_without_pygame_one_line_names_the_extra(layout: Layout, monkeypatch: py
 def test_a_vector_environment_has_no_window(layout: Layout) -> None:
     pytest.importorskip("numba")
     with pytest.raises(OptionError, match="human"):
-        gym.make_vec(
-            ID, num_envs=2, vectorization_mode="vector_entry_point", layout=layout, render_mode="human"
-        )
+        gym.make_vec(ID, num_envs=2, vectorization_mode="vector_entry_point", layout=layout, render_mode="human")

@@ -25,8 +25,8 @@ def vector_env(
 ) -> VectorPointNavEnv | ProcessPointNavEnv:
     """Return many environments that step together; `gym.make_vec(..., vectorization_mode="vector_entry_point")` does.
 
-    The physics is "planar" unless `physics` is passed. Whatever the class, all that Gymnasium returns equals what single
-    environments with the same arguments, physics and seeds return, to the bit.
+    The physics is "planar" unless `physics` is passed. Whatever the class, all that Gymnasium returns equals what
+    single environments with the same arguments, physics and seeds return, to the bit.
 
     Args:
         num_envs: number of environments.

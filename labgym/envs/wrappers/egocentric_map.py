@@ -36,9 +36,7 @@ class EgocentricMap(gym.ObservationWrapper[Any, Any, Any], gym.utils.RecordConst
         OptionError: an argument is out of range, or the observation has no lidar or has an entry of this name.
     """
 
-    def __init__(
-        self, env: gym.Env[Any, Any], cells: int = 64, resolution: float = 0.1, name: str = "map"
-    ) -> None:
+    def __init__(self, env: gym.Env[Any, Any], cells: int = 64, resolution: float = 0.1, name: str = "map") -> None:
         gym.utils.RecordConstructorArgs.__init__(self, cells=cells, resolution=resolution, name=name)
         gym.ObservationWrapper.__init__(self, env)
         self.cells, self.resolution, self.name = cells, resolution, name

@@ -34,9 +34,7 @@ class OdometryNoise(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructor
         OptionError: an argument is negative, or the observation has an entry "odometry".
     """
 
-    def __init__(
-        self, env: gym.Env[Any, Any], along: float = 0.01, heading: float = 1.0, turning: float = 0.0
-    ) -> None:
+    def __init__(self, env: gym.Env[Any, Any], along: float = 0.01, heading: float = 1.0, turning: float = 0.0) -> None:
         gym.utils.RecordConstructorArgs.__init__(self, along=along, heading=heading, turning=turning)
         gym.Wrapper.__init__(self, env)
         self._sensor = OdometrySensor(along=along, heading=heading, turning=turning)
