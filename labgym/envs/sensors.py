@@ -141,6 +141,10 @@ class Camera:
         shape: rows and columns of the image. hfov: horizontal field of view, radians. reach: largest depth, meters.
         forward, height, left: place ahead of the robot's axis, above the floor and to the left, meters.
         yaw, pitch, roll: turns to the left, nose down and right side down, radians.
+
+    Attributes:
+        shape, reach, forward, height: as the arguments. focal: focal length, pixels.
+        level: whether the camera is on the robot's axis and looks straight ahead.
     """
 
     def __init__(
@@ -158,7 +162,10 @@ class Camera:
         aside, up = pixel_slopes(shape, hfov)
         grid = np.stack(np.broadcast_arrays(np.ones(shape), aside[None, :], up[:, None]), axis=-1).reshape(-1, 3)
         lengths = np.linalg.norm(grid, axis=1)
-        self._shape, self._limit = shape, np.float32(reach)
+        self.shape, self.reach, self._limit = shape, float(reach), np.float32(reach)
+        self.forward, self.height = float(forward), float(height)
+        self.focal = shape[1] / 2.0 / math.tan(hfov / 2.0)
+        self.level = (left, yaw, pitch, roll) == (0.0, 0.0, 0.0, 0.0)
         self._planar = (1.0 / lengths).astype(np.float32)
         self._reach = reach * float(lengths.max())
         directions = grid / lengths[:, None]
@@ -173,10 +180,10 @@ class Camera:
     def colour_and_depth(self, rays: RaySource, pose: Pose) -> tuple[NDArray[np.uint8], Floats]:
         """Return the color image, (rows, columns, 3), and planar depth, (rows, columns) meters."""
         view = self.view(rays, pose)
-        return rays.color(view.faces, view.directions).reshape(*self._shape, 3), view.depth
+        return rays.color(view.faces, view.directions).reshape(*self.shape, 3), view.depth
 
     def view(self, rays: RaySource, pose: Pose) -> View:
         """Return depth and faces seen from a pose (x, y, yaw) of the robot."""
         distances, faces = self._bundle.cast(rays, pose, self._reach)
-        depth = np.minimum(distances * self._planar, self._limit).reshape(self._shape)
+        depth = np.minimum(distances * self._planar, self._limit).reshape(self.shape)
         return View(depth, faces, self._bundle.directions)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from labgym.envs.moving_scene import MovingScene
     from labgym.envs.palette import Palette
     from labgym.envs.parts.protocols import Robot
-    from labgym.envs.sensors import Lidar
+    from labgym.envs.sensors import Camera, Lidar
     from labgym.envs.tasks import Task
     from labgym.envs.world import World
 
@@ -34,7 +34,7 @@ class State:
     Attributes:
         task: layout, protocol and drives. world: the layout prepared for simulation. robot: the robot.
         exact: whether readings must be equal on every processor.
-        planar: whether the physics is the planar kernel, which also computes lidar ranges and clearances.
+        planar: whether the physics is the planar kernel, which also computes lidar ranges, depth and clearances.
         pair: the drive in progress, from its start to its goal. leg: its place among the drives of the task, from 0.
         pose: (x, y, yaw) of the robot; yaw in (-pi, pi].
         velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s; 0 for the robot of
@@ -130,6 +130,14 @@ class State:
 
             return ranges(self.world, lidar.at(self.pose), lidar.count, lidar.reach, lidar.height)
         return lidar.scan(self.rays("solid"), self.pose)
+
+    def depth(self, camera: Camera) -> NDArray[np.float32]:
+        """Return the planar depth that a camera sees, (rows, columns) meters."""
+        if self.planar and camera.level:
+            from labgym.envs.planar.depth import depth
+
+            return depth(self.world, self.pose, camera)
+        return camera.depth(self.rays("visual"), self.pose)
 
     def rays(self, geometry: Geometry) -> RaySource:
         """Return the scene that sensors cast rays against: "solid" boxes or "visual" shapes."""

@@ -76,7 +76,7 @@ class World:
         lengths: dict[tuple[float, ...], float] = {
             pair.start[:2] + pair.goal[:2]: self.shortest_length(pair) for pair in pairs
         }
-        geometry, mesh = senses.geometry, self._mesh(senses.geometry)
+        geometry, mesh = senses.geometry, self.mesh(senses.geometry)
         paths, out_of_reach, nbytes = self._paths, self.out_of_reach, self.nbytes
         return Stage(self._layout, self.model, grid, paths, to_go, lengths, geometry, mesh, out_of_reach, nbytes)
 
@@ -212,9 +212,10 @@ class World:
 
     def _rays(self, kind: type[RayScene], geometry: Geometry) -> RayScene:
         name = f"{kind.__name__} {geometry}"
-        return self.derived(name, lambda layout: kind(layout, geometry, self._mesh(geometry)))
+        return self.derived(name, lambda layout: kind(layout, geometry, self.mesh(geometry)))
 
-    def _mesh(self, geometry: Geometry) -> SceneMesh:
+    def mesh(self, geometry: Geometry) -> SceneMesh:
+        """Return the triangles of the solid boxes, or of the visual shapes."""
         return self.derived(geometry, lambda layout: ray_mesh(layout, geometry))
 
     @property

@@ -112,14 +112,15 @@ class CameraSensor(Sensor):
         return self.forward, self.height, self.left, self.yaw, self.pitch, self.roll
 
     @cached_property
-    def _camera(self) -> Camera:
+    def camera(self) -> Camera:
+        """The camera."""
         return Camera((self.rows, self.columns), self.hfov, self.reach, *self._place)
 
     def _view(self, state: State) -> View:
         """Return what the camera sees; the first sensor of an optic casts its rays."""
         view: View | None = state.views.get(self._optics)
         if view is None:
-            view = state.views[self._optics] = self._camera.view(state.rays("visual"), state.pose)
+            view = state.views[self._optics] = self.camera.view(state.rays("visual"), state.pose)
         return view
 
 
@@ -141,7 +142,7 @@ class DepthSensor(CameraSensor):
 
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return the depth image, flat."""
-        depth = self._view(state).depth
+        depth = state.depth(self.camera) if state.planar and self.camera.level else self._view(state).depth
         return (disturbed(depth, self, state, rng) if self.noise else depth).ravel()
 
 

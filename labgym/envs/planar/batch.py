@@ -16,8 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.planar.body import Body
+from labgym.envs.planar.chunks import Chunks
 from labgym.envs.planar.compiled import carray, compiled, entry, pointer
 from labgym.envs.planar.contacts import Work, buffers
+from labgym.envs.planar.depth import Lens, draw
 from labgym.envs.planar.lidar import Beams, scan
 from labgym.envs.planar.plan import Cells, Outlines
 from labgym.envs.planar.scene import Boxes, Scene, beams, clearance_at
@@ -60,6 +62,9 @@ class Robots(NamedTuple):
     ranges: NDArray[np.float32]
 
 
+_NOTHING = Chunks(np.empty((0, 9), np.float32), np.zeros(1, np.int64), np.empty((0, 3)), np.empty((0, 3)))
+
+
 class Batch:
     """Robots, each in its scene.
 
@@ -67,12 +72,21 @@ class Batch:
         count: number of robots. control_dt: duration of a control step, seconds.
         rays: number of rays of the lidar, 0 without one. reach: its largest reading, meters.
         threads: number of threads; None for one per processor that this process may use.
+        lens: of the depth camera of each robot; None without one.
 
     Attributes:
-        robots: the arrays.
+        robots: the arrays. depths: (n, pixels) planar depth, meters; no pixels without a camera.
     """
 
-    def __init__(self, count: int, control_dt: float, rays: int, reach: float, threads: int | None = None) -> None:
+    def __init__(
+        self,
+        count: int,
+        control_dt: float,
+        rays: int,
+        reach: float,
+        threads: int | None = None,
+        lens: Lens | None = None,
+    ) -> None:
         size = 2 * ARRAYS + 2
         self.robots = Robots(
             states=np.zeros((count, 6)),
@@ -90,18 +104,28 @@ class Batch:
         # The arrays that addresses point to must live as long as they are used.
         self._arrays: list[Sequence[NDArray[np.generic]]] = [()] * count
         self._body: Body | None = None
+        self._lens, self._chunks = lens, [_NOTHING] * count
+        self.depths = np.zeros((count, 0 if lens is None else lens.rows * lens.columns), np.float32)
         self._checks, self._reach, self._beams = round(control_dt / CHECK_INTERVAL), reach, beams(max(rays, 1))
         available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        workers = max(1, min(available if threads is None else threads, count // SHARE))
+        workers = max(1, min(available if threads is None else threads, count // (SHARE if lens is None else 1)))
         bounds = [count * k // workers for k in range(workers + 1)]
         self._shares = [(first, last, buffers()) for first, last in pairwise(bounds)]
         self._pool = ThreadPoolExecutor(workers - 1, "planar") if workers > 1 else None
 
-    def place(self, robot: int, pose: Pose, scene: Scene, walls: Outlines, field: tuple[Array, Pose] | None) -> None:
+    def place(
+        self,
+        robot: int,
+        pose: Pose,
+        scene: Scene,
+        walls: Outlines,
+        field: tuple[Array, Pose] | None,
+        chunks: Chunks | None = None,
+    ) -> None:
         """Put a robot at rest into a scene.
 
         Args:
-            walls: what its lidar sees.
+            walls: what its lidar sees. chunks: what its camera sees.
             field: distances to its goal on a grid (rows, columns), and the grid's origin and resolution.
         """
         robots, (plan, self._body, boxes) = self.robots, scene
@@ -114,6 +138,8 @@ class Batch:
         robots.states[robot, :3], robots.states[robot, 3:] = pose, 0.0
         _step(robot, robot + 1, 0, 0, self._scene_body, robots, self._beams, self._reach, self._shares[0][2])
         robots.driven[robot], robots.touched[robot] = 0.0, False
+        self._chunks[robot] = _NOTHING if chunks is None else chunks
+        self._look(robot, robot + 1)
 
     def step(self) -> None:
         """Advance all robots by one control step towards their targets."""
@@ -122,6 +148,7 @@ class Batch:
 
         def run(first: int, last: int, work: Work) -> None:
             _step(first, last, self._checks, steps, body, self.robots, self._beams, self._reach, work)
+            self._look(first, last)
 
         if self._pool is None:
             run(*self._shares[0])
@@ -130,6 +157,13 @@ class Batch:
         run(*self._shares[0])
         for other in others:
             other.result()
+
+    def _look(self, first: int, last: int) -> None:
+        """Draw the depth images of the robots from `first` to `last` - 1."""
+        if self._lens is not None:
+            for k in range(first, last):
+                x, y, yaw = self.robots.poses[k]
+                draw(x, y, yaw, self._chunks[k], self._lens, self.depths[k])
 
     def close(self) -> None:
         """End the threads."""

@@ -17,11 +17,13 @@ from labgym.envs.distance_to_go import GridDistanceToGo
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.endings import RestEnding
 from labgym.envs.parts.protocols import Tasks
-from labgym.envs.parts.rays import LidarSensor
+from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import ProgressTerm
 from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.planar.batch import Batch
+from labgym.envs.planar.chunks import chunks_of
+from labgym.envs.planar.depth import lens_of
 from labgym.envs.planar.scene import scene_of, walls_at
 from labgym.envs.robot import ROBOT
 from labgym.envs.vector.arguments import mode_of, seeds_of, whole
@@ -55,9 +57,9 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
     infos equal those of single environments with the same arguments and seeds to the bit. Each environment draws its
     own layouts.
 
-    The standard parts are supported: goal, velocity and lidar without noise, the terms of `RewardWeights` with failure
-    and clearance, the endings touch, rest and contact, velocity actions, the differential drive, and the measures. Any
-    other part is refused when the environment is made; `ProcessPointNavEnv` has them.
+    The standard parts are supported: goal, velocity, one lidar and one depth camera without noise, the terms of
+    `RewardWeights` with failure and clearance, the endings touch, rest and contact, velocity actions, the differential
+    drive, and the measures. Any other part is refused when the environment is made; `ProcessPointNavEnv` has them.
 
     Attributes:
         autoreset_mode: when an environment whose episode ended is reset.
@@ -101,6 +103,8 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         rays, reach, self._height = (
             (0, 1.0, ROBOT.lidar_height) if lidar is None else (lidar.rays, lidar.reach, lidar.height)
         )
+        cameras = [sensor for sensor in self._sensors if isinstance(sensor, DepthSensor)]
+        lens = lens_of(cameras[0].camera) if cameras else None
         self._terms = [
             (each.name, each.weight, Progress(each, self.num_envs) if isinstance(each, ProgressTerm) else each)
             for each in config.reward_terms
@@ -113,7 +117,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
         self._columns = Columns.zeros(self.num_envs, config.control_dt)
         self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}
-        self._batch = Batch(self.num_envs, config.control_dt, rays, float(reach), threads)
+        self._batch = Batch(self.num_envs, config.control_dt, rays, float(reach), threads, lens)
         self._age = np.zeros(self.num_envs, dtype=np.int64)
         self._ended: NDArray[np.bool_] | None = None
 
@@ -194,7 +198,8 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         for distances in to_go.values():
             if isinstance(distances, GridDistanceToGo):
                 field = distances.field
-        self._batch.place(row, pair.start, scene_of(world), walls_at(world, self._height), field)
+        chunks = chunks_of(world) if self._batch.depths.size else None
+        self._batch.place(row, pair.start, scene_of(world), walls_at(world, self._height), field, chunks)
         columns.pose[row], columns.velocity[row] = robots.poses[row], robots.velocities[row]
         columns.goal[row], columns.clearance[row] = pair.goal, robots.clearances[row]
         columns.collision[row], columns.contacts[row], columns.steps[row] = False, 0, 0
@@ -238,12 +243,12 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         return np.column_stack([v, turn * self._size.w_max])
 
     def _observations(self) -> Observations:
-        return {
-            sensor.name: self._batch.robots.ranges.copy()
-            if isinstance(sensor, LidarSensor)
-            else reading(sensor, self._columns)
-            for sensor in self._sensors
-        }
+        return {sensor.name: self._reading(sensor) for sensor in self._sensors}
+
+    def _reading(self, sensor: Any) -> NDArray[np.float32]:
+        if isinstance(sensor, LidarSensor):
+            return self._batch.robots.ranges.copy()
+        return self._batch.depths.copy() if isinstance(sensor, DepthSensor) else reading(sensor, self._columns)
 
     def _infos(self, rows: NDArray[np.bool_]) -> dict[str, Any]:
         """Return the infos of some environments in Gymnasium's form: each column with the mask of its rows."""
@@ -294,9 +299,10 @@ def check_kernel(config: PointNavConfig) -> None:
         raise OptionError("the vector environment does not render: use gym.make for pictures")
     if config.drives != "pair":
         raise OptionError(f"the vector environment has episodes of one drive only, not {config.drives!r}: {REMEDY}")
-    check_parts("sensor", config.observed, (GoalSensor, VelocitySensor, LidarSensor))
-    if len(lidars(config)) > 1:
-        raise OptionError(f"the vector environment has one lidar only: {REMEDY}")
+    check_parts("sensor", config.observed, (GoalSensor, VelocitySensor, LidarSensor, DepthSensor))
+    for kind, name in ((LidarSensor, "lidar"), (DepthSensor, "depth camera")):
+        if sum(isinstance(sensor, kind) for sensor in config.observed) > 1:
+            raise OptionError(f"the vector environment has one {name} only: {REMEDY}")
     check_parts("reward term", config.reward_terms, TERMS)
     check_parts("ending", config.endings, ENDINGS)
     check_parts("actions", (config.actions,), (VelocityActions,))
@@ -307,4 +313,6 @@ def check_kernel(config: PointNavConfig) -> None:
         raise OptionError(f"the vector environment has no randomizations: {REMEDY}")
     if any((each.forward, each.left, each.yaw) != (0.0, 0.0, 0.0) for each in lidars(config)):
         raise OptionError(f"the vector environment has its lidar on the robot's axis only: {REMEDY}")
+    if any(isinstance(sensor, DepthSensor) and not sensor.camera.level for sensor in config.observed):
+        raise OptionError(f"the vector environment has its camera on the robot's axis only, level: {REMEDY}")
     check_measures(config.measures)

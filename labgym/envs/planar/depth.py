@@ -1,0 +1,250 @@
+"""Depth images by drawing triangles: planar depth at the centers of the pixels, as rays through them would give.
+
+A triangle covers a pixel if the direction of its center is on the inner side of the three planes through the eye and
+one side (J. Olano and T. Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997), so that triangles
+which reach behind the eye need no clipping. Along a row of pixels, the reciprocal of the depth is linear. The largest
+one at each pixel wins, in whatever order triangles come. Chunks are drawn from near to far, and those behind what has
+been drawn are skipped (N. Greene, M. Kass and G. Miller, Hierarchical Z-buffer visibility, 1993).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.planar.chunks import Chunks, chunks_of
+from labgym.envs.planar.compiled import compiled, entry
+from labgym.envs.sensors import Camera
+from labgym.envs.simulation import Pose
+from labgym.envs.world import World
+
+Array = NDArray[np.float64]
+Image = NDArray[np.float32]
+
+TILE = 8
+"""Side of the squares of pixels whose largest depth is known, pixels."""
+NEAR = 1e-3
+"""Depth of the nearest corner up to which a triangle, or a chunk, may cover any pixel, meters."""
+SLACK = 1e-6
+"""Width by which the bounds of triangles and chunks are larger, to allow for rounding, pixels."""
+
+
+class Lens(NamedTuple):
+    """A level camera, as `labgym.envs.sensors.Camera`.
+
+    Attributes:
+        rows, columns: size of the image. focal: focal length, pixels. reach: largest depth, meters.
+        forward, height: place ahead of the robot's axis and above the floor, meters.
+    """
+
+    rows: int
+    columns: int
+    focal: float
+    reach: float
+    forward: float
+    height: float
+
+
+def lens_of(camera: Camera) -> Lens:
+    """Return the lens of a camera."""
+    rows, columns = camera.shape
+    return Lens(rows, columns, camera.focal, camera.reach, camera.forward, camera.height)
+
+
+def depth(world: World, pose: Pose, camera: Camera) -> Image:
+    """Return the planar depth that a camera sees from a pose of the robot, (rows, columns) meters."""
+    image = np.empty(camera.shape, np.float32)
+    draw(*pose, chunks_of(world), lens_of(camera), image.ravel())
+    return image
+
+
+@entry
+def draw(x: float, y: float, yaw: float, chunks: Chunks, lens: Lens, image: Image) -> None:
+    """Write the planar depth from a pose of the robot, (rows * columns,) meters."""
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    eye_x, eye_y = x + lens.forward * cosine, y + lens.forward * sine
+    count = len(chunks.first) - 1
+    nearest = np.empty(count)
+    which = np.empty(count, np.int64)
+    windows = np.empty((count, 4), np.int64)
+    visible = 0
+    for chunk in range(count):
+        if _window(chunk, chunks, eye_x, eye_y, cosine, sine, lens, nearest, windows, visible):
+            which[visible] = chunk
+            visible += 1
+    across = (lens.columns + TILE - 1) // TILE
+    tiles = across * ((lens.rows + TILE - 1) // TILE)
+    background = 1.0 / lens.reach
+    inverse, least = np.full(lens.rows * lens.columns, background), np.full(tiles, background)
+    stale = np.zeros(tiles, np.bool_)
+    for place in np.argsort(nearest[:visible]):
+        window = windows[place]
+        if nearest[place] > NEAR and _hidden(1.0 / nearest[place], window, across, lens, inverse, least, stale):
+            continue
+        drawn = False
+        chunk = which[place]
+        for face in range(chunks.first[chunk], chunks.first[chunk + 1]):
+            if _fill(chunks.corners, face, eye_x, eye_y, cosine, sine, lens, inverse):
+                drawn = True
+        if drawn:
+            for row in range(window[0] // TILE, window[1] // TILE + 1):
+                for column in range(window[2] // TILE, window[3] // TILE + 1):
+                    stale[row * across + column] = True
+    for pixel in range(lens.rows * lens.columns):
+        image[pixel] = lens.reach if inverse[pixel] <= background else 1.0 / inverse[pixel]
+
+
+@compiled
+def _window(
+    chunk: int,
+    chunks: Chunks,
+    eye_x: float,
+    eye_y: float,
+    cosine: float,
+    sine: float,
+    lens: Lens,
+    nearest: Array,
+    windows: NDArray[np.int64],
+    place: int,
+) -> bool:
+    """Write the least depth of a chunk, and the first and last row and column of its pixels; return whether any is."""
+    dx, dy = chunks.center[chunk, 0] - eye_x, chunks.center[chunk, 1] - eye_y
+    dz = chunks.center[chunk, 2] - lens.height
+    half_x, half_y, half_z = chunks.half[chunk, 0], chunks.half[chunk, 1], chunks.half[chunk, 2]
+    ahead, left = cosine * dx + sine * dy, cosine * dy - sine * dx
+    extent = abs(cosine) * half_x + abs(sine) * half_y
+    near, far = ahead - extent, ahead + extent
+    if far <= 0.0 or near > lens.reach:
+        return False
+    first_row, last_row, first_column, last_column = 0, lens.rows - 1, 0, lens.columns - 1
+    if near > NEAR:
+        low, high = math.inf, -math.inf
+        for side_x in (-half_x, half_x):
+            for side_y in (-half_y, half_y):
+                slope = (left + cosine * side_y - sine * side_x) / (ahead + cosine * side_x + sine * side_y)
+                low, high = min(low, slope), max(high, slope)
+        up, down = dz + half_z, dz - half_z
+        top, bottom = up / (near if up > 0.0 else far), down / (near if down < 0.0 else far)
+        first_column, last_column = _pixels(low, high, lens.columns, lens.focal)
+        first_row, last_row = _pixels(bottom, top, lens.rows, lens.focal)
+        if first_column > last_column or first_row > last_row:
+            return False
+    nearest[place] = near
+    windows[place, 0], windows[place, 1] = first_row, last_row
+    windows[place, 2], windows[place, 3] = first_column, last_column
+    return True
+
+
+@compiled
+def _pixels(low: float, high: float, count: int, focal: float) -> tuple[int, int]:
+    """Return the first and the last pixel whose center has a slope between two slopes; slopes fall along the image."""
+    middle = count / 2.0 - 0.5
+    begin, end = middle - focal * high - SLACK, middle - focal * low + SLACK
+    if begin > count or end < 0.0:
+        return 1, 0
+    return max(0, math.ceil(max(begin, -1.0))), min(count - 1, math.floor(min(end, count + 1.0)))
+
+
+@compiled
+def _hidden(
+    inverse_near: float,
+    window: NDArray[np.int64],
+    across: int,
+    lens: Lens,
+    inverse: Array,
+    least: Array,
+    stale: NDArray[np.bool_],
+) -> bool:
+    """Return whether everything in a window is nearer than a depth, passed as its reciprocal."""
+    for row in range(window[0] // TILE, window[1] // TILE + 1):
+        for column in range(window[2] // TILE, window[3] // TILE + 1):
+            tile = row * across + column
+            if least[tile] < inverse_near and stale[tile]:
+                smallest = math.inf
+                for i in range(row * TILE, min(lens.rows, row * TILE + TILE)):
+                    for j in range(column * TILE, min(lens.columns, column * TILE + TILE)):
+                        smallest = min(smallest, inverse[i * lens.columns + j])
+                least[tile], stale[tile] = smallest, False
+            if least[tile] < inverse_near:
+                return False
+    return True
+
+
+@compiled
+def _fill(
+    corners: Image,
+    face: int,
+    eye_x: float,
+    eye_y: float,
+    cosine: float,
+    sine: float,
+    lens: Lens,
+    inverse: Array,
+) -> bool:
+    """Draw a triangle with corners a, b and c; return whether it may cover a pixel.
+
+    Coordinates are ahead (u), to the left (v) and upwards (w) of the eye. `p`, `q` and `r` are the normals of the
+    planes through the eye and the sides ab, bc and ca.
+    """
+    dx, dy, aw = corners[face, 0] - eye_x, corners[face, 1] - eye_y, corners[face, 2] - lens.height
+    au, av = cosine * dx + sine * dy, cosine * dy - sine * dx
+    dx, dy, bw = corners[face, 3] - eye_x, corners[face, 4] - eye_y, corners[face, 5] - lens.height
+    bu, bv = cosine * dx + sine * dy, cosine * dy - sine * dx
+    dx, dy, cw = corners[face, 6] - eye_x, corners[face, 7] - eye_y, corners[face, 8] - lens.height
+    cu, cv = cosine * dx + sine * dy, cosine * dy - sine * dx
+    near = min(au, min(bu, cu))
+    if max(au, max(bu, cu)) <= 0.0 or near > lens.reach:
+        return False
+    first_row, last_row, first_column, last_column = 0, lens.rows - 1, 0, lens.columns - 1
+    if near > NEAR:
+        a, b, c = av / au, bv / bu, cv / cu
+        first_column, last_column = _pixels(min(a, min(b, c)), max(a, max(b, c)), lens.columns, lens.focal)
+        if first_column > last_column:
+            return False
+        a, b, c = aw / au, bw / bu, cw / cu
+        first_row, last_row = _pixels(min(a, min(b, c)), max(a, max(b, c)), lens.rows, lens.focal)
+        if first_row > last_row:
+            return False
+    pu, pv, pw = av * bw - aw * bv, aw * bu - au * bw, au * bv - av * bu
+    qu, qv, qw = bv * cw - bw * cv, bw * cu - bu * cw, bu * cv - bv * cu
+    ru, rv, rw = cv * aw - cw * av, cw * au - cu * aw, cu * av - cv * au
+    volume = au * qu + av * qv + aw * qw
+    if volume == 0.0:
+        return False
+    sign = 1.0 if volume > 0.0 else -1.0
+    scale = 1.0 / volume
+    nu, nv, nw = (pu + qu + ru) * scale, (pv + qv + rv) * scale, (pw + qw + rw) * scale
+    middle, step = lens.columns / 2.0 - 0.5, 1.0 / lens.focal
+    for row in range(first_row, last_row + 1):
+        up = (lens.rows / 2.0 - 0.5 - row) * step
+        # Two triangles with a common side compute the same bound for it: no pixel is left out between them.
+        begin, end = _inner(sign * (pu + pw * up), sign * pv, middle, lens.focal, first_column, last_column)
+        begin, end = _inner(sign * (qu + qw * up), sign * qv, middle, lens.focal, begin, end)
+        begin, end = _inner(sign * (ru + rw * up), sign * rv, middle, lens.focal, begin, end)
+        base, along = row * lens.columns, nu + nw * up
+        for column in range(begin, end + 1):
+            value = along + nv * ((middle - column) * step)
+            if value > inverse[base + column]:
+                inverse[base + column] = value
+    return True
+
+
+@compiled
+def _inner(constant: float, slope: float, middle: float, focal: float, begin: int, end: int) -> tuple[int, int]:
+    """Return the first and the last column k from `begin` to `end` on the inner side of a line.
+
+    There, constant + slope (middle - k) / focal is not negative.
+    """
+    if slope == 0.0:
+        return (begin, end) if constant >= 0.0 else (1, 0)
+    bound = middle + focal * constant / slope
+    if slope > 0.0:
+        if bound < begin:
+            return 1, 0
+        return begin, (math.floor(bound) if bound < end else end)
+    if bound > end:
+        return 1, 0
+    return (math.ceil(bound) if bound > begin else begin), end
