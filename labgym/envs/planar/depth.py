@@ -70,11 +70,7 @@ def draw(x: float, y: float, yaw: float, chunks: Chunks, lens: Lens, image: Imag
     nearest = np.empty(count)
     which = np.empty(count, np.int64)
     windows = np.empty((count, 4), np.int64)
-    visible = 0
-    for chunk in range(count):
-        if _window(chunk, chunks, eye_x, eye_y, cosine, sine, lens, nearest, windows, visible):
-            which[visible] = chunk
-            visible += 1
+    visible = _visible(chunks.center, chunks.half, eye_x, eye_y, cosine, sine, lens, which, nearest, windows)
     across = (lens.columns + TILE - 1) // TILE
     tiles = across * ((lens.rows + TILE - 1) // TILE)
     background = 1.0 / lens.reach
@@ -84,12 +80,8 @@ def draw(x: float, y: float, yaw: float, chunks: Chunks, lens: Lens, image: Imag
         window = windows[place]
         if nearest[place] > NEAR and _hidden(1.0 / nearest[place], window, across, lens, inverse, least, stale):
             continue
-        drawn = False
-        chunk = which[place]
-        for face in range(chunks.first[chunk], chunks.first[chunk + 1]):
-            if _fill(chunks.corners, face, eye_x, eye_y, cosine, sine, lens, inverse):
-                drawn = True
-        if drawn:
+        first, last = chunks.first[which[place]], chunks.first[which[place] + 1]
+        if _fill(chunks.corners, first, last, eye_x, eye_y, cosine, sine, lens, inverse):
             for row in range(window[0] // TILE, window[1] // TILE + 1):
                 for column in range(window[2] // TILE, window[3] // TILE + 1):
                     stale[row * across + column] = True
@@ -98,44 +90,48 @@ def draw(x: float, y: float, yaw: float, chunks: Chunks, lens: Lens, image: Imag
 
 
 @compiled
-def _window(
-    chunk: int,
-    chunks: Chunks,
+def _visible(
+    center: Array,
+    half: Array,
     eye_x: float,
     eye_y: float,
     cosine: float,
     sine: float,
     lens: Lens,
+    which: NDArray[np.int64],
     nearest: Array,
     windows: NDArray[np.int64],
-    place: int,
-) -> bool:
-    """Write the least depth of a chunk, and the first and last row and column of its pixels; return whether any is."""
-    dx, dy = chunks.center[chunk, 0] - eye_x, chunks.center[chunk, 1] - eye_y
-    dz = chunks.center[chunk, 2] - lens.height
-    half_x, half_y, half_z = chunks.half[chunk, 0], chunks.half[chunk, 1], chunks.half[chunk, 2]
-    ahead, left = cosine * dx + sine * dy, cosine * dy - sine * dx
-    extent = abs(cosine) * half_x + abs(sine) * half_y
-    near, far = ahead - extent, ahead + extent
-    if far <= 0.0 or near > lens.reach:
-        return False
-    first_row, last_row, first_column, last_column = 0, lens.rows - 1, 0, lens.columns - 1
-    if near > NEAR:
-        low, high = math.inf, -math.inf
-        for side_x in (-half_x, half_x):
-            for side_y in (-half_y, half_y):
-                slope = (left + cosine * side_y - sine * side_x) / (ahead + cosine * side_x + sine * side_y)
-                low, high = min(low, slope), max(high, slope)
-        up, down = dz + half_z, dz - half_z
-        top, bottom = up / (near if up > 0.0 else far), down / (near if down < 0.0 else far)
-        first_column, last_column = _pixels(low, high, lens.columns, lens.focal)
-        first_row, last_row = _pixels(bottom, top, lens.rows, lens.focal)
-        if first_column > last_column or first_row > last_row:
-            return False
-    nearest[place] = near
-    windows[place, 0], windows[place, 1] = first_row, last_row
-    windows[place, 2], windows[place, 3] = first_column, last_column
-    return True
+) -> int:
+    """Write the chunks in view, their least depths, and the first and last row and column of each; return how many."""
+    visible = 0
+    for chunk in range(len(center)):
+        dx, dy, dz = center[chunk, 0] - eye_x, center[chunk, 1] - eye_y, center[chunk, 2] - lens.height
+        half_x, half_y, half_z = half[chunk, 0], half[chunk, 1], half[chunk, 2]
+        ahead, left = cosine * dx + sine * dy, cosine * dy - sine * dx
+        extent = abs(cosine) * half_x + abs(sine) * half_y
+        near, far = ahead - extent, ahead + extent
+        if far <= 0.0 or near > lens.reach:
+            continue
+        first_row, last_row, first_column, last_column = 0, lens.rows - 1, 0, lens.columns - 1
+        if near > NEAR:
+            low, high = math.inf, -math.inf
+            for side_x in (-half_x, half_x):
+                for side_y in (-half_y, half_y):
+                    slope = (left + cosine * side_y - sine * side_x) / (ahead + cosine * side_x + sine * side_y)
+                    low, high = min(low, slope), max(high, slope)
+            first_column, last_column = _pixels(low, high, lens.columns, lens.focal)
+            if first_column > last_column:
+                continue
+            up, down = dz + half_z, dz - half_z
+            top, bottom = up / (near if up > 0.0 else far), down / (near if down < 0.0 else far)
+            first_row, last_row = _pixels(bottom, top, lens.rows, lens.focal)
+            if first_row > last_row:
+                continue
+        which[visible], nearest[visible] = chunk, near
+        windows[visible, 0], windows[visible, 1] = first_row, last_row
+        windows[visible, 2], windows[visible, 3] = first_column, last_column
+        visible += 1
+    return visible
 
 
 @compiled
@@ -145,7 +141,7 @@ def _pixels(low: float, high: float, count: int, focal: float) -> tuple[int, int
     begin, end = middle - focal * high - SLACK, middle - focal * low + SLACK
     if begin > count or end < 0.0:
         return 1, 0
-    return max(0, math.ceil(max(begin, -1.0))), min(count - 1, math.floor(min(end, count + 1.0)))
+    return (math.ceil(begin) if begin > 0.0 else 0), (math.floor(end) if end < count - 1.0 else count - 1)
 
 
 @compiled
@@ -176,7 +172,8 @@ def _hidden(
 @compiled
 def _fill(
     corners: Image,
-    face: int,
+    first: int,
+    last: int,
     eye_x: float,
     eye_y: float,
     cosine: float,
@@ -184,52 +181,55 @@ def _fill(
     lens: Lens,
     inverse: Array,
 ) -> bool:
-    """Draw a triangle with corners a, b and c; return whether it may cover a pixel.
+    """Draw the triangles from `first` to `last` - 1; return whether any covers a pixel.
 
-    Coordinates are ahead (u), to the left (v) and upwards (w) of the eye. `p`, `q` and `r` are the normals of the
-    planes through the eye and the sides ab, bc and ca.
+    Coordinates of their corners a, b and c are ahead (u), to the left (v) and upwards (w) of the eye. `p`, `q` and `r`
+    are the normals of the planes through the eye and the sides ab, bc and ca.
     """
-    dx, dy, aw = corners[face, 0] - eye_x, corners[face, 1] - eye_y, corners[face, 2] - lens.height
-    au, av = cosine * dx + sine * dy, cosine * dy - sine * dx
-    dx, dy, bw = corners[face, 3] - eye_x, corners[face, 4] - eye_y, corners[face, 5] - lens.height
-    bu, bv = cosine * dx + sine * dy, cosine * dy - sine * dx
-    dx, dy, cw = corners[face, 6] - eye_x, corners[face, 7] - eye_y, corners[face, 8] - lens.height
-    cu, cv = cosine * dx + sine * dy, cosine * dy - sine * dx
-    near = min(au, min(bu, cu))
-    if max(au, max(bu, cu)) <= 0.0 or near > lens.reach:
-        return False
-    first_row, last_row, first_column, last_column = 0, lens.rows - 1, 0, lens.columns - 1
-    if near > NEAR:
-        a, b, c = av / au, bv / bu, cv / cu
-        first_column, last_column = _pixels(min(a, min(b, c)), max(a, max(b, c)), lens.columns, lens.focal)
-        if first_column > last_column:
-            return False
-        a, b, c = aw / au, bw / bu, cw / cu
-        first_row, last_row = _pixels(min(a, min(b, c)), max(a, max(b, c)), lens.rows, lens.focal)
-        if first_row > last_row:
-            return False
-    pu, pv, pw = av * bw - aw * bv, aw * bu - au * bw, au * bv - av * bu
-    qu, qv, qw = bv * cw - bw * cv, bw * cu - bu * cw, bu * cv - bv * cu
-    ru, rv, rw = cv * aw - cw * av, cw * au - cu * aw, cu * av - cv * au
-    volume = au * qu + av * qv + aw * qw
-    if volume == 0.0:
-        return False
-    sign = 1.0 if volume > 0.0 else -1.0
-    scale = 1.0 / volume
-    nu, nv, nw = (pu + qu + ru) * scale, (pv + qv + rv) * scale, (pw + qw + rw) * scale
-    middle, step = lens.columns / 2.0 - 0.5, 1.0 / lens.focal
-    for row in range(first_row, last_row + 1):
-        up = (lens.rows / 2.0 - 0.5 - row) * step
-        # Two triangles with a common side compute the same bound for it: no pixel is left out between them.
-        begin, end = _inner(sign * (pu + pw * up), sign * pv, middle, lens.focal, first_column, last_column)
-        begin, end = _inner(sign * (qu + qw * up), sign * qv, middle, lens.focal, begin, end)
-        begin, end = _inner(sign * (ru + rw * up), sign * rv, middle, lens.focal, begin, end)
-        base, along = row * lens.columns, nu + nw * up
-        for column in range(begin, end + 1):
-            value = along + nv * ((middle - column) * step)
-            if value > inverse[base + column]:
-                inverse[base + column] = value
-    return True
+    middle, step, drawn = lens.columns / 2.0 - 0.5, 1.0 / lens.focal, False
+    for face in range(first, last):
+        dx, dy, aw = corners[face, 0] - eye_x, corners[face, 1] - eye_y, corners[face, 2] - lens.height
+        au, av = cosine * dx + sine * dy, cosine * dy - sine * dx
+        dx, dy, bw = corners[face, 3] - eye_x, corners[face, 4] - eye_y, corners[face, 5] - lens.height
+        bu, bv = cosine * dx + sine * dy, cosine * dy - sine * dx
+        dx, dy, cw = corners[face, 6] - eye_x, corners[face, 7] - eye_y, corners[face, 8] - lens.height
+        cu, cv = cosine * dx + sine * dy, cosine * dy - sine * dx
+        near = min(au, min(bu, cu))
+        if max(au, max(bu, cu)) <= 0.0 or near > lens.reach:
+            continue
+        first_row, last_row, first_column, last_column = 0, lens.rows - 1, 0, lens.columns - 1
+        if near > NEAR:
+            a, b, c = 1.0 / au, 1.0 / bu, 1.0 / cu
+            low, high = min(av * a, min(bv * b, cv * c)), max(av * a, max(bv * b, cv * c))
+            first_column, last_column = _pixels(low, high, lens.columns, lens.focal)
+            if first_column > last_column:
+                continue
+            low, high = min(aw * a, min(bw * b, cw * c)), max(aw * a, max(bw * b, cw * c))
+            first_row, last_row = _pixels(low, high, lens.rows, lens.focal)
+            if first_row > last_row:
+                continue
+        pu, pv, pw = av * bw - aw * bv, aw * bu - au * bw, au * bv - av * bu
+        qu, qv, qw = bv * cw - bw * cv, bw * cu - bu * cw, bu * cv - bv * cu
+        ru, rv, rw = cv * aw - cw * av, cw * au - cu * aw, cu * av - cv * au
+        volume = au * qu + av * qv + aw * qw
+        if volume == 0.0:
+            continue
+        sign = 1.0 if volume > 0.0 else -1.0
+        scale = 1.0 / volume
+        nu, nv, nw = (pu + qu + ru) * scale, (pv + qv + rv) * scale, (pw + qw + rw) * scale
+        for row in range(first_row, last_row + 1):
+            up = (lens.rows / 2.0 - 0.5 - row) * step
+            # Two triangles with a common side compute the same bound for it: no pixel is left out between them.
+            begin, end = _inner(sign * (pu + pw * up), sign * pv, middle, lens.focal, first_column, last_column)
+            begin, end = _inner(sign * (qu + qw * up), sign * qv, middle, lens.focal, begin, end)
+            begin, end = _inner(sign * (ru + rw * up), sign * rv, middle, lens.focal, begin, end)
+            base, along = row * lens.columns, nu + nw * up
+            drawn |= end >= begin
+            for column in range(begin, end + 1):
+                value = along + nv * ((middle - column) * step)
+                if value > inverse[base + column]:
+                    inverse[base + column] = value
+    return drawn
 
 
 @compiled
