@@ -44,11 +44,16 @@ CASES = {
     "one layout": {"layout": island_laboratory(), "max_episode_steps": 60},
     "exact": {"split": "test", "distance_to_go": "exact", "max_episode_steps": 15},
     "version 1": {"id": VERSION_1, "layout": island_laboratory(), "max_episode_steps": 15},
+    "depth": {"id": "LabPointNavDepth-v1", "layout": island_laboratory(), "max_episode_steps": 15},
     "parts": {
         "layout": island_laboratory(),
         "max_episode_steps": 50,
         "control_dt": 0.05,
-        "sensors": ["velocity", {"kind": "lidar", "rays": 91, "reach": 6.0, "height": 0.4}],
+        "sensors": [
+            "velocity",
+            {"kind": "depth", "rows": 9, "columns": 15, "reach": 4.0},
+            {"kind": "lidar", "rays": 91, "reach": 6.0, "height": 0.4},
+        ],
         "rewards": ["progress", "success", "failure", "time", "clearance", {"kind": "collision", "weight": -0.3}],
         "endings": ["contact", {"kind": "rest", "radius": 1.5, "duration": 0.2}, {"kind": "touch", "radius": 1.0}],
         "measures": ["is_success", "cost", "ending", "reward_terms", "achieved_goal", "desired_goal"],
@@ -67,7 +72,7 @@ def test_the_vector_equals_the_single_environments_to_the_bit(case, mode):
     assert_same(many.reset(seed=7), one.reset(seed=7))
     rng = np.random.default_rng(11)
     ends = np.zeros(2, dtype=int)
-    for _ in range(40 if case in ("exact", "version 1") else 160):
+    for _ in range(40 if case in ("exact", "version 1", "depth") else 160):
         action = actions(rng, {})
         expected, actual = one.step(action), many.step(action)
         assert_same(actual, expected)
@@ -114,7 +119,9 @@ def test_what_the_kernel_lacks_is_refused_in_one_line():
     from labgym.envs.vector.env import VectorPointNavEnv
 
     for options, message in (
-        ({"observation": "depth"}, "no sensor DepthSensor, only GoalSensor, VelocitySensor, LidarSensor"),
+        ({"observation": "rgbd"}, "no sensor ColorSensor, only GoalSensor, VelocitySensor, LidarSensor, DepthSensor"),
+        ({"sensors": ["lidar", {"kind": "lidar", "name": "low"}]}, "one lidar only"),
+        ({"sensors": ["depth", {"kind": "depth", "name": "low"}]}, "one depth camera only"),
         ({"physics": "mujoco"}, "physics='planar' only"),
         ({"render_mode": "rgb_array"}, "does not render"),
         ({"sensors": [{"kind": "lidar", "noise": ["gaussian"]}]}, "no noise, as of sensor 'lidar'"),
@@ -127,8 +134,8 @@ def test_what_the_kernel_lacks_is_refused_in_one_line():
         with pytest.raises(OptionError, match=message) as caught:
             VectorPointNavEnv(**options)
         assert "\n" not in str(caught.value)
-    with pytest.raises(OptionError, match="no sensor DepthSensor"):
-        vector(observation="depth", threads=2)
+    with pytest.raises(OptionError, match="no sensor ColorSensor"):
+        vector(observation="rgbd", threads=2)
     many = vector(layout=island_laboratory())
     assert isinstance(many, VectorPointNavEnv)
     many.reset(seed=0)
