@@ -20,8 +20,7 @@ from labgym.table import Table
 REFERENCE = "PointMaze_UMaze-v3"
 EPISODE = 100
 """Steps after which our episodes end, so that resets are a part of the work."""
-NUM_ENVS, NUM_CAMERAS = 64, 16
-"""Numbers of environments that step together: with lidar, and with a depth camera."""
+NUM_ENVS = 64
 BLOCK_SECONDS = 0.1
 """Minimum duration of a block of steps, seconds."""
 ACTIONS = 499
@@ -37,7 +36,7 @@ class Throughput:
         steps: environment steps per second of wall-clock time, median over blocks.
         wall: the same relative to the reference, median over blocks.
         processor: environment steps per second of processor time relative to the reference, median over blocks. Other
-            load on the machine distorts it less; threads and worker processes count as a sum.
+            load on the machine distorts it less; threads count as a sum.
     """
 
     name: str
@@ -106,8 +105,11 @@ def environments(layout: Layout) -> dict[str, Callable[[], Any]]:
         made[f"{NUM_ENVS} x lidar, vector environment"] = lambda: gym.make_vec(
             "LabPointNav-v0", NUM_ENVS, vectorization_mode="vector_entry_point", **ours
         )
-        made[f"{NUM_CAMERAS} x depth camera, processes"] = lambda: gym.make_vec(
-            "LabPointNav-v0", NUM_CAMERAS, vectorization_mode="vector_entry_point", observation="depth", **ours
+        made["depth camera, planar kernel"] = lambda: gym.make(
+            "LabPointNav-v0", physics="planar", observation="depth", **ours
+        )
+        made[f"{NUM_ENVS} x depth camera, vector environment"] = lambda: gym.make_vec(
+            "LabPointNav-v0", NUM_ENVS, vectorization_mode="vector_entry_point", observation="depth", **ours
         )
     return made
 
@@ -134,16 +136,11 @@ class Run:
 
     def block(self) -> tuple[float, float]:
         """Return the wall-clock and the processor seconds of an environment step, averaged over a block."""
-        wall, processor = time.perf_counter(), self._processor_seconds()
+        wall, processor = time.perf_counter(), time.process_time()
         for _ in range(self._steps):
             self._step()
         count = self._steps * self._count
-        return (time.perf_counter() - wall) / count, (self._processor_seconds() - processor) / count
-
-    def _processor_seconds(self) -> float:
-        """Return the processor time of this process and of the environment's worker processes."""
-        workers = getattr(self.env, "processor_seconds", None)
-        return time.process_time() + (0.0 if workers is None else workers())
+        return (time.perf_counter() - wall) / count, (time.process_time() - processor) / count
 
     def _step(self) -> None:
         self._place = (self._place + 1) % ACTIONS

@@ -43,7 +43,7 @@ def poses(world: World) -> list[tuple[float, float, float]]:
     """Poses at the ends of drives and between them, with random headings."""
     rng = np.random.default_rng(5)
     found = []
-    for pair in goal_pairs(world._layout)[:5]:
+    for pair in goal_pairs(world._layout)[:3]:
         share = rng.uniform()
         x, y = (start + share * (goal - start) for start, goal in zip(pair.start[:2], pair.goal[:2], strict=True))
         found += [pair.start, pair.goal, (x, y, rng.uniform(-math.pi, math.pi))]
@@ -51,9 +51,7 @@ def poses(world: World) -> list[tuple[float, float, float]]:
 
 
 @pytest.mark.parametrize("name", CAMERAS)
-def test_depth_is_that_of_rays_and_where_single_precision_misses_an_edge_that_of_double(
-    world: World, name: str
-) -> None:
+def test_depth_is_that_of_rays_or_where_they_miss_an_edge_that_of_double_precision(world: World, name: str) -> None:
     camera, pixels, unequal = CAMERAS[name], 0, 0
     for pose in poses(world):
         drawn, cast = depth(world, pose, camera), camera.depth(world.visible, pose)

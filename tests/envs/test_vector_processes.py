@@ -56,7 +56,6 @@ def test_depth_and_color_with_mujoco_equal_those_of_single_environments_to_the_b
         "LabPointNavRGBD-v1", 12, AutoresetMode.NEXT_STEP, 7,
         physics="mujoco", max_episode_steps=5, distance_to_go="grid", render_mode="depth_array",
     )  # fmt: skip
-    assert many.processor_seconds() > 0.5
     with pytest.raises(OptionError, match="must be 5 actions"):
         many.step(np.zeros((4, 2), np.float32))
     with pytest.raises(OptionError, match="2 seeds for 5 environments"):

@@ -29,11 +29,11 @@ class WorkersLostError(LabgymError):
 class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
     """Many `LabPointNavEnv` in a few worker processes, which share memory for the observations.
 
-        envs = gym.make_vec("labgym:LabPointNavDepth-v1", num_envs=16, vectorization_mode="vector_entry_point")
+        envs = gym.make_vec("labgym:LabPointNavRGBD-v1", num_envs=16, vectorization_mode="vector_entry_point")
 
     Observations, rewards, ends of episodes and infos equal those of single environments with the same arguments and
     seeds to the bit; any part and any physics is supported. Each process steps its share of the environments one after
-    the other. Cameras gain most: Embree casts their rays under the interpreter lock, so that threads do not help.
+    the other. Threads would not help them: Embree and MuJoCo's bindings are called under the interpreter lock.
 
     A script makes it under `if __name__ == "__main__":`, because processes are spawned. Parts of a user's own reach
     them by cloudpickle. After an exception, call `reset`.
@@ -126,10 +126,6 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
         if self.render_mode is None:
             return None
         return tuple(picture for answer in self._each(call, [("render",)] * len(self._shares)) for picture in answer)
-
-    def processor_seconds(self) -> float:
-        """Return the processor time of all worker processes, seconds."""
-        return float(sum(self._each(call, [("processor_seconds",)] * len(self._shares))))
 
     def close_extras(self, **_: Any) -> None:
         """End the processes."""

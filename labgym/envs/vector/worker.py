@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from functools import partial
 from typing import Any
 
@@ -58,10 +57,6 @@ class Rows:
     def render(self) -> tuple[Any, ...]:
         """Return the picture of each environment."""
         return tuple(self._envs.render() or ())
-
-    def processor_seconds(self) -> float:
-        """Return the processor time of this process."""
-        return time.process_time()
 
     def _sent(self, observations: Any) -> Any:
         """Write observations where the other process reads them, or return them."""
