@@ -77,13 +77,12 @@ def draw(x: float, y: float, yaw: float, chunks: Chunks, lens: Lens, image: Imag
     inverse, least = np.full(lens.rows * lens.columns, background), np.full(tiles, background)
     stale = np.zeros(tiles, np.bool_)
     for place in np.argsort(nearest[:visible]):
-        window = windows[place]
-        if nearest[place] > NEAR and _hidden(1.0 / nearest[place], window, across, lens, inverse, least, stale):
+        if nearest[place] > NEAR and _hidden(nearest[place], place, windows, across, lens, inverse, least, stale):
             continue
         first, last = chunks.first[which[place]], chunks.first[which[place] + 1]
         if _fill(chunks.corners, first, last, eye_x, eye_y, cosine, sine, lens, inverse):
-            for row in range(window[0] // TILE, window[1] // TILE + 1):
-                for column in range(window[2] // TILE, window[3] // TILE + 1):
+            for row in range(windows[place, 0] // TILE, windows[place, 1] // TILE + 1):
+                for column in range(windows[place, 2] // TILE, windows[place, 3] // TILE + 1):
                     stale[row * across + column] = True
     for pixel in range(lens.rows * lens.columns):
         image[pixel] = lens.reach if inverse[pixel] <= background else 1.0 / inverse[pixel]
@@ -141,22 +140,24 @@ def _pixels(low: float, high: float, count: int, focal: float) -> tuple[int, int
     begin, end = middle - focal * high - SLACK, middle - focal * low + SLACK
     if begin > count or end < 0.0:
         return 1, 0
-    return (math.ceil(begin) if begin > 0.0 else 0), (math.floor(end) if end < count - 1.0 else count - 1)
+    return max(0, math.ceil(begin)), min(count - 1, math.floor(end))
 
 
 @compiled
 def _hidden(
-    inverse_near: float,
-    window: NDArray[np.int64],
+    near: float,
+    place: int,
+    windows: NDArray[np.int64],
     across: int,
     lens: Lens,
     inverse: Array,
     least: Array,
     stale: NDArray[np.bool_],
 ) -> bool:
-    """Return whether everything in a window is nearer than a depth, passed as its reciprocal."""
-    for row in range(window[0] // TILE, window[1] // TILE + 1):
-        for column in range(window[2] // TILE, window[3] // TILE + 1):
+    """Return whether everything in the window of a chunk is nearer than the chunk."""
+    inverse_near = 1.0 / near
+    for row in range(windows[place, 0] // TILE, windows[place, 1] // TILE + 1):
+        for column in range(windows[place, 2] // TILE, windows[place, 3] // TILE + 1):
             tile = row * across + column
             if least[tile] < inverse_near and stale[tile]:
                 smallest = math.inf
