@@ -8,6 +8,7 @@ import pytest
 from laboratories import island_laboratory, small_laboratory
 
 from labgym.cli import main
+from labgym.layouts import published
 from labgym.viewer import Show
 
 
@@ -36,11 +37,9 @@ def test_layouts_and_folders_follow_each_other_from_the_chosen_pair(shows) -> No
 
 
 def test_a_suite_is_shown_in_its_order(shows) -> None:
-    from labgym.suites import load_suite
-
     assert main(["view", "--web", "--suite", "val", "--policy", "straight"]) == 0
     ((labels, first),) = shows
-    assert list(dict.fromkeys(labels)) == list(load_suite("val").layouts)
+    assert list(dict.fromkeys(labels)) == list(published("val"))
     assert first == 0
 
 
