@@ -74,7 +74,11 @@ def test_a_picture_beyond_the_buffer_is_refused(layout: Layout) -> None:
         picture(env)
 
 
-def test_gymnasiums_checker_accepts_every_render_mode(env: LabPointNavEnv, layout: Layout) -> None:
+def test_gymnasiums_checker_accepts_every_render_mode(
+    env: LabPointNavEnv, layout: Layout, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")  # the mode "human" needs a screen
     picture(env)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
