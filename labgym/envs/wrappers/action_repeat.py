@@ -37,7 +37,8 @@ class ActionRepeat(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorA
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Carry out one action until it has lasted, or the episode ends."""
-        observation, reward, terminated, truncated, info = self.env.step(action)
+        observation, first, terminated, truncated, info = self.env.step(action)
+        reward: Any = first
         sums = _Sums(info)
         for _ in range(self._times - 1):
             if terminated or truncated:
@@ -52,7 +53,7 @@ class _Sums:
     """The entries of the info that belong to all steps of an action."""
 
     def __init__(self, info: dict[str, Any]) -> None:
-        self.entries = {name: info[name] for name in ("cost", "collision", "reward_terms") if name in info}
+        self.entries: dict[str, Any] = {name: info[name] for name in ("cost", "collision", "reward_terms") if name in info}
 
     def add(self, info: dict[str, Any]) -> None:
         """Add a step."""

@@ -48,7 +48,7 @@ class EgocentricMap(gym.ObservationWrapper[Any, Any, Any], gym.utils.RecordConst
         self._reckoned = "odometry" in space.spaces
         picture = spaces.Box(FREE, OCCUPIED, (cells, cells, 1), np.uint8)
         self.observation_space = spaces.Dict({**space.spaces, name: picture})
-        steps = (np.arange(cells) - (cells - 1) / 2.0) * resolution
+        steps = (np.arange(cells, dtype=np.float64) - (cells - 1) / 2.0) * resolution
         self._ahead, self._left = -steps[:, None], -steps[None, :]
         self._map = _Map(resolution)
 

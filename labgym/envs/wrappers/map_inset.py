@@ -97,7 +97,7 @@ class _Plan:
         per_cell = min(size[0] / columns, size[1] / rows)
         shape = max(1, int(columns * per_cell)), max(1, int(rows * per_cell))
         self._origin, self._scale = grid.origin, per_cell / grid.resolution
-        cells = np.where(grid.occupied[::-1, :, None], np.uint8(FURNITURE), np.uint8(FLOOR)).astype(np.uint8)
+        cells = np.where(grid.occupied[::-1, :, None], FURNITURE, FLOOR).astype(np.uint8)
         self._base: Picture = np.asarray(cv2.resize(cells, shape, interpolation=cv2.INTER_AREA), np.uint8)
 
     def fits(self, layout: Layout, size: tuple[int, int]) -> bool:
