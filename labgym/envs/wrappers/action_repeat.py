@@ -53,7 +53,9 @@ class _Sums:
     """The entries of the info that belong to all steps of an action."""
 
     def __init__(self, info: dict[str, Any]) -> None:
-        self.entries: dict[str, Any] = {name: info[name] for name in ("cost", "collision", "reward_terms") if name in info}
+        self.entries: dict[str, Any] = {
+            name: info[name] for name in ("cost", "collision", "reward_terms") if name in info
+        }
 
     def add(self, info: dict[str, Any]) -> None:
         """Add a step."""
