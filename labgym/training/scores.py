@@ -1,4 +1,4 @@
-"""Success rate and SPL during training."""
+"""Success rate and SPL while training."""
 
 from __future__ import annotations
 
@@ -16,9 +16,8 @@ class ScoreCallback(EvalCallback):
     """An `EvalCallback` of stable-baselines3 that also logs SPL, and compares models by success rate and SPL.
 
     The environments need the measures `labgym.training.environments.MEASURES`. Each evaluation drives the same
-    episodes: the environments are seeded before it. It logs, in addition to the entries of `EvalCallback`:
-
-    - `eval/spl`: mean over episodes of success times L* / max(L*, length driven) (Anderson et al. 2018).
+    episodes: the environments are seeded before it. In addition to the entries of `EvalCallback` it logs `eval/spl`: the
+    mean over episodes of success times L* / max(L*, length driven) (Anderson et al. 2018).
 
     Args:
         eval_env: the environments.
@@ -79,4 +78,4 @@ def success_by_length(info: dict[str, Any]) -> float:
     shortest, driven = float(info["shortest_path_length"]), float(info["path_length"])
     if not info["is_success"] or not math.isfinite(shortest):
         return 0.0
-    return shortest / max(shortest, driven, 1e-9) if driven > shortest else 1.0
+    return shortest / driven if driven > shortest else 1.0

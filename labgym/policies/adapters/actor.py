@@ -1,0 +1,110 @@
+"""An actor's file as a policy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS
+from labgym.errors import OptionError, UnknownNameError
+from labgym.policies.adapters.actor_file import Actor
+from labgym.policies.adapters.inputs import checked_action, sensors_for
+from labgym.policies.policy import EpisodeStart, Observation, Policy
+
+Values = NDArray[Any]
+
+SIZES = {
+    "goal": 3,
+    "velocity": 2,
+    "lidar": LIDAR_RAYS,
+    "depth": IMAGE_SHAPE[0] * IMAGE_SHAPE[1],
+    "observation": 6 + LIDAR_RAYS,
+    "achieved_goal": 2,
+    "desired_goal": 2,
+}
+"""Lengths of the possible inputs: those of `LabPointNav-v0`, and those of `LabPointNavGoal-v1` in the start frame."""
+
+
+class ActorPolicy(Policy):
+    """Acts with the mean action of a model that `labgym train ppo|sac|her` or `labgym.training.save_policy` wrote.
+
+    The file holds numbers and cannot run code. The statistics of `VecNormalize`, if the model was trained with it, are
+    in the file and are applied here.
+
+    Args:
+        path: path of the .safetensors file.
+
+    Raises:
+        DocumentError: the file is damaged or of another kind.
+        UnknownNameError: the model has an input that is not an observation.
+        OptionError: the sizes of inputs and layers contradict each other, or the output is not an action.
+    """
+
+    name: ClassVar[str] = "actor"
+
+    def __init__(self, path: str | Path) -> None:
+        actor = Actor.load(path)
+        self._path, self._header, self._network = Path(path), actor.header, actor.network()
+        for name in self._header.inputs:
+            if name not in SIZES:
+                raise UnknownNameError(f"{path}: input of the model", name, SIZES)
+            if name in actor.statistics and len(actor.statistics[name][0]) != SIZES[name]:
+                raise OptionError(f"{path}: statistics of {name} have length {len(actor.statistics[name][0])}")
+        ends = actor.layers[0][0].shape[1], actor.layers[-1][0].shape[0]
+        expected = sum(SIZES[name] for name in self._header.inputs), 2
+        if ends != expected:
+            raise OptionError(f"{path}: the layers lead from {ends[0]} to {ends[1]} numbers, expected {expected}")
+        self._statistics = {
+            name: (mean.double().numpy(), np.sqrt(variance.double().numpy() + self._header.epsilon))
+            for name, (mean, variance) in actor.statistics.items()
+        }
+        sensors = ["lidar" if name == "observation" else name for name in self._header.inputs]
+        self.observation = sensors_for(sensors, str(path))  # type: ignore[misc] # the file decides, not the class
+        self._goal = (0.0, 0.0)
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Store the goal."""
+        self._goal = episode.goal
+
+    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+        """Return the network's mean action, clipped."""
+        vector = np.concatenate([self._input(name, observation) for name in self._header.inputs])
+        with torch.inference_mode():
+            output = self._network(torch.from_numpy(vector)[None])[0].numpy()
+        return checked_action(output, str(self._path))
+
+    def files(self) -> tuple[Path, ...]:
+        """Return the model's file."""
+        return (self._path,)
+
+    def parameters(self) -> Mapping[str, Any]:
+        """Return no options; the file counts by its bytes."""
+        return {}
+
+    def _input(self, name: str, observation: Observation) -> Values:
+        """Return an input, normalized, float32 (SIZES[name],)."""
+        value = _GOALS[name](observation, self._goal) if name in _GOALS else np.ravel(observation[name])
+        if name in self._statistics:
+            mean, deviation = self._statistics[name]
+            value = np.clip((value - mean) / deviation, -self._header.clip, self._header.clip)
+        return value.astype(np.float32)
+
+
+def _joint(observation: Observation, goal: tuple[float, float]) -> Values:  # noqa: ARG001
+    x, y, yaw = np.asarray(observation["odometry"], dtype=np.float64).tolist()
+    pose = np.array([x, y, math.cos(yaw), math.sin(yaw)], np.float32)
+    return np.concatenate([pose, observation["velocity"], observation["lidar"]]).astype(np.float32)
+
+
+_GOALS: dict[str, Callable[[Observation, tuple[float, float]], Values]] = {
+    "observation": _joint,
+    "achieved_goal": lambda observation, goal: np.asarray(observation["odometry"][:2], np.float32),  # noqa: ARG005
+    "desired_goal": lambda observation, goal: np.array(goal, np.float32),  # noqa: ARG005
+}
+"""Inputs of goal environments in the start frame, from odometry and goal."""
