@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from labgym.errors import OptionError
 from labgym.policies.adapters.actor import SIZES
-from labgym.policies.adapters.actor_file import ACTIVATIONS, Activation, Actor, ActorHeader
+from labgym.policies.adapters.actor_file import ACTIVATIONS, Activation, ActorHeader, Perceptron
 
 FLAT = ("goal", "lidar", "velocity")
 """The order in which `gymnasium.wrappers.FlattenObservation` concatenates the observation of `LabPointNav-v0`."""
@@ -63,7 +63,7 @@ def save_policy(
         normalized=tuple(statistics),
         **({} if normalize is None else {"clip": normalize.clip_obs, "epsilon": normalize.epsilon}),
     )
-    return Actor(header, layers, statistics).save(path)
+    return Perceptron(header, layers, statistics).save(path)
 
 
 def _actor_modules(actor: Any) -> list[nn.Module]:

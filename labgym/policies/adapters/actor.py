@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS
 from labgym.errors import OptionError, UnknownNameError
-from labgym.policies.adapters.actor_file import Actor
+from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.adapters.inputs import checked_action, sensors_for
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 
@@ -49,7 +49,7 @@ class ActorPolicy(Policy):
     name: ClassVar[str] = "actor"
 
     def __init__(self, path: str | Path) -> None:
-        actor = Actor.load(path)
+        actor = Perceptron.load(path)
         self._path, self._header, self._network = Path(path), actor.header, actor.network()
         for name in self._header.inputs:
             if name not in SIZES:

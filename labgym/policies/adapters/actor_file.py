@@ -49,7 +49,7 @@ class ActorHeader(Document):
 
 
 @dataclass(frozen=True, eq=False)
-class Actor:
+class Perceptron:
     """A multilayer perceptron from observations to actions, and the normalization of its inputs.
 
     Attributes:
@@ -83,7 +83,7 @@ class Actor:
         return write_bytes(Path(path), save({key: each.contiguous() for key, each in tensors.items()}, metadata))
 
     @classmethod
-    def load(cls, path: str | Path) -> Actor:
+    def load(cls, path: str | Path) -> Perceptron:
         """Read the file of an actor; nothing in it is executed.
 
         Raises:
@@ -109,7 +109,7 @@ class Actor:
         return _checked(header, tensors, path)
 
 
-def _checked(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> Actor:
+def _checked(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> Perceptron:
     """Return an actor if its tensors are those of its header."""
     for name, tensor in tensors.items():
         if not bool(torch.isfinite(tensor).all()):
@@ -133,4 +133,4 @@ def _checked(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> Act
         statistics[name] = (mean, variance)
     if tensors:
         raise DocumentError(path, sorted(tensors)[0], "is not part of an actor")
-    return Actor(header, tuple(layers), statistics)
+    return Perceptron(header, tuple(layers), statistics)

@@ -1,0 +1,171 @@
+"""Hyperparameters of a training, by environment, in YAML files in the format of RL Baselines3 Zoo."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.utils import LinearSchedule
+
+from labgym.envs.config import read_mapping
+from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.policies.adapters.actor_file import ACTIVATIONS
+from labgym.training.layouts import FirstLayouts
+
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"her": SAC, "ppo": PPO, "sac": SAC}
+"""The algorithms; "her" is SAC with hindsight experience replay."""
+FOLDER = Path(__file__).parent / "hyperparams"
+RESERVED = ("self", "policy", "env", "seed", "device", "verbose", "tensorboard_log", "replay_buffer_class")
+LINEAR = "lin_"
+
+
+@dataclass(frozen=True)
+class Hyperparameters:
+    """The hyperparameters of a training.
+
+    Attributes:
+        algorithm: "ppo", "sac" or "her". environment: id of the environment.
+        n_envs: number of environments. n_timesteps: control steps, summed over the environments.
+        policy: policy of stable-baselines3.
+        normalize: False; True, for observations and rewards; or arguments of `VecNormalize`.
+        layouts: number of generated layouts to train in (`FirstLayouts`); 0 generates new ones without end.
+        env_kwargs: arguments of the training environments. eval_env_kwargs: those that differ in evaluations.
+        eval_freq: control steps between two evaluations, each followed by a checkpoint.
+        n_eval_episodes: episodes of an evaluation.
+        arguments: arguments of the algorithm, as plain data. A number that falls linearly to 0 is "lin_0.001".
+    """
+
+    algorithm: str
+    environment: str
+    n_envs: int
+    n_timesteps: int
+    policy: str = "MultiInputPolicy"
+    normalize: bool | Mapping[str, Any] = False
+    layouts: int = 0
+    env_kwargs: Mapping[str, Any] = field(default_factory=dict)
+    eval_env_kwargs: Mapping[str, Any] = field(default_factory=dict)
+    eval_freq: int = 100_000
+    n_eval_episodes: int = 100
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("n_envs", "n_timesteps", "eval_freq", "n_eval_episodes"):
+            if not _is_whole(getattr(self, name), 1):
+                raise OptionError(f"{name} is {getattr(self, name)!r}, expected a whole number of at least 1")
+        if not _is_whole(self.layouts, 0):
+            raise OptionError(f"layouts is {self.layouts!r}, expected a whole number of at least 0")
+        if not isinstance(self.normalize, bool | Mapping):
+            raise OptionError(f"normalize is {self.normalize!r}, expected true, false or arguments of VecNormalize")
+        for name in ("env_kwargs", "eval_env_kwargs"):
+            if not isinstance(getattr(self, name), Mapping):
+                raise OptionError(f"{name} is {getattr(self, name)!r}, expected a mapping of arguments")
+        available = set(inspect.signature(ALGORITHMS[self.algorithm].__init__).parameters) - set(RESERVED)
+        for name in self.arguments:
+            if name not in available:
+                own = {each.name for each in fields(self)} - {"algorithm", "environment", "arguments"}
+                raise UnknownNameError(f"hyperparameter of {self.algorithm}", name, available | own)
+
+    @classmethod
+    def load(
+        cls, algorithm: str, environment: str, path: Path | None = None, changes: Mapping[str, Any] | None = None
+    ) -> Hyperparameters:
+        """Read the hyperparameters for an environment.
+
+        Args:
+            algorithm: "ppo", "sac" or "her".
+            environment: id of the environment, an entry of the file.
+            path: a YAML file; None for the one that comes with labgym.
+            changes: values that replace those of the file.
+
+        Raises:
+            UnknownNameError: the file has no such environment, or a hyperparameter does not exist.
+            OptionError: a value is out of range or of the wrong type.
+            DocumentError: the file is not a mapping of mappings.
+            MissingDependencyError: PyYAML is not installed.
+        """
+        path = path or FOLDER / f"{algorithm}.yml"
+        entries = read_mapping(path)
+        if environment not in entries:
+            raise UnknownNameError(f"environment in {path.name}", environment, (str(each) for each in entries))
+        if not isinstance(entries[environment], Mapping):
+            raise DocumentError(path, environment, "expected a mapping of hyperparameters")
+        values = {**entries[environment], **(changes or {})}
+        own = {each.name for each in fields(cls)} - {"algorithm", "environment", "arguments"}
+        common = {name: _number(value) for name, value in values.items() if name in own}
+        for name in ("n_envs", "n_timesteps"):
+            if name not in common:
+                raise DocumentError(path, f"{environment}.{name}", "missing")
+        arguments = {name: _number(value) for name, value in values.items() if name not in own}
+        return cls(algorithm, environment, arguments=arguments, **common)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the hyperparameters as plain data."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    def algorithm_arguments(self) -> dict[str, Any]:
+        """Return the arguments of the algorithm, with schedules and classes in the place of their names.
+
+        Raises:
+            UnknownNameError: there is no such activation function.
+            OptionError: a schedule has no number.
+        """
+        arguments = {name: _scheduled(name, value) for name, value in self.arguments.items()}
+        policy = dict(arguments.get("policy_kwargs") or {})
+        if "activation_fn" in policy:
+            if policy["activation_fn"] not in ACTIVATIONS:
+                raise UnknownNameError("activation function", policy["activation_fn"], ACTIVATIONS)
+            policy["activation_fn"] = ACTIVATIONS[policy["activation_fn"]]
+        return {**arguments, "policy_kwargs": policy}
+
+    def environment_options(self, evaluation: bool = False) -> dict[str, Any]:
+        """Return the arguments of the environments for training or for evaluation."""
+        options = {**self.env_kwargs, **(self.eval_env_kwargs if evaluation else {})}
+        split = options.get("split")
+        if self.layouts and split in ("train", "floors-train"):
+            training = FirstLayouts(self.layouts, "rooms" if split == "train" else "floors")
+            options |= {"split": "train", "training": training, "episodes_per_layout": 1}
+        return options
+
+    @property
+    def leg(self) -> int:
+        """Control steps from one evaluation to the next: `eval_freq`, rounded up to whole rollouts."""
+        every = self.arguments.get("n_steps" if self.algorithm == "ppo" else "train_freq", 1)
+        rollout = self.n_envs * (every if _is_whole(every, 1) else 1)
+        return math.ceil(self.eval_freq / rollout) * rollout
+
+    @property
+    def steps(self) -> int:
+        """Control steps of the training: `n_timesteps`, rounded up to whole legs."""
+        return math.ceil(self.n_timesteps / self.leg) * self.leg
+
+
+def _is_whole(value: object, least: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= least
+
+
+def _number(value: Any) -> Any:
+    """Return a value with numbers in place of texts such as 1e-4, which YAML 1.1 reads as text."""
+    if isinstance(value, float) and value.is_integer() and abs(value) >= 1000.0:
+        return int(value)  # 1e6 control steps
+    if not isinstance(value, str):
+        return value
+    try:
+        return _number(float(value))
+    except ValueError:
+        return value
+
+
+def _scheduled(name: str, value: Any) -> Any:
+    """Return a value with a linear schedule in place of "lin_0.001"."""
+    if not isinstance(value, str) or not value.startswith(LINEAR):
+        return value
+    try:
+        return LinearSchedule(float(value.removeprefix(LINEAR)), 0.0, 1.0)
+    except ValueError:
+        raise OptionError(f"{name} is {value!r}, expected a number after {LINEAR}, such as lin_0.001") from None
