@@ -33,7 +33,7 @@ def write_ppo_card(run: Path, results: Path, out: Path, without_warm_start: Path
     """Publish the best weights of a training run with a model card and return the card's path.
 
     Args:
-        run: folder of `labgym train ppo`.
+        run: folder of `labgym train ppo-imitation`.
         results: folder of a complete `labgym eval` with these weights.
         out: folder for weights, `config.json`, figures and `CARD.md`.
         without_warm_start: folder of a run with the same sensor and `--no-warm-start`, for comparison.
@@ -100,7 +100,7 @@ def _cold(folder: Path, options: PPOOptions) -> Progress:
     if other.cloning_rounds or other.observation != options.observation:
         raise OptionError(
             f"{folder} holds a run on {other.observation} with {other.cloning_rounds} rounds of warm start; "
-            f"expected {options.observation} and 0 rounds: labgym train ppo --no-warm-start"
+            f"expected {options.observation} and 0 rounds: labgym train ppo-imitation --no-warm-start"
         )
     return Progress.load(folder / "progress.json")
 
@@ -143,7 +143,7 @@ the environment's reward; collisions cost twice as
     comparison = "" if cold is None else f"\n{_without_warm_start(cold)}\n"
     return f"""## Training
 
-`labgym train ppo --observation {options.observation} --steps {options.steps} --seed {options.seed}\
+`labgym train ppo-imitation --observation {options.observation} --steps {options.steps} --seed {options.seed}\
 {"" if options.cloning_rounds else " --no-warm-start"}`,
 in {options.layouts} generated layouts of the training seeds, on drives between the places of each layout and between \
 random points of its floor.

@@ -11,6 +11,7 @@ from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath
 from labgym.cli.outcome import written
+from labgym.cli.reinforcement import her, ppo, sac
 from labgym.errors import MissingDependencyError, OptionError
 
 Sensor = Literal["lidar", "depth"]
@@ -26,6 +27,9 @@ Every = Annotated[int, arg(help="Drive in every EVERY-th layout of the validatio
 train_app = SubcommandApp()
 card_app = SubcommandApp()
 ablate_app = SubcommandApp()
+
+for command in (ppo, sac, her):
+    train_app.command(command)
 
 
 def data(
@@ -109,7 +113,7 @@ def navdp(
     return written(out)
 
 
-@train_app.command(name="ppo")
+@train_app.command(name="ppo-imitation")
 def train_ppo(
     observation: Sensor = "lidar",
     steps: int = 200_000,
@@ -120,7 +124,7 @@ def train_ppo(
     threads: Threads = 1,
     fresh: Fresh = False,
 ) -> int:
-    """Train by proximal policy optimization, by default after a warm start that imitates an expert with the map.
+    """Train the published policy ppo: PPO, by default after a warm start that imitates an expert with the map.
 
     Args:
         observation: The sensor.

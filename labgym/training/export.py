@@ -101,9 +101,7 @@ def _statistics(normalize: VecNormalize, inputs: tuple[str, ...]) -> dict[str, t
     rms: Any = normalize.obs_rms
     if not isinstance(rms, dict):
         sizes = [SIZES[name] for name in inputs]
-        parts = zip(
-            inputs, torch.as_tensor(rms.mean).split(sizes), torch.as_tensor(rms.var).split(sizes), strict=True
-        )
+        parts = zip(inputs, torch.as_tensor(rms.mean).split(sizes), torch.as_tensor(rms.var).split(sizes), strict=True)
         return {name: (mean.clone(), variance.clone()) for name, mean, variance in parts}
     return {
         name: (torch.as_tensor(rms[name].mean).clone(), torch.as_tensor(rms[name].var).clone())

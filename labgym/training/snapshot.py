@@ -50,7 +50,10 @@ class StatisticsState:
     def __init__(self, normalize: VecNormalize) -> None:
         statistics: Any = normalize.obs_rms if normalize.norm_obs else {}
         named = statistics if isinstance(statistics, dict) else {"": statistics}
-        self._statistics = {**{f"observation.{name}": each for name, each in named.items()}, "return": normalize.ret_rms}
+        self._statistics = {
+            **{f"observation.{name}": each for name, each in named.items()},
+            "return": normalize.ret_rms,
+        }
 
     def state_dict(self) -> dict[str, Tensor]:
         """Return mean, variance and count of each, float64."""

@@ -1,0 +1,108 @@
+"""The commands that train with stable-baselines3."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from tyro.conf import OmitArgPrefixes, arg
+
+from labgym.cli.arguments import OptionalPath, OptionalWholeNumber, PolicyOptions, parse_options
+from labgym.cli.outcome import written
+from labgym.errors import MissingDependencyError
+
+if TYPE_CHECKING:
+    from labgym.training.hyperparameters import Hyperparameters
+    from labgym.training.run import RunSettings
+
+Named = Annotated[PolicyOptions, arg(name="set")]
+
+
+@dataclass(frozen=True)
+class TrainingArguments:
+    """Arguments of the commands that train with stable-baselines3.
+
+    Attributes:
+        steps: Control steps, summed over the environments; by default those of the hyperparameters.
+        hyperparams: YAML file of hyperparameters by environment, in the format of RL Baselines3 Zoo; by default the
+            one that comes with labgym (labgym/training/hyperparams).
+        changes: Hyperparameters that replace those of the file, such as learning_rate=1e-4 n_envs=16.
+        vectorization: How environments run: on the compiled kernel (extra fast), one after the other in this process,
+            or one process each; auto takes the kernel if it is installed and has all parts of the environment.
+        seed: Random seed of the whole run.
+        out: Folder for policies, scores, logs and checkpoint; by default runs/ALGORITHM/ENVIRONMENT.
+        threads: Number of torch threads; the last bits of the weights depend on it.
+        fresh: Move the files of the folder aside and start anew.
+    """
+
+    steps: OptionalWholeNumber = None
+    hyperparams: OptionalPath = None
+    changes: Named = ()
+    vectorization: Literal["auto", "kernel", "dummy", "subproc"] = "auto"
+    seed: int = 0
+    out: OptionalPath = None
+    threads: int = 1
+    fresh: bool = False
+
+    def read(self, algorithm: str, environment: str) -> tuple[Hyperparameters, RunSettings]:
+        """Return the hyperparameters and the settings of a run.
+
+        Raises:
+            MissingDependencyError: a package of the extra `train` is not installed.
+            UnknownNameError, OptionError, DocumentError: as `Hyperparameters.load`.
+        """
+        for package in ("stable_baselines3", "safetensors", "yaml"):
+            if find_spec(package) is None:
+                raise MissingDependencyError(package, f"labgym train {algorithm}", "train")
+        from labgym.training.hyperparameters import Hyperparameters
+        from labgym.training.run import RunSettings
+
+        steps = {} if self.steps is None else {"n_timesteps": self.steps}
+        changes = {**parse_options(self.changes), **steps}
+        hyperparameters = Hyperparameters.load(algorithm, environment, self.hyperparams, changes)
+        out = self.out or Path("runs") / algorithm / environment
+        return hyperparameters, RunSettings(out, self.seed, self.vectorization, self.threads, self.fresh)
+
+
+Training = OmitArgPrefixes[TrainingArguments]
+USUAL = TrainingArguments()
+
+
+def ppo(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
+    """Train by proximal policy optimization (stable-baselines3), and evaluate success rate and SPL on the way.
+
+    labgym train ppo-imitation trains the published policy ppo, after a warm start that imitates an expert.
+
+    Args:
+        env: Id of the environment, an entry of the file of hyperparameters.
+    """
+    hyperparameters, settings = training.read("ppo", env)
+    from labgym.training.ppo import train_ppo
+
+    return written(train_ppo(hyperparameters, settings))
+
+
+def sac(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
+    """Train by soft actor-critic (stable-baselines3), and evaluate success rate and SPL on the way.
+
+    Args:
+        env: Id of the environment, an entry of the file of hyperparameters.
+    """
+    hyperparameters, settings = training.read("sac", env)
+    from labgym.training.sac import train_sac
+
+    return written(train_sac(hyperparameters, settings))
+
+
+def her(env: str = "LabPointNavGoal-v1", training: Training = USUAL) -> int:
+    """Train by soft actor-critic with hindsight experience replay and a sparse reward (stable-baselines3).
+
+    Args:
+        env: Id of the goal environment, an entry of the file of hyperparameters.
+    """
+    hyperparameters, settings = training.read("her", env)
+    from labgym.training.her import train_her
+
+    return written(train_her(hyperparameters, settings))

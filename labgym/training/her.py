@@ -1,0 +1,42 @@
+"""Soft actor-critic with hindsight experience replay (Andrychowicz et al. 2017) and the sparse reward.
+
+Episodes that miss the goal are stored a second time with goals that they reached. The environments are goal
+environments in the frame of the start (`labgym.training.start_frame`), so that the policy needs odometry, not a map.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stable_baselines3 import SAC, HerReplayBuffer
+
+from labgym.training.hyperparameters import Hyperparameters
+from labgym.training.run import (
+    BEST,
+    RunSettings,
+    evaluation_environments,
+    train_model,
+    training_environments,
+    training_run,
+)
+
+
+def train_her(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
+    """Train, or resume, the run in a folder and return the file of the best policy.
+
+    Raises:
+        OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
+        DocumentError: the checkpoint is damaged, or a finished run was changed.
+    """
+    with training_run(hyperparameters, settings) as unfinished:
+        if unfinished:
+            model = SAC(
+                hyperparameters.policy,
+                training_environments(hyperparameters, settings),
+                replay_buffer_class=HerReplayBuffer,
+                **hyperparameters.algorithm_arguments(),
+                seed=settings.seed,
+                device="cpu",
+            )
+            train_model(model, evaluation_environments(hyperparameters, settings), hyperparameters, settings)
+    return settings.out / BEST

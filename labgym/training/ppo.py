@@ -1,0 +1,40 @@
+"""Proximal policy optimization (Schulman et al. 2017) on many environments at once.
+
+The published policy `ppo` is trained otherwise, with a warm start by imitation: `labgym.policies.ppo`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stable_baselines3 import PPO
+
+from labgym.training.hyperparameters import Hyperparameters
+from labgym.training.run import (
+    BEST,
+    RunSettings,
+    evaluation_environments,
+    train_model,
+    training_environments,
+    training_run,
+)
+
+
+def train_ppo(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
+    """Train, or resume, the run in a folder and return the file of the best policy.
+
+    Raises:
+        OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
+        DocumentError: the checkpoint is damaged, or a finished run was changed.
+    """
+    with training_run(hyperparameters, settings) as unfinished:
+        if unfinished:
+            model = PPO(
+                hyperparameters.policy,
+                training_environments(hyperparameters, settings),
+                **hyperparameters.algorithm_arguments(),
+                seed=settings.seed,
+                device="cpu",
+            )
+            train_model(model, evaluation_environments(hyperparameters, settings), hyperparameters, settings)
+    return settings.out / BEST

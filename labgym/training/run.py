@@ -1,0 +1,132 @@
+"""The folder of a training run, and the environments that its hyperparameters describe."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.logger import configure
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+
+from labgym.documents import write_json, write_text
+from labgym.errors import OptionError
+from labgym.layouts.batch import catalog_digest
+from labgym.policies.learned.training_run import finish, train_identity
+from labgym.runs import RunFolder
+from labgym.training.environments import make_environments
+from labgym.training.export import save_policy
+from labgym.training.hyperparameters import Hyperparameters
+from labgym.training.legs import CHECKPOINT, learn
+from labgym.training.scores import ScoreCallback
+
+BEST, LAST = "policy.safetensors", "last.safetensors"
+"""The policies with the best evaluation and of the end of the training, for `labgym eval --policy`."""
+HYPERPARAMETERS, SCORES, LOGS = "hyperparameters.json", "scores.jsonl", "logs"
+EVALUATION_ENVS = 16
+"""Largest number of environments of an evaluation."""
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """Everything about a run but its hyperparameters.
+
+    Attributes:
+        out: folder of the run. fresh: move its files aside and start anew.
+        seed: random seed. threads: threads of torch; the last bits of the weights depend on them.
+        vectorization: as of `make_environments`.
+        verbose: whether to print the log.
+    """
+
+    out: Path
+    seed: int = 0
+    vectorization: str = "auto"
+    threads: int = 1
+    fresh: bool = False
+    verbose: bool = True
+
+    def __post_init__(self) -> None:
+        if self.threads < 1 or self.seed < 0:
+            raise OptionError(f"threads is {self.threads} and seed is {self.seed}, expected at least 1 and 0")
+
+
+@contextmanager
+def training_run(hyperparameters: Hyperparameters, settings: RunSettings) -> Iterator[bool]:
+    """Open the folder of a run; yield whether there is anything left to train.
+
+    Raises:
+        OptionError: the folder is in use or holds another run; the message names the differences.
+        DocumentError: an output of a finished run was changed.
+    """
+    torch.set_num_threads(settings.threads)
+    identity = train_identity(
+        f"stable-baselines3 {hyperparameters.algorithm}",
+        ("stable-baselines3", "gymnasium", *(["numba"] if find_spec("numba") else [])),
+        hyperparameters=hyperparameters.to_json(),
+        seed=settings.seed,
+        threads=settings.threads,
+        vectorization=settings.vectorization,
+        catalog=catalog_digest(),
+    )
+    with RunFolder.open(settings.out, identity, settings.fresh) as run:
+        if run.finished:
+            yield False
+        else:
+            write_json(settings.out / HYPERPARAMETERS, hyperparameters.to_json())
+            yield True
+            finish(run, (HYPERPARAMETERS, SCORES, BEST, LAST))
+        (settings.out / CHECKPOINT).unlink(missing_ok=True)
+
+
+def training_environments(hyperparameters: Hyperparameters, settings: RunSettings) -> VecEnv:
+    """Return the environments to train in, with `VecNormalize` if the hyperparameters ask for it."""
+    options = hyperparameters.environment_options()
+    count = hyperparameters.n_envs
+    made = make_environments(hyperparameters.environment, count, settings.vectorization, **options)
+    return _normalized(made, hyperparameters)
+
+
+def evaluation_environments(hyperparameters: Hyperparameters, settings: RunSettings) -> VecEnv:
+    """Return the environments to evaluate in; they take the statistics of the training and do not change them."""
+    options = hyperparameters.environment_options(evaluation=True)
+    count = min(hyperparameters.n_envs, hyperparameters.n_eval_episodes, EVALUATION_ENVS)
+    made = make_environments(hyperparameters.environment, count, settings.vectorization, **options)
+    normalized = _normalized(made, hyperparameters)
+    if isinstance(normalized, VecNormalize):
+        normalized.training, normalized.norm_reward = False, False
+    return normalized
+
+
+def _normalized(environments: VecEnv, hyperparameters: Hyperparameters) -> VecEnv:
+    if hyperparameters.normalize is False:
+        return environments
+    arguments = {} if hyperparameters.normalize is True else dict(hyperparameters.normalize)
+    discount = {"gamma": hyperparameters.arguments["gamma"]} if "gamma" in hyperparameters.arguments else {}
+    return VecNormalize(environments, **{**discount, **arguments})
+
+
+def train_model(
+    model: BaseAlgorithm, evaluation: VecEnv, hyperparameters: Hyperparameters, settings: RunSettings
+) -> None:
+    """Train a model, evaluate it after each leg, and write the best and the last policy and all scores."""
+    out, environment = settings.out, hyperparameters.environment
+    outputs = [*(["stdout"] if settings.verbose else []), *(["tensorboard"] if find_spec("tensorboard") else [])]
+    model.set_logger(configure(str(out / LOGS), outputs))
+    scores = ScoreCallback(
+        evaluation,
+        on_best=lambda best: save_policy(best, out / BEST, environment=environment),
+        n_eval_episodes=hyperparameters.n_eval_episodes,
+        eval_freq=hyperparameters.leg // hyperparameters.n_envs,
+        verbose=0,
+    )
+    learn(model, scores, hyperparameters.steps, hyperparameters.leg, settings.seed, out)
+    save_policy(model, out / LAST, environment=environment)
+    write_text(out / SCORES, "".join(json.dumps(record) + "\n" for record in scores.records))
+    for environments in (evaluation, model.env):
+        if environments is not None:
+            environments.close()
