@@ -2,7 +2,7 @@
 
     from labgym.training import ScoreCallback, make_environments, save_policy
 
-`make_environments` returns a fast `VecEnv`, `ScoreCallback` is an `EvalCallback` that logs SR and SPL, and `save_policy`
+`make_environments` returns a fast `VecEnv`, `ScoreCallback` is an `EvalCallback` that logs SR and SPL, `save_policy`
 writes a trained model, with the statistics of `VecNormalize`, as a file that `labgym eval` loads.
 """
 

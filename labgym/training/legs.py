@@ -1,4 +1,4 @@
-"""Learning in legs: each begins with new episodes and new generators, so that a run resumes from any to the same end."""
+"""Learning in legs, each with new episodes and generators, so that a run resumes from any leg to the same end."""
 
 from __future__ import annotations
 

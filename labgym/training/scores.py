@@ -15,9 +15,9 @@ from stable_baselines3.common.vec_env import VecEnv
 class ScoreCallback(EvalCallback):
     """An `EvalCallback` of stable-baselines3 that also logs SPL, and compares models by success rate and SPL.
 
-    The environments need the measures `labgym.training.environments.MEASURES`. Each evaluation drives the same
-    episodes: the environments are seeded before it. In addition to the entries of `EvalCallback` it logs `eval/spl`: the
-    mean over episodes of success times L* / max(L*, length driven) (Anderson et al. 2018).
+    The environments need the measures `labgym.training.environments.MEASURES`. They are seeded before each evaluation,
+    so that all drive the same episodes. `eval/spl` is the mean over episodes of success times
+    L* / max(L*, length driven) (Anderson et al. 2018); the other entries of the log are those of `EvalCallback`.
 
     Args:
         eval_env: the environments.

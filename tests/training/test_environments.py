@@ -1,0 +1,125 @@
+"""The environments of a training: vectorization, the measures of the logs, training layouts and the start frame."""
+
+from __future__ import annotations
+
+import math
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from laboratories import island_laboratory
+
+pytest.importorskip("stable_baselines3")
+
+from stable_baselines3.common.vec_env import DummyVecEnv
+
+import labgym  # noqa: F401 -- registers the ids
+from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
+from labgym.training import make_environments
+from labgym.training import environments as module
+from labgym.training import layouts as layouts_module
+from labgym.training.layouts import FirstLayouts
+from labgym.training.start_frame import StartFrame
+
+LAYOUT = island_laboratory()
+
+
+def inner(environments):
+    return environments.unwrapped if hasattr(environments, "unwrapped") else environments.venv
+
+
+def test_auto_takes_the_kernel_if_numba_is_installed_and_one_process_otherwise(monkeypatch):
+    pytest.importorskip("numba")
+    from labgym.envs.vector.stable_baselines import LabVecEnv
+
+    made = make_environments(count=2, layout=LAYOUT)
+    assert isinstance(inner(made), LabVecEnv)
+    made.close()
+    monkeypatch.setattr(module, "find_spec", lambda name: None)
+    made = make_environments(count=2, layout=LAYOUT)
+    assert isinstance(inner(made), DummyVecEnv)
+    made.close()
+    with pytest.raises(MissingDependencyError, match="fast"):
+        make_environments(vectorization="kernel", layout=LAYOUT)
+
+
+def test_auto_takes_one_process_for_parts_that_the_kernel_lacks():
+    pytest.importorskip("numba")
+    made = make_environments("LabPointNavGoal-v1", 2, layout=LAYOUT)
+    assert isinstance(inner(made), DummyVecEnv)
+    assert made.get_attr("config")[0].physics == "planar" if made.has_attr("config") else True
+    made.close()
+    with pytest.raises(OptionError):
+        make_environments("LabPointNavGoal-v1", 2, "kernel", layout=LAYOUT)
+
+
+@pytest.mark.parametrize("vectorization", ["kernel", "dummy"])
+def test_the_info_at_the_end_of_an_episode_has_what_the_logs_need(vectorization):
+    pytest.importorskip("numba")
+    made = make_environments("LabPointNav-v0", 2, vectorization, layout=LAYOUT, max_episode_steps=3)
+    made.seed(0)
+    made.reset()
+    for _ in range(3):
+        _, _, dones, infos = made.step(np.zeros((2, 2), np.float32))
+    made.close()
+    assert dones.all()
+    for info in infos:
+        assert {*module.MEASURES, "episode", "terminal_observation", "TimeLimit.truncated"} <= info.keys()
+        assert info["episode"]["l"] == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        ({"environment": "LabPointNav-v9"}, UnknownNameError),
+        ({"vectorization": "threads"}, UnknownNameError),
+        ({"count": 0}, OptionError),
+        ({"split": "tests"}, UnknownNameError),
+    ],
+)
+def test_unknown_names_and_counts_are_refused(arguments, error):
+    with pytest.raises(error):
+        make_environments(**arguments)
+
+
+def test_first_layouts_are_generated_once_each(monkeypatch):
+    calls = []
+
+    def source(number):
+        calls.append(number)
+        return LAYOUT
+
+    layouts_module._layout.cache_clear()
+    monkeypatch.setattr(layouts_module, "source_of", lambda *arguments: source)
+    training = FirstLayouts(3)
+    assert all(training(number) is LAYOUT for number in range(12))
+    assert sorted(calls) == [0, 1, 2]
+    layouts_module._layout.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"), [((0,), OptionError), ((True,), OptionError), ((3, "houses"), UnknownNameError)]
+)
+def test_first_layouts_check_count_and_source(arguments, error):
+    with pytest.raises(error):
+        FirstLayouts(*arguments)
+
+
+def test_the_start_frame_has_its_origin_and_its_axis_at_the_start():
+    pytest.importorskip("numba")
+    single = gym.make("LabPointNavGoal-v1", layout=LAYOUT, physics="planar", disable_env_checker=True)
+    env = StartFrame(single)
+    observation, info = env.reset(seed=4)
+    x, y, yaw = start = info["pose"]
+    np.testing.assert_allclose(observation["observation"][:4], [0.0, 0.0, 1.0, 0.0], atol=1e-6)
+    rng = np.random.default_rng(0)
+    for _ in range(15):
+        observation, _, _, _, info = env.step(rng.uniform(-1.0, 1.0, 2).astype(np.float32))
+        for name, place in (("achieved_goal", info["pose"]), ("desired_goal", info["goal"])):
+            distance, bearing = math.dist(place[:2], (x, y)), math.atan2(place[1] - y, place[0] - x) - yaw
+            expected = [distance * math.cos(bearing), distance * math.sin(bearing)]
+            np.testing.assert_allclose(observation[name], expected, atol=1e-5)
+        turned = info["pose"][2] - start[2]
+        np.testing.assert_allclose(observation["observation"][2:4], [math.cos(turned), math.sin(turned)], atol=1e-5)
+        np.testing.assert_array_equal(observation["observation"][:2], observation["achieved_goal"])
+    env.close()

@@ -1,0 +1,115 @@
+"""A saved policy acts as the model of stable-baselines3 does after `VecNormalize`."""
+
+from __future__ import annotations
+
+import math
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+from stable_baselines3 import PPO, SAC, TD3
+from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+
+from labgym.errors import DocumentError, LabgymError, OptionError
+from labgym.policies import EpisodeStart, make_policy
+from labgym.training import save_policy
+
+SMALL = {"net_arch": [16, 16]}
+
+
+def start(goal: tuple[float, float] = (3.0, 0.5)) -> EpisodeStart:
+    return EpisodeStart(goal=goal, rng=np.random.default_rng(0))
+
+
+def environments(blank, space: gym.Space, **normalize) -> VecNormalize | DummyVecEnv:
+    made = DummyVecEnv([lambda: blank(space)])
+    if not normalize:
+        return made
+    normalized = VecNormalize(made, **normalize)
+    space.seed(3)
+    normalized.reset()
+    for _ in range(30):
+        normalized.step(np.zeros((1, 2), np.float32))
+    return normalized
+
+
+@pytest.mark.parametrize("algorithm", [PPO, SAC, TD3])
+@pytest.mark.parametrize("normalize", [{}, {"clip_obs": 1.5}, {"norm_obs_keys": ["lidar"]}])
+def test_a_saved_policy_acts_as_its_model(algorithm, normalize, blank, usual_space, observations, tmp_path):
+    made = environments(blank, usual_space, **normalize)
+    model = algorithm("MultiInputPolicy", made, policy_kwargs=SMALL, seed=1, device="cpu")
+    policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
+    assert policy.observation == "lidar"
+    policy.reset(start())
+    for each in observations:
+        inputs = {name: each[name] for name in usual_space}
+        expected, _ = model.predict(made.normalize_obs(inputs) if normalize else inputs, deterministic=True)
+        np.testing.assert_allclose(policy.act(each), expected, rtol=0.0, atol=2e-6)
+
+
+def test_a_model_on_flattened_observations_acts_as_before(blank, observations, tmp_path):
+    space = gym.spaces.Box(-10.0, 10.0, (185,), np.float32)
+    made = environments(blank, space, norm_obs=True)
+    model = PPO("MlpPolicy", made, policy_kwargs=SMALL, device="cpu")
+    policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
+    for each in observations:
+        flat = np.concatenate([each["goal"], each["lidar"], each["velocity"]])
+        expected, _ = model.predict(made.normalize_obs(flat), deterministic=True)
+        np.testing.assert_allclose(policy.act(each), expected, rtol=0.0, atol=2e-6)
+
+
+def test_a_goal_policy_gets_its_goal_and_its_pose_in_the_start_frame(blank, observations, tmp_path):
+    sizes = {"observation": 186, "achieved_goal": 2, "desired_goal": 2}
+    space = gym.spaces.Dict({name: gym.spaces.Box(-50.0, 50.0, (size,), np.float32) for name, size in sizes.items()})
+    model = SAC("MultiInputPolicy", environments(blank, space), policy_kwargs=SMALL, device="cpu")
+    policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
+    policy.reset(start((2.0, -1.0)))
+    for each in observations:
+        x, y, yaw = each["odometry"]
+        joint = [x, y, math.cos(yaw), math.sin(yaw), *each["velocity"], *each["lidar"]]
+        inputs = {"observation": joint, "achieved_goal": [x, y], "desired_goal": [2.0, -1.0]}
+        arrays = {name: np.array(value, np.float32) for name, value in inputs.items()}
+        expected, _ = model.predict(arrays, deterministic=True)
+        np.testing.assert_allclose(policy.act(each), expected, rtol=0.0, atol=2e-6)
+
+
+def test_a_model_that_looks_at_images_is_refused(blank, tmp_path):
+    space = gym.spaces.Dict({"rgb": gym.spaces.Box(0, 255, (72, 128, 3), np.uint8)})
+    model = PPO("MultiInputPolicy", environments(blank, space), n_steps=2, batch_size=2, device="cpu")
+    with pytest.raises(OptionError, match="looks at images.*ONNX"):
+        save_policy(model, tmp_path / "policy.safetensors")
+
+
+def test_another_suffix_is_refused(blank, usual_space, tmp_path):
+    model = PPO("MultiInputPolicy", environments(blank, usual_space), policy_kwargs=SMALL, device="cpu")
+    with pytest.raises(OptionError, match=r"expected the suffix \.safetensors"):
+        save_policy(model, tmp_path / "policy.zip")
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 not an actor", b"\x08\x00\x00\x00\x00\x00\x00\x00{}      "])
+def test_a_file_of_another_kind_is_refused(content, tmp_path):
+    (tmp_path / "other.safetensors").write_bytes(content)
+    with pytest.raises(DocumentError):
+        make_policy(str(tmp_path / "other.safetensors"))
+
+
+def test_a_file_without_layers_or_with_infinite_numbers_is_refused(tmp_path):
+    import torch
+
+    from labgym.policies.adapters.actor_file import ActorHeader, Perceptron
+
+    header = ActorHeader(algorithm="PPO", inputs=("goal",), activation="tanh", squash=False)
+    path = Perceptron(header, (), {}).save(tmp_path / "none.safetensors")
+    with pytest.raises(DocumentError, match="layers"):
+        make_policy(str(path))
+    infinite = ((torch.full((2, 3), torch.inf), torch.zeros(2)),)
+    path = Perceptron(header, infinite, {}).save(tmp_path / "infinite.safetensors")
+    with pytest.raises(DocumentError, match="infinite"):
+        make_policy(str(path))
+    wide = ((torch.zeros(2, 4), torch.zeros(2)),)
+    path = Perceptron(header, wide, {}).save(tmp_path / "wide.safetensors")
+    with pytest.raises(LabgymError, match="4 to 2 numbers"):
+        make_policy(str(path))
