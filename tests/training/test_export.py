@@ -79,7 +79,7 @@ def test_a_goal_policy_gets_its_goal_and_its_pose_in_the_start_frame(blank, obse
 def test_a_model_that_looks_at_images_is_refused(blank, tmp_path):
     space = gym.spaces.Dict({"rgb": gym.spaces.Box(0, 255, (72, 128, 3), np.uint8)})
     model = PPO("MultiInputPolicy", environments(blank, space), n_steps=2, batch_size=2, device="cpu")
-    with pytest.raises(OptionError, match="looks at images.*ONNX"):
+    with pytest.raises(OptionError, match=r"looks at images.*ONNX"):
         save_policy(model, tmp_path / "policy.safetensors")
 
 

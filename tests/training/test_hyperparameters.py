@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 pytest.importorskip("stable_baselines3")
-yaml = pytest.importorskip("yaml")
+pytest.importorskip("yaml")
 
+import yaml
 from torch import nn
 
 from labgym.errors import DocumentError, OptionError, UnknownNameError

@@ -1,0 +1,80 @@
+"""A training that stops at any leg and resumes ends with the files of one that does not stop."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("stable_baselines3")
+pytest.importorskip("yaml")
+pytest.importorskip("numba")
+
+from labgym.errors import DocumentError, OptionError
+from labgym.policies import make_policy
+from labgym.training import legs
+from labgym.training.her import train_her
+from labgym.training.hyperparameters import Hyperparameters
+from labgym.training.ppo import train_ppo
+from labgym.training.run import BEST, HYPERPARAMETERS, LAST, SCORES, RunSettings
+from labgym.training.sac import train_sac
+
+ROOM = {"layout": "test-sub_01", "max_episode_steps": 8}
+SMALL = {"n_envs": 2, "eval_freq": 32, "n_eval_episodes": 2, "n_timesteps": 128, "env_kwargs": ROOM, "layouts": 0}
+OFF_POLICY = {"learning_starts": 24, "batch_size": 8, "train_freq": 2, "gradient_steps": 1, "buffer_size": 150}
+NETWORK = {"policy_kwargs": {"net_arch": [8]}, "eval_env_kwargs": {}}
+CASES = {
+    "ppo": (train_ppo, "LabPointNav-v0", {"n_steps": 8, "batch_size": 8, "n_epochs": 2, "learning_rate": "lin_1e-3"}),
+    "sac": (train_sac, "LabPointNav-v0", OFF_POLICY),
+    "her": (train_her, "LabPointNavGoal-v1", OFF_POLICY),
+}
+
+
+class StopError(Exception):
+    """Ends a training after a checkpoint."""
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {name: (folder / name).read_bytes() for name in (BEST, LAST, SCORES, HYPERPARAMETERS)}
+
+
+@pytest.mark.parametrize("algorithm", CASES)
+def test_a_stopped_training_resumes_to_the_same_files(algorithm, tmp_path, monkeypatch):
+    train, environment, changes = CASES[algorithm]
+    hyperparameters = Hyperparameters.load(algorithm, environment, None, {**SMALL, **NETWORK, **changes})
+    settings = partial(RunSettings, seed=3, verbose=False)
+    train(hyperparameters, settings(tmp_path / "whole"))
+
+    def save(path, parts, record, write=legs.save_checkpoint):
+        write(path, parts, record)
+        if record["steps"] == 64:
+            raise StopError
+
+    monkeypatch.setattr(legs, "save_checkpoint", save)
+    with pytest.raises(StopError):
+        train(hyperparameters, settings(tmp_path / "stopped"))
+    monkeypatch.undo()
+    best = train(hyperparameters, settings(tmp_path / "stopped"))
+    assert files(tmp_path / "stopped") == files(tmp_path / "whole")
+    assert len((tmp_path / "whole" / SCORES).read_text().splitlines()) == 4
+    assert make_policy(str(best)).observation == "lidar"
+    assert not (tmp_path / "stopped" / legs.CHECKPOINT).exists()
+    changed = {**SMALL, **NETWORK, **changes, "gamma": 0.5}
+    with pytest.raises(OptionError, match="holds another run"):
+        train(Hyperparameters.load(algorithm, environment, None, changed), settings(tmp_path / "stopped"))
+    (tmp_path / "stopped" / LAST).write_bytes(b"other")
+    with pytest.raises(DocumentError):
+        train(hyperparameters, settings(tmp_path / "stopped"))
+
+
+def test_a_damaged_checkpoint_is_refused_with_the_remedy(tmp_path):
+    train, environment, changes = CASES["ppo"]
+    hyperparameters = Hyperparameters.load("ppo", environment, None, {**SMALL, **NETWORK, **changes})
+    (tmp_path / "run").mkdir()
+    settings = RunSettings(tmp_path / "run", verbose=False)
+    train(hyperparameters, settings)
+    (tmp_path / "run" / "manifest.json").unlink()
+    (tmp_path / "run" / legs.CHECKPOINT).write_bytes(b"PK")
+    with pytest.raises(DocumentError, match="--fresh"):
+        train(hyperparameters, settings)
