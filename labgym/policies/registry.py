@@ -121,7 +121,8 @@ def policy_names() -> tuple[str, ...]:
 def policy_table() -> str:
     """Return a text with one line per policy: name, sensor, required extra and summary."""
     rows = tuple((each.name, each.sees, _needs(each), each.summary) for each in policies())
-    also = "Also: module:Class, a file (.onnx, .pt, .safetensors, .zip of stable-baselines3), or the http:// URL of a server."
+    files = ".onnx, .pt, .safetensors, .zip of stable-baselines3"
+    also = f"Also: module:Class, a file ({files}), or the http:// URL of a server."
     return Table("Policies", ("name", "sees", "needs", "method"), rows, (also,)).text()
 
 
@@ -166,7 +167,8 @@ def make_policy(name: str, **arguments: Any) -> Policy:
     Args:
         name: a built-in ("astar", "straight", ...); a name that an installed package registers under the entry-point
             group `labgym.policies`; "module:Class" on the Python path; the path of a file (.onnx, .pt or .torchscript,
-            .safetensors of `labgym train`, .zip of stable-baselines3); or the URL of a server that speaks the NavDP benchmark's protocol.
+            .safetensors of `labgym train`, .zip of stable-baselines3); or the URL of a server that speaks the NavDP
+            benchmark's protocol.
         arguments: arguments of the policy's class. If the class has options (`Policy.options_type`), each may also be
             given by its own name: `make_policy("dwa", radius=0.28)` is `make_policy("dwa", options={"radius": 0.28})`.
 

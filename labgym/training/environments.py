@@ -12,7 +12,9 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv,
 
 import labgym  # noqa: F401 -- registers the environments
 from labgym.envs.presets import presets
+from labgym.envs.tasks import FLOORS_TRAIN
 from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
+from labgym.training.layouts import FirstLayouts
 from labgym.training.start_frame import StartFrame
 
 VECTORIZATIONS = ("auto", "kernel", "dummy", "subproc")
@@ -21,7 +23,7 @@ MEASURES = ("is_success", "cost", "path_length", "shortest_path_length")
 
 
 def make_environments(
-    environment: str = "LabPointNav-v0", count: int = 64, vectorization: str = "auto", **options: Any
+    environment: str = "LabPointNav-v0", count: int = 64, vectorization: str = "auto", layouts: int = 0, **options: Any
 ) -> VecEnv:
     """Return `count` environments as a `VecEnv` that records returns and lengths of episodes (`VecMonitor`).
 
@@ -33,6 +35,8 @@ def make_environments(
         vectorization: "kernel", all on the planar kernel with threads (`LabVecEnv`, extra `fast`); "dummy", one after
             the other in this process; "subproc", one process each; "auto", the kernel if numba is installed and it has
             all parts of the environment, else "dummy", on the planar physics if numba is installed.
+        layouts: number of layouts of the splits "train" and "floors-train" (`FirstLayouts`); 0 generates new ones without
+            end, which takes longer than driving in them.
         options: arguments of the environment, and `max_episode_steps`, by default that of the id.
 
     Raises:
@@ -47,6 +51,10 @@ def make_environments(
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise OptionError(f"number of environments is {count!r}, expected a whole number of at least 1")
     options = {"measures": MEASURES, **options}
+    split = options.get("split")
+    if layouts and split in ("train", FLOORS_TRAIN):
+        training = FirstLayouts(layouts, "rooms" if split == "train" else "floors")
+        options |= {"split": "train", "training": training, "episodes_per_layout": 1}
     compiled = find_spec("numba") is not None
     if vectorization == "kernel" or (vectorization == "auto" and compiled):
         if not compiled:

@@ -16,7 +16,6 @@ from stable_baselines3.common.utils import LinearSchedule
 from labgym.envs.config import read_mapping
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import ACTIVATIONS
-from labgym.training.layouts import FirstLayouts
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"her": SAC, "ppo": PPO, "sac": SAC}
 """The algorithms; "her" is SAC with hindsight experience replay."""
@@ -124,13 +123,8 @@ class Hyperparameters:
         return {**arguments, "policy_kwargs": policy}
 
     def environment_options(self, evaluation: bool = False) -> dict[str, Any]:
-        """Return the arguments of the environments for training or for evaluation."""
-        options = {**self.env_kwargs, **(self.eval_env_kwargs if evaluation else {})}
-        split = options.get("split")
-        if self.layouts and split in ("train", "floors-train"):
-            training = FirstLayouts(self.layouts, "rooms" if split == "train" else "floors")
-            options |= {"split": "train", "training": training, "episodes_per_layout": 1}
-        return options
+        """Return the arguments of `make_environments` for training or for evaluation."""
+        return {**self.env_kwargs, **(self.eval_env_kwargs if evaluation else {}), "layouts": self.layouts}
 
     @property
     def leg(self) -> int:
