@@ -7,13 +7,16 @@ from pathlib import Path
 
 import pytest
 
+from labgym.policies import make_policy
+
 README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
 SNIPPETS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
 
 SMALLER = (
-    ("total_timesteps=1_000_000", "total_timesteps=8"),
-    ("n_envs=8", "n_envs=1"),
-    ("n_steps=512, batch_size=256", "n_steps=8, batch_size=8"),
+    ("total_timesteps=2_000_000", "total_timesteps=8"),
+    ("count=64", "count=1"),
+    ("layouts=64", "layouts=1"),
+    ("n_steps=64, batch_size=1024", "n_steps=8, batch_size=8"),
     ('suite="test"', 'suite=[load_published("test", published("test")[0])]'),
     ("import numpy as np\n", "import numpy as np\nfrom labgym.layouts import load_published, published\n"),
 )
@@ -53,7 +56,7 @@ def test_the_training_snippet_trains_and_saves(tmp_path, monkeypatch):
     pytest.importorskip("stable_baselines3")
     names = run(snippet("PPO"), tmp_path, monkeypatch)
     assert names["model"].num_timesteps >= 8
-    assert (tmp_path / "ppo-lab.zip").is_file()
+    assert make_policy("ppo-lab.safetensors").observation == "lidar"
 
 
 def test_the_policy_snippet_is_evaluated(tmp_path, monkeypatch, capsys):

@@ -35,8 +35,8 @@ def make_environments(
         vectorization: "kernel", all on the planar kernel with threads (`LabVecEnv`, extra `fast`); "dummy", one after
             the other in this process; "subproc", one process each; "auto", the kernel if numba is installed and it has
             all parts of the environment, else "dummy", on the planar physics if numba is installed.
-        layouts: number of layouts of the splits "train" and "floors-train" (`FirstLayouts`); 0 generates new ones without
-            end, which takes longer than driving in them.
+        layouts: number of layouts of the splits "train" and "floors-train" (`FirstLayouts`); 0 generates new ones
+            without end, which takes longer than driving in them.
         options: arguments of the environment, and `max_episode_steps`, by default that of the id.
 
     Raises:
