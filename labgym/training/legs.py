@@ -11,12 +11,17 @@ import numpy as np
 from stable_baselines3 import HerReplayBuffer
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from labgym.policies.learned.checkpoint import load_checkpoint, save_checkpoint
 from labgym.training.scores import ScoreCallback
 from labgym.training.snapshot import model_parts
 
 CHECKPOINT = "checkpoint.pt"
+
+
+ROLLOUTS, EPISODES = 8, 100
+"""The log gets an entry after this many rollouts of PPO, or episodes of an algorithm with a replay buffer."""
 
 
 def learn(model: BaseAlgorithm, scores: ScoreCallback, steps: int, leg: int, seed: int, out: Path) -> None:
@@ -56,7 +61,9 @@ def learn(model: BaseAlgorithm, scores: ScoreCallback, steps: int, leg: int, see
     if model.num_timesteps >= steps:
         return
     _begin_leg(model, seed, model.num_timesteps // leg)
-    model.learn(steps - model.num_timesteps, [scores, LegCallback(leg, end_leg)], reset_num_timesteps=False)
+    callbacks = [scores, LegCallback(leg, end_leg)]
+    interval = ROLLOUTS if isinstance(model, OnPolicyAlgorithm) else EPISODES
+    model.learn(steps - model.num_timesteps, callbacks, interval, reset_num_timesteps=False)
 
 
 class LegCallback(BaseCallback):
