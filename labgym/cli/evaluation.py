@@ -40,8 +40,8 @@ def eval_(
     """Evaluate a policy: drive all episodes of a suite, or every goal pair of layouts.
 
     Args:
-        policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt or .zip file, or the
-            http:// URL of a policy server.
+        policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt, .safetensors or .zip
+            file, or the http:// URL of a policy server.
         suite: Name of a suite (test, also called lab30; val; navdp_compat), or its .json file. The file of a suite
             without published layouts needs them in --layouts.
         layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
