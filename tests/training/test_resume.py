@@ -22,7 +22,7 @@ from labgym.training.sac import train_sac
 
 ROOM = {"layout": "test-sub_01", "max_episode_steps": 8}
 SMALL = {"n_envs": 2, "eval_freq": 32, "n_eval_episodes": 2, "n_timesteps": 128, "env_kwargs": ROOM, "layouts": 0}
-OFF_POLICY = {"learning_starts": 24, "batch_size": 8, "train_freq": 2, "gradient_steps": 1, "buffer_size": 150}
+OFF_POLICY = {"learning_starts": 24, "batch_size": 8, "train_freq": 2, "gradient_steps": 1, "buffer_size": 100}
 NETWORK = {"policy_kwargs": {"net_arch": [8]}, "eval_env_kwargs": {}}
 CASES = {
     "ppo": (train_ppo, "LabPointNav-v0", {"n_steps": 8, "batch_size": 8, "n_epochs": 2, "learning_rate": "lin_1e-3"}),
