@@ -40,7 +40,7 @@ def environments(blank, space: gym.Space, **normalize) -> VecNormalize | DummyVe
 @pytest.mark.parametrize("normalize", [{}, {"clip_obs": 1.5}, {"norm_obs_keys": ["lidar"]}])
 def test_a_saved_policy_acts_as_its_model(algorithm, normalize, blank, usual_space, observations, tmp_path):
     made = environments(blank, usual_space, **normalize)
-    model = algorithm("MultiInputPolicy", made, policy_kwargs=SMALL, seed=1, device="cpu")
+    model = algorithm("MultiInputPolicy", made, policy_kwargs=dict(SMALL), seed=1, device="cpu")
     policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
     assert policy.observation == "lidar"
     policy.reset(start())
@@ -53,7 +53,7 @@ def test_a_saved_policy_acts_as_its_model(algorithm, normalize, blank, usual_spa
 def test_a_model_on_flattened_observations_acts_as_before(blank, observations, tmp_path):
     space = gym.spaces.Box(-10.0, 10.0, (185,), np.float32)
     made = environments(blank, space, norm_obs=True)
-    model = PPO("MlpPolicy", made, policy_kwargs=SMALL, device="cpu")
+    model = PPO("MlpPolicy", made, policy_kwargs=dict(SMALL), device="cpu")
     policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
     for each in observations:
         flat = np.concatenate([each["goal"], each["lidar"], each["velocity"]])
@@ -64,7 +64,7 @@ def test_a_model_on_flattened_observations_acts_as_before(blank, observations, t
 def test_a_goal_policy_gets_its_goal_and_its_pose_in_the_start_frame(blank, observations, tmp_path):
     sizes = {"observation": 186, "achieved_goal": 2, "desired_goal": 2}
     space = gym.spaces.Dict({name: gym.spaces.Box(-50.0, 50.0, (size,), np.float32) for name, size in sizes.items()})
-    model = SAC("MultiInputPolicy", environments(blank, space), policy_kwargs=SMALL, device="cpu")
+    model = SAC("MultiInputPolicy", environments(blank, space), policy_kwargs=dict(SMALL), device="cpu")
     policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
     policy.reset(start((2.0, -1.0)))
     for each in observations:
@@ -84,7 +84,7 @@ def test_a_model_that_looks_at_images_is_refused(blank, tmp_path):
 
 
 def test_another_suffix_is_refused(blank, usual_space, tmp_path):
-    model = PPO("MultiInputPolicy", environments(blank, usual_space), policy_kwargs=SMALL, device="cpu")
+    model = PPO("MultiInputPolicy", environments(blank, usual_space), policy_kwargs=dict(SMALL), device="cpu")
     with pytest.raises(OptionError, match=r"expected the suffix \.safetensors"):
         save_policy(model, tmp_path / "policy.zip")
 
