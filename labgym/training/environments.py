@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.util import find_spec
 from typing import Any
@@ -66,7 +66,7 @@ def make_environments(
                 raise
     if vectorization == "auto" and compiled:
         options = {"physics": "planar", **options}
-    makers = [partial(_single, environment, options)] * count
+    makers: list[Callable[[], gym.Env[Any, Any]]] = [partial(_single, environment, options)] * count
     return VecMonitor(SubprocVecEnv(makers) if vectorization == "subproc" else DummyVecEnv(makers))
 
 

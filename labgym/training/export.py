@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
@@ -79,7 +80,7 @@ def _inputs(features: nn.Module, space: spaces.Space[Any]) -> tuple[str, ...]:
             return tuple(extractors)
     elif space.shape == (sum(SIZES[name] for name in FLAT),) and not list(features.parameters()):
         return FLAT
-    raise OptionError("the model looks at images, or at an observation of its own: export it to ONNX")
+    raise OptionError("the model looks at images, or at another observation: export it to ONNX")
 
 
 def _layers(modules: list[nn.Module]) -> tuple[tuple[tuple[Tensor, Tensor], ...], Activation, bool]:
@@ -92,17 +93,17 @@ def _layers(modules: list[nn.Module]) -> tuple[tuple[tuple[Tensor, Tensor], ...]
     if not uniform or not all(isinstance(each, nn.Linear) for each in linear):
         kinds = ", ".join(sorted({type(each).__name__ for each in modules}))
         raise OptionError(f"the model's actor consists of {kinds}; expected linear layers and one kind of activation")
-    layers = [(each.weight.detach().clone(), each.bias.detach().clone()) for each in linear]  # type: ignore[operator, union-attr]
-    return tuple(layers), names.pop(), squash  # type: ignore[return-value]
+    layers = [(each.weight.detach().clone(), each.bias.detach().clone()) for each in linear]  # type: ignore[operator]
+    return tuple(layers), names.pop(), squash
 
 
 def _statistics(normalize: VecNormalize, inputs: tuple[str, ...]) -> dict[str, tuple[Tensor, Tensor]]:
     """Return mean and variance of each normalized input, float64."""
     rms: Any = normalize.obs_rms
     if not isinstance(rms, dict):
-        sizes = [SIZES[name] for name in inputs]
-        parts = zip(inputs, torch.as_tensor(rms.mean).split(sizes), torch.as_tensor(rms.var).split(sizes), strict=True)
-        return {name: (mean.clone(), variance.clone()) for name, mean, variance in parts}
+        ends = np.cumsum([SIZES[name] for name in inputs])[:-1]
+        parts = zip(inputs, np.split(rms.mean, ends), np.split(rms.var, ends), strict=True)
+        return {name: (torch.tensor(mean), torch.tensor(variance)) for name, mean, variance in parts}
     return {
         name: (torch.as_tensor(rms[name].mean).clone(), torch.as_tensor(rms[name].var).clone())
         for name in inputs

@@ -100,7 +100,7 @@ def _begin_leg(model: BaseAlgorithm, seed: int, leg: int) -> None:
     model._last_episode_starts = np.ones(environments.num_envs, dtype=np.bool_)
     normalize = model.get_vec_normalize_env()
     if normalize is not None:
-        model._last_original_obs = normalize.get_original_obs()  # type: ignore[assignment]
+        model._last_original_obs = normalize.get_original_obs()
 
 
 def _end_episodes(model: BaseAlgorithm) -> None:

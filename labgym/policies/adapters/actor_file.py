@@ -114,7 +114,7 @@ def _checked(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> Per
     for name, tensor in tensors.items():
         if not bool(torch.isfinite(tensor).all()):
             raise DocumentError(path, name, "holds NaN or infinite numbers; train the model again")
-    layers = []
+    layers: list[tuple[Tensor, Tensor]] = []
     while f"layers.{len(layers)}.weight" in tensors:
         weight, bias = (tensors.pop(f"layers.{len(layers)}.{part}", torch.empty(0)) for part in ("weight", "bias"))
         fits = weight.ndim == 2 and bias.shape == weight.shape[:1] and weight.dtype == bias.dtype == torch.float32
