@@ -15,7 +15,7 @@ SNIPPETS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
 SMALLER = (
     ("total_timesteps=2_000_000", "total_timesteps=8"),
     ("count=64", "count=1"),
-    ("layouts=64", "layouts=1"),
+    ("layouts=128", "layouts=1"),
     ("n_steps=64, batch_size=1024", "n_steps=8, batch_size=8"),
     ('suite="test"', 'suite=[load_published("test", published("test")[0])]'),
     ("import numpy as np\n", "import numpy as np\nfrom labgym.layouts import load_published, published\n"),
