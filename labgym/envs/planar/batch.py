@@ -15,16 +15,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.planar.body import Body
-from labgym.envs.planar.chunks import Chunks
+from labgym.envs.planar.chunks import Chunks, chunks_of
 from labgym.envs.planar.compiled import carray, compiled, entry, pointer
 from labgym.envs.planar.contacts import Work, buffers
-from labgym.envs.planar.depth import Lens, draw
+from labgym.envs.planar.depth import draw, lens_of
 from labgym.envs.planar.lidar import Beams, scan
 from labgym.envs.planar.plan import Cells, Outlines
-from labgym.envs.planar.scene import Boxes, Scene, beams, clearance_at
+from labgym.envs.planar.scene import Boxes, beams, clearance_at, scene_of, walls_at
 from labgym.envs.planar.simulation import CHECK_INTERVAL, control_step
+from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import Pose
+from labgym.envs.world import World
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -70,24 +73,25 @@ class Batch:
 
     Args:
         count: number of robots. control_dt: duration of a control step, seconds.
-        rays: number of rays of the lidar, 0 without one. reach: its largest reading, meters.
+        lidar, camera: without noise; None for no readings.
         threads: number of threads; None for one per processor that this process may use.
-        lens: of the depth camera of each robot; None without one.
 
     Attributes:
-        robots: the arrays. depths: (n, pixels) planar depth, meters; no pixels without a camera.
+        robots: the arrays.
     """
 
     def __init__(
         self,
         count: int,
         control_dt: float,
-        rays: int,
-        reach: float,
+        lidar: LidarSensor | None,
+        camera: DepthSensor | None = None,
         threads: int | None = None,
-        lens: Lens | None = None,
     ) -> None:
         size = 2 * ARRAYS + 2
+        rays, reach, self._height = (
+            (0, 1.0, ROBOT.lidar_height) if lidar is None else (lidar.rays, float(lidar.reach), lidar.height)
+        )
         self.robots = Robots(
             states=np.zeros((count, 6)),
             targets=np.zeros((count, 2)),
@@ -104,8 +108,10 @@ class Batch:
         # The arrays that addresses point to must live as long as they are used.
         self._arrays: list[Sequence[NDArray[np.generic]]] = [()] * count
         self._body: Body | None = None
-        self._lens, self._chunks = lens, [_NOTHING] * count
-        self.depths = np.zeros((count, 0 if lens is None else lens.rows * lens.columns), np.float32)
+        lens = None if camera is None else lens_of(camera.camera)
+        self._lens, self._camera_name = lens, None if camera is None else camera.name
+        self._chunks = [_NOTHING] * count
+        self._depths = np.zeros((count, 0 if lens is None else lens.rows * lens.columns), np.float32)
         self._checks, self._reach, self._beams = round(control_dt / CHECK_INTERVAL), reach, beams(max(rays, 1))
         available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         workers = max(1, min(available if threads is None else threads, count // (SHARE if lens is None else 1)))
@@ -113,22 +119,13 @@ class Batch:
         self._shares = [(first, last, buffers()) for first, last in pairwise(bounds)]
         self._pool = ThreadPoolExecutor(workers - 1, "planar") if workers > 1 else None
 
-    def place(
-        self,
-        robot: int,
-        pose: Pose,
-        scene: Scene,
-        walls: Outlines,
-        field: tuple[Array, Pose] | None,
-        chunks: Chunks | None = None,
-    ) -> None:
-        """Put a robot at rest into a scene.
+    def place(self, robot: int, pose: Pose, world: World, field: tuple[Array, Pose] | None) -> None:
+        """Put a robot at rest into a world.
 
         Args:
-            walls: what its lidar sees. chunks: what its camera sees.
             field: distances to its goal on a grid (rows, columns), and the grid's origin and resolution.
         """
-        robots, (plan, self._body, boxes) = self.robots, scene
+        robots, walls, (plan, self._body, boxes) = self.robots, walls_at(world, self._height), scene_of(world)
         distances, grid = (np.empty((0, 0)), (0.0, 0.0, 1.0)) if field is None else field
         arrays = (*plan.solids, *plan.near, *walls, *boxes, distances)
         self._arrays[robot] = arrays
@@ -138,7 +135,8 @@ class Batch:
         robots.states[robot, :3], robots.states[robot, 3:] = pose, 0.0
         _step(robot, robot + 1, 0, 0, self._scene_body, robots, self._beams, self._reach, self._shares[0][2])
         robots.driven[robot], robots.touched[robot] = 0.0, False
-        self._chunks[robot] = _NOTHING if chunks is None else chunks
+        if self._lens is not None:
+            self._chunks[robot] = chunks_of(world)
         self._look(robot, robot + 1)
 
     def step(self) -> None:
@@ -163,7 +161,11 @@ class Batch:
         if self._lens is not None:
             for k in range(first, last):
                 x, y, yaw = self.robots.poses[k]
-                draw(x, y, yaw, self._chunks[k], self._lens, self.depths[k])
+                draw(x, y, yaw, self._chunks[k], self._lens, self._depths[k])
+
+    def readings(self, sensor: str) -> NDArray[np.float32]:
+        """Return the readings of the lidar or the depth camera of this name, (n, k) meters."""
+        return (self._depths if sensor == self._camera_name else self.robots.ranges).copy()
 
     def close(self) -> None:
         """End the threads."""
@@ -202,6 +204,21 @@ def _step(
             robots.to_go[k] = math.nan
         if robots.ranges.shape[1] > 0:
             scan(state[0], state[1], yaw, walls, beams, reach, robots.ranges[k])
+
+
+@entry
+def remaining(poses: Array, fields: Index, grids: Array, to_go: Array) -> None:
+    """Write the remaining distances of many robots (n,), meters; NaN without a field.
+
+    Args:
+        poses: (n, 3). fields: (n, 3) address, rows and columns of each field of distances; address 0 for none.
+        grids: (n, 3) origin and resolution of each field, meters.
+    """
+    for k in range(len(poses)):
+        to_go[k] = math.nan
+        if fields[k, 0] != 0:
+            field = carray(pointer(fields[k, 0]), (fields[k, 1], fields[k, 2]), np.float64)
+            to_go[k] = interpolated(poses[k, 0], poses[k, 1], field, grids[k])
 
 
 @compiled

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium import spaces
@@ -22,10 +22,6 @@ from labgym.envs.parts.rewards import ProgressTerm
 from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.planar.batch import Batch
-from labgym.envs.planar.chunks import chunks_of
-from labgym.envs.planar.depth import lens_of
-from labgym.envs.planar.scene import scene_of, walls_at
-from labgym.envs.robot import ROBOT
 from labgym.envs.vector.arguments import mode_of, seeds_of, whole
 from labgym.envs.vector.columns import (
     ENDINGS,
@@ -44,6 +40,9 @@ from labgym.envs.vector.columns import (
 )
 from labgym.envs.world import world_of
 from labgym.errors import OptionError
+
+if TYPE_CHECKING:
+    from labgym.envs.gpu.batch import DeviceBatch
 
 Observations = dict[str, NDArray[np.float32]]
 
@@ -69,6 +68,9 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         autoreset_mode: NEXT_STEP (default) or SAME_STEP, as in Gymnasium.
         max_episode_steps: number of steps after which an episode is truncated; None for no limit.
         threads: number of threads; None for one per processor that this process may use. It changes the speed alone.
+        device: None (default) for threads of the processor. The name of a device of Warp (extra `warp`), "cuda",
+            "cuda:1" or "cpu", steps the robots there; it also has several lidars and cameras. Its results
+            are not those of single environments to the bit: docs/performance.md states how far they agree.
         config, options: as of `LabPointNavEnv`.
 
     Raises:
@@ -84,6 +86,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         max_episode_steps: int | None = None,
         threads: int | None = None,
+        device: str | None = None,
         config: Any = None,
         **options: Any,
     ) -> None:
@@ -92,19 +95,15 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self.autoreset_mode = mode_of(autoreset_mode)
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         config = PointNavConfig.of(config, {"physics": "planar", **options})
-        check_kernel(config)
+        check_kernel(config, device)
+        if device is not None and threads is not None:
+            raise OptionError(f"threads is {threads!r} with device {device!r}: pass one of the two")
         self._disc = config.disc
         self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
         self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
         self.single_action_space = config.actions.space(config.robot)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        lidar = next(iter(lidars(config)), None)
-        rays, reach, self._height = (
-            (0, 1.0, ROBOT.lidar_height) if lidar is None else (lidar.rays, lidar.reach, lidar.height)
-        )
-        cameras = [sensor for sensor in self._sensors if isinstance(sensor, DepthSensor)]
-        lens = lens_of(cameras[0].camera) if cameras else None
         self._terms = [
             (each.name, each.weight, Progress(each, self.num_envs) if isinstance(each, ProgressTerm) else each)
             for each in config.reward_terms
@@ -117,7 +116,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
         self._columns = Columns.zeros(self.num_envs, config.control_dt)
         self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}
-        self._batch = Batch(self.num_envs, config.control_dt, rays, float(reach), threads, lens)
+        self._batch = self._batch_of(config, threads, device)
         self._age = np.zeros(self.num_envs, dtype=np.int64)
         self._ended: NDArray[np.bool_] | None = None
 
@@ -184,6 +183,17 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         for tasks in self._tasks:
             tasks.close()
 
+    def _batch_of(self, config: PointNavConfig, threads: int | None, device: str | None) -> Batch | DeviceBatch:
+        """Return the robots, on threads of the processor or on a device."""
+        rays = [sensor for sensor in self._sensors if isinstance(sensor, LidarSensor | DepthSensor)]
+        if device is not None:
+            from labgym.envs.gpu.batch import DeviceBatch
+
+            return DeviceBatch(self.num_envs, config.control_dt, rays, device)
+        lidar = next((sensor for sensor in rays if isinstance(sensor, LidarSensor)), None)
+        camera = next((sensor for sensor in rays if isinstance(sensor, DepthSensor)), None)
+        return Batch(self.num_envs, config.control_dt, lidar, camera, threads)
+
     def _begin(self, row: int, seed: int | None, options: dict[str, Any]) -> None:
         """Begin an episode of one environment."""
         rng = self._rngs[row]
@@ -198,8 +208,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         for distances in to_go.values():
             if isinstance(distances, GridDistanceToGo):
                 field = distances.field
-        chunks = chunks_of(world) if self._batch.depths.size else None
-        self._batch.place(row, pair.start, scene_of(world), walls_at(world, self._height), field, chunks)
+        self._batch.place(row, pair.start, world, field)
         columns.pose[row], columns.velocity[row] = robots.poses[row], robots.velocities[row]
         columns.goal[row], columns.clearance[row] = pair.goal, robots.clearances[row]
         columns.collision[row], columns.contacts[row], columns.steps[row] = False, 0, 0
@@ -243,12 +252,12 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         return np.column_stack([v, turn * self._size.w_max])
 
     def _observations(self) -> Observations:
-        return {sensor.name: self._reading(sensor) for sensor in self._sensors}
-
-    def _reading(self, sensor: Any) -> NDArray[np.float32]:
-        if isinstance(sensor, LidarSensor):
-            return self._batch.robots.ranges.copy()
-        return self._batch.depths.copy() if isinstance(sensor, DepthSensor) else reading(sensor, self._columns)
+        return {
+            sensor.name: self._batch.readings(sensor.name)
+            if isinstance(sensor, LidarSensor | DepthSensor)
+            else reading(sensor, self._columns)
+            for sensor in self._sensors
+        }
 
     def _infos(self, rows: NDArray[np.bool_]) -> dict[str, Any]:
         """Return the infos of some environments in Gymnasium's form: each column with the mask of its rows."""
@@ -282,13 +291,11 @@ def _masked(columns: dict[str, Any], rows: NDArray[np.bool_]) -> dict[str, Any]:
     return masked
 
 
-def lidars(config: PointNavConfig) -> list[LidarSensor]:
-    """Return the lidars of a configuration."""
-    return [sensor for sensor in config.observed if isinstance(sensor, LidarSensor)]
-
-
-def check_kernel(config: PointNavConfig) -> None:
+def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
     """Check that the planar kernel has all parts of a configuration.
+
+    Args:
+        device: name of a device of Warp; None for the processor.
 
     Raises:
         OptionError: it lacks one.
@@ -301,7 +308,7 @@ def check_kernel(config: PointNavConfig) -> None:
         raise OptionError(f"the vector environment has episodes of one drive only, not {config.drives!r}: {REMEDY}")
     check_parts("sensor", config.observed, (GoalSensor, VelocitySensor, LidarSensor, DepthSensor))
     for kind, name in ((LidarSensor, "lidar"), (DepthSensor, "depth camera")):
-        if sum(isinstance(sensor, kind) for sensor in config.observed) > 1:
+        if device is None and sum(isinstance(sensor, kind) for sensor in config.observed) > 1:
             raise OptionError(f"the vector environment has one {name} only: {REMEDY}")
     check_parts("reward term", config.reward_terms, TERMS)
     check_parts("ending", config.endings, ENDINGS)
@@ -311,7 +318,8 @@ def check_kernel(config: PointNavConfig) -> None:
     check_parts("robot", (config.robot,), (DifferentialDrive,))
     if config.randomizations:
         raise OptionError(f"the vector environment has no randomizations: {REMEDY}")
-    if any((each.forward, each.left, each.yaw) != (0.0, 0.0, 0.0) for each in lidars(config)):
+    lidars = [sensor for sensor in config.observed if isinstance(sensor, LidarSensor)]
+    if any((each.forward, each.left, each.yaw) != (0.0, 0.0, 0.0) for each in lidars):
         raise OptionError(f"the vector environment has its lidar on the robot's axis only: {REMEDY}")
     if any(isinstance(sensor, DepthSensor) and not sensor.camera.level for sensor in config.observed):
         raise OptionError(f"the vector environment has its camera on the robot's axis only, level: {REMEDY}")

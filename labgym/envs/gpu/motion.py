@@ -1,0 +1,146 @@
+"""Control steps of many robots, as `labgym.envs.planar.motion` and `labgym.envs.planar.simulation`, for Warp.
+
+One thread steps one robot. Scenes differ in size, so a row of addresses stands for the arrays of a robot's scene.
+"""
+
+from __future__ import annotations
+
+import math
+
+from labgym.envs.gpu.backend import wp
+from labgym.envs.gpu.contacts import ZERO, Robot, constrained, touching
+from labgym.envs.planar.plan import CELL
+from labgym.envs.planar.scene import RADIUS
+
+SIDE = wp.constant(wp.float64(CELL))
+CHASSIS = wp.constant(wp.float64(RADIUS))
+TWO, PI = wp.constant(wp.float64(2.0)), wp.constant(wp.float64(math.pi))
+STRAIGHT = wp.constant(wp.float64(1e-6))
+"""Half of the turn below which an arc is as long as its chord, radians."""
+
+
+@wp.func
+def servo(gain: wp.float64, limit: wp.float64, missing: wp.float64):
+    """Return the force of a velocity servo and its decrease per velocity, which is 0 at the limit of the force."""
+    force = wp.clamp(gain * missing, -limit, limit)
+    return force, wp.where(wp.abs(force) >= limit, ZERO, gain)
+
+
+@wp.func
+def clearance(x: wp.float64, y: wp.float64, room: wp.vec2d, boxes: wp.array2d[wp.float64]):
+    """Return the distance from the chassis at a point to the nearest barrier, meters; 0 if they overlap."""
+    nearest = wp.float64(1e30)
+    for k in range(boxes.shape[0]):
+        dx = x - boxes[k, 0]
+        dy = y - boxes[k, 1]
+        cosine = boxes[k, 4]
+        sine = boxes[k, 5]
+        u = wp.max(wp.abs(cosine * dx + sine * dy) - boxes[k, 2], ZERO)
+        v = wp.max(wp.abs(cosine * dy - sine * dx) - boxes[k, 3], ZERO)
+        nearest = wp.min(nearest, u * u + v * v)
+    distance = wp.sqrt(nearest)
+    distance = wp.min(distance, wp.min(wp.min(x, room[0] - x), wp.min(y, room[1] - y)))
+    return wp.max(distance - CHASSIS, ZERO)
+
+
+@wp.kernel(enable_backward=False)
+def drive(
+    body: Robot,
+    checks: wp.int32,
+    steps: wp.int32,
+    targets: wp.array2d[wp.float64],
+    addresses: wp.array2d[wp.uint64],
+    sizes: wp.array2d[wp.int32],
+    plans: wp.array2d[wp.float64],
+    states: wp.array2d[wp.float64],
+    contacts: wp.array3d[wp.float64],
+    poses: wp.array2d[wp.float64],
+    velocities: wp.array2d[wp.float64],
+    driven: wp.array[wp.float64],
+    touched: wp.array[wp.int32],
+    clearances: wp.array[wp.float64],
+):
+    """Advance each robot by one control step towards its target, and measure.
+
+    Args:
+        checks: contact checks of a control step. steps: physics steps between two of them.
+        targets: (n, 2) m/s and rad/s.
+        addresses, sizes, plans: of the scenes, as `labgym.envs.gpu.scene.DeviceScene`.
+        states: (n, 6) x, y, yaw and their rates in the room frame.
+        contacts: (n, CONTACTS, 6) scratch memory.
+        poses: (n, 3) yaw in (-pi, pi]. velocities: (n, 2) m/s and rad/s. driven: (n,) meters. touched: (n,) 0 or 1.
+        clearances: (n,) meters.
+    """
+    robot = wp.tid()
+    sides = wp.array(ptr=addresses[robot, 0], shape=(sizes[robot, 0], 5), dtype=wp.float64)
+    first = wp.array(ptr=addresses[robot, 1], shape=(sizes[robot, 1],), dtype=wp.int32)
+    reach = wp.array(ptr=addresses[robot, 2], shape=(sizes[robot, 2],), dtype=wp.float64)
+    cells = wp.array(ptr=addresses[robot, 3], shape=(sizes[robot, 3],), dtype=wp.int32)
+    members = wp.array(ptr=addresses[robot, 4], shape=(sizes[robot, 4],), dtype=wp.int32)
+    boxes = wp.array(ptr=addresses[robot, 5], shape=(sizes[robot, 5], 6), dtype=wp.float64)
+    columns = wp.int32(plans[robot, 2])
+    rows = wp.int32(plans[robot, 3])
+    v = wp.clamp(targets[robot, 0], body.v_min, body.v_max)
+    w = wp.clamp(targets[robot, 1], -body.w_max, body.w_max)
+    position = wp.vec3d(states[robot, 0], states[robot, 1], states[robot, 2])
+    rate = wp.vec3d(states[robot, 3], states[robot, 4], states[robot, 5])
+    h = body.timestep
+    length = wp.float64(0.0)
+    touches = wp.int32(0)
+    for _check in range(checks):
+        before = wp.vec3d(position[0], position[1], position[2])
+        count = wp.int32(0)
+        for _step in range(steps):
+            cosine = wp.cos(position[2])
+            sine = wp.sin(position[2])
+            forward, forward_drag = servo(
+                body.forward_gain, body.forward_limit, v - (cosine * rate[0] + sine * rate[1])
+            )
+            grip, grip_drag = servo(body.grip_gain, body.grip_limit, sine * rate[0] - cosine * rate[1])
+            turn, turn_drag = servo(body.turn_gain, body.turn_limit, w - rate[2])
+            count = 0
+            column = wp.int32(wp.floor((position[0] - plans[robot, 0]) / SIDE))
+            row = wp.int32(wp.floor((position[1] - plans[robot, 1]) / SIDE))
+            if column >= 0 and column < columns and row >= 0 and row < rows:
+                cell = row * columns + column
+                begin = cells[cell]
+                end = cells[cell + 1]
+                if end > begin:
+                    count = touching(position, rate, begin, end, members, first, reach, sides, body, contacts[robot])
+            if count > 0:
+                start = wp.vec3d(
+                    (cosine * forward - sine * grip) / body.mass,
+                    (sine * forward + cosine * grip) / body.mass,
+                    turn / body.inertia,
+                )
+                change = constrained(start, rate, body, count, contacts[robot]) - start
+                forward += body.mass * (cosine * change[0] + sine * change[1])
+                grip += body.mass * (cosine * change[1] - sine * change[0])
+                turn += body.inertia * change[2]
+            ahead = h * forward / (body.mass + h * forward_drag)
+            aside = h * grip / (body.mass + h * grip_drag)
+            about = h * turn / (body.inertia + h * turn_drag)
+            rate = rate + wp.vec3d(cosine * ahead - sine * aside, sine * ahead + cosine * aside, about)
+            position = position + h * rate
+        if count > 0:
+            touches = 1
+        dx = position[0] - before[0]
+        dy = position[1] - before[1]
+        chord = wp.sqrt(dx * dx + dy * dy)
+        half = (position[2] - before[2]) / TWO
+        if wp.abs(half) < STRAIGHT:
+            length += chord
+        else:
+            length += chord * half / wp.sin(half)
+    for k in range(3):
+        states[robot, k] = position[k]
+        states[robot, 3 + k] = rate[k]
+    poses[robot, 0] = position[0]
+    poses[robot, 1] = position[1]
+    turns = (PI - position[2]) / (TWO * PI)
+    poses[robot, 2] = PI - TWO * PI * (turns - wp.floor(turns))
+    velocities[robot, 0] = wp.cos(position[2]) * rate[0] + wp.sin(position[2]) * rate[1]
+    velocities[robot, 1] = rate[2]
+    driven[robot] = length
+    touched[robot] = touches
+    clearances[robot] = clearance(position[0], position[1], wp.vec2d(plans[robot, 4], plans[robot, 5]), boxes)
