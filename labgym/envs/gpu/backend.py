@@ -11,6 +11,8 @@ try:
 except ImportError as error:
     raise MissingDependencyError("warp-lang", "the vector environment on a device (device=...)", "warp") from error
 
+__all__ = ["device_of", "wp"]
+
 wp.config.log_level = wp.LOG_WARNING
 
 
