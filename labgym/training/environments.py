@@ -11,6 +11,7 @@ import gymnasium as gym
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecMonitor
 
 import labgym  # noqa: F401 -- registers the environments
+from labgym.envs.config import PointNavConfig
 from labgym.envs.presets import presets
 from labgym.envs.tasks import FLOORS_TRAIN
 from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
@@ -71,8 +72,11 @@ def make_environments(
 
 
 def _kernel(environment: str, count: int, options: Mapping[str, Any]) -> VecEnv:
+    from labgym.envs.vector.env import check_kernel
     from labgym.envs.vector.stable_baselines import LabVecEnv
 
+    parts = {name: value for name, value in options.items() if name != "max_episode_steps"}
+    check_kernel(PointNavConfig.of(environment, {"physics": "planar", **parts}))
     limit = {"max_episode_steps": gym.spec(environment).max_episode_steps}
     return LabVecEnv(count, **{**limit, "config": environment, **options})
 

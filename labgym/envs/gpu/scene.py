@@ -18,7 +18,7 @@ FACE_BYTES = 84
 
 
 class DeviceScene:
-    """What a robot touches, and the barriers from which clearances are measured.
+    """The obstacles that a robot touches, and the barriers from which clearances are measured.
 
     Args:
         scene: the layout for the planar kernel. device: of Warp.
