@@ -16,6 +16,7 @@ from labgym.errors import LabgymError
 from labgym.policies.options import PolicyOptions
 
 if TYPE_CHECKING:
+    from labgym.envs.conditions.beaker import Beaker
     from labgym.layouts import Layout
     from labgym.navigation import GoalPair, Pose
 
@@ -28,7 +29,7 @@ class GroundTruth:
     """The map and the true poses, which only privileged policies receive.
 
     Attributes:
-        layout: the room and everything in it.
+        layout: the room and everything in it; in the tasks of LabNav the old map, which some things have left.
         pair: the drive; its poses are in the room frame.
         start: the robot's pose (x, y, yaw) in the room frame at the start of the episode.
     """
@@ -47,12 +48,18 @@ class EpisodeStart:
         rng: the only source of randomness that a policy may use; equal for equal episode and seed.
         robot: dimensions and limits of the robot.
         truth: the map; None unless the policy is privileged.
+        task: name of the LabNav task, such as "dock"; "" elsewhere.
+        heading: heading that the robot must have at the goal, radians in the start frame; None if any will do.
+        beaker: the liquid that the robot carries; None without one.
     """
 
     goal: tuple[float, float]
     rng: np.random.Generator
     robot: RobotSpec = ROBOT
     truth: GroundTruth | None = None
+    task: str = ""
+    heading: float | None = None
+    beaker: Beaker | None = None
 
 
 class Policy(ABC):
@@ -68,6 +75,7 @@ class Policy(ABC):
         observation: the sensors: "lidar", "depth" or "rgbd".
         privileged: whether the policy receives the map; reports show it.
         exclusive: whether only one instance may drive at a time, because all would share one state: a server's.
+        latency: declared time from an observation to its action, seconds; LabNav delays actions by it.
         options_type: type of the constructor's argument `options`; None for a policy without options.
     """
 
@@ -75,6 +83,7 @@ class Policy(ABC):
     observation: ClassVar[Sensors] = "lidar"
     privileged: ClassVar[bool] = False
     exclusive: ClassVar[bool] = False
+    latency: ClassVar[float] = 0.0
     options_type: ClassVar[type[PolicyOptions] | None] = None
 
     def __init_subclass__(cls) -> None:
@@ -89,6 +98,22 @@ class Policy(ABC):
     @abstractmethod
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Return the action for the next control step, shape (2,), in [-1, 1]: forward and turn."""
+
+    def stop(self, observation: Observation) -> bool:  # noqa: ARG002
+        """Whether the robot has arrived: LabNav asks before each action, and True ends the drive.
+
+        A policy that does not define it never stops; the evaluator then brakes the robot near its goal by the
+        odometry, and marks the results.
+        """
+        return False
+
+    def next_goal(self, episode: EpisodeStart) -> None:
+        """Begin the next drive of a chain of goals, from where the robot stands.
+
+        The frame of `episode` and of the odometry has its origin at this place. By default the policy forgets the
+        drive before, as at the start of an episode; a policy that keeps a map or an estimate of its pose overrides it.
+        """
+        self.reset(episode)
 
     def planned_path(self) -> NDArray[np.float64] | None:
         """Return the path that the last action follows, (n, 2) meters in the start frame.

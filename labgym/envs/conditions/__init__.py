@@ -1,0 +1,1 @@
+"""Conditions of an episode beyond its layout: people, things that moved, glass, a payload, docking stations."""

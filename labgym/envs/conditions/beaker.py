@@ -1,0 +1,48 @@
+"""A beaker of liquid on the robot's deck, and the linear model of its surface.
+
+The first mode of the surface of a liquid in an upright cylinder is a damped oscillator for each horizontal axis. It was
+validated against measurements by Di Leva et al. (2022, doi 10.1007/s11044-022-09841-0).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from labgym.envs.parts.kinds import positive
+
+GRAVITY = 9.81
+"""Acceleration of gravity, m/s2."""
+ROOT = 1.841
+"""First root of the derivative of the Bessel function J1."""
+RISE = 0.837
+"""Factor of the surface's rise at the wall: 2 / (ROOT^2 - 1)."""
+
+
+@dataclass(frozen=True)
+class Beaker:
+    """A cylinder of liquid; the defaults are a 1 L beaker, filled to 10 mm below its rim.
+
+    Attributes:
+        radius: of the surface, meters. depth: of the liquid, meters.
+        freeboard: height of the rim above the surface at rest, meters.
+        damping: ratio of the first mode.
+    """
+
+    radius: float = 0.052
+    depth: float = 0.115
+    freeboard: float = 0.010
+    damping: float = 0.005
+
+    def __post_init__(self) -> None:
+        positive(self, "radius", "depth", "freeboard")
+        positive(self, "damping", zero=True)
+
+    @property
+    def frequency(self) -> float:
+        """Angular frequency of the first mode, rad/s."""
+        return math.sqrt(ROOT * GRAVITY / self.radius * math.tanh(ROOT * self.depth / self.radius))
+
+    def rise(self, displacement: float) -> float:
+        """Return the rise of the surface at the wall, meters, for a displacement of the oscillator, meters."""
+        return RISE * self.radius * self.frequency**2 * displacement / GRAVITY
