@@ -37,12 +37,20 @@ def save_policy(
         environment: id of the environment, for the record.
 
     Raises:
-        OptionError: the suffix is another one, the action is not (2,) in [-1, 1], or the network has other parts:
-            export it to ONNX.
+        OptionError: the suffix is another one, or as `actor_of`.
     """
     path = Path(path)
     if path.suffix != ".safetensors":
         raise OptionError(f"policy {str(path)!r}: expected the suffix .safetensors")
+    return actor_of(model, normalize, environment).save(path)
+
+
+def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, environment: str = "") -> Perceptron:
+    """Return the actor of a model; the arguments are those of `save_policy`.
+
+    Raises:
+        OptionError: the action is not (2,) in [-1, 1], or the network has other parts: export it to ONNX.
+    """
     space = model.action_space
     if not isinstance(space, spaces.Box) or space.shape != (2,) or not ((space.low == -1) & (space.high == 1)).all():
         raise OptionError(f"model with the action space {space}: expected Box(-1, 1, (2,))")
@@ -64,7 +72,7 @@ def save_policy(
         normalized=tuple(statistics),
         **({} if normalize is None else {"clip": normalize.clip_obs, "epsilon": normalize.epsilon}),
     )
-    return Perceptron(header, layers, statistics).save(path)
+    return Perceptron(header, layers, statistics)
 
 
 def _actor_modules(actor: Any) -> list[nn.Module]:

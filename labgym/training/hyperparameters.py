@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import inspect
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from stable_baselines3 import PPO, SAC
-from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.utils import LinearSchedule
 
 from labgym.envs.config import read_mapping
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import ACTIVATIONS
+from labgym.training.limits import ARGUMENTS, LINEAR, NORMALIZATION, Limit
 
-ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"her": SAC, "ppo": PPO, "sac": SAC}
-"""The algorithms; "her" is SAC with hindsight experience replay."""
 FOLDER = Path(__file__).parent / "hyperparams"
-RESERVED = ("self", "policy", "env", "seed", "device", "verbose", "tensorboard_log", "replay_buffer_class")
-LINEAR = "lin_"
+PPO_STEPS = 2048
+"""The default of `n_steps` in PPO."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +25,8 @@ class Hyperparameters:
     """The hyperparameters of a training.
 
     Attributes:
-        algorithm: "ppo", "sac" or "her". environment: id of the environment.
+        algorithm: "ppo", "sac" or "her", which is SAC with hindsight experience replay.
+        environment: id of the environment.
         n_envs: number of environments. n_timesteps: control steps, summed over the environments.
         policy: policy of stable-baselines3.
         normalize: False; True, for observations and rewards; or arguments of `VecNormalize`.
@@ -59,16 +56,17 @@ class Hyperparameters:
                 raise OptionError(f"{name} is {getattr(self, name)!r}, expected a whole number of at least 1")
         if not _is_whole(self.layouts, 0):
             raise OptionError(f"layouts is {self.layouts!r}, expected a whole number of at least 0")
+        if not isinstance(self.policy, str):
+            raise OptionError(f"policy is {self.policy!r}, expected the name of a policy, such as MultiInputPolicy")
         if not isinstance(self.normalize, bool | Mapping):
             raise OptionError(f"normalize is {self.normalize!r}, expected true, false or arguments of VecNormalize")
         for name in ("env_kwargs", "eval_env_kwargs"):
             if not isinstance(getattr(self, name), Mapping):
                 raise OptionError(f"{name} is {getattr(self, name)!r}, expected a mapping of arguments")
-        available = set(inspect.signature(ALGORITHMS[self.algorithm].__init__).parameters) - set(RESERVED)
-        for name in self.arguments:
-            if name not in available:
-                own = {each.name for each in fields(self)} - {"algorithm", "environment", "arguments"}
-                raise UnknownNameError(f"hyperparameter of {self.algorithm}", name, available | own)
+        own = {each.name for each in fields(self)} - {"algorithm", "environment", "arguments"}
+        _check(f"hyperparameter of {self.algorithm}", self.arguments, ARGUMENTS[self.algorithm], own)
+        if isinstance(self.normalize, Mapping):
+            _check("argument of normalize", self.normalize, NORMALIZATION)
 
     @classmethod
     def load(
@@ -112,9 +110,8 @@ class Hyperparameters:
 
         Raises:
             UnknownNameError: there is no such activation function.
-            OptionError: a schedule has no number.
         """
-        arguments = {name: _scheduled(name, value) for name, value in self.arguments.items()}
+        arguments = {name: _scheduled(value) for name, value in self.arguments.items()}
         policy = dict(arguments.get("policy_kwargs") or {})
         if "activation_fn" in policy:
             if policy["activation_fn"] not in ACTIVATIONS:
@@ -129,8 +126,8 @@ class Hyperparameters:
     @property
     def leg(self) -> int:
         """Control steps from one evaluation to the next: `eval_freq`, rounded up to whole rollouts."""
-        every = self.arguments.get("n_steps" if self.algorithm == "ppo" else "train_freq", 1)
-        rollout = self.n_envs * (every if _is_whole(every, 1) else 1)
+        name, default = ("n_steps", PPO_STEPS) if self.algorithm == "ppo" else ("train_freq", 1)
+        rollout = self.n_envs * int(self.arguments.get(name, default))
         return math.ceil(self.eval_freq / rollout) * rollout
 
     @property
@@ -155,11 +152,21 @@ def _number(value: Any) -> Any:
         return value
 
 
-def _scheduled(name: str, value: Any) -> Any:
+def _check(kind: str, values: Mapping[str, Any], limits: Mapping[str, Limit], others: Iterable[str] = ()) -> None:
+    """Check values by name.
+
+    Raises:
+        UnknownNameError: a name is neither limited nor one of the others.
+        OptionError: a value is not accepted.
+    """
+    for name, value in values.items():
+        if name not in limits:
+            raise UnknownNameError(kind, name, {*limits, *others})
+        limits[name].check(name, value)
+
+
+def _scheduled(value: Any) -> Any:
     """Return a value with a linear schedule in place of "lin_0.001"."""
     if not isinstance(value, str) or not value.startswith(LINEAR):
         return value
-    try:
-        return LinearSchedule(float(value.removeprefix(LINEAR)), 0.0, 1.0)
-    except ValueError:
-        raise OptionError(f"{name} is {value!r}, expected a number after {LINEAR}, such as lin_0.001") from None
+    return LinearSchedule(float(value.removeprefix(LINEAR)), 0.0, 1.0)

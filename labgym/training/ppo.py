@@ -10,14 +10,7 @@ from pathlib import Path
 from stable_baselines3 import PPO
 
 from labgym.training.hyperparameters import Hyperparameters
-from labgym.training.run import (
-    BEST,
-    RunSettings,
-    evaluation_environments,
-    train_model,
-    training_environments,
-    training_run,
-)
+from labgym.training.run import RunSettings, model_errors, train_model, training_environments
 
 
 def train_ppo(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
@@ -27,14 +20,13 @@ def train_ppo(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
         OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
         DocumentError: the checkpoint is damaged, or a finished run was changed.
     """
-    with training_run(hyperparameters, settings) as unfinished:
-        if unfinished:
+    with training_environments(hyperparameters, settings) as environments:
+        with model_errors():
             model = PPO(
                 hyperparameters.policy,
-                training_environments(hyperparameters, settings),
+                environments,
                 **hyperparameters.algorithm_arguments(),
                 seed=settings.seed,
                 device="cpu",
             )
-            train_model(model, evaluation_environments(hyperparameters, settings), hyperparameters, settings)
-    return settings.out / BEST
+        return train_model(model, hyperparameters, settings)

@@ -15,12 +15,12 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from labgym.documents import write_json, write_text
-from labgym.errors import OptionError
+from labgym.errors import LabgymError, OptionError
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.training_run import finish, train_identity
 from labgym.runs import RunFolder
 from labgym.training.environments import make_environments
-from labgym.training.export import save_policy
+from labgym.training.export import actor_of, save_policy
 from labgym.training.hyperparameters import Hyperparameters
 from labgym.training.legs import CHECKPOINT, learn
 from labgym.training.scores import ScoreCallback
@@ -56,50 +56,33 @@ class RunSettings:
 
 
 @contextmanager
-def training_run(hyperparameters: Hyperparameters, settings: RunSettings) -> Iterator[bool]:
-    """Open the folder of a run; yield whether there is anything left to train.
+def training_environments(hyperparameters: Hyperparameters, settings: RunSettings) -> Iterator[VecEnv]:
+    """Yield the environments to train in, with `VecNormalize` if the hyperparameters ask for it, and close them.
 
     Raises:
-        OptionError: the folder is in use or holds another run; the message names the differences.
-        DocumentError: an output of a finished run was changed.
+        LabgymError: as `make_environments`.
     """
-    torch.set_num_threads(settings.threads)
-    identity = train_identity(
-        f"stable-baselines3 {hyperparameters.algorithm}",
-        ("stable-baselines3", "gymnasium", *(["numba"] if find_spec("numba") else [])),
-        hyperparameters=hyperparameters.to_json(),
-        seed=settings.seed,
-        threads=settings.threads,
-        vectorization=settings.vectorization,
-        catalog=catalog_digest(),
-    )
-    with RunFolder.open(settings.out, identity, settings.fresh) as run:
-        if run.finished:
-            yield False
-        else:
-            write_json(settings.out / HYPERPARAMETERS, hyperparameters.to_json())
-            yield True
-            finish(run, (HYPERPARAMETERS, SCORES, BEST, LAST))
-        (settings.out / CHECKPOINT).unlink(missing_ok=True)
-
-
-def training_environments(hyperparameters: Hyperparameters, settings: RunSettings) -> VecEnv:
-    """Return the environments to train in, with `VecNormalize` if the hyperparameters ask for it."""
     options = hyperparameters.environment_options()
-    count = hyperparameters.n_envs
-    made = make_environments(hyperparameters.environment, count, settings.vectorization, **options)
-    return _normalized(made, hyperparameters)
+    made = make_environments(hyperparameters.environment, hyperparameters.n_envs, settings.vectorization, **options)
+    try:
+        yield _normalized(made, hyperparameters)
+    finally:
+        made.close()
 
 
-def evaluation_environments(hyperparameters: Hyperparameters, settings: RunSettings) -> VecEnv:
-    """Return the environments to evaluate in; they take the statistics of the training and do not change them."""
+@contextmanager
+def evaluation_environments(hyperparameters: Hyperparameters, settings: RunSettings) -> Iterator[VecEnv]:
+    """Yield the environments to evaluate in; they take the statistics of the training and do not change them."""
     options = hyperparameters.environment_options(evaluation=True)
     count = min(hyperparameters.n_envs, hyperparameters.n_eval_episodes, EVALUATION_ENVS)
     made = make_environments(hyperparameters.environment, count, settings.vectorization, **options)
-    normalized = _normalized(made, hyperparameters)
-    if isinstance(normalized, VecNormalize):
-        normalized.training, normalized.norm_reward = False, False
-    return normalized
+    try:
+        normalized = _normalized(made, hyperparameters)
+        if isinstance(normalized, VecNormalize):
+            normalized.training, normalized.norm_reward = False, False
+        yield normalized
+    finally:
+        made.close()
 
 
 def _normalized(environments: VecEnv, hyperparameters: Hyperparameters) -> VecEnv:
@@ -110,9 +93,48 @@ def _normalized(environments: VecEnv, hyperparameters: Hyperparameters) -> VecEn
     return VecNormalize(environments, **{**discount, **arguments})
 
 
-def train_model(
-    model: BaseAlgorithm, evaluation: VecEnv, hyperparameters: Hyperparameters, settings: RunSettings
-) -> None:
+@contextmanager
+def model_errors() -> Iterator[None]:
+    """Raise errors of stable-baselines3 in making a model as `OptionError`: they concern the hyperparameters."""
+    try:
+        yield
+    except (AssertionError, TypeError, ValueError, RuntimeError) as error:
+        if isinstance(error, LabgymError):
+            raise
+        raise OptionError(f"stable-baselines3 refuses the hyperparameters: {error}") from error
+
+
+def train_model(model: BaseAlgorithm, hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
+    """Train a new model, or resume the run in the folder, and return the file of the best policy.
+
+    Raises:
+        OptionError: the folder is in use or holds another run; the message names the differences.
+        DocumentError: the checkpoint is damaged, or an output of a finished run was changed.
+    """
+    torch.set_num_threads(settings.threads)
+    actor_of(model)  # A model that cannot be saved is refused before it is trained.
+    identity = train_identity(
+        f"stable-baselines3 {hyperparameters.algorithm}",
+        ("stable-baselines3", "gymnasium", *(["numba"] if find_spec("numba") else [])),
+        hyperparameters=hyperparameters.to_json(),
+        seed=settings.seed,
+        threads=settings.threads,
+        vectorization=settings.vectorization,
+        catalog=catalog_digest(),
+    )
+    with (
+        evaluation_environments(hyperparameters, settings) as evaluation,
+        RunFolder.open(settings.out, identity, settings.fresh) as run,
+    ):
+        if not run.finished:
+            write_json(settings.out / HYPERPARAMETERS, hyperparameters.to_json())
+            _train(model, evaluation, hyperparameters, settings)
+            finish(run, (HYPERPARAMETERS, SCORES, BEST, LAST))
+        (settings.out / CHECKPOINT).unlink(missing_ok=True)
+    return settings.out / BEST
+
+
+def _train(model: BaseAlgorithm, evaluation: VecEnv, hyperparameters: Hyperparameters, settings: RunSettings) -> None:
     """Train a model, evaluate it after each leg, and write the best and the last policy and all scores."""
     out, environment = settings.out, hyperparameters.environment
     outputs = [*(["stdout"] if settings.verbose else []), *(["tensorboard"] if find_spec("tensorboard") else [])]
@@ -127,6 +149,3 @@ def train_model(
     learn(model, scores, hyperparameters.steps, hyperparameters.leg, settings.seed, out)
     save_policy(model, out / LAST, environment=environment)
     write_text(out / SCORES, "".join(json.dumps(record) + "\n" for record in scores.records))
-    for environments in (evaluation, model.env):
-        if environments is not None:
-            environments.close()

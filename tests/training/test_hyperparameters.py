@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import inspect
+import math
+
 import pytest
 
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("yaml")
 
 import yaml
+from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.vec_env import VecNormalize
 from torch import nn
 
 from labgym.errors import DocumentError, OptionError, UnknownNameError
-from labgym.training.hyperparameters import ALGORITHMS, FOLDER, Hyperparameters
+from labgym.training.hyperparameters import FOLDER, Hyperparameters
+from labgym.training.limits import ARGUMENTS, NORMALIZATION
 
-PACKAGED = [(name, each) for name in ALGORITHMS for each in yaml.safe_load((FOLDER / f"{name}.yml").read_text())]
+PACKAGED = [(name, each) for name in ARGUMENTS for each in yaml.safe_load((FOLDER / f"{name}.yml").read_text())]
 
 
 @pytest.mark.parametrize(("algorithm", "environment"), PACKAGED)
@@ -71,6 +77,69 @@ def test_a_leg_holds_whole_rollouts(tmp_path):
 def test_invalid_hyperparameters_are_named(text, error, message, tmp_path):
     with pytest.raises(error, match=message):
         Hyperparameters.load("ppo", "E", write(tmp_path / "mine.yml", text))
+
+
+INVALID = {
+    "ppo": {
+        "learning_rate": ("abc", -1.0, 0, "lin_abc", None, math.nan, math.inf, True),
+        "n_steps": (0, -3, 1.5, "8", True),
+        "batch_size": (0, 1, "abc"),
+        "n_epochs": (0,),
+        "gamma": ("abc", 2.0, -0.1),
+        "clip_range": ("abc", 0.0),
+        "ent_coef": ("auto", -0.1),
+        "target_kl": ("x",),
+        "use_sde": ("maybe", 1),
+        "stats_window_size": (0, "abc"),
+        "policy_kwargs": (3, "dict(net_arch=[64])"),
+        "policy": (3,),
+        "normalize": ({"foo": 1}, {"clip_obs": "a"}, {"norm_obs_keys": "lidar"}),
+        "rollout_buffer_class": ("Foo",),
+        "device": ("cuda",),
+    },
+    "her": {
+        "ent_coef": ("automatic", "auto_", "auto_x"),
+        "train_freq": (0, [1, "episode"]),
+        "gradient_steps": (0, -2),
+        "tau": (0.0, 1.5),
+        "replay_buffer_kwargs": ("future",),
+        "action_noise": ("normal",),
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "name", "value"),
+    [
+        (algorithm, name, value)
+        for algorithm, each in INVALID.items()
+        for name, values in each.items()
+        for value in values
+    ],
+)
+def test_a_value_that_stable_baselines_would_not_take_is_refused_by_name(algorithm, name, value):
+    environment = next(each for one, each in PACKAGED if one == algorithm)
+    inner = next(iter(value)) if isinstance(value, dict) else name
+    with pytest.raises((OptionError, UnknownNameError), match=inner):
+        Hyperparameters.load(algorithm, environment, None, {name: value})
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "changes"),
+    [
+        ("ppo", {"clip_range_vf": None, "target_kl": 0.02, "learning_rate": "lin_0.001", "clip_range": "lin_0.2"}),
+        ("sac", {"ent_coef": "auto_0.1", "gradient_steps": -1, "target_entropy": -2.0, "learning_rate": 0.001}),
+        ("sac", {"ent_coef": 0, "normalize": {"norm_obs_keys": ["lidar"], "clip_obs": 5}}),
+    ],
+)
+def test_every_value_that_stable_baselines_takes_is_accepted(algorithm, changes):
+    Hyperparameters.load(algorithm, "LabPointNav-v0", None, changes).algorithm_arguments()
+
+
+@pytest.mark.parametrize(("name", "made"), [("ppo", PPO), ("sac", SAC), ("her", SAC)])
+def test_arguments_that_files_can_hold_are_those_of_the_algorithms(name, made):
+    assert set(ARGUMENTS[name]) <= set(inspect.signature(made.__init__).parameters)
+    assert set(NORMALIZATION) <= set(inspect.signature(VecNormalize.__init__).parameters)
 
 
 def test_an_unknown_activation_or_schedule_is_named():

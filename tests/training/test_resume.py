@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import signal
 from functools import partial
 from pathlib import Path
 
@@ -11,14 +13,16 @@ pytest.importorskip("stable_baselines3")
 pytest.importorskip("yaml")
 pytest.importorskip("numba")
 
+from labgym.cli.app import main
 from labgym.errors import DocumentError, OptionError
 from labgym.policies import make_policy
 from labgym.training import legs
 from labgym.training.her import train_her
 from labgym.training.hyperparameters import Hyperparameters
 from labgym.training.ppo import train_ppo
-from labgym.training.run import BEST, HYPERPARAMETERS, LAST, SCORES, RunSettings
+from labgym.training.run import BEST, HYPERPARAMETERS, LAST, LOGS, SCORES, RunSettings
 from labgym.training.sac import train_sac
+from runs import killing
 
 ROOM = {"layout": "test-sub_01", "max_episode_steps": 8}
 SMALL = {"n_envs": 2, "eval_freq": 32, "n_eval_episodes": 2, "n_timesteps": 128, "env_kwargs": ROOM, "layouts": 0}
@@ -29,6 +33,9 @@ CASES = {
     "sac": (train_sac, "LabPointNav-v0", OFF_POLICY),
     "her": (train_her, "LabPointNavGoal-v1", OFF_POLICY),
 }
+
+
+CHECKPOINT = f"killed/{legs.CHECKPOINT}"
 
 
 class StopError(Exception):
@@ -66,6 +73,33 @@ def test_a_stopped_training_resumes_to_the_same_files(algorithm, tmp_path, monke
     (tmp_path / "stopped" / LAST).write_bytes(b"other")
     with pytest.raises(DocumentError):
         train(hyperparameters, settings(tmp_path / "stopped"))
+
+
+def test_a_killed_command_resumes_to_the_same_files(tmp_path):
+    values = {**SMALL, **NETWORK, **CASES["ppo"][2], "n_timesteps": 640}
+    words = ["train", "ppo", "--set", *(f"{name}={json.dumps(value)}" for name, value in values.items()), "--out"]
+    killed = killing.kill([*words, str(tmp_path / "killed")], tmp_path, signal.SIGKILL, (tmp_path / CHECKPOINT).exists)
+    assert killed.returncode == -signal.SIGKILL
+    assert (tmp_path / CHECKPOINT).exists()
+    for name in ("whole", "killed"):
+        assert main([*words, str(tmp_path / name)]) == 0
+    assert files(tmp_path / "killed") == files(tmp_path / "whole")
+
+
+def test_tensorboard_reads_the_scores_and_the_losses(tmp_path):
+    accumulator = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
+    train, environment, changes = CASES["ppo"]
+    train(
+        Hyperparameters.load("ppo", environment, None, {**SMALL, **NETWORK, **changes}),
+        RunSettings(tmp_path, verbose=False),
+    )
+    events = accumulator.EventAccumulator(str(tmp_path / LOGS))
+    events.Reload()
+    scores = [json.loads(line) for line in (tmp_path / SCORES).read_text().splitlines()]
+    for tag, name in (("eval/success_rate", "success_rate"), ("eval/spl", "spl"), ("eval/mean_reward", "mean_reward")):
+        logged = [(event.step, event.value) for event in events.Scalars(tag)]
+        assert logged == [(score["steps"], pytest.approx(score[name])) for score in scores]
+    assert {"rollout/ep_rew_mean", "rollout/success_rate", "train/loss", "time/fps"} <= {*events.Tags()["scalars"]}
 
 
 def test_a_damaged_checkpoint_is_refused_with_the_remedy(tmp_path):
