@@ -16,6 +16,7 @@ from labgym.envs.parts.measures import STANDARD, NamedMeasure
 from labgym.envs.parts.protocols import (
     Actions,
     Command,
+    Condition,
     Ending,
     Measure,
     Noise,
@@ -48,8 +49,8 @@ from labgym.protocols import Protocol
 from labgym.scenes.opengl import QUALITIES, Quality
 
 __all__ = [
-    "OBSERVATIONS", "RENDER_MODES", "Actions", "Command", "Ending", "Measure", "Noise", "PointNavConfig", "Pose",
-    "Randomization", "Reading", "RewardTerm", "Robot", "Sensor", "State", "Tasks", "Verdict",
+    "OBSERVATIONS", "RENDER_MODES", "Actions", "Command", "Condition", "Ending", "Measure", "Noise", "PointNavConfig",
+    "Pose", "Randomization", "Reading", "RewardTerm", "Robot", "Sensor", "State", "Tasks", "Verdict",
 ]  # fmt: skip
 
 OBSERVATIONS = ("lidar", "depth", "rgbd")
@@ -80,6 +81,7 @@ class PointNavConfig:
         robot: the robot. physics: its physics, "mujoco" or "planar". control_dt: duration of a control step, seconds.
         interactive: whether drawers, doors, stools, trolleys and boxes move. loose: objects on surfaces too.
         randomizations: changes of sensors, physics and colors that are drawn anew for each episode.
+        conditions: what is in the episodes beyond their layouts: people, things that moved, glass, a payload.
         measures: the entries of the info.
         render_mode, width, height, quality: pictures.
         exact: whether readings are equal on every processor.
@@ -115,6 +117,7 @@ class PointNavConfig:
     interactive: bool = False
     loose: bool = False
     randomizations: Any = ()
+    conditions: Any = ()
 
     def __post_init__(self) -> None:
         """Check all values, and make parts of plain data.
@@ -157,6 +160,7 @@ class PointNavConfig:
         self._set("robot", part_of(self.robot, "robot"))
         check_size(self.robot.size)
         self._set("randomizations", parts_of(self.randomizations, "randomization"))
+        self._set("conditions", parts_of(self.conditions, "condition"))
         self._check_scene()
         self._set("measures", parts_of(_named(self.measures), "measure"))
         if self.tasks is not None and not isinstance(self.tasks, Tasks):

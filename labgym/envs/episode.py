@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,13 +11,15 @@ import numpy as np
 
 from labgym.envs.assembly import is_standard
 from labgym.envs.moving_scene import MovingScene
-from labgym.envs.parts.protocols import Command, Robot
+from labgym.envs.parts.protocols import Command, Condition, Motion, Robot
 from labgym.envs.physics import Physics, make_physics
 from labgym.envs.scene_simulation import SceneSimulation
 from labgym.envs.setting import Setting
+from labgym.envs.simulation import arc
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
+from labgym.geometry import wrap_angle
 
 SUCCESS_DISTANCE = 0.5
 """The goal of version 0 is reached within this distance, meters."""
@@ -37,6 +39,7 @@ class Episode:
         disc: radius of the disc around a goal at which shortest paths end, meters.
         setting: physics and colors of this episode; None for those of the layout.
         interactive: whether furniture moves in the physics of the setting.
+        conditions: what is in the episode beyond its layout, with the data and the generator of each.
     """
 
     def __init__(
@@ -49,6 +52,7 @@ class Episode:
         disc: float = 0.0,
         setting: Setting | None = None,
         interactive: bool = False,
+        conditions: Sequence[tuple[Condition, Any, np.random.Generator]] = (),
     ) -> None:
         world = world_of(task.layout)
         self.task = task
@@ -76,6 +80,9 @@ class Episode:
         # The base of version 0 has grip, and its rules do not look at how it slips.
         self._slides = not is_standard(robot)
         self._read()
+        for condition, data, rng in conditions:
+            self.state.conditions[condition.name] = data
+            self.state.presences[condition.name] = condition.begin(self.state, data, rng)
 
     @property
     def last(self) -> bool:
@@ -92,14 +99,37 @@ class Episode:
     def drive(self, commands: Iterable[Command]) -> None:
         """Carry out one action: apply the command of each of its control steps."""
         state, touches = self.state, 0
+        state.touched = ()
         for command in commands:
-            driven, touched = self.simulation.drive(*command)
+            driven, touched = self._drive_among(command) if state.presences else self.simulation.drive(*command)
             state.path_length += driven
             state.steps += 1
             touches += touched
             self._read()
+            for presence in state.presences.values():
+                presence.step(state)
         state.touches, state.collision = touches, touches > 0
         state.contacts += touches
+
+    def _drive_among(self, command: Command) -> tuple[float, bool]:
+        """Carry out one control step by single physics steps, after each of which the conditions advance.
+
+        Returns:
+            the length driven in meters, and whether the robot touched anything.
+        """
+        state, simulation = self.state, self.simulation
+        dt = simulation.timestep
+        touched: dict[str, None] = {}
+        driven, (x, y, yaw) = 0.0, simulation.pose
+        for step in range(1, round(state.control_dt / dt) + 1):
+            names = simulation.substep(*command)
+            last, (x, y, yaw) = (x, y, yaw), simulation.pose
+            driven += arc(math.hypot(x - last[0], y - last[1]), wrap_angle(yaw - last[2]))
+            motion = Motion(state.time + step * dt, dt, simulation.pose, simulation.velocity, simulation.sideways)
+            touches = [presence.substep(motion) for presence in state.presences.values()]
+            touched |= dict.fromkeys((*names, *(name for name in touches if name)))
+        state.touched = tuple(dict.fromkeys((*state.touched, *touched)))
+        return driven, bool(touched)
 
     def _read(self) -> None:
         state, simulation = self.state, self.simulation

@@ -41,6 +41,19 @@ class Physics(Protocol):
         """
         ...
 
+    @property
+    def timestep(self) -> float:
+        """Duration of a physics step, seconds."""
+        ...
+
+    def substep(self, *command: float) -> tuple[str, ...]:
+        """Advance by one physics step towards target velocities, with the motion of `drive` to the bit.
+
+        Returns:
+            the names of the placements, walls or bodies that the robot touches, without repetition.
+        """
+        ...
+
 
 def check_physics(name: str) -> None:
     """Check that a physics exists and can run here.

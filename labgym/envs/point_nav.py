@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
 from labgym.envs.episode import Episode, stream
-from labgym.envs.parts.protocols import Sensor, Tasks
+from labgym.envs.parts.protocols import Condition, Sensor, Tasks
 from labgym.envs.sensors import Camera
 from labgym.envs.setting import Setting
 from labgym.envs.state import State
@@ -140,6 +140,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `interactive` (False): drawers, doors, sashes, stools, trolleys and boxes move when they are pushed, and sensors
       see them where they are. `loose` (False): objects on surfaces, too. Progress, shortest paths and the sensor
       "occupancy" are those of the layout as it was. MuJoCo only, without exact readings.
+    - `conditions` (()): what is in the episodes beyond their layouts: "payload" (a beaker of liquid on the deck).
     - `randomizations` (()): changes that are drawn anew for each episode: "mass", "friction", "sensor_pose", "noise",
       "appearance", or objects of the user's own (docs/robots.md). The measure "randomization" has the drawn values.
 
@@ -235,7 +236,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._sensors, self._terms, self._endings, self._actions, self._robot, measures = copy.deepcopy(
             (config.observed, config.reward_terms, config.endings, config.actions, config.robot, config.measures)
         )
-        self._randomizations = copy.deepcopy(config.randomizations)
+        self._randomizations, self._conditions = copy.deepcopy((config.randomizations, config.conditions))
         self._observed: tuple[Sensor, ...] = self._sensors
         self._entries = [(measure.name, measure.value) for measure in measures]
         self.render_mode = config.render_mode
@@ -275,9 +276,18 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
         config = self._config
         (rng,) = self.np_random.spawn(1)
+        task, conditions = self._conditioned(task, rng)
         setting, drawn = self._setting(task, rng)
         self._episode = episode = Episode(
-            task, self._robot, config.control_dt, config.physics, config.exact, config.disc, setting, config.interactive
+            task,
+            self._robot,
+            config.control_dt,
+            config.physics,
+            config.exact,
+            config.disc,
+            setting,
+            config.interactive,
+            conditions,
         )
         self._terminated = self._truncated = False
         episode.state.randomization = drawn
@@ -334,6 +344,18 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         if self._episode is None:
             raise gym.error.ResetNeeded("call reset() before step() or render()")
         return self._episode
+
+    def _conditioned(
+        self, task: Task, rng: np.random.Generator
+    ) -> tuple[Task, list[tuple[Condition, Any, np.random.Generator]]]:
+        """Return the task as conditions change it, and each condition with its data and its generator."""
+        conditions = []
+        for condition in self._conditions:
+            name, own = condition.name, stream(rng, f"condition {condition.name}")
+            data = task.conditions[name] if name in task.conditions else condition.draw(task, own)
+            task = condition.prepare(task, data)
+            conditions.append((condition, data, own))
+        return task, conditions
 
     def _setting(self, task: Task, rng: np.random.Generator) -> tuple[Setting | None, dict[str, Any]]:
         """Return the setting of an episode and the drawn values of its randomizations by name."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from labgym.envs.mount import Mount, at_rest, turned
 from labgym.envs.parts.protocols import Robot
 from labgym.envs.robot import PREFIX
-from labgym.envs.simulation import CHECK_INTERVAL, STATE, Pose, arc
+from labgym.envs.simulation import CHECK_INTERVAL, STATE, Pose, arc, touched_names
 from labgym.errors import OptionError
 from labgym.geometry import wrap_angle
 
@@ -103,14 +103,32 @@ class SceneSimulation:
         return driven, touched
 
     @property
+    def timestep(self) -> float:
+        """Duration of a physics step, seconds."""
+        return float(self.model.opt.timestep)
+
+    def substep(self, *command: float) -> tuple[str, ...]:
+        """Advance by one physics step towards target velocities; return the names of what the robot touches."""
+        data = self._data
+        data.ctrl[self._actuators] = self._robot.controls(command)
+        mujoco.mj_step(self.model, data)
+        touched = touched_names(self.model, data.contact.geom[self._touching()].ravel()) if data.ncon else ()
+        mujoco.mj_kinematics(self.model, data)
+        self._read()
+        return touched
+
+    @property
     def touching(self) -> bool:
         """Whether the robot touches anything but the floor."""
-        if not self._data.ncon:
-            return False
+        return bool(self._data.ncon and self._touching().any())
+
+    def _touching(self) -> NDArray[np.bool_]:
+        """Return which contacts are between the robot and anything but the floor."""
         pairs, own, floor = self._data.contact.geom, self.mount.geoms, self.mount.floor
         mine = own[pairs]
-        obstacle = (mine[:, 0] != mine[:, 1]) & ~floor[pairs].any(axis=1)
-        return bool((obstacle & (self._data.contact.dist <= 0.0)).any())
+        obstacle: NDArray[np.bool_] = (mine[:, 0] != mine[:, 1]) & ~floor[pairs].any(axis=1)
+        obstacle &= self._data.contact.dist <= 0.0
+        return obstacle
 
     def _place(self) -> Pose:
         first = self.mount.coordinates.start

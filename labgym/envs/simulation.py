@@ -114,6 +114,20 @@ class Simulation:
         self._read()
         return driven, touched
 
+    @property
+    def timestep(self) -> float:
+        """Duration of a physics step, seconds."""
+        return self._robot.timestep
+
+    def substep(self, *command: float) -> tuple[str, ...]:
+        """Advance by one physics step towards target velocities; return the names of what the robot touches."""
+        x, y, _ = self._now.qpos[self._at].tolist()
+        data = self._within_reach(x, y)
+        data.ctrl[self._servos] = command
+        mujoco.mj_step(data.model, data)
+        self._read()
+        return touched_names(data.model, data.contact.geom.ravel()) if data.ncon else ()
+
     def _within_reach(self, x: float, y: float) -> mujoco.MjData:
         """Return the data to step from a position: of the robot alone, or of the scene if something is within reach."""
         if self._out_of_reach is None or self._alone is None:
@@ -158,6 +172,12 @@ def _resumed(
     mujoco.mj_setState(now.model, now, state, STATE)
     simulation._read()
     return simulation
+
+
+def touched_names(model: mujoco.MjModel, geoms: NDArray[np.integer]) -> tuple[str, ...]:
+    """Return what geoms in contact belong to, the robot left out: the first part of their names, in order."""
+    names = (model.geom(geom).name for geom in geoms.tolist())
+    return tuple(dict.fromkeys(name.partition("/")[0] for name in names if not name.startswith(PREFIX)))
 
 
 def arc(chord: float, turned: float) -> float:

@@ -15,7 +15,7 @@ from labgym.scenes.rays import Geometry, RaySource
 if TYPE_CHECKING:
     from labgym.envs.moving_scene import MovingScene
     from labgym.envs.palette import Palette
-    from labgym.envs.parts.protocols import Robot
+    from labgym.envs.parts.protocols import Presence, Robot
     from labgym.envs.sensors import Camera, Lidar
     from labgym.envs.tasks import Task
     from labgym.envs.world import World
@@ -53,6 +53,9 @@ class State:
         moving: what sensors see of a scene in which furniture moves; None if nothing but the robot moves.
         palette: colors of this episode; None for those of the layout.
         randomization: the drawn values of the randomizations by name.
+        conditions: the data of the conditions by name. presences: the conditions in progress by name.
+        touched: names of what the robot touched during the latest action; empty without conditions.
+        slip: factor on the errors of odometry at this place.
         views: what sensors share with each other at this pose, such as one ray cast for depth and color.
     """
 
@@ -81,6 +84,10 @@ class State:
     moving: MovingScene | None = None
     palette: Palette | None = None
     randomization: dict[str, Any] = field(default_factory=dict)
+    conditions: dict[str, Any] = field(default_factory=dict)
+    presences: dict[str, Presence] = field(default_factory=dict)
+    touched: tuple[str, ...] = ()
+    slip: float = 1.0
     views: dict[Any, Any] = field(default_factory=dict)
     _measured: GoalPair | None = field(default=None, init=False, repr=False)
     _length: float = field(default=0.0, init=False, repr=False)
@@ -123,9 +130,14 @@ class State:
             return self.world.clearance(*self.pose[:2], self.robot.size.chassis_radius)
         return self.world.clearance(*self.pose[:2])
 
+    @property
+    def compiled(self) -> bool:
+        """Whether the planar kernel computes lidar ranges and depth: it sees the layout alone."""
+        return self.planar and not any(presence.visible for presence in self.presences.values())
+
     def ranges(self, lidar: Lidar) -> NDArray[np.float32]:
         """Return the ranges of a lidar, meters."""
-        if self.planar:
+        if self.compiled:
             from labgym.envs.planar.scene import ranges
 
             return ranges(self.world, lidar.at(self.pose), lidar.count, lidar.reach, lidar.height)
@@ -133,7 +145,7 @@ class State:
 
     def depth(self, camera: Camera) -> NDArray[np.float32]:
         """Return the planar depth that a camera sees, (rows, columns) meters."""
-        if self.planar and camera.level:
+        if self.compiled and camera.level:
             from labgym.envs.planar.depth import depth
 
             return depth(self.world, self.pose, camera)
@@ -141,6 +153,12 @@ class State:
 
     def rays(self, geometry: Geometry) -> RaySource:
         """Return the scene that sensors cast rays against: "solid" boxes or "visual" shapes."""
+        source = self._layout_rays(geometry)
+        for presence in self.presences.values():
+            source = presence.rays(source, geometry, self)
+        return source
+
+    def _layout_rays(self, geometry: Geometry) -> RaySource:
         if self.moving is not None:
             return self.moving.rays(geometry)
         if geometry == "visual" and self.palette is not None:

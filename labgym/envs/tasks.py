@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -39,12 +39,20 @@ class Task:
             protocol and both ends of the drive were passed.
         pair: the drive; its index is `NO_PAIR` if both ends were passed without a pair.
         following: the drives that come after it, each from where the robot reached the goal before.
+        known: the old map, which agents may receive; None for the layout itself.
+        told: the drive as agents are told it, if things have moved since; None for `pair`.
+        conditions: data of conditions, by name, in place of what they would draw.
+        pushable: ids of the placements that the robot can push.
     """
 
     layout: Layout
     protocol: Protocol | None
     pair: GoalPair
     following: tuple[GoalPair, ...] = ()
+    known: Layout | None = None
+    told: GoalPair | None = None
+    conditions: Mapping[str, Any] = field(default_factory=dict)
+    pushable: tuple[str, ...] = ()
 
 
 class TaskSource:

@@ -67,7 +67,7 @@ class Rivals:
 class ExactRayScene(RayScene):
     """A layout as a static scene whose ranges and faces do not depend on the processor."""
 
-    def __init__(self, layout: Layout, geometry: Geometry = "visual", mesh: SceneMesh | None = None) -> None:
+    def __init__(self, layout: Layout | None, geometry: Geometry = "visual", mesh: SceneMesh | None = None) -> None:
         super().__init__(layout, geometry, mesh)
         # In single precision, as Embree's: the last bits of the mesh may differ between processors.
         corners = self.mesh.vertices.astype(np.float32).astype(np.float64)[self.mesh.faces]

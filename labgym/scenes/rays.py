@@ -48,18 +48,23 @@ class RayScene:
         mesh: the triangles; `cast` returns indices of its faces.
     """
 
-    def __init__(self, layout: Layout, geometry: Geometry = "visual", mesh: SceneMesh | None = None) -> None:
+    def __init__(self, layout: Layout | None, geometry: Geometry = "visual", mesh: SceneMesh | None = None) -> None:
         """Build the scene.
 
         Args:
             geometry: "visual" for the visible parts (glass is opaque); "solid" for the solids that collide, so that a
                 range finder agrees with the physics.
-            mesh: the result of `ray_mesh`, if it is at hand.
+            layout: the layout; None with a mesh.
+            mesh: the triangles, if they are at hand: the result of `ray_mesh`, or of anything else.
 
         Raises:
-            OptionError: unknown geometry.
+            OptionError: unknown geometry, or neither layout nor mesh.
         """
-        self.mesh: SceneMesh = ray_mesh(layout, geometry) if mesh is None else mesh
+        if mesh is None:
+            if layout is None:
+                raise OptionError("a ray scene needs a layout or a mesh")
+            mesh = ray_mesh(layout, geometry)
+        self.mesh: SceneMesh = mesh
         self._scene = EmbreeScene()
         vertices = np.ascontiguousarray(self.mesh.vertices, dtype=np.float32)
         # Embree reads the buffers as long as the scene lives.

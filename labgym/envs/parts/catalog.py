@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from labgym.envs.conditions.payload import Payload
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.actuation import ActuationNoise, LoCoBotActuation, RoboThorActuation
 from labgym.envs.parts.appearance import AppearanceRandomization
@@ -16,7 +17,17 @@ from labgym.envs.parts.measures import NamedMeasure
 from labgym.envs.parts.mjcf import MjcfRobot
 from labgym.envs.parts.noise import Dropout, Gaussian, Quantization
 from labgym.envs.parts.odometry import BumperSensor, OdometrySensor
-from labgym.envs.parts.protocols import Actions, Ending, Measure, Noise, Randomization, RewardTerm, Robot, Sensor
+from labgym.envs.parts.protocols import (
+    Actions,
+    Condition,
+    Ending,
+    Measure,
+    Noise,
+    Randomization,
+    RewardTerm,
+    Robot,
+    Sensor,
+)
 from labgym.envs.parts.randomizations import (
     FrictionRandomization,
     MassRandomization,
@@ -74,6 +85,7 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
     "actions": (Actions, (VelocityActions, DiscreteActions)),
     "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
     "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive, MjcfRobot)),
+    "condition": (Condition, (Payload,)),
     "randomization": (
         Randomization,
         (

@@ -42,6 +42,10 @@ def _desired_goal(state: State) -> Any:
     return np.array(state.pair.goal[:2])
 
 
+def _outcomes(state: State) -> Any:
+    return {name: presence.outcome for name, presence in state.presences.items()}
+
+
 VALUES: dict[str, Callable[[State], Any]] = {
     "pose": _pose,
     "goal": _goal,
@@ -63,6 +67,9 @@ VALUES: dict[str, Callable[[State], Any]] = {
     "leg": attrgetter("leg"),
     "randomization": attrgetter("randomization"),
     "legs": _legs,
+    "conditions": attrgetter("conditions"),
+    "outcomes": _outcomes,
+    "touched": attrgetter("touched"),
     "achieved_goal": _achieved_goal,
     "desired_goal": _desired_goal,
 }

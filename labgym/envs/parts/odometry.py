@@ -90,21 +90,22 @@ class OdometrySensor(Sensor):
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return x, y, cosine and sine of the yaw."""
         if state.pose != self._last:
-            self._advance(state.pose, rng)
+            self._advance(state, rng)
         x, y, yaw = self._pose
         place = np.array([x, y, math.cos(yaw), math.sin(yaw)])
         limits = np.array([self.reach, self.reach, 1.0, 1.0])
         reading = np.clip(place, -limits, limits).astype(np.float32)
         return disturbed(reading, self, state, rng) if self.noise else reading
 
-    def _advance(self, pose: Pose, rng: np.random.Generator) -> None:
+    def _advance(self, state: State, rng: np.random.Generator) -> None:
         """Add an increment, with its error, to the reckoned pose."""
+        pose = state.pose
         before, self._last = self._last, pose
         dx, dy, turned = pose[0] - before[0], pose[1] - before[1], wrap_angle(pose[2] - before[2])
         ahead = math.cos(before[2]) * dx + math.sin(before[2]) * dy
         left = math.cos(before[2]) * dy - math.sin(before[2]) * dx
         way, angle = math.hypot(dx, dy), abs(turned)
-        errors = rng.standard_normal(3)
+        errors = rng.standard_normal(3) * state.slip
         ahead += self.along * math.sqrt(way) * float(errors[0])
         turned += math.radians(self.heading) * math.sqrt(way) * float(errors[1])
         turned += math.radians(self.turning) * math.sqrt(angle / (2.0 * math.pi)) * float(errors[2])

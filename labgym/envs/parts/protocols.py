@@ -7,7 +7,7 @@ from these protocols, which gives them the members that do nothing by default.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from gymnasium import spaces
@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import mujoco
 
+    from labgym.envs.conditions.bodies import Body
     from labgym.envs.robot import RobotSpec
     from labgym.envs.setting import Setting
     from labgym.envs.state import State, Verdict
     from labgym.envs.tasks import Task
-    from labgym.scenes.rays import Geometry
+    from labgym.scenes.rays import Geometry, RaySource
 
 Reading = NDArray[Any]
 Command = tuple[float, ...]
@@ -189,6 +190,84 @@ class Randomization(Protocol):
         Args:
             setting: robot, sensors, physics and colors, which this episode alone has.
             rng: the randomization's own generator; it depends on the environment's seed, the episode and the name.
+        """
+        ...
+
+
+class Motion(NamedTuple):
+    """The motion of the robot after a physics step.
+
+    Attributes:
+        time: seconds since the start of the episode. dt: duration of the step, seconds.
+        pose: (x, y, yaw) in the room frame, meters and radians.
+        velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s.
+    """
+
+    time: float
+    dt: float
+    pose: tuple[float, float, float]
+    velocity: tuple[float, float]
+    sideways: float
+
+
+@runtime_checkable
+class Presence(Protocol):
+    """A condition in an episode in progress."""
+
+    visible: bool = True
+    """Whether sensors see it: whether `rays` returns anything but its source."""
+
+    def substep(self, motion: Motion) -> str:  # noqa: ARG002
+        """Advance by one physics step of the robot; return the name of what the robot touches of it, "" for nothing."""
+        return ""
+
+    def step(self, state: State) -> None:  # noqa: ARG002
+        """Advance after a control step; the state has been read."""
+        return
+
+    def rays(self, source: RaySource, geometry: Geometry, state: State) -> RaySource:  # noqa: ARG002
+        """Return what sensors cast rays against, for what they would cast rays against without this condition."""
+        return source
+
+    @property
+    def bodies(self) -> Sequence[Body]:
+        """The bodies that pictures show besides the layout."""
+        return ()
+
+    @property
+    def outcome(self) -> Any:
+        """The results so far, as plain data: the entry of the condition in the measure `outcomes`."""
+        return None
+
+
+@runtime_checkable
+class Condition(Protocol):
+    """Something in an episode beyond its layout: people, things that moved, glass, a payload.
+
+    An episode draws its data, changes the task by it, and then begins. The data is plain, so that published episodes
+    store it.
+    """
+
+    name: str
+    """The key of the data in the measure `conditions` and in `Task.conditions`."""
+
+    def draw(self, task: Task, rng: np.random.Generator) -> Any:
+        """Return the data of an episode, as plain JSON data.
+
+        Args:
+            rng: the condition's own generator; it depends on the environment's seed, the episode and the name.
+        """
+        ...
+
+    def prepare(self, task: Task, data: Any) -> Task:  # noqa: ARG002
+        """Return the task with what this condition changes of it, such as the layout."""
+        return task
+
+    def begin(self, state: State, data: Any, rng: np.random.Generator) -> Presence:
+        """Return the condition in an episode that begins.
+
+        Raises:
+            OptionError: the data is not of this condition.
         """
         ...
 

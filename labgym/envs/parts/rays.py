@@ -142,7 +142,7 @@ class DepthSensor(CameraSensor):
 
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return the depth image, flat."""
-        depth = state.depth(self.camera) if state.planar and self.camera.level else self._view(state).depth
+        depth = state.depth(self.camera) if state.compiled and self.camera.level else self._view(state).depth
         return (disturbed(depth, self, state, rng) if self.noise else depth).ravel()
 
 

@@ -68,6 +68,19 @@ class PlanarSimulation:
         return driven, touched
 
     @property
+    def timestep(self) -> float:
+        """Duration of a physics step, seconds."""
+        return CHECK_INTERVAL / self._steps
+
+    def substep(self, *command: float) -> tuple[str, ...]:
+        """Advance by one physics step towards a target twist; return ("obstacle",) if the robot touches one."""
+        v, w = command
+        solids, near = self._plan.solids, self._plan.near
+        _, touched = _drive(self._state, v, w, 1, 1, self._body, solids, near, self._work)
+        self._read()
+        return ("obstacle",) if touched else ()
+
+    @property
     def depth(self) -> float:
         """The depth of the deepest contact at the present position, meters; 0 without contacts."""
         return float(_depth(self._state, self._body, self._plan.solids, self._plan.near, self._work))

@@ -316,6 +316,8 @@ def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
     if config.actions.stop or config.actions.delay:
         raise OptionError(f"the vector environment has no actions with STOP or a delay: {REMEDY}")
     check_parts("robot", (config.robot,), (DifferentialDrive,))
+    if config.conditions:
+        raise OptionError(f"the vector environment has no conditions: {REMEDY}")
     if config.randomizations:
         raise OptionError(f"the vector environment has no randomizations: {REMEDY}")
     lidars = [sensor for sensor in config.observed if isinstance(sensor, LidarSensor)]

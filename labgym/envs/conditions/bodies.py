@@ -1,0 +1,136 @@
+"""Bodies that a condition adds to what sensors see: each a mesh of its own at a pose that changes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.scenes.exact_rays import ExactRayScene
+from labgym.scenes.mesh import ROOM, SceneMesh
+from labgym.scenes.rays import RaySource
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A rigid mesh in its own frame, whose origin is on the floor; episodes share it.
+
+    Attributes:
+        mesh: the triangles; owners do not count.
+    """
+
+    mesh: SceneMesh
+
+    @cached_property
+    def rays(self) -> ExactRayScene:
+        """The shape for ray casting."""
+        return ExactRayScene(None, "visual", self.mesh)
+
+    @cached_property
+    def radius(self) -> float:
+        """Radius of the vertical cylinder about the origin that holds the shape, meters."""
+        return float(np.hypot(*self.mesh.vertices[:, :2].T).max())
+
+
+@dataclass
+class Body:
+    """A shape in the room.
+
+    Attributes:
+        name: of the thing, such as "person 3". pose: (x, y, yaw) in the room frame, meters and radians.
+        owner: index of the placement that sensors of segmentation name; `ROOM` for things that are no placement.
+    """
+
+    name: str
+    shape: Shape
+    pose: tuple[float, float, float]
+    owner: int = ROOM
+
+
+class BodyRays:
+    """A scene and bodies before it.
+
+    Faces of the scene keep their numbers; those of the bodies follow them.
+
+    Args:
+        source: the scene. faces: number of its faces. bodies: at their poses.
+    """
+
+    def __init__(self, source: RaySource, faces: int, bodies: Sequence[Body]) -> None:
+        self._source, self._bodies = source, tuple(bodies)
+        counts = [len(body.shape.mesh.faces) for body in self._bodies]
+        self._first = faces + np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+    def cast(
+        self, origins: NDArray[np.floating], directions: NDArray[np.floating], max_range: float = 10.0
+    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """Return the distance to the first hit of each ray, and the face that it hits, as `RayScene.cast`."""
+        distances, faces = self._source.cast(origins, directions, max_range)
+        distances, faces = distances.copy(), faces.copy()
+        starts, along = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
+        for body, first in zip(self._bodies, self._first.tolist(), strict=False):
+            near = _towards(starts, along, body, max_range)
+            if not len(near):
+                continue
+            start, ray = _in_frame(starts[near], along[near], body.pose)
+            there, hit = body.shape.rays.cast(start, ray, max_range)
+            closer = (hit >= 0) & (there < distances[near])
+            distances[near[closer]] = there[closer]
+            faces[near[closer]] = hit[closer] + first
+        return distances, faces
+
+    def color(self, faces: NDArray[np.integer], directions: NDArray[np.floating]) -> NDArray[np.uint8]:
+        """Return the color seen along rays, shape (n, 3)."""
+        faces = np.asarray(faces)
+        of_body = faces >= self._first[0]
+        colors = self._source.color(np.where(of_body, -1, faces), directions)
+        for body, faces_of, inside in self._shares(faces):
+            _, ray = _in_frame(np.zeros((int(inside.sum()), 3)), np.asarray(directions)[inside], body.pose)
+            colors[inside] = body.shape.rays.color(faces_of, ray)
+        return colors
+
+    def owners(self, faces: NDArray[np.integer]) -> NDArray[np.int64]:
+        """Return the index of the placement of each face, `ROOM` for what is none."""
+        faces = np.asarray(faces)
+        owners = np.full(len(faces), ROOM, dtype=np.int64)
+        scene = faces < self._first[0]
+        owners[scene] = self._source.owners(faces[scene])
+        for body, _, inside in self._shares(faces):
+            owners[inside] = body.owner
+        return owners
+
+    def _shares(self, faces: NDArray[np.integer]) -> list[tuple[Body, NDArray[Any], NDArray[np.bool_]]]:
+        shares = []
+        for body, first, last in zip(self._bodies, self._first, self._first[1:], strict=False):
+            inside = (faces >= first) & (faces < last)
+            if inside.any():
+                shares.append((body, faces[inside] - first, inside))
+        return shares
+
+
+def _towards(starts: Array, along: Array, body: Body, reach: float) -> NDArray[np.int64]:
+    """Return which rays pass the cylinder that holds a body."""
+    x, y, _ = body.pose
+    dx, dy = x - starts[:, 0], y - starts[:, 1]
+    radius = body.shape.radius
+    flat = np.hypot(along[:, 0], along[:, 1])
+    ahead = dx * along[:, 0] + dy * along[:, 1]
+    aside = np.abs(dx * along[:, 1] - dy * along[:, 0])
+    within = np.hypot(dx, dy) <= radius
+    passes = (aside <= radius * flat) & (ahead >= 0.0) & (np.hypot(dx, dy) <= reach + radius)
+    return np.flatnonzero(within | passes)
+
+
+def _in_frame(starts: Array, along: NDArray[np.floating], pose: tuple[float, float, float]) -> tuple[Array, Array]:
+    """Return rays in the frame of a body."""
+    x, y, yaw = pose
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return (starts - (x, y, 0.0)) @ turn, np.asarray(along, dtype=np.float64) @ turn

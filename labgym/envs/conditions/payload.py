@@ -1,0 +1,128 @@
+"""Condition "payload": a beaker of liquid on the robot's deck, whose surface moves with the base."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.conditions.beaker import Beaker
+from labgym.envs.parts.protocols import Condition, Motion, Presence
+from labgym.envs.state import State
+from labgym.envs.tasks import Task
+from labgym.errors import OptionError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Payload(Condition):
+    """A beaker on the deck, above the robot's axis.
+
+    Its data is the beaker's measures. The outcome has `highest`, the greatest rise of the liquid at the wall so far in
+    meters, and `spilt`, whether it exceeded the freeboard.
+
+    Attributes:
+        beaker: the beaker, or a mapping of its measures.
+    """
+
+    beaker: Beaker | Mapping[str, float] = field(default_factory=Beaker)
+    name: str = "payload"
+    kind: str = field(default="payload", init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "beaker", beaker_of(self.beaker))
+
+    def draw(self, task: Task, rng: np.random.Generator) -> dict[str, float]:  # noqa: ARG002
+        """Return the beaker's measures."""
+        return asdict(beaker_of(self.beaker))
+
+    def begin(self, state: State, data: Any, rng: np.random.Generator) -> Slosh:  # noqa: ARG002
+        """Return the liquid at rest."""
+        return Slosh(beaker_of(data), state.pose, state.velocity, state.sideways)
+
+
+class Slosh(Presence):
+    """The first mode of the liquid's surface: q'' + 2 z w q' + w^2 q = -a for each horizontal axis of the room.
+
+    The acceleration a of the base is constant within a physics step; the oscillator is integrated exactly.
+    """
+
+    visible = False
+
+    def __init__(
+        self, beaker: Beaker, pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float
+    ) -> None:
+        self._beaker = beaker
+        self._last = _in_room(pose, velocity, sideways)
+        self._state = np.zeros((2, 2))
+        self._step: tuple[float, Array, Array] | None = None
+        self._highest = 0.0
+
+    def substep(self, motion: Motion) -> str:
+        """Advance the liquid by one physics step."""
+        now = _in_room(motion.pose, motion.velocity, motion.sideways)
+        if self._step is None or self._step[0] != motion.dt:
+            self._step = (motion.dt, *propagator(self._beaker.frequency, self._beaker.damping, motion.dt))
+        _, transition, response = self._step
+        acceleration = (now - self._last) / motion.dt
+        self._last = now
+        self._state = transition @ self._state - np.outer(response, acceleration)
+        self._highest = max(self._highest, self.rise)
+        return ""
+
+    @property
+    def rise(self) -> float:
+        """The rise of the liquid at the wall, meters."""
+        return self._beaker.rise(float(np.hypot(*self._state[0])))
+
+    @property
+    def outcome(self) -> dict[str, Any]:
+        """The greatest rise so far, meters, and whether the liquid was spilt."""
+        return {"highest": self._highest, "spilt": self._highest > self._beaker.freeboard}
+
+
+def propagator(frequency: float, damping: float, dt: float) -> tuple[Array, Array]:
+    """Return the exact step of a damped oscillator: its transition matrix (2, 2) and its response (2,).
+
+    The state (q, q') becomes `transition @ state + response * f` under a constant force f over a time dt.
+
+    Args:
+        frequency: angular frequency without damping, rad/s. damping: ratio, below 1. dt: seconds.
+    """
+    if not 0.0 <= damping < 1.0:
+        raise OptionError(f"damping is {damping}, expected at least 0 and below 1")
+    rate, decay = frequency * math.sqrt(1.0 - damping * damping), frequency * damping
+    fall, cosine, sine = math.exp(-decay * dt), math.cos(rate * dt), math.sin(rate * dt)
+    transition = fall * np.array(
+        [
+            [cosine + decay / rate * sine, sine / rate],
+            [-(frequency**2) / rate * sine, cosine - decay / rate * sine],
+        ]
+    )
+    response = np.array([(1.0 - transition[0, 0]) / frequency**2, transition[0, 1]])
+    return transition, response
+
+
+def beaker_of(value: Any) -> Beaker:
+    """Return a beaker: itself, or from a mapping of its measures.
+
+    Raises:
+        OptionError: the value is something else, or a measure is out of range.
+    """
+    if isinstance(value, Beaker):
+        return value
+    names = {each.name for each in fields(Beaker)}
+    if not isinstance(value, Mapping) or not set(value) <= names:
+        raise OptionError(f"beaker is {str(value)[:60]!r}, expected a mapping of {', '.join(sorted(names))}")
+    return Beaker(**value)
+
+
+def _in_room(pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float) -> Array:
+    """Return the velocity of the base in the room frame, (2,) m/s."""
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    return np.array([cosine * velocity[0] - sine * sideways, sine * velocity[0] + cosine * sideways])
