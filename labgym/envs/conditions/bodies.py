@@ -1,4 +1,4 @@
-"""Bodies that a condition adds to what sensors see: each a mesh of its own at a pose that changes."""
+"""Bodies that a condition adds to what sensors see: each a rigid mesh at a pose that changes."""
 
 from __future__ import annotations
 
