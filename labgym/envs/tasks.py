@@ -39,8 +39,8 @@ class Task:
             protocol and both ends of the drive were passed.
         pair: the drive; its index is `NO_PAIR` if both ends were passed without a pair.
         following: the drives that come after it, each from where the robot reached the goal before.
-        known: the old map, which agents may receive; None for the layout itself.
-        told: the drive as agents are told it, if things have moved since; None for `pair`.
+        old_map: the layout before things moved, which agents may receive; None for the layout itself.
+        announced: the drive by the old map, which agents receive; None for `pair`.
         conditions: data of conditions, by name, in place of what they would draw.
         pushable: ids of the placements that the robot can push.
     """
@@ -49,8 +49,8 @@ class Task:
     protocol: Protocol | None
     pair: GoalPair
     following: tuple[GoalPair, ...] = ()
-    known: Layout | None = None
-    told: GoalPair | None = None
+    old_map: Layout | None = None
+    announced: GoalPair | None = None
     conditions: Mapping[str, Any] = field(default_factory=dict)
     pushable: tuple[str, ...] = ()
 
