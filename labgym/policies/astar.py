@@ -1,4 +1,4 @@
-"""A* on the true map: the upper bound of the tables."""
+"""A* on the map, followed by odometry (`astar`) or by dead reckoning (`blind`)."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
-from labgym.geometry import compose
+from labgym.geometry import compose, wrap_angle
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPaths, occupancy
+from labgym.policies.arrival import Arrival, planar_pose, shortened
+from labgym.policies.gentle import GentleLimits
 from labgym.policies.grid_planner import GridPlanner
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy
-from labgym.policies.tracking import PathTracker, turn_towards
+from labgym.policies.tracking import PathTracker, TrackingOptions, turn_towards
 
 Array = NDArray[np.float64]
 
@@ -28,7 +30,8 @@ class AStarPolicy(Policy):
 
     It plans on the occupancy grid, with a preference for clearance. The grid refuses passages up to 15 cm wider than
     the robot; on layouts of version 2 the policy therefore compares the plan with the exact shortest path, and follows
-    an exact path if the grid has none or a longer one. If there is no path, it turns in place.
+    an exact path if the grid has none or a longer one. If there is no path, it turns in place. In tasks of LabNav it
+    plans on the old map, ends at rest, and drives gently with a beaker.
     """
 
     name: ClassVar[str] = "astar"
@@ -38,6 +41,7 @@ class AStarPolicy(Policy):
         self._tracker: PathTracker | None = None
         self._start: Pose = (0.0, 0.0, 0.0)
         self._planned: tuple[str, GridPlanner] | None = None
+        self._arrival: Arrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Plan from the true start to the true goal.
@@ -54,15 +58,35 @@ class AStarPolicy(Policy):
         path = self._planned[1].plan(truth.start[:2], truth.pair.goal[:2])
         if truth.layout.version > 1:
             path = _or_exact(path, truth)
-        self._tracker = None if path is None else PathTracker(path, episode.robot)
+        self._arrival = Arrival(episode)
+        self._tracker = None if path is None else _tracker(path, episode, self._arrival, truth.start)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Follow the path."""
         if self._tracker is None:
             return turn_towards(1.0)
         return self._tracker.action(
-            compose(self._start, observation["odometry"]), speed=float(observation["velocity"][0])
+            compose(self._start, self.estimate(observation)), speed=float(observation["velocity"][0])
         )
+
+    def stop(self, observation: Observation) -> bool:
+        """Whether the robot rests at the goal."""
+        return self._arrival is not None and self._arrival.reached(self.estimate(observation), observation["velocity"])
+
+    def estimate(self, observation: Observation) -> Pose:
+        """Return the pose in the start frame by which the path is followed: the odometry."""
+        return planar_pose(observation["odometry"])
+
+
+def _tracker(path: Array, episode: EpisodeStart, arrival: Arrival, start: Pose) -> PathTracker:
+    """Return the tracker of a path in the room frame, which ends at rest in tasks of LabNav."""
+    if not arrival.active:
+        return PathTracker(path, episode.robot)
+    heading = None if episode.heading is None else wrap_angle(start[2] + episode.heading)
+    gentle = None if episode.beaker is None else GentleLimits.of(episode.beaker, episode.robot)
+    if episode.heading is None:
+        path = shortened(path, arrival.short)
+    return PathTracker(path, episode.robot, TrackingOptions(rest=True), heading=heading, gentle=gentle)
 
 
 def _or_exact(path: Array | None, truth: GroundTruth) -> Array | None:

@@ -14,6 +14,7 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.geometry import rotate
 from labgym.navigation import Pose
+from labgym.policies.arrival import Arrival, planar_pose
 from labgym.policies.blockage import Blockage
 from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
@@ -92,6 +93,7 @@ class DwaPolicy(Policy):
         self._via = ViaPoints((0.0, 0.0))
         self._blockage = Blockage()
         self._path: Array | None = None
+        self._arrival: Arrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Store the goal and clear the via point."""
@@ -99,11 +101,21 @@ class DwaPolicy(Policy):
         self._via = ViaPoints(episode.goal)
         self._blockage = Blockage(episode.robot)
         self._path = None
+        self._arrival = Arrival(episode)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Choose a target in the scan and the best velocities towards it."""
-        x, y, yaw = (float(value) for value in observation["odometry"])
-        pose: Pose = (x, y, yaw)
+        pose = planar_pose(observation["odometry"])
+        action = self._towards_target(observation, pose)
+        return action if self._arrival is None else self._arrival.limited(action, pose)
+
+    def stop(self, observation: Observation) -> bool:
+        """Whether the robot rests at the goal."""
+        pose = planar_pose(observation["odometry"])
+        return self._arrival is not None and self._arrival.reached(pose, observation["velocity"])
+
+    def _towards_target(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
+        """Return the action towards the target of the present scan."""
         points = lidar_points(np.asarray(observation["lidar"], dtype=np.float64))
         nearest = float(np.hypot(points[:, 0], points[:, 1]).min(initial=math.inf))
         # If something is already nearer than the radius, keep at least the present distance.

@@ -15,6 +15,7 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import RANGE
 from labgym.geometry import wrap_angle
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, Pose, distance_field
+from labgym.policies.arrival import Arrival, planar_pose
 from labgym.policies.blockage import Blockage
 from labgym.policies.depth_map import DepthMap, KnownFloor
 from labgym.policies.grid_planner import GridPlanner, PlannerOptions
@@ -86,6 +87,7 @@ class OnlineMapPolicy(Policy):
         self._look: _LookAround | None = None
         self._blockage = Blockage()
         self._age = 0
+        self._arrival: Arrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Begin with an empty map in the start frame."""
@@ -95,11 +97,21 @@ class OnlineMapPolicy(Policy):
         self._look = _LookAround(math.atan2(episode.goal[1], episode.goal[0]), episode.robot)
         self._blockage = Blockage(episode.robot)
         self._age = self._options.replan
+        self._arrival = Arrival(episode)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Add the depth image to the map, replan if due, and follow the path."""
-        x, y, yaw = (float(value) for value in observation["odometry"])
-        pose: Pose = (x, y, yaw)
+        pose = planar_pose(observation["odometry"])
+        action = self._mapped(observation, pose)
+        return action if self._arrival is None else self._arrival.limited(action, pose)
+
+    def stop(self, observation: Observation) -> bool:
+        """Whether the robot rests at the goal."""
+        pose = planar_pose(observation["odometry"])
+        return self._arrival is not None and self._arrival.reached(pose, observation["velocity"])
+
+    def _mapped(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
+        """Return the action by the map with the present depth image."""
         fresh = self._map.add(observation["depth"], pose)
         self._age += 1
         v, w = (float(value) for value in observation["velocity"])

@@ -44,6 +44,10 @@ BUILT_IN = {
     entry.name: entry
     for entry in (
         PolicyEntry("astar", "labgym.policies.astar:AStarPolicy", "map", "", "A* on the true map; the upper bound"),
+        PolicyEntry(
+            "blind", "labgym.policies.blind:BlindPolicy", "map", "", "a path on the map, driven without any sensor"
+        ),
+        PolicyEntry("bug2", "labgym.policies.bug2:Bug2Policy", "lidar", "", "along the line to the goal and obstacles"),
         PolicyEntry("dwa", "labgym.policies.dwa:DwaPolicy", "lidar", "", "dynamic window towards a via point; no map"),
         PolicyEntry(
             "iplanner",
@@ -77,6 +81,7 @@ BUILT_IN = {
         PolicyEntry(
             "random", "labgym.policies.random_actions:RandomPolicy", "none", "", "random actions; the level of chance"
         ),
+        PolicyEntry("still", "labgym.policies.still:StillPolicy", "none", "", "never moves"),
         PolicyEntry(
             "straight",
             "labgym.policies.straight:StraightPolicy",

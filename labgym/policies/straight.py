@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.policies.arrival import Arrival, planar_pose
 from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.tracking import turn_towards, velocities_to_action
@@ -39,13 +40,23 @@ class StraightPolicy(Policy):
     def __init__(self, options: StraightOptions | Mapping[str, Any] | None = None) -> None:
         self._options = StraightOptions.of(options)
         self._robot: RobotSpec = ROBOT
+        self._arrival: Arrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Store the robot's limits."""
-        self._robot = episode.robot
+        """Store the robot's limits and the goal."""
+        self._robot, self._arrival = episode.robot, Arrival(episode)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Steer by the bearing of the goal."""
+        action = self._steered(observation)
+        return action if self._arrival is None else self._arrival.limited(action, planar_pose(observation["odometry"]))
+
+    def stop(self, observation: Observation) -> bool:
+        """Whether the robot rests at the goal."""
+        pose = planar_pose(observation["odometry"])
+        return self._arrival is not None and self._arrival.reached(pose, observation["velocity"])
+
+    def _steered(self, observation: Observation) -> NDArray[np.floating[Any]]:
         _, cosine, sine = (float(value) for value in observation["goal"])
         bearing = math.atan2(sine, cosine)
         if abs(bearing) > self._options.turn_in_place:

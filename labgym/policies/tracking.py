@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import OptionError
 from labgym.geometry import rotate, wrap_angle
+from labgym.policies.gentle import GentleCommands, GentleLimits
 
 if TYPE_CHECKING:
     from labgym.navigation import Pose
@@ -32,6 +33,7 @@ class TrackingOptions:
         braking: deceleration before turns and the end of the path, m/s2.
         slowest: speed in the sharpest turn and at the end of the path, m/s.
         window: distance along the path within which the next nearest point is searched, meters.
+        rest: whether the robot ends at rest; otherwise it passes the end at the slowest speed.
     """
 
     lookahead: float = 0.20
@@ -42,12 +44,19 @@ class TrackingOptions:
     braking: float = 0.8
     slowest: float = 0.15
     window: float = 0.6
+    rest: bool = False
 
 
 SPACING = 0.02
 """Distance between the samples of a path, meters."""
 BEND = 0.20
 """Length over which the path's curvature is measured, meters."""
+GAIN = 3.0
+"""Speed per distance in the last centimeters before the robot rests, 1/s."""
+ENDED = 0.01
+"""Distance ahead of the robot at which it has arrived at the end of its path, meters."""
+LAST_TURN = 0.12
+"""Distance from the end within which the robot no longer turns in place to face it, meters."""
 
 
 class PathTracker:
@@ -58,6 +67,8 @@ class PathTracker:
         robot: limits of the robot.
         options: options of the tracker.
         turning: whether the robot first turns to face the path; False for a path that replaces one being followed.
+        heading: heading to which a robot that rests at the end turns, radians in the path's frame; None for any.
+        gentle: limits of a base that carries something, which every command obeys; None without.
 
     Raises:
         OptionError: the path is empty, not finite or not of shape (n, 2).
@@ -69,15 +80,31 @@ class PathTracker:
         robot: RobotSpec = ROBOT,
         options: TrackingOptions | None = None,
         turning: bool = True,
+        heading: float | None = None,
+        gentle: GentleLimits | None = None,
     ) -> None:
         points = np.asarray(path, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 2 or len(points) == 0 or not np.isfinite(points).all():
             raise OptionError(f"path has shape {points.shape}; expected finite points of shape (n, 2), n at least 1")
         self._robot, self._options = robot, options or TrackingOptions()
+        self._heading, self._commands = heading, None
+        if gentle is not None:
+            self._commands = GentleCommands(gentle, robot)
+            self._options = replace(
+                self._options,
+                lateral_acceleration=min(self._options.lateral_acceleration, gentle.lateral),
+                braking=min(self._options.braking, 0.8 * gentle.acceleration),
+            )
         self._points = _resampled(points)
         self._speeds = _speed_limits(self._points, robot, self._options)
         self._place = 0
         self._turning = turning
+        self._ended = False
+
+    @property
+    def ended(self) -> bool:
+        """Whether the robot has come to the end of the path to rest there."""
+        return self._ended
 
     @property
     def path(self) -> Array:
@@ -91,18 +118,41 @@ class PathTracker:
             pose: (x, y, yaw) in the path's frame.
             speed: forward velocity, m/s; a faster robot looks farther ahead.
         """
+        v, curvature, turn = self._wanted(pose, speed)
+        if self._commands is not None:
+            v = self._commands.command(v)
+            # A robot that has to stop before it turns keeps straight until it is slow.
+            turn *= max(0.0, 1.0 - v / self._options.slowest)
+        return velocities_to_action(v, v * curvature + turn, self._robot)
+
+    def _wanted(self, pose: Pose, speed: float) -> tuple[float, float, float]:
+        """Return the wanted forward velocity, m/s, the curvature of the way, 1/m, and the turn rate at rest, rad/s."""
         self._advance(pose)
         options = self._options
+        left = self._left(pose) if options.rest else math.inf
+        if self._ended:
+            error = 0.0 if self._heading is None else wrap_angle(self._heading - pose[2])
+            return 0.0, 0.0, _turn_rate(error, self._robot)
         ahead = options.lookahead + options.lookahead_time * max(speed, 0.0)
         target = self._points[min(self._place + max(1, round(ahead / SPACING)), len(self._points) - 1)]
         x, y = rotate(target[0] - pose[0], target[1] - pose[1], -pose[2])
         bearing = math.atan2(y, x)
-        if self._must_turn(bearing):
-            return velocities_to_action(0.0, _turn_rate(bearing, self._robot), self._robot)
+        if left > LAST_TURN and self._must_turn(bearing):
+            return 0.0, 0.0, _turn_rate(bearing, self._robot)
         curvature = 2.0 * math.sin(bearing) / max(math.hypot(x, y), options.lookahead / 2.0)
         v = float(self._speeds[self._place]) * max(math.cos(bearing), 0.2)
-        v = min(v, 0.9 * self._robot.w_max / max(abs(curvature), 1e-9))
-        return velocities_to_action(v, v * curvature, self._robot)
+        v = min(v, 0.9 * self._robot.w_max / max(abs(curvature), 1e-9), approach_speed(left, options.braking))
+        return v, curvature, 0.0
+
+    def _left(self, pose: Pose) -> float:
+        """Return the distance to the end that is left for braking, meters, and note when the robot is at the end."""
+        left = (len(self._points) - 1 - self._place) * SPACING
+        if left <= LAST_TURN:
+            end = self._points[-1]
+            left = rotate(end[0] - pose[0], end[1] - pose[1], -pose[2])[0]
+            self._ended = self._ended or left < ENDED
+        delay = 0.0 if self._commands is None else self._commands.limits.delay * self._commands.speed
+        return left - delay * self._robot.control_dt
 
     def _advance(self, pose: Pose) -> None:
         """Move the place on the path to the nearest sample within the window after the previous place."""
@@ -114,6 +164,21 @@ class PathTracker:
         limit = self._options.drive_on if self._turning else self._options.turn_in_place
         self._turning = abs(bearing) > limit
         return self._turning
+
+
+def approach_speed(distance: float, braking: float, gain: float = GAIN) -> float:
+    """Return the speed from which the robot comes to rest within a distance, m/s.
+
+    It brakes evenly and, over the last braking / gain^2 meters, in proportion to the distance that is left; it never
+    brakes harder than `braking`.
+
+    Args:
+        distance: to the place of rest, meters; 0 or less gives 0. braking: deceleration, m/s2. gain: 1/s.
+    """
+    last = braking / gain**2
+    if distance < last:
+        return gain * max(distance, 0.0)
+    return math.sqrt(2.0 * braking * (distance - last / 2.0))
 
 
 def velocities_to_action(v: float, w: float, robot: RobotSpec = ROBOT) -> Array:

@@ -43,7 +43,10 @@ def module(monkeypatch):
     return module
 
 
-@pytest.mark.parametrize("name", ["astar", "dwa", "online_map", "random", "straight"])
+CLASSICAL = ["astar", "blind", "bug2", "dwa", "online_map", "random", "still", "straight"]
+
+
+@pytest.mark.parametrize("name", CLASSICAL)
 def test_each_built_in_is_made_by_its_name(name):
     policy = make_policy(name)
     assert isinstance(policy, Policy)
@@ -51,9 +54,9 @@ def test_each_built_in_is_made_by_its_name(name):
     assert name in policy_names()
 
 
-@pytest.mark.parametrize("name", ["astar", "dwa", "online_map", "random", "straight"])
-def test_only_astar_receives_the_map(name):
-    assert make_policy(name).privileged is (name == "astar")
+@pytest.mark.parametrize("name", CLASSICAL)
+def test_only_policies_that_plan_at_the_start_receive_the_map(name):
+    assert make_policy(name).privileged is (name in ("astar", "blind"))
 
 
 def test_a_class_is_found_by_its_place_and_takes_options(module):
@@ -72,7 +75,7 @@ def test_a_name_that_a_package_registers_works(module, monkeypatch):
 
 def test_an_unknown_name_lists_what_exists():
     with pytest.raises(
-        UnknownNameError, match=r"'astr' not found; nearest: astar.*available: astar, .*random, straight"
+        UnknownNameError, match=r"'astr' not found; nearest: astar.*available: astar, .*random, still, straight"
     ):
         make_policy("astr")
 

@@ -10,15 +10,17 @@ from hypothesis import strategies as st
 
 from labgym.envs.robot import ROBOT
 from labgym.errors import OptionError
-from labgym.policies import PathTracker, velocities_to_action
+from labgym.policies import PathTracker, TrackingOptions, velocities_to_action
 from labgym.policies.tracking import turn_towards
 
 STEP = 0.005
 
 
-def drive(path: np.ndarray, start: tuple[float, float, float], steps: int = 600, near: float = 0.1) -> np.ndarray:
+def drive(
+    path: np.ndarray, start: tuple[float, float, float], steps: int = 600, near: float = 0.1, tracker=PathTracker
+) -> np.ndarray:
     """Follow a path with an acceleration-limited unicycle; return rows (x, y, yaw, v, w), one a control step."""
-    tracker = PathTracker(path)
+    tracker = tracker(path)
     x, y, yaw = start
     v = w = 0.0
     rows = [(x, y, yaw, v, w)]
@@ -141,3 +143,18 @@ def test_the_tracker_returns_its_path():
     assert path[-1] == pytest.approx([1.0, 1.5])
     assert shapely.LineString(path).hausdorff_distance(shapely.LineString(corner)) < 0.02
     assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= 0.02 + 1e-9
+
+
+@pytest.mark.parametrize("heading", [None, 0.0, 2.5, -3.0])
+@pytest.mark.parametrize("path", [[[0.0, 0.0], [2.0, 0.0]], [[0.0, 0.0], [1.5, 0.0], [1.5, -1.5]], [[0.3, 0.0]]])
+def test_the_tracker_ends_at_rest_at_its_end_and_heading(path, heading):
+    class Ending(PathTracker):
+        def __init__(self, points):
+            super().__init__(points, options=TrackingOptions(rest=True), heading=heading)
+
+    path = np.array(path)
+    rows = drive(path, (0.0, 0.0, 0.0), steps=150, near=0.0, tracker=Ending)
+    x, y, yaw, v, w = rows[-1]
+    assert math.dist((x, y), path[-1]) < 0.02
+    assert (abs(v), abs(w)) < (0.001, 0.01)
+    assert heading is None or abs(math.remainder(yaw - heading, 2.0 * math.pi)) < 0.01
