@@ -16,7 +16,7 @@ from labgym.policies.policy import EpisodeStart, Observation
 
 
 class BlindPolicy(AStarPolicy):
-    """Plans as `astar` and follows the path by dead reckoning of its own commands. Privileged.
+    """Plans as `astar` and follows the path by dead reckoning of its commands. Privileged.
 
     It reads no sensor, not even the odometry. Its estimate of the pose is that of a base that reaches the commanded
     velocities at its greatest accelerations.
