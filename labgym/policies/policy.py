@@ -107,6 +107,11 @@ class Policy(ABC):
         """
         return False
 
+    @property
+    def stops(self) -> bool:
+        """Whether the policy decides itself when it has arrived: whether its class defines `stop`."""
+        return type(self).stop is not Policy.stop
+
     def next_goal(self, episode: EpisodeStart) -> None:
         """Begin the next drive of a chain of goals, from where the robot stands.
 

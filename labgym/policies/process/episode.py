@@ -13,12 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.policies.kernels import pin_torch
-from labgym.policies.policy import EpisodeStart, Policy
+from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.process.facts import encode_text, error_text
-from labgym.policies.process.wire import ACTING, FAILED, OK, Answer, ClosedError, receive_request, send_answer
+from labgym.policies.process.wire import (
+    ACTING,
+    DECIDED,
+    DECISION,
+    FAILED,
+    OK,
+    Answer,
+    ClosedError,
+    receive_request,
+    send_answer,
+)
 
-RESET, ACT, CLOSE = b"r", b"a", b"c"
-"""Requests of an episode."""
+RESET, NEXT, ACT, DECIDE, CLOSE = b"r", b"n", b"a", b"d", b"c"
+"""Requests of an episode: `reset`, `next_goal`, `act`, `stop` and then `act`, `close`."""
 
 
 def serve_episode(policy: Policy, link: socket.socket) -> None:
@@ -37,10 +47,15 @@ def _answer(policy: Policy, kind: bytes, content: bytes) -> Answer:
     try:
         if kind == ACT:
             return Answer(ACTING, checked_action(policy.act(pickle.loads(content))).tobytes())  # noqa: S301
+        if kind == DECIDE:
+            action = decision(policy, pickle.loads(content))  # noqa: S301 - from the evaluator
+            return Answer(DECIDED, DECISION.pack(action is None, *((0.0, 0.0) if action is None else action.tolist())))
         if kind == RESET:
             start = pickle.loads(content)  # noqa: S301 - from the evaluator
             _seed_global_generators(start)
             policy.reset(start)
+        elif kind == NEXT:
+            policy.next_goal(pickle.loads(content))  # noqa: S301 - from the evaluator
         else:
             policy.close()
     except InvalidActionError as error:
@@ -51,7 +66,19 @@ def _answer(policy: Policy, kind: bytes, content: bytes) -> Answer:
 
 
 class InvalidActionError(Exception):
-    """An answer of `Policy.act` that is not an action."""
+    """An answer of `Policy.act` that is not an action, or of `Policy.stop` that is not a truth value."""
+
+
+def decision(policy: Policy, observation: Observation) -> NDArray[np.float32] | None:
+    """Return the next action of a policy as float32 (2,), or None if it stops.
+
+    Raises:
+        InvalidActionError: an answer of the policy is of another kind.
+    """
+    stops = policy.stop(observation)
+    if not isinstance(stops, bool | np.bool_):
+        raise InvalidActionError(f"stop returned a {type(stops).__name__}, expected True or False")
+    return None if stops else checked_action(policy.act(observation))
 
 
 def checked_action(action: object) -> NDArray[np.float32]:

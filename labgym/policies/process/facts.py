@@ -20,6 +20,9 @@ MAX_TEXT = 500
 MAX_LOADING_TEXT = 2_000
 """Longest error text of loading a policy, characters; it may list names."""
 
+MAX_LATENCY = 10.0
+"""Longest latency that a policy may declare, seconds."""
+
 ShortText = Annotated[str, Field(max_length=100)]
 
 _KINDS = {kind.__name__: kind for kind in (errors.UnknownNameError, errors.OptionError, errors.MissingDependencyError)}
@@ -30,7 +33,7 @@ class PolicyFacts(Record):
     """Declarations of a policy.
 
     Attributes:
-        name, observation, privileged, exclusive: the attributes of `Policy`.
+        name, observation, privileged, exclusive, stops, latency: the attributes of `Policy`.
         files: absolute paths of `Policy.files()`.
         single_use: whether its process cannot be forked, because it has several threads or children, so that each
             episode loads the policy anew.
@@ -41,6 +44,8 @@ class PolicyFacts(Record):
     observation: Sensors
     privileged: bool
     exclusive: bool
+    stops: bool = False
+    latency: Annotated[float, Field(ge=0.0, le=MAX_LATENCY)] = 0.0
     files: Annotated[tuple[Annotated[str, Field(max_length=4096)], ...], Field(max_length=256)]
     single_use: bool
     kernels: Annotated[dict[ShortText, ShortText | int], Field(max_length=16)]
@@ -57,10 +62,26 @@ def facts_of(policy: Policy, single_use: bool) -> PolicyFacts:
         observation=policy.observation,
         privileged=bool(policy.privileged),
         exclusive=bool(policy.exclusive),
+        stops=bool(policy.stops),
+        latency=declared_latency(policy),
         files=tuple(str(Path(path).absolute()) for path in policy.files()),
         single_use=single_use,
         kernels=kernel_facts(),
     )
+
+
+def declared_latency(policy: Policy) -> float:
+    """Return the latency that a policy declares, seconds.
+
+    Raises:
+        OptionError: it is not a number from 0 to 10.
+    """
+    latency = policy.latency
+    number = isinstance(latency, int | float) and not isinstance(latency, bool)
+    if not number or not 0.0 <= latency <= MAX_LATENCY:
+        shown = _one_line(repr(latency), 40)
+        raise errors.OptionError(f"policy latency is {shown}, expected seconds from 0 to {MAX_LATENCY:g}")
+    return float(latency)
 
 
 def read_facts(content: bytes) -> PolicyFacts:

@@ -17,7 +17,7 @@ from labgym.errors import LabgymError
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.policy import EpisodeStart, Observation, PolicyError, Sensors
 from labgym.policies.process import linux
-from labgym.policies.process.episode import ACT, CLOSE, RESET
+from labgym.policies.process.episode import ACT, CLOSE, DECIDE, NEXT, RESET
 from labgym.policies.process.facts import PolicyFacts, read_error, read_facts, read_text
 from labgym.policies.process.hosts import HostError, PolicyHost, host_with
 from labgym.policies.process.limits import ProcessLimits
@@ -25,10 +25,12 @@ from labgym.policies.process.loader import EPISODE, LOAD, STATUS, LoadRequest
 from labgym.policies.process.source import PolicySource
 from labgym.policies.process.wire import (
     ACTING,
-    ACTION,
+    DECIDED,
+    DECISION,
     FACTS,
     FAILED,
     OK,
+    SIZES,
     Answer,
     ClosedError,
     GarbageError,
@@ -56,7 +58,7 @@ class PolicyProcess:
             `KernelMode`; None takes the default mode's. Numerical libraries are limited to one thread.
 
     Attributes:
-        name, observation, privileged, exclusive: as `Policy` declares them.
+        name, observation, privileged, exclusive, stops, latency: as `Policy` declares them.
         kernels: the numerical kernels of the process.
 
     Raises:
@@ -103,6 +105,16 @@ class PolicyProcess:
         return self._facts.exclusive
 
     @property
+    def stops(self) -> bool:
+        """Whether the policy decides itself when it has arrived."""
+        return self._facts.stops
+
+    @property
+    def latency(self) -> float:
+        """Declared time from an observation to its action, seconds."""
+        return self._facts.latency
+
+    @property
     def kernels(self) -> dict[str, str | int]:
         """The kernels in force in the process once the policy is loaded, as `kernel_facts` returns them."""
         return self._facts.kernels
@@ -117,9 +129,17 @@ class PolicyProcess:
         Raises:
             PolicyError: the policy raised an exception, died, or exceeded a limit.
         """
-        if episode.truth is not None and not self.privileged:
-            raise LabgymError(f"policy {self.name!r} is not privileged and must not receive the map")
+        self._check_knowledge(episode)
         self._fresh_process().call(RESET, pickle.dumps(episode, protocol=5), OK)
+
+    def next_goal(self, episode: EpisodeStart) -> None:
+        """Begin the next drive of a chain of goals, in the process of the drives before.
+
+        Raises:
+            PolicyError: as `reset`.
+        """
+        self._check_knowledge(episode)
+        self._running().call(NEXT, pickle.dumps(episode, protocol=5), OK)
 
     def act(self, observation: Observation) -> NDArray[np.float32]:
         """Return the action for the next control step, two finite numbers.
@@ -127,13 +147,18 @@ class PolicyProcess:
         Raises:
             PolicyError: the policy raised an exception, gave no valid action, died, or exceeded a limit.
         """
-        if self._process is None:
-            raise PolicyError("the policy's process has ended; reset begins an episode in another")
-        content = self._process.call(ACT, pickle.dumps(dict(observation), protocol=5), ACTING)
-        action = np.frombuffer(content, dtype="<f4").astype(np.float32)
-        if not np.isfinite(action).all():
-            raise PolicyError("act returned numbers that are not finite")
-        return action
+        content = self._running().call(ACT, pickle.dumps(dict(observation), protocol=5), ACTING)
+        return _finite(np.frombuffer(content, dtype="<f4").astype(np.float32))
+
+    def decide(self, observation: Observation) -> NDArray[np.float32] | None:
+        """Return the action for the next control step, two finite numbers, or None if the policy stops.
+
+        Raises:
+            PolicyError: as `act`.
+        """
+        content = self._running().call(DECIDE, pickle.dumps(dict(observation), protocol=5), DECIDED)
+        stops, *action = DECISION.unpack(content)
+        return None if stops else _finite(np.array(action, dtype=np.float32))
 
     def close(self) -> None:
         """End the process. A later `reset` starts another."""
@@ -141,6 +166,15 @@ class PolicyProcess:
             self._process.stop()
             self._process = None
         self._guard.close()
+
+    def _check_knowledge(self, episode: EpisodeStart) -> None:
+        if episode.truth is not None and not self.privileged:
+            raise LabgymError(f"policy {self.name!r} is not privileged and must not receive the map")
+
+    def _running(self) -> _LoadedProcess:
+        if self._process is None:
+            raise PolicyError("the policy's process has ended; reset begins an episode in another")
+        return self._process
 
     def _fresh_process(self) -> _LoadedProcess:
         """Return a process that has the policy loaded and has begun an episode."""
@@ -166,6 +200,17 @@ class PolicyProcess:
                     raise PolicyError(f"the policy's process could not be started: {error}"[:500]) from error
         assert self._process is not None
         return self._process
+
+
+def _finite(action: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return an action, or raise PolicyError if it is not finite."""
+    if not np.isfinite(action).all():
+        raise PolicyError("act returned numbers that are not finite")
+    return action
+
+
+CALLS = {RESET: "reset", NEXT: "next_goal", DECIDE: "stop and act"}
+"""Names of requests in messages; the others are `act`."""
 
 
 class _LoadedProcess:
@@ -227,12 +272,12 @@ class _LoadedProcess:
             answer = self._exchange(self._episode, kind, content, self._limits.call_seconds)
             if answer.status == FAILED:
                 reason = read_text(answer.content)
-            elif answer.status == expected and len(answer.content) == (ACTION.size if expected == ACTING else 0):
+            elif answer.status == expected and len(answer.content) == SIZES[expected]:
                 return answer.content
             else:
                 reason = "the policy's process sent an answer of another kind"
         except TimeoutError:
-            reason = f"{'reset' if kind == RESET else 'act'} took longer than {self._limits.call_seconds:g} s"
+            reason = f"{CALLS.get(kind, 'act')} took longer than {self._limits.call_seconds:g} s"
         except (ClosedError, OSError):
             reason = ""
         except GarbageError as error:

@@ -18,8 +18,13 @@ ANSWER = struct.Struct("<cI")
 ACTION = struct.Struct("<2f")
 """An action: forward and turn, float32."""
 
-OK, FACTS, ACTING, FAILED = b"K", b"F", b"A", b"E"
-MAX_BYTES = {OK: 0, FACTS: 65_536, ACTING: ACTION.size, FAILED: 16_384}
+DECISION = struct.Struct("<?2f")
+"""A decision: whether the policy stops, and an action, which counts if it does not."""
+
+OK, FACTS, ACTING, DECIDED, FAILED = b"K", b"F", b"A", b"D", b"E"
+SIZES = {OK: 0, ACTING: ACTION.size, DECIDED: DECISION.size}
+"""Sizes of the answers of an episode by status, bytes."""
+MAX_BYTES = {**SIZES, FACTS: 65_536, FAILED: 16_384}
 """Largest answer by status, bytes."""
 
 
@@ -36,7 +41,7 @@ class Answer:
     """An answer of unknown truth.
 
     Attributes:
-        status: `OK`, `FACTS`, `ACTING` or `FAILED`.
+        status: `OK`, `FACTS`, `ACTING`, `DECIDED` or `FAILED`.
         content: as many bytes as the status allows.
     """
 
