@@ -140,7 +140,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `interactive` (False): drawers, doors, sashes, stools, trolleys and boxes move when they are pushed, and sensors
       see them where they are. `loose` (False): objects on surfaces, too. Progress, shortest paths and the sensor
       "occupancy" are those of the layout as it was. MuJoCo only, without exact readings.
-    - `conditions` (()): what is in the episodes beyond their layouts: "payload" (a beaker of liquid on the deck).
+    - `conditions` (()): what is in the episodes beyond their layouts: "payload" (a beaker of liquid on the deck),
+      "glass" (panes that are on no map, and what sensors see of glass and steel), "wet_floor" (slippery zones).
     - `randomizations` (()): changes that are drawn anew for each episode: "mass", "friction", "sensor_pose", "noise",
       "appearance", or objects of the user's own (docs/robots.md). The measure "randomization" has the drawn values.
 

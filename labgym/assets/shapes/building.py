@@ -154,3 +154,17 @@ def robot(asset: Asset) -> Iterator[Part]:
     yield block("plastic_dark", (-0.02, 0.02), (-0.09, -0.05), (height * 0.80, height * 0.92))
     yield rounded("plastic_white", (-0.11, 0.11), (-0.11, -0.01), (height * 0.90, height), 0.03)
     yield block("screen_dark", (-0.09, 0.09), (-0.012, -0.006), (height * 0.925, height * 0.975))
+
+
+@shape("glass_screen")
+def glass_screen(asset: Asset) -> Iterator[Part]:
+    """A sheet of glass that stands on the floor; `frame` gives it a metal frame."""
+    width, depth, height = extents(asset)
+    hw, hd = width / 2.0, depth / 2.0
+    rail = 0.04 if flag(asset, "frame") else 0.0
+    if rail:
+        for x in ((-hw, -hw + rail), (hw - rail, hw)):
+            yield block("stainless", x, (-hd, hd), (0.0, height))
+        for z in ((0.0, rail), (height - rail, height)):
+            yield block("stainless", (-hw + rail, hw - rail), (-hd, hd), z)
+    yield block("window_glass", (-hw + rail, hw - rail), (-hd, hd), (rail, height - rail))

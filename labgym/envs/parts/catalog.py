@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from labgym.envs.conditions.glass import Glass
 from labgym.envs.conditions.payload import Payload
+from labgym.envs.conditions.wet import WetFloor
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.actuation import ActuationNoise, LoCoBotActuation, RoboThorActuation
 from labgym.envs.parts.appearance import AppearanceRandomization
@@ -85,7 +87,7 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
     "actions": (Actions, (VelocityActions, DiscreteActions)),
     "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
     "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive, MjcfRobot)),
-    "condition": (Condition, (Payload,)),
+    "condition": (Condition, (Payload, Glass, WetFloor)),
     "randomization": (
         Randomization,
         (
