@@ -66,9 +66,20 @@ def _stays(building: Building, box: OrientedBox, aisle: float) -> bool:
 
 
 def _usable(layout: Layout, placement_id: str, poses: Sequence[Pose], gap: float, most: int) -> tuple[Place, ...]:
-    """The poses at which an object keeps a gap to all others and every clear zone stays free."""
+    """The first poses at which an object keeps a gap to all others and every clear zone stays free."""
+    free = usable(layout, placement_id, poses, gap)
+    candidates = [pose for pose, is_free in zip(poses, free, strict=True) if is_free]
+    return tuple(_spread(layout, placement_id, candidates, most))
+
+
+def usable(layout: Layout, placement_id: str, poses: Sequence[Pose], gap: float) -> NDArray[np.bool_]:
+    """Return at which of n poses an object keeps a gap to all others and every clear zone stays free, shape (n,).
+
+    Args:
+        gap: meters; with more than `WALL_GAP` it is an aisle, in which accessories may stand.
+    """
     if not poses:
-        return ()
+        return np.zeros(0, dtype=np.bool_)
     asset = layout.asset(placement_id)
     size, margin = asset.size, 2.0 * gap if gap > WALL_GAP else gap
     boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in poses]
@@ -90,8 +101,7 @@ def _usable(layout: Layout, placement_id: str, poses: Sequence[Pose], gap: float
         fronts = [front_zone(box, asset.clearance) for box in boxes]
         inside = building.covers(fronts)
         free &= ~_hits(fronts, [layout.box(other.id) for other in heavy], INTRUSION) & inside
-    candidates = [pose for pose, is_free in zip(poses, free, strict=True) if is_free]
-    return tuple(_spread(layout, placement_id, candidates, most))
+    return free
 
 
 def _hits(boxes: Sequence[OrientedBox], others: Sequence[OrientedBox], depth: float) -> NDArray[np.bool_]:

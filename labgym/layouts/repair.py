@@ -40,9 +40,9 @@ def fast_repair(layout: Layout, profile: str | Profile = "default") -> Layout:
         before = layout
         for placement_id in dict.fromkeys(fault.id for fault in faults):
             if may_move(layout, placement_id):
-                layout = _brought_inside(layout, placement_id)
+                layout = brought_inside(layout, placement_id)
         for collision in overlaps:
-            layout = _pushed_apart(layout, collision)
+            layout = pushed_apart(layout, collision)
         if layout.placements == before.placements:
             break
     return layout
@@ -80,7 +80,7 @@ def _over_support(layout: Layout, placement_id: str) -> bool:
     return abs(x) <= surface.width / 2.0 and abs(y) <= surface.depth / 2.0
 
 
-def _brought_inside(layout: Layout, placement_id: str) -> Layout:
+def brought_inside(layout: Layout, placement_id: str) -> Layout:
     """Set an object on its support's height and translate it inward by the least displacement."""
     placement = layout.placement(placement_id)
     height = rests_on(layout, placement)
@@ -101,7 +101,7 @@ def _brought_inside(layout: Layout, placement_id: str) -> Layout:
     return apply(layout, Move(placement_id, dx, dy)) if dx or dy else layout
 
 
-def _pushed_apart(layout: Layout, collision: Collision) -> Layout:
+def pushed_apart(layout: Layout, collision: Collision) -> Layout:
     """Separate a colliding pair by its least planar displacement, moving the smaller carrier that may move."""
     first, second = (_mover(layout, placement_id, collision.ids) for placement_id in collision.ids)
     if first == second:

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Iterator
-from itertools import chain
+from itertools import chain, islice
 
 from labgym.layouts.adjust import swaps
 from labgym.layouts.model import FLOOR
 from labgym.layouts.moves import apply, may_move
-from labgym.layouts.relocation import free_places
+from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.changes import moved_furniture
-from labgym.layouts.repairs.furniture import PLACES, elsewhere
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility import FacilityIssue, supply_issues
 
-ADVISED_PLACES = 60
-"""Maximum number of free places tried for a piece that a warning concerns."""
+BERTHS = 40
+"""Maximum number of poses tried for a piece that a warning concerns."""
 
 
 def advised(before: State, state: State) -> State:
@@ -37,7 +37,7 @@ def advised(before: State, state: State) -> State:
             continue
         if state.layout.placement(item).support != FLOOR or not may_move(state.layout, item):
             continue
-        places = chain(free_places(state.layout, item, ADVISED_PLACES), elsewhere(state.layout, item, PLACES))
+        places = islice(berths(state.layout, item), BERTHS)
         unsupplied = any(item in issue.ids and issue.rule == "supply" for issue in warnings)
         supply = len(supply_issues(state.assessment.arrangement)) if unsupplied else math.inf
         for command in chain(places, swaps(state.layout, item) if item in named else ()):
@@ -45,11 +45,16 @@ def advised(before: State, state: State) -> State:
             if unsupplied and len(supply_issues(Arrangement.of(candidate))) >= supply:
                 continue
             proposed = state.with_layout_at_most(candidate, state.rank.cost)
-            if proposed is not None and proposed.rank < state.rank:
+            if proposed is not None and proposed.rank < state.rank and not rules_of(proposed) - rules_of(state):
                 state = proposed
                 break
     crowded = {item for issue in _open_warnings(before, state, touched) for item in issue.ids} & moved
     return reinserted(state, moved, crowded) if crowded else state
+
+
+def rules_of(state: State) -> Counter[str]:
+    """Return the rules of the facility warnings with the number of warnings."""
+    return Counter(issue.rule for issue in state.assessment.warnings)
 
 
 def _standing_wrong(state: State) -> Iterator[str]:

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, product
 
+import numpy as np
+
 from labgym.assets import Asset
-from labgym.geometry import BoxArray, to_world
+from labgym.geometry import BoxArray, OrientedBox, rotate, to_world
+from labgym.geometry.overlap import paired_inset
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import FLOOR, Layout
-from labgym.layouts.moves import Move, Place, apply, may_move, replaced
+from labgym.layouts.moves import Place, apply, may_move, replaced
 from labgym.layouts.rearrange import rearrangements
-from labgym.layouts.relocation import free_places
+from labgym.layouts.relocation import WALL_GAP, free_places
+from labgym.layouts.repair import brought_inside, pushed_apart
 from labgym.layouts.repairs.rank import State
-from labgym.layouts.rules.building import building_of
+from labgym.layouts.rules.building import Building, building_of
+from labgym.layouts.rules.collisions import collisions
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.thresholds import PENETRATION
+from labgym.layouts.rules.thresholds import ONE_SIDED, PENETRATION, SURFACE_TOLERANCE
 from labgym.layouts.surroundings import grounds
 from labgym.layouts.tidying import tidied
 
@@ -32,6 +37,12 @@ SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 """Places tried between the two ends of those at which a load stands on its furniture, along each side."""
 BEST = 3
 """Of these places, as many as have the lowest cost without ways are verified."""
+NEAR_WALL = 0.5
+"""Distance from a wall up to which furniture goes back to it under its load, meters."""
+MOST_FLUSH = 40
+"""Maximum number of objects that are moved back within the tolerances."""
+OVERHANG = SURFACE_TOLERANCE / 2.0
+"""Items that hang farther over the edge of a surface are moved back, meters."""
 EVERYWHERE: Interval = (-math.inf, math.inf)
 
 
@@ -68,14 +79,29 @@ def _under_load(layout: Layout, carrier: str) -> Iterator[Layout]:
         across = _shared(across, [y for _, y in corners], surface.depth)
     if along[0] > along[1] or across[0] > across[1]:
         return
-    placement = layout.placement(carrier)
-    building, cosine, sine = building_of(layout), math.cos(placement.yaw), math.sin(placement.yaw)
-    x, y, z = placement.position
+    placement, building, box = layout.placement(carrier), building_of(layout), layout.box(carrier)
+    positions: dict[tuple[float, float, float], None] = {}
     for dx, dy in sorted(product(_shifts(along), _shifts(across)), key=lambda shift: math.hypot(*shift)):
-        shifted = replace(layout.box(carrier), x=x + dx * cosine - dy * sine, y=y + dx * sine + dy * cosine)
-        inward = building.inward(shifted)
-        position = (round(shifted.x + inward[0], 6), round(shifted.y + inward[1], 6), z)
+        back = _to_wall(building, _shifted(box, dx, dy)) if layout.asset(carrier).size.depth < ONE_SIDED else 0.0
+        for shift in dict.fromkeys((dy - back, dy) if dy - back >= across[0] else (dy,)):
+            shifted = _shifted(box, dx, shift)
+            inward = building.inward(shifted)
+            position = (round(shifted.x + inward[0], 6), round(shifted.y + inward[1], 6), placement.position[2])
+            positions.setdefault(position)
+    for position in positions:
         yield replaced(layout, {carrier: placement.model_copy(update={"position": position})})
+
+
+def _shifted(box: OrientedBox, dx: float, dy: float) -> OrientedBox:
+    """Return a box moved in its own frame."""
+    x, y = rotate(dx, dy, box.yaw)
+    return replace(box, x=box.x + x, y=box.y + y)
+
+
+def _to_wall(building: Building, box: OrientedBox) -> float:
+    """Return how far a box that stands near a wall can move back to it, meters; 0 without a wall near it."""
+    gap = float(np.abs(building.gaps(box.corners()[:2])).max(axis=1).min())
+    return gap - WALL_GAP if WALL_GAP < gap <= NEAR_WALL else 0.0
 
 
 def _shared(interval: Interval, coordinates: list[float], length: float) -> Interval:
@@ -188,18 +214,42 @@ def placed_anew(state: State, levels: int) -> State:
     return best
 
 
-def flush(state: State) -> State:
-    """Return the state after furniture that reaches into a wall, if only within the tolerance, was moved out of it."""
-    building = building_of(state.layout)
-    pieces = [p.id for p in state.layout.placements if p.support == FLOOR and may_move(state.layout, p.id)]
-    if not pieces:
-        return state
-    reach = building.outside(BoxArray.of([state.layout.box(item) for item in pieces]))
-    for item, depth in zip(pieces, reach.tolist(), strict=True):
-        if depth > PENETRATION / 2.0:
-            proposed = state.with_layout(apply(state.layout, Move(item, *building.inward(state.layout.box(item)))))
-            state = proposed if proposed.rank <= state.rank else state
+def flush(state: State, moved: Collection[str]) -> State:
+    """Return the state without overlaps that only the tolerances allow: a judge with others would see a fault.
+
+    What reaches into a wall or over an edge is moved back, and what the repair has moved out of other objects.
+
+    Args:
+        moved: ids of the objects that the repair has moved.
+    """
+    for item in _reaching(state):
+        if may_move(state.layout, item):
+            state = _not_worse(state, brought_inside(state.layout, item))
+    for collision in collisions(state.assessment.arrangement, PENETRATION / 2.0):
+        if any(state.layout.root(item).id in moved or item in moved for item in collision.ids):
+            state = _not_worse(state, pushed_apart(state.layout, collision))
     return state
+
+
+def _reaching(state: State) -> list[str]:
+    """Return the objects that reach into a wall or over the edge of a surface within the tolerance."""
+    building, arrangement = building_of(state.layout), state.assessment.arrangement
+    pieces = [p.id for p in state.layout.placements if p.support == FLOOR]
+    deep = building.outside(BoxArray.of([state.layout.box(item) for item in pieces])) if pieces else ()
+    reaching = [item for item, depth in zip(pieces, deep, strict=True) if depth > PENETRATION / 2.0]
+    if arrangement.supported:
+        surfaces = BoxArray.of([arrangement.surface(row) for row in arrangement.supported])
+        insets = paired_inset(arrangement.take(arrangement.supported), surfaces)
+        over = [row for row, inset in zip(arrangement.supported, insets, strict=True) if -inset > OVERHANG]
+        reaching += [arrangement.placements[row].id for row in over]
+    return reaching[:MOST_FLUSH]
+
+
+def _not_worse(state: State, layout: Layout) -> State:
+    if layout.placements == state.layout.placements:
+        return state
+    proposed = state.with_layout(layout)
+    return proposed if proposed.rank <= state.rank else state
 
 
 def settled(state: State) -> bool:

@@ -15,7 +15,7 @@ from labgym.layouts.repair import fast_repair
 from labgym.layouts.repairs.additions import with_cabinets, with_missing
 from labgym.layouts.repairs.advice import advised
 from labgym.layouts.repairs.apparatus import gathered
-from labgym.layouts.repairs.changes import Change, changes, moved_furniture
+from labgym.layouts.repairs.changes import Change, changes, moved_furniture, moved_ids
 from labgym.layouts.repairs.economy import economical
 from labgym.layouts.repairs.furniture import flush, placed_anew, relocated, settled, under_loads
 from labgym.layouts.repairs.hanging import hung, taken_down
@@ -88,7 +88,8 @@ def repair_layout(
     if state is not start and state.rank.narrow:
         state = _recorded(trace, "ways", widened(state, moved_furniture(layout, state.layout)))
     if state is not start:
-        state = _recorded(trace, "economy", flush(advised(start, economical(start, state))))
+        state = advised(start, economical(start, state))
+        state = _recorded(trace, "economy", flush(state, moved_ids(layout, state.layout)))
     return Repair(
         layout if state is start else state.layout,
         start.assessment,
@@ -133,6 +134,8 @@ def _round(layout: Layout, state: State, adjuster: Adjuster | None, trace: Recor
     pushed = _better(state, fast_repair(state.layout, state.profile))
     state = record("fast_repair", pushed if settled(pushed) else state)
     state = record("additions", with_cabinets(with_missing(state)))
+    if curable(state) and not settled(state):
+        state = record("furniture", reinserted(state))
     if curable(state):
         state = record("furniture", relocated(state))
         state = record("surfaces", resettled(_better(state, fast_repair(state.layout, state.profile))))

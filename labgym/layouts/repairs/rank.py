@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property, total_ordering
 
 from labgym.layouts.model import Layout
-from labgym.layouts.rules.egress import MARGIN, narrow_exits
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.egress import MARGIN, blocked_places, narrow_exits
+from labgym.layouts.rules.facility import HOOD_DOOR_LEAST
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.protocols import Protocol
@@ -15,6 +17,26 @@ DIGITS = 9
 """Decimals of the fitness that count."""
 ORDER = ("missing", "cost", "narrow", "warnings", "shortfall")
 """Properties of a rank, the first one that differs decides."""
+
+
+def narrowness(arrangement: Arrangement) -> int:
+    """Return the number of exits whose ways out are too narrow, measured strictly, and of blocked places of work.
+
+    The rule lets ways pass that are up to 35 mm narrower, pushes open doors aside, and does not consider places of work
+    that lie in an obstacle.
+    """
+    return len(narrow_exits(arrangement, margin=MARGIN, leaves=True)) + len(blocked_places(arrangement))
+
+
+def discouraged(assessment: Assessment, walks: bool = True) -> int:
+    """Return the number of facility warnings; a hood that is nearer to a door than 1 m counts twice.
+
+    Args:
+        walks: whether walks to emergency showers count.
+    """
+    issues = [issue for issue in assessment.warnings if walks or issue.rule != "shower_walk"]
+    at_doors = sum(issue.rule == "hood_door" and issue.limit == HOOD_DOOR_LEAST for issue in issues)
+    return len(issues) + at_doors
 
 
 @total_ordering
@@ -39,18 +61,13 @@ class Rank:
 
     @cached_property
     def narrow(self) -> int:
-        """Number of exits from which a way out is narrower than required, measured strictly.
-
-        The rule lets ways pass that are up to 35 mm narrower, and pushes open doors aside. 0 without navigation.
-        """
-        if not self.assessment.navigation:
-            return 0
-        return len(narrow_exits(self.assessment.arrangement, margin=MARGIN, leaves=True))
+        """Narrow exits and blocked places of work, as `narrowness` counts them; 0 without navigation."""
+        return narrowness(self.assessment.arrangement) if self.assessment.navigation else 0
 
     @cached_property
     def warnings(self) -> int:
-        """Number of facility warnings."""
-        return len(self.assessment.warnings)
+        """Number of facility warnings, as `discouraged` counts them."""
+        return discouraged(self.assessment)
 
     @cached_property
     def shortfall(self) -> float:

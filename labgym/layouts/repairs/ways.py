@@ -9,9 +9,9 @@ from itertools import chain, islice
 from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Command, Move, apply, may_move
 from labgym.layouts.relocation import free_places
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import State, narrowness
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.egress import MARGIN, NarrowWay, narrow_exits, narrow_ways
+from labgym.layouts.rules.egress import MARGIN, NarrowWay, narrow_ways
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH, MOVABLE
 from labgym.navigation import goal_pose
 
@@ -52,7 +52,7 @@ def widened(state: State, first: Collection[str] = ()) -> State:
 
 def _wider(best: State, layout: Layout) -> State | None:
     """Return the state of a layout if it has fewer faults than the best one or wider ways, else None."""
-    if not best.rank.cost and len(narrow_exits(Arrangement.of(layout), margin=MARGIN, leaves=True)) >= best.rank.narrow:
+    if not best.rank.cost and narrowness(Arrangement.of(layout)) >= best.rank.narrow:
         return None
     proposed = best.with_layout_at_most(layout, best.rank.cost)
     return proposed if proposed is not None and proposed.rank.clears(best.rank) else None

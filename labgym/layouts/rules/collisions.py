@@ -28,14 +28,14 @@ class Collision:
     volume: float
 
 
-def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
-    """Return the pairs that overlap by more than 1 mm on every axis.
+def collisions(arrangement: Arrangement, depth: float = PENETRATION) -> tuple[Collision, ...]:
+    """Return the pairs that overlap by more than a depth in meters on every axis, by default 1 mm.
 
     Solids are bounding boxes, and of hollow objects the shell, so that an item inside collides with walls and shelves
     and not with the hollow; open drawers and doors are solids of their object. Parts of one object never collide, nor
     do the pieces of one assembled apparatus; touching objects do not collide.
     """
-    first, second = _close_pairs(arrangement)
+    first, second = _close_pairs(arrangement, depth)
     if not len(first):
         return ()
     solids = arrangement.solids.boxes
@@ -44,7 +44,7 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     deepest = np.full(len(first), -np.inf)
     np.maximum.at(deepest, pair, depths)
     overlaps = []
-    for k in np.flatnonzero(deepest > PENETRATION + 1e-9):
+    for k in np.flatnonzero(deepest > depth + 1e-9):
         if arrangement.assembled(int(first[k]), int(second[k])):
             continue
         parts = np.flatnonzero((pair == k) & (depths > 0.0))
@@ -54,11 +54,11 @@ def collisions(arrangement: Arrangement) -> tuple[Collision, ...]:
     return tuple(overlaps)
 
 
-def _close_pairs(arrangement: Arrangement) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _close_pairs(arrangement: Arrangement, depth: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows i < j whose axis-aligned bounds overlap by more than the permitted depth."""
     low, high = arrangement.bounds
     overlap = np.minimum(high[:, None], high[None]) - np.maximum(low[:, None], low[None])
-    first, second = np.nonzero(np.triu((overlap > PENETRATION).all(axis=2), k=1))
+    first, second = np.nonzero(np.triu((overlap > depth).all(axis=2), k=1))
     return first, second
 
 

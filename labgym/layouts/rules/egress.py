@@ -83,6 +83,13 @@ def narrow_exits(
     return [tuple(place.id for place in missed) for _, missed in exits]
 
 
+def blocked_places(arrangement: Arrangement, width: float = EGRESS_WIDTH) -> tuple[str, ...]:
+    """Return the placements whose place of work lies in an obstacle, so that no way of any width leads to it."""
+    floor, obstacles, leaves, places = _scene(arrangement, width, leaves=False)
+    field = _Clearance.of(floor, obstacles, leaves)
+    return tuple(place.id for place in places if field.at(place.x, place.y) <= 0.0)
+
+
 def _scene(
     arrangement: Arrangement, width: float, leaves: bool
 ) -> tuple[Room | Floor, tuple[OrientedBox, ...], tuple[OrientedBox, ...], tuple[_Place, ...]]:
