@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
-from labgym.layouts.adjust import Adjuster
+from labgym.layouts.adjust import Adjuster, RuleAdjuster
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Assign, Command, apply, may_move
 from labgym.layouts.optimise import optimise_assessed
@@ -15,12 +15,17 @@ from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.objective import Assessment, evaluate_layout, judged_transitions
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.trace import Recorder
+from labgym.layouts.work import LimitedAdjuster, Work, WorkLimitError
 from labgym.navigation import Transition
 from labgym.protocols import Protocol
 
 ITERATIONS = 8
+UNITS = 10_000_000
+"""Limit of work, as `labgym.layouts.work` counts it: no layout of a generator comes near it."""
 PATIENCE = 3
 """Number of iterations without a drop of the unreachable rate after which the refinement stops."""
+MOST_SINGLES = 200
+"""Maximum number of single commands whose effect on the transitions is determined in one iteration."""
 SINGLES = 6
 """Maximum number of single commands that are repaired and verified in one iteration."""
 PLACES = 4
@@ -37,8 +42,8 @@ def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default
     of pieces that face a wall, and for each object and axis the largest translation that frees the robot. All updates
     together and the best single ones are applied with what stands on the furniture, **repaired by `optimise`, and only
     then judged**. If none is accepted, what is in the way is placed anew. The iterations end if every transition is
-    feasible, no update is accepted, or the unreachable rate has not dropped `PATIENCE` times. Fixed objects never move.
-    Deterministic.
+    feasible, no update is accepted, the unreachable rate has not dropped `PATIENCE` times, or the limit of work is
+    reached. Fixed objects never move. Deterministic.
     """
     return refine_assessed(layout, evaluate_layout(layout, protocol, profile, navigation=True), protocol)[0]
 
@@ -66,12 +71,16 @@ def refine_assessed(
     if trace is not None:
         trace.begin(layout, protocol, current.profile)
     profile = current.profile
-    judge = partial(_repaired, protocol=protocol, profile=profile, adjuster=adjuster, repair=repair, solver=solver)
+    limited = LimitedAdjuster(adjuster if adjuster is not None else RuleAdjuster(), Work(UNITS))
+    judge = partial(_repaired, protocol=protocol, profile=profile, adjuster=limited, repair=repair, solver=solver)
     least, stalled = len(_failures(current)), 0
     for _ in range(ITERATIONS):
         if least == 0 or stalled >= PATIENCE:
             break
-        update = _update(layout, current, protocol, judge, trace)
+        try:
+            update = _update(layout, current, protocol, judge, trace)
+        except WorkLimitError:
+            break
         if trace is not None:
             trace.update("refine", None, layout if update is None else update[0])
         if update is None:
@@ -126,7 +135,7 @@ def _commands(
         yield together
     pushed = (push.command for place in places for push in translations(layout, place))
     every: list[Command] = [*_reassignments(layout, failures), *turns, *pushed]
-    singles = list(dict.fromkeys(every))
+    singles = list(dict.fromkeys(every))[:MOST_SINGLES]
     unreachable = {command: _unreachable(apply(layout, command), protocol) for command in singles}
     for command in sorted(singles, key=unreachable.__getitem__)[:SINGLES]:
         yield (command,)

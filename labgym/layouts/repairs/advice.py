@@ -52,6 +52,12 @@ def advised(before: State, state: State) -> State:
     return reinserted(state, moved, crowded) if crowded else state
 
 
+def warned(before: State, state: State) -> bool:
+    """Whether a facility warning is new and names a piece that the repair has moved."""
+    moved = moved_furniture(before.layout, state.layout)
+    return any(_is_new(issue, before) and not moved.isdisjoint(issue.ids) for issue in state.assessment.warnings)
+
+
 def rules_of(state: State) -> Counter[str]:
     """Return the rules of the facility warnings with the number of warnings."""
     return Counter(issue.rule for issue in state.assessment.warnings)

@@ -22,7 +22,6 @@ from labgym.layouts.repair import brought_inside, pushed_apart
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.rules.building import Building, building_of
 from labgym.layouts.rules.collisions import collisions
-from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.thresholds import ONE_SIDED, PENETRATION, SURFACE_TOLERANCE
 from labgym.layouts.surroundings import grounds
 from labgym.layouts.tidying import tidied
@@ -59,7 +58,7 @@ def under_loads(state: State) -> State:
         if carrier.support != FLOOR or carrier.fixed or not left:
             continue
         candidates = list(_under_load(state.layout, carrier.id))
-        costs = [evaluate_layout(each, state.protocol, state.profile).cost for each in candidates]
+        costs = [state.assessed(each, state.protocol).cost for each in candidates]
         best = state
         for index in sorted(range(len(candidates)), key=costs.__getitem__)[:BEST]:
             proposed = state.with_layout(candidates[index])
@@ -143,7 +142,7 @@ def _relocation(state: State) -> State | None:
 
 def _at_better_place(state: State, places: Iterable[Place]) -> State | None:
     """Return the state with a piece at the first of some places that has a lower cost, without more warnings if any."""
-    base = evaluate_layout(state.layout, state.protocol, state.profile).cost
+    base = state.assessed(state.layout, state.protocol).cost
     best = state
     for place in places:
         proposed = state.with_layout_at_most(apply(state.layout, place), base - 1)

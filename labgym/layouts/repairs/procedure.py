@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 
-from labgym.layouts.adjust import Adjuster
+from labgym.layouts.adjust import Adjuster, RuleAdjuster
 from labgym.layouts.combination import combination
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import may_move
@@ -13,7 +12,7 @@ from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.repairs.additions import with_cabinets, with_missing
-from labgym.layouts.repairs.advice import advised
+from labgym.layouts.repairs.advice import advised, warned
 from labgym.layouts.repairs.apparatus import gathered
 from labgym.layouts.repairs.changes import Change, changes, moved_furniture, moved_ids
 from labgym.layouts.repairs.economy import economical
@@ -26,6 +25,7 @@ from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.trace import Recorder
+from labgym.layouts.work import LimitedAdjuster, WorkLimitError
 from labgym.protocols import Protocol
 
 ROUNDS = 3
@@ -64,7 +64,8 @@ def repair_layout(
     Items return to surfaces and reagents to their cabinets, furniture is pushed apart, returned to walls or placed anew
     by the solver, what the protocol requires and is missing is added, and the optimization and the refinement for
     navigation run over the rest. A stage is kept if the layout has fewer faults after it; what need not have moved is
-    put back in the end. Fixed objects stay exactly where they are. Deterministic.
+    put back in the end. Fixed objects stay exactly where they are. A layout so large or so broken that its repair
+    reaches a limit of work is returned as it is then, with that as a problem. Deterministic.
 
     Args:
         layout: any layout.
@@ -75,28 +76,70 @@ def repair_layout(
     """
     protocol = protocol if protocol is not None else _protocol_of(layout)
     start = State.of(layout, protocol, profile)
-    state = start
     if trace is not None:
         trace.begin(layout, protocol, start.profile)
-    for _ in range(ROUNDS):
-        if not curable(state):
-            break
-        before = state
-        state = _round(layout, state, adjuster, trace)
-        if not state.rank < before.rank:
-            break
-    if state is not start and state.rank.narrow:
-        state = _recorded(trace, "ways", widened(state, moved_furniture(layout, state.layout)))
-    if state is not start:
-        state = advised(start, economical(start, state))
-        state = _recorded(trace, "economy", flush(state, moved_ids(layout, state.layout)))
+    progress = Progress(start, trace)
+    unfinished: tuple[str, ...] = ()
+    try:
+        _run(start, progress, adjuster)
+    except WorkLimitError as limit:
+        unfinished = (str(limit),)
+    state = progress.state
     return Repair(
         layout if state is start else state.layout,
         start.assessment,
         state.assessment,
         changes(layout, state.layout),
-        problems(state),
+        problems(state) + (unfinished if not state.rank.sound else ()),
     )
+
+
+@dataclass
+class Progress:
+    """The state after the last stage."""
+
+    state: State
+    trace: Recorder | None
+
+    def record(self, stage: str, state: State) -> State:
+        """Return a state after recording it."""
+        self.state = state
+        if self.trace is not None:
+            self.trace.update("repair", stage, state.layout)
+        return state
+
+
+def _run(start: State, progress: Progress, adjuster: Adjuster | None) -> None:
+    """Carry out rounds of all stages.
+
+    If faults or new warnings are left, all furniture that was moved is taken out of the damaged layout together.
+    """
+    state = start
+    for _ in range(ROUNDS):
+        if not curable(state):
+            break
+        before = state
+        state = _round(start.layout, state, adjuster, progress)
+        if not state.rank < before.rank:
+            break
+    if state is start:
+        return
+    state = progress.record("economy", _concluded(start, state))
+    if not state.rank.sound or state.rank.narrow or warned(start, state):
+        anew = resettled(under_loads(start))
+        moved = moved_furniture(start.layout, state.layout)
+        other = reinserted(anew, {piece for piece in moved if piece in anew.layout.by_id})
+        if other is not anew:
+            other = _concluded(start, with_cabinets(with_missing(hung(resettled(other)))))
+            state = progress.record("furniture", other if other.rank < state.rank else state)
+
+
+def _concluded(start: State, state: State) -> State:
+    """Return the state with wider ways, what need not have moved put back, and fewer warnings."""
+    if state.rank.narrow:
+        state = widened(state, moved_furniture(start.layout, state.layout))
+    state = advised(start, economical(start, state))
+    return flush(state, moved_ids(start.layout, state.layout))
 
 
 def problems(state: State) -> tuple[str, ...]:
@@ -122,13 +165,13 @@ def _protocol_of(layout: Layout) -> Protocol | None:
     return combination(several, layout.catalog) if len(several) > 1 else layout.protocol
 
 
-def _round(layout: Layout, state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
+def _round(layout: Layout, state: State, adjuster: Adjuster | None, progress: Progress) -> State:
     """Return the state after every stage, each of which is kept if it improves the rank.
 
     Args:
         layout: the layout before the repair.
     """
-    record = partial(_recorded, trace)
+    record = progress.record
     state = record("loads", under_loads(state))
     state = record("surfaces", hung(gathered(resettled(state))))
     pushed = _better(state, fast_repair(state.layout, state.profile))
@@ -147,15 +190,8 @@ def _round(layout: Layout, state: State, adjuster: Adjuster | None, trace: Recor
     if curable(state):
         state = record("furniture", resettled(placed_anew(state, LEVELS)))
     if curable(state):
-        state = record("undo", _optimised(state, adjuster, trace))
+        state = record("undo", _optimised(state, adjuster, progress.trace))
         state = record("surfaces", resettled(state))
-    return state
-
-
-def _recorded(trace: Recorder | None, stage: str, state: State) -> State:
-    """Return a state after recording it."""
-    if trace is not None:
-        trace.update("repair", stage, state.layout)
     return state
 
 
@@ -180,10 +216,11 @@ def _better(state: State, layout: Layout) -> State:
 
 def _optimised(state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
     """Return the state after the optimization and, if only ways are left to clear, the refinement for navigation."""
-    layout, assessment = optimise_assessed(state.layout, state.protocol, state.profile, adjuster, trace)
+    limited = LimitedAdjuster(adjuster if adjuster is not None else RuleAdjuster(), state.work)
+    layout, assessment = optimise_assessed(state.layout, state.protocol, state.profile, limited, trace)
     blocked = sum(not leg.feasible for leg in assessment.drives)
     if state.protocol is not None and blocked and blocked == assessment.v:
         # The solver has tried by now; for every update of the refinement it would take minutes.
-        layout, assessment = refine_assessed(layout, assessment, state.protocol, adjuster, trace=trace, solver=False)
-    proposed = State(layout, assessment, state.protocol)
+        layout, assessment = refine_assessed(layout, assessment, state.protocol, limited, trace=trace, solver=False)
+    proposed = replace(state, layout=layout, assessment=assessment)
     return proposed if proposed.rank < state.rank else state

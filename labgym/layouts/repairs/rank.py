@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property, total_ordering
 
 from labgym.layouts.model import Layout
@@ -11,6 +11,7 @@ from labgym.layouts.rules.egress import MARGIN, blocked_places, narrow_exits
 from labgym.layouts.rules.facility import HOOD_DOOR_LEAST
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.work import Work
 from labgym.protocols import Protocol
 
 DIGITS = 9
@@ -115,12 +116,16 @@ class Rank:
 
 @dataclass(frozen=True)
 class State:
-    """A layout with its assessment, by default with navigation, and its rank."""
+    """A layout with its assessment, by default with navigation, and its rank.
+
+    Every assessment of a later version is charged to the same work.
+    """
 
     layout: Layout
     assessment: Assessment
     protocol: Protocol | None
     navigation: bool = True
+    work: Work = field(default_factory=Work, compare=False)
 
     @classmethod
     def of(cls, layout: Layout, protocol: Protocol | None, profile: str | Profile, navigation: bool = True) -> State:
@@ -131,19 +136,26 @@ class State:
         """Return the state of another version of the layout."""
         profile, earlier = self.assessment.profile, self.assessment
         assessment = evaluate_layout(layout, self.protocol, profile, self.navigation, earlier)
-        return State(layout, assessment, self.protocol, self.navigation)
+        self.work.spend(assessment)
+        return replace(self, layout=layout, assessment=assessment)
+
+    def assessed(self, layout: Layout, protocol: Protocol | None) -> Assessment:
+        """Return the assessment without ways of a version of the layout, or of a part of it."""
+        assessment = evaluate_layout(layout, protocol, self.assessment.profile)
+        self.work.spend(assessment)
+        return assessment
 
     def with_layout_at_most(self, layout: Layout, cost: int) -> State | None:
         """Return the state of another version of the layout, None if its cost exceeds a limit even without ways.
 
         Ways take most of the time of an assessment; they are not planned for versions above the limit.
         """
-        assessment = evaluate_layout(layout, self.protocol, self.assessment.profile)
+        assessment = self.assessed(layout, self.protocol)
         if assessment.cost > cost:
             return None
         if self.navigation:
             assessment = assessment.with_navigation(self.protocol)
-        return State(layout, assessment, self.protocol, self.navigation)
+        return replace(self, layout=layout, assessment=assessment)
 
     @property
     def profile(self) -> Profile:

@@ -13,7 +13,6 @@ from labgym.layouts.moves import Place, apply, descendants, may_move
 from labgym.layouts.repairs.berths import behind_poses, berths
 from labgym.layouts.repairs.rank import State, discouraged, narrowness
 from labgym.layouts.rules.facility import TALL
-from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.supplies import BURNERS
 from labgym.layouts.rules.thresholds import ONE_SIDED
 from labgym.layouts.tidying import tidied
@@ -188,7 +187,7 @@ def _place(state: State, layout: Layout, piece: str, least: Faults, stays: bool)
 
 def _faults(state: State, layout: Layout, limit: Faults | None = None) -> Faults:
     """Return the faults of furniture without what stands on it; above a limit only as many as exceed it."""
-    assessment = evaluate_layout(layout, None, state.profile)
+    assessment = state.assessed(layout, None)
     cost = assessment.cost
     if limit is not None and cost > limit[0]:
         return cost, 0, 0

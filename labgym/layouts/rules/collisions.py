@@ -43,11 +43,12 @@ def collisions(arrangement: Arrangement, depth: float = PENETRATION) -> tuple[Co
     depths = paired_penetration(_rows(solids, a), _rows(solids, b))
     deepest = np.full(len(first), -np.inf)
     np.maximum.at(deepest, pair, depths)
+    bounds = np.searchsorted(pair, np.arange(len(first) + 1))
     overlaps = []
     for k in np.flatnonzero(deepest > depth + 1e-9):
         if arrangement.assembled(int(first[k]), int(second[k])):
             continue
-        parts = np.flatnonzero((pair == k) & (depths > 0.0))
+        parts = bounds[k] + np.flatnonzero(depths[bounds[k] : bounds[k + 1]] > 0.0)
         volume = sum(overlap_volume(_box(solids, int(a[p])), _box(solids, int(b[p]))) for p in parts)
         ids = arrangement.placements[first[k]].id, arrangement.placements[second[k]].id
         overlaps.append(Collision(ids, float(deepest[k]), volume))
