@@ -11,7 +11,7 @@ from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
 
-UNITS = 3_000_000
+UNITS = 2_000_000
 """Units of a repair. Of 300 repairs of damaged layouts none took more than a third."""
 TRIALS = 30
 """Assessments for which an adjustment is charged: it verifies at most twice as many commands."""

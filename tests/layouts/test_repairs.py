@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
-from shapely import Polygon
+from laboratories import island_laboratory, put
+from shapely import LineString, Polygon
 
 from labgym.assets import Size
 from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.damage import damaged
-from labgym.layouts.moves import Move, Rotate, Settle, apply, replaced
+from labgym.layouts.moves import Move, Place, Rotate, Settle, apply, replaced
 from labgym.layouts.repairs import repair_layout
+from labgym.layouts.repairs.berths import berths
+from labgym.layouts.repairs.furniture import flush
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.resettling import lying
 from labgym.layouts.rules import thresholds
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.egress import blocked_places
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.settling import free_spots, homes
 from labgym.layouts.spoiling import SPOILINGS
@@ -204,3 +211,82 @@ def test_furniture_that_is_taken_out_comes_back_without_overlaps(room):
         for other in standing:
             if other != item:
                 assert outline(state.layout, item).intersection(outline(state.layout, other)).area < 1e-6
+
+
+def test_berths_are_free_and_those_of_a_hood_keep_off_doors_if_any_does(room):
+    hood = "FumeHood_1"
+    places = list(islice(berths(room, hood), 20))
+    assert len(places) > 5
+    inside = Polygon([(0, 0), (room.room.width, 0), (room.room.width, room.room.depth), (0, room.room.depth)])
+    rest = [outline(room, p.id) for p in room.placements if p.support == "floor" and p.id != hood]
+    gaps = []
+    for place in places:
+        after = apply(room, place)
+        footprint = outline(after, hood)
+        assert inside.buffer(1e-6).covers(footprint)
+        assert all(footprint.intersection(other).area < 1e-6 for other in rest)
+        gaps.append(min(footprint.distance(door) for door in doorways(room)))
+    warned = [(gap < 1.0) + (gap < 3.0) for gap in gaps]
+    assert warned == sorted(warned)
+
+
+def doorways(layout: Layout) -> list[LineString]:
+    """The doors of a rectangular room as lines on its sides."""
+    room, lines = layout.room, []
+    for door in layout.room.doors:
+        ends = (door.offset - door.width / 2, door.offset + door.width / 2)
+        across = {"front": 0.0, "back": room.depth, "left": 0.0, "right": room.width}[door.wall]
+        points = [(end, across) if door.wall in ("front", "back") else (across, end) for end in ends]
+        lines.append(LineString(points))
+    return lines
+
+
+def test_a_bench_returns_behind_the_one_that_it_stood_back_to_back_with():
+    first, second = put("front", "LabBench1200", 4.0, 3.4), put("behind", "LabBench1200", 4.0, 2.63, yaw=math.pi)
+    layout = island_laboratory()
+    layout = layout.replace(
+        placements=(*(p for p in layout.placements if layout.asset(p.id).size.depth < 1.2), first, second)
+    )
+    sound = State.of(layout, None, "default")
+    assert not sound.assessment.errors
+    spoilt = apply(layout, Place("behind", 5.6, 2.2, 0.7))
+    assert State.of(spoilt, None, "default").rank.cost > 0
+    after = repair_layout(spoilt).layout
+    assert after.placement("front") == first
+    assert outline(after, "behind").distance(outline(after, "front")) < 0.01
+    assert math.cos(after.placement("behind").yaw - first.yaw) == pytest.approx(-1.0)
+
+
+def test_what_hangs_over_an_edge_within_the_tolerance_is_moved_back(room):
+    state = State.of(room, room.protocol, "default")
+    item = next(p for p in room.placements if p.asset == "Laptop" and not room.children(p.id))
+    surface = room.surface(item.support, item.slot)
+    reach = surface.to_local(*[float(c) for c in room.box(item.id).corners()[0]])
+    axis = 0 if abs(reach[0]) / surface.width > abs(reach[1]) / surface.depth else 1
+    ends = [surface.to_local(float(x), float(y))[axis] for x, y in room.box(item.id).corners()]
+    limit = (surface.width, surface.depth)[axis] / 2 + 0.0049
+    shift = min((limit - max(ends), -limit - min(ends)), key=abs)
+    origin, there = surface.to_world(0.0, 0.0), surface.to_world(*((shift, 0.0) if axis == 0 else (0.0, shift)))
+    hanging = apply(room, Move(item.id, there[0] - origin[0], there[1] - origin[1]))
+    assert not Polygon(surface.corners()).buffer(0.004, join_style="mitre").covers(outline(hanging, item.id))
+    after = flush(replace(state, layout=hanging, assessment=evaluate_layout(hanging, room.protocol)), ())
+    assert Polygon(surface.corners()).buffer(1e-6).covers(outline(after.layout, item.id))
+
+
+def test_a_place_of_work_inside_of_furniture_counts_as_a_narrow_way(room):
+    cabinet = room.box("GlasswareCabinet_1")
+    stool = next(p for p in room.placements if p.support == "floor" and room.asset(p.id).size.depth >= 1.2)
+    x, y = (
+        cabinet.x + cabinet.front[0] * (cabinet.depth / 2 + 0.6),
+        cabinet.y + cabinet.front[1] * (cabinet.depth / 2 + 0.6),
+    )
+    assert "GlasswareCabinet_1" not in blocked_places(Arrangement.of(room))
+    assert "GlasswareCabinet_1" in blocked_places(Arrangement.of(apply(room, Place(stool.id, x, y, 0.0))))
+
+
+def test_a_repair_stops_at_its_limit_of_work_and_says_so(room):
+    spoilt, _ = harmed(room, "furniture_stacked", 4)
+    result = repair_layout(spoilt, units=3000)
+    assert result.after.cost <= result.before.cost
+    assert "limit of work" in result.problems[-1]
+    assert repair_layout(spoilt, units=3000).layout.hash == result.layout.hash

@@ -25,7 +25,7 @@ from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.trace import Recorder
-from labgym.layouts.work import LimitedAdjuster, WorkLimitError
+from labgym.layouts.work import UNITS, LimitedAdjuster, Work, WorkLimitError
 from labgym.protocols import Protocol
 
 ROUNDS = 3
@@ -58,6 +58,7 @@ def repair_layout(
     profile: str | Profile = "default",
     adjuster: Adjuster | None = None,
     trace: Recorder | None = None,
+    units: int = UNITS,
 ) -> Repair:
     """Return a layout without the faults of another, as far as they can be repaired.
 
@@ -73,9 +74,10 @@ def repair_layout(
         profile: thresholds.
         adjuster: proposes commands in the optimization; rules and search by default.
         trace: records the state after each stage, and the iterations of the optimization and the refinement.
+        units: limit of work (`labgym.layouts.work`).
     """
     protocol = protocol if protocol is not None else _protocol_of(layout)
-    start = State.of(layout, protocol, profile)
+    start = replace(State.of(layout, protocol, profile), work=Work(units))
     if trace is not None:
         trace.begin(layout, protocol, start.profile)
     progress = Progress(start, trace)
