@@ -213,21 +213,20 @@ def test_furniture_that_is_taken_out_comes_back_without_overlaps(room):
                 assert outline(state.layout, item).intersection(outline(state.layout, other)).area < 1e-6
 
 
-def test_berths_are_free_and_those_of_a_hood_keep_off_doors_if_any_does(room):
-    hood = "FumeHood_1"
-    places = list(islice(berths(room, hood), 20))
-    assert len(places) > 5
-    inside = Polygon([(0, 0), (room.room.width, 0), (room.room.width, room.room.depth), (0, room.room.depth)])
-    rest = [outline(room, p.id) for p in room.placements if p.support == "floor" and p.id != hood]
+def test_berths_are_free_and_those_of_a_hood_keep_off_doors_if_any_does():
+    layout, hood = island_laboratory(), "FumeHood_1"
+    room = layout.room
+    places = list(islice(berths(layout, hood), 40))
+    assert len(places) == 40
+    inside = Polygon([(0, 0), (room.width, 0), (room.width, room.depth), (0, room.depth)])
+    rest = [outline(layout, p.id) for p in layout.placements if p.id != hood]
     gaps = []
     for place in places:
-        after = apply(room, place)
-        footprint = outline(after, hood)
+        footprint = outline(apply(layout, place), hood)
         assert inside.buffer(1e-6).covers(footprint)
         assert all(footprint.intersection(other).area < 1e-6 for other in rest)
-        gaps.append(min(footprint.distance(door) for door in doorways(room)))
-    warned = [(gap < 1.0) + (gap < 3.0) for gap in gaps]
-    assert warned == sorted(warned)
+        gaps.append(min(footprint.distance(door) for door in doorways(layout)))
+    assert gaps[0] >= 3.0
 
 
 def doorways(layout: Layout) -> list[LineString]:
@@ -286,7 +285,7 @@ def test_a_place_of_work_inside_of_furniture_counts_as_a_narrow_way(room):
 
 def test_a_repair_stops_at_its_limit_of_work_and_says_so(room):
     spoilt, _ = harmed(room, "furniture_stacked", 4)
-    result = repair_layout(spoilt, units=3000)
+    result = repair_layout(spoilt, units=300)
     assert result.after.cost <= result.before.cost
     assert "limit of work" in result.problems[-1]
-    assert repair_layout(spoilt, units=3000).layout.hash == result.layout.hash
+    assert repair_layout(spoilt, units=300).layout.hash == result.layout.hash
