@@ -48,7 +48,7 @@ class Berth:
 def berths(layout: Layout, piece: str) -> Iterator[Place]:
     """Yield poses at which a floor object is free and usable, in its space and in all others.
 
-    They are turns in place, poses along walls, beside and behind other furniture, and for islands in the open. Those
+    They are turns in place, poses along walls, next to and behind other furniture, and for islands in the open. Those
     within reach of services and away from doors come first, then those in the same space, then the nearest. Poses
     that are far from each other come before those between them.
     """
