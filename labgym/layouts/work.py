@@ -12,13 +12,13 @@ from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
 
 UNITS = 2_000_000
-"""Units of a repair. Of 300 repairs of damaged layouts none took more than a third."""
+"""Units of a repair. The repair of a damaged layout usually takes some thousands."""
 TRIALS = 30
 """Assessments for which an adjustment is charged: it verifies at most twice as many commands."""
 
 
 class WorkLimitError(LabgymError):
-    """A repair has reached its limit of work; whoever set the limit returns the best layout until then."""
+    """A repair has reached its limit of work; `repair_layout` and `refine` return the best layout until then."""
 
 
 @dataclass
