@@ -41,6 +41,7 @@ class Arrival:
     Attributes:
         active: whether the episode belongs to a task in which the robot has to stop.
         short: distance from the goal at which the robot stops, meters.
+        radius: greatest distance from the goal at the end, meters.
     """
 
     def __init__(self, episode: EpisodeStart) -> None:
@@ -48,7 +49,7 @@ class Arrival:
         self.active = bool(episode.task)
         docking = episode.heading is not None
         self.short = NEAR if docking else SHORT
-        self._radius = DOCK_DISTANCE if docking else REST_DISTANCE
+        self.radius = DOCK_DISTANCE if docking else REST_DISTANCE
         self._stay = SETTLED if docking else 1
         self._nearest = math.inf
         self._parked = False
@@ -81,7 +82,7 @@ class Arrival:
             velocity: (2,) m/s and rad/s.
         """
         resting = abs(float(velocity[0])) <= AT_REST[0] and abs(float(velocity[1])) <= AT_REST[1]
-        inside = math.dist(pose[:2], self._goal) <= self._radius
+        inside = math.dist(pose[:2], self._goal) <= self.radius
         turned = self._heading is None or abs(wrap_angle(self._heading - pose[2])) <= DOCK_ANGLE
         self._rested = self._rested + 1 if self.active and resting and inside and turned else 0
         return self._rested >= self._stay

@@ -43,19 +43,28 @@ class GridPlanner:
         options: options of the planner.
         surcharge: (ny, nx), at least 0: extra cost per meter, as a multiple of length; None adds nothing. A map under
             construction charges for unseen floor in this way.
+        clearance: (ny, nx) distance from each cell's center to the nearest obstacle, meters, if it is known better than
+            from the grid; cells with less than the radius are then closed. None computes it from the grid.
 
     Attributes:
         free: the grid dilated by the radius.
     """
 
     def __init__(
-        self, grid: OccupancyGrid, options: PlannerOptions | None = None, surcharge: Array | None = None
+        self,
+        grid: OccupancyGrid,
+        options: PlannerOptions | None = None,
+        surcharge: Array | None = None,
+        clearance: Array | None = None,
     ) -> None:
         self.options = options or PlannerOptions()
         self._grid = grid
-        self.free = grid.dilated(self.options.radius)
+        if clearance is None:
+            self.free, clearance = grid.dilated(self.options.radius), clearance_field(grid)
+        else:
+            self.free = OccupancyGrid(clearance < self.options.radius, grid.resolution, grid.origin)
         span = max(self.options.comfort - self.options.radius, 1e-6)
-        lack = np.clip((self.options.comfort - clearance_field(grid)) / span, 0.0, 1.0)
+        lack = np.clip((self.options.comfort - clearance) / span, 0.0, 1.0)
         self._costs = 1.0 + self.options.aversion * lack**2 + (0.0 if surcharge is None else surcharge)
         self._prices = np.where(self.free.occupied, math.inf, self._costs)
 

@@ -81,6 +81,13 @@ BUILT_IN = {
         PolicyEntry(
             "random", "labgym.policies.random_actions:RandomPolicy", "none", "", "random actions; the level of chance"
         ),
+        PolicyEntry(
+            "stack",
+            "labgym.policies.stack.policy:StackPolicy",
+            "map",
+            "",
+            "navigation stack on an old map with a lidar: localization, costmap, MPPI, docking, people",
+        ),
         PolicyEntry("still", "labgym.policies.still:StillPolicy", "none", "", "never moves"),
         PolicyEntry(
             "straight",

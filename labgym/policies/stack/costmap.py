@@ -1,0 +1,138 @@
+"""A layered costmap: the old map, and obstacles that the lidar marks and clears."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.sensors import LIDAR_RAYS, RANGE
+from labgym.geometry import to_local
+from labgym.navigation import OccupancyGrid, Pose
+from labgym.policies.stack.field import DistanceField
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+UNEXPLAINED = 0.10
+"""Distance from everything in the map beyond which a return is an obstacle that the map lacks, meters."""
+HIT, MISS, MOST = 3, 1, 15
+"""Evidence that a return adds to its cell, that a ray through the cell removes, and the most that a cell can have."""
+BEHIND = 0.15
+"""Distance by which the rays around a cell must end behind it to clear it, meters."""
+VIEW = 6.0
+"""Returns beyond this distance neither mark nor clear, meters."""
+WINDOW = 4.0
+"""Half side of the window around the robot in which distances to marks are computed for the controller, meters."""
+FAR = 3.0
+"""Distance that stands for no mark within the window, meters."""
+
+
+class Costmap:
+    """Clearance over the floor, from the old map and from what the lidar has seen since.
+
+    A return that the map does not explain marks its cell. A cell whose bearing the lidar sees through loses evidence
+    and is free again when none is left: after at most 1.5 s for a cell that was marked for long.
+
+    Args:
+        static: distances to the obstacles of the old map.
+        seen: distances to what the lidar sees in it.
+        clearing: whether rays clear marks; False where they pass through obstacles, as through glass.
+
+    Attributes:
+        evidence: (ny, nx) int16, cells around the nodes of `static`; above 0 is marked.
+    """
+
+    def __init__(self, static: DistanceField, seen: DistanceField, clearing: bool = True) -> None:
+        self._static, self._seen, self._clearing = static, seen, clearing
+        self.evidence: NDArray[np.int16] = np.zeros(static.values.shape, np.int16)
+        self._near = np.full((1, 1), FAR, dtype=np.float32)
+        self._corner = (0, 0)
+
+    def observe(self, pose: Pose, ranges: Array, points: Array, ignored: NDArray[np.bool_]) -> Array:
+        """Mark and clear by a scan, and return the new obstacles, (m, 2) meters in the map's frame.
+
+        Args:
+            pose: of the robot in the map's frame.
+            ranges: (180,) of the scan, meters.
+            points: (n, 2) returns in the map's frame, meters.
+            ignored: (n,) whether a return belongs to something that moves and must not mark.
+        """
+        if self._clearing:
+            self._clear(pose, ranges)
+        near = np.hypot(points[:, 0] - pose[0], points[:, 1] - pose[1]) < VIEW
+        new = points[near & ~ignored & (self._seen.at(points) > UNEXPLAINED)]
+        rows, columns = self._cells(new)
+        fresh = self.evidence[rows, columns] <= 0
+        hits = np.zeros_like(self.evidence)
+        hits[rows, columns] = HIT
+        self.evidence = np.minimum(self.evidence + hits, MOST).astype(np.int16)
+        self._look(pose)
+        return np.asarray(new[fresh])
+
+    def clearance(self, points: Array) -> Array:
+        """Return the distance from points (n, 2) near the robot to the nearest obstacle, (n,) meters."""
+        rows, columns = self._cells(points)
+        ny, nx = self._near.shape
+        rows, columns = np.clip(rows - self._corner[0], 0, ny - 1), np.clip(columns - self._corner[1], 0, nx - 1)
+        return np.minimum(self._static.at(points), self._near[rows, columns])
+
+    def everywhere(self) -> tuple[OccupancyGrid, Array]:
+        """Return the occupied cells, and the clearance at the center of every cell, (ny, nx) meters."""
+        static, step = self._static, self._static.resolution
+        clearance = np.minimum(static.values, _distances(self.evidence > 0, step))
+        origin = static.origin[0] - step / 2.0, static.origin[1] - step / 2.0
+        return OccupancyGrid(clearance <= 0.0, step, origin), clearance
+
+    def forget(self, pose: Pose, radius: float) -> None:
+        """Remove the marks within a radius of the robot, meters."""
+        rows, columns = np.nonzero(self.evidence > 0)
+        x, y = self._places(rows, columns).T
+        near = np.hypot(x - pose[0], y - pose[1]) < radius
+        self.evidence[rows[near], columns[near]] = 0
+        self._look(pose)
+
+    def _clear(self, pose: Pose, ranges: Array) -> None:
+        """Take evidence from the marked cells that the rays around them pass."""
+        rows, columns = np.nonzero(self.evidence > 0)
+        local = to_local(self._places(rows, columns), pose)
+        away = np.hypot(local[:, 0], local[:, 1])
+        bearing = np.arctan2(local[:, 1], local[:, 0])
+        ray = np.round((bearing + math.pi) / (2.0 * math.pi) * LIDAR_RAYS).astype(np.intp)
+        least = np.min([ranges[(ray + offset) % LIDAR_RAYS] for offset in (-1, 0, 1)], axis=0)
+        passed = (least > away + BEHIND) & (away < min(VIEW, RANGE))
+        self.evidence[rows[passed], columns[passed]] -= MISS
+
+    def _look(self, pose: Pose) -> None:
+        """Compute the distances to the marks around a pose."""
+        step = self._static.resolution
+        (row,), (column,) = self._cells(np.array([pose[:2]]))
+        half = round(WINDOW / step)
+        top, left = max(0, int(row) - half), max(0, int(column) - half)
+        marked = self.evidence[top : int(row) + half, left : int(column) + half] > 0
+        self._corner = top, left
+        self._near = _distances(marked, step)
+
+    def _cells(self, points: Array) -> tuple[Index, Index]:
+        """Return rows and columns of the cells that contain points (n, 2)."""
+        ny, nx = self._static.values.shape
+        x0, y0 = self._static.origin
+        columns = np.clip(np.round((points[:, 0] - x0) / self._static.resolution), 0, nx - 1).astype(np.intp)
+        rows = np.clip(np.round((points[:, 1] - y0) / self._static.resolution), 0, ny - 1).astype(np.intp)
+        return rows, columns
+
+    def _places(self, rows: Index, columns: Index) -> Array:
+        """Return the centers of cells, (n, 2) meters."""
+        x0, y0 = self._static.origin
+        step = self._static.resolution
+        return np.column_stack([x0 + step * columns, y0 + step * rows])
+
+
+def _distances(marked: NDArray[np.bool_], step: float) -> NDArray[np.float32]:
+    """Return the distance from each cell's center to the nearest marked cell's, meters, at most `FAR`."""
+    if not marked.any():
+        return np.full(marked.shape, FAR, dtype=np.float32)
+    cells = cv2.distanceTransform((~marked).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.minimum(np.asarray(cells, dtype=np.float32) * np.float32(step), np.float32(FAR))

@@ -1,0 +1,178 @@
+"""People: clusters of returns that the map does not explain, tracked and predicted at constant velocity."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.robot import ROBOT
+from labgym.navigation import Pose
+
+Array = NDArray[np.float64]
+
+GAP = 0.45
+"""Returns farther apart than this belong to different clusters, meters: a stride of two legs is one cluster."""
+WIDEST = 0.9
+"""Clusters wider than this are not people, meters."""
+GATE = 0.7
+"""Greatest distance from a predicted place at which a cluster continues a track, meters."""
+LOST = 10
+"""Control steps without a cluster after which a track ends."""
+SPEED = 0.25
+"""Speed above which a track is a person who walks, m/s."""
+CONFIRMED = 4
+"""Number of clusters after which the velocity of a track counts."""
+ACCELERATION, NOISE = 1.2, 0.08
+"""Standard deviations of the tracker: of a person's acceleration, m/s2, and of a cluster's center, m."""
+BODY = 0.30
+"""Radius of a person, meters."""
+TOUCH = ROBOT.chassis_radius + BODY + 0.05
+"""Distance between the centers of robot and person that must not be reached while driving, meters."""
+PERSONAL = 1.05
+"""Distance beyond which a robot does not disturb a person, meters."""
+RANGE = 7.0
+
+
+@dataclass(frozen=True)
+class Person:
+    """A person at a place, who goes on at a velocity.
+
+    Attributes:
+        place: (x, y) of the center, meters. velocity: m/s. walking: whether the person walks.
+    """
+
+    place: tuple[float, float]
+    velocity: tuple[float, float]
+    walking: bool
+
+
+class Track:
+    """A Kalman filter of place and velocity, of constant velocity with white acceleration, for each axis."""
+
+    def __init__(self, place: Array) -> None:
+        self.state: Array = np.vstack([place, np.zeros(2)])
+        self.covariance: Array = np.diag([NOISE**2, 0.6**2])
+        self.seen, self.unseen, self.walked = 1, 0, 100
+
+    def predict(self, dt: float) -> None:
+        """Advance by a time, seconds."""
+        move = np.array([[1.0, dt], [0.0, 1.0]])
+        spread = ACCELERATION**2 * np.array([[dt**4 / 4.0, dt**3 / 2.0], [dt**3 / 2.0, dt**2]])
+        self.state = move @ self.state
+        self.covariance = move @ self.covariance @ move.T + spread
+        self.unseen += 1
+        self.walked += 1
+
+    def correct(self, place: Array) -> None:
+        """Take in the center of a cluster, (2,) meters."""
+        gain = self.covariance[:, 0] / (self.covariance[0, 0] + NOISE**2)
+        self.state = self.state + np.outer(gain, place - self.state[0])
+        self.covariance = self.covariance - np.outer(gain, self.covariance[0])
+        self.seen, self.unseen = self.seen + 1, 0
+        if self.seen >= CONFIRMED and float(np.linalg.norm(self.state[1])) > SPEED:
+            self.walked = 0
+
+    @property
+    def person(self) -> Person:
+        """The track as a person; one who stopped walking less than a second ago still walks."""
+        walking = self.walked < LOST and self.seen >= CONFIRMED
+        velocity = self.state[1] if walking else np.zeros(2)
+        (x, y), (vx, vy) = self.state[0].tolist(), velocity.tolist()
+        return Person((x, y), (vx, vy), walking)
+
+
+class Crowd:
+    """Tracks the clusters around the robot.
+
+    Args:
+        dt: time between scans, seconds.
+    """
+
+    def __init__(self, dt: float = ROBOT.control_dt) -> None:
+        self._dt = dt
+        self._tracks: list[Track] = []
+
+    def observe(self, pose: Pose, points: Array, unexplained: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Update the tracks by a scan, and return which returns belong to people who walk, (n,).
+
+        Args:
+            pose: of the robot in the map's frame.
+            points: (n, 2) returns in the map's frame, in the order of their bearings.
+            unexplained: (n,) whether the map has nothing there.
+        """
+        for track in self._tracks:
+            track.predict(self._dt)
+        away = np.hypot(points[:, 0] - pose[0], points[:, 1] - pose[1])
+        chosen = np.flatnonzero(unexplained & (away < RANGE))
+        groups = clusters(points[chosen])
+        centers = [_center(points[chosen[group]], pose) for group in groups]
+        owners = self._associate(centers)
+        walking = np.zeros(len(points), dtype=bool)
+        for group, track in zip(groups, owners, strict=True):
+            walking[chosen[group]] = track.person.walking
+        self._tracks = [track for track in self._tracks if track.unseen <= (LOST if track.seen >= CONFIRMED else 2)]
+        return walking
+
+    @property
+    def people(self) -> tuple[Person, ...]:
+        """Confirmed tracks as people."""
+        return tuple(track.person for track in self._tracks if track.seen >= CONFIRMED)
+
+    def _associate(self, centers: list[Array]) -> list[Track]:
+        """Return the track of each center; nearest pairs first, new tracks for the rest."""
+        owners: list[Track | None] = [None] * len(centers)
+        pairs = sorted(
+            (float(np.linalg.norm(track.state[0] - center)), k, index)
+            for k, center in enumerate(centers)
+            for index, track in enumerate(self._tracks)
+        )
+        used: set[int] = set()
+        for distance, k, index in pairs:
+            if distance < GATE and owners[k] is None and index not in used:
+                used.add(index)
+                owners[k] = self._tracks[index]
+                self._tracks[index].correct(centers[k])
+        fresh = [Track(center) for center, owner in zip(centers, owners, strict=True) if owner is None]
+        self._tracks += fresh
+        supply = iter(fresh)
+        return [next(supply) if owner is None else owner for owner in owners]
+
+
+def clusters(points: Array) -> list[NDArray[np.intp]]:
+    """Return the indices of points (n, 2) by cluster; neighbors in order are together if they are near each other.
+
+    Clusters that are too wide for a person are left out.
+    """
+    if len(points) == 0:
+        return []
+    breaks = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > GAP) + 1
+    groups = np.split(np.arange(len(points)), breaks)
+    if len(groups) > 1 and np.linalg.norm(points[0] - points[-1]) <= GAP:
+        groups = [np.concatenate([groups[-1], groups[0]]), *groups[1:-1]]
+    return [group for group in groups if np.ptp(points[group], axis=0).max() <= WIDEST]
+
+
+def approach_cost(person: Person, places: Array, moving: NDArray[np.bool_], dt: float) -> Array:
+    """Return what sequences of places (n, steps, 2) cost for a person who goes on at the same velocity, (n,).
+
+    A robot at rest is not run into: only motion can touch. Nearness costs at rest too, in proportion to its time.
+    """
+    times = dt * np.arange(1, places.shape[1] + 1)
+    future = np.array(person.place) + times[:, None] * np.array(person.velocity)
+    away = np.linalg.norm(places - future, axis=2)
+    touch = TOUCH + (0.05 * np.minimum(times, 1.5) if person.walking else 0.0)
+    touching = moving & (away < touch)
+    soonest = np.where(touching.any(axis=1), places.shape[1] - np.argmax(touching, axis=1), 0)
+    near = np.clip((PERSONAL - away) / (PERSONAL - TOUCH), 0.0, 1.0)
+    return np.asarray(np.where(soonest > 0, 60.0 + 8.0 * soonest, 0.0) + 6.0 * dt * near.sum(axis=1))
+
+
+def _center(points: Array, pose: Pose) -> Array:
+    """Return the center of a person of whom the lidar sees the near side, (2,)."""
+    middle = points.mean(axis=0)
+    dx, dy = middle - np.array(pose[:2])
+    away = max(math.hypot(dx, dy), 1e-6)
+    return np.asarray(middle + 0.08 * np.array([dx, dy]) / away)

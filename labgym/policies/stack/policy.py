@@ -1,0 +1,256 @@
+"""The navigation stack as a policy."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.errors import LabgymError
+from labgym.geometry import compose, to_world, wrap_angle
+from labgym.navigation import Pose
+from labgym.policies.arrival import AT_REST, DOCK_ANGLE, DOCK_DISTANCE, SETTLED, Arrival, planar_pose
+from labgym.policies.dwa import lidar_points
+from labgym.policies.gentle import GentleCommands, GentleLimits
+from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy, Sensors
+from labgym.policies.stack.controller import Controller, MotionLimits, bearing_of
+from labgym.policies.stack.costmap import UNEXPLAINED, Costmap
+from labgym.policies.stack.docking import Station
+from labgym.policies.stack.localization import Localizer
+from labgym.policies.stack.old_map import OldMap
+from labgym.policies.stack.people import Crowd
+from labgym.policies.stack.planner import Plan, planned
+from labgym.policies.stack.recovery import Recovery
+from labgym.policies.tracking import PathTracker, TrackingOptions, approach_speed, turn_towards, velocities_to_action
+
+Array = NDArray[np.float64]
+
+DRIFTING = frozenset({"odometry", "shift"})
+"""Tasks whose odometry drifts; elsewhere it is exact, and a map that is out of date would only mislead."""
+PEOPLED = frozenset({"people", "carry", "shift"})
+"""Tasks in which people walk; elsewhere what the map lacks is an obstacle that stands."""
+SEE_THROUGH = frozenset({"glass"})
+"""Tasks in which rays pass obstacles, so that they clear nothing."""
+AXIS = 0.5
+"""Length of the straight way to a docking pose, meters."""
+TURN_IN_PLACE = 1.1
+"""Bearing of the path beyond which a slow robot turns in place, radians."""
+AGAIN = 10
+"""Control steps between two attempts to plan."""
+MOVED = 0.03
+"""Distance by which the place to drive to moves before the robot plans again, meters."""
+OFF_PATH = 0.8
+"""Distance from the path beyond which the robot plans again, meters."""
+
+
+class StackPolicy(Policy):
+    """A compact navigation stack after the architecture of Nav2. Privileged: it knows the old map.
+
+    - Localization: odometry, corrected by scan matching with the old map where the odometry drifts.
+    - Costmap: the old map, obstacles marked and cleared by the lidar, clearance.
+    - Planner: a taut path on the costmap, planned again when something blocks it.
+    - Controller: sampled velocities (MPPI) within limits on acceleration, and on jerk with a beaker.
+    - Docking: the goal follows the measured pose of its station; the last half meter is straight.
+    - People: clusters that move are predicted at constant velocity; the robot goes round them or waits at rest.
+    - Recovery: wait, back off, forget marks, turn, plan again.
+    """
+
+    name: ClassVar[str] = "stack"
+    observation: ClassVar[Sensors] = "lidar"
+    privileged: ClassVar[bool] = True
+    latency: ClassVar[float] = 0.1
+
+    def __init__(self) -> None:
+        self._robot: RobotSpec = ROBOT
+        self._map: tuple[str, OldMap] | None = None
+        self._localizer: Localizer | None = None
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Read the old map and begin at the start pose in it.
+
+        Raises:
+            LabgymError: the episode has no map.
+        """
+        truth = episode.truth
+        if truth is None:
+            raise LabgymError(f"policy {self.name!r} needs the old map: pass an EpisodeStart with truth")
+        if self._map is None or self._map[0] != truth.layout.hash:
+            self._map = truth.layout.hash, OldMap.of(truth.layout)
+        old = self._map[1]
+        self._localizer = Localizer(old.seen, truth.start, 1.0 if episode.task in DRIFTING else 0.0)
+        self._costmap = Costmap(old.clearance, old.seen, episode.task not in SEE_THROUGH)
+        self._crowd = Crowd(episode.robot.control_dt) if episode.task in PEOPLED else None
+        self._begin(episode, truth, old)
+
+    def next_goal(self, episode: EpisodeStart) -> None:
+        """Go on to the next goal with the map, its marks and the estimate of the pose."""
+        if self._localizer is None or self._map is None or episode.truth is None:
+            self.reset(episode)
+            return
+        self._localizer.restart()
+        self._begin(episode, episode.truth, self._map[1])
+
+    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+        """Localize, update the costmap, and drive."""
+        pose = self._located(observation)
+        velocity = float(observation["velocity"][0]), float(observation["velocity"][1])
+        self._sense(pose, np.asarray(observation["lidar"], dtype=np.float64))
+        v, w = self._drive(*self._expected(pose, velocity))
+        if self._gentle is not None:
+            v = self._gentle.command(v)
+        action = velocities_to_action(v, w, self._robot)
+        self._pending.append((v, w))
+        return action
+
+    def stop(self, observation: Observation) -> bool:
+        """Whether the robot rests at the goal by the estimated pose."""
+        if self._localizer is None or not self._arrival.active:
+            return False
+        pose = compose(self._localizer.pose, (0.0, 0.0, 0.0))
+        velocity = observation["velocity"]
+        resting = abs(float(velocity[0])) <= AT_REST[0] and abs(float(velocity[1])) <= AT_REST[1]
+        if self._docking:
+            goal = self._station.goal
+            resting = resting and self._parked is not None and self._parked.ended
+            near = math.dist(pose[:2], goal[:2]) < DOCK_DISTANCE and abs(wrap_angle(pose[2] - goal[2])) < DOCK_ANGLE
+        else:
+            near = self._stopping and math.dist(pose[:2], self._goal[:2]) < self._arrival.radius
+        self._rested = self._rested + 1 if resting and near else 0
+        return self._rested > (SETTLED if self._docking else 2)
+
+    def planned_path(self) -> Array | None:
+        """Return the path that is followed, in the map's frame."""
+        return None if self._plan is None else self._plan.points
+
+    @property
+    def pose(self) -> Pose:
+        """The estimated pose in the map's frame."""
+        if self._localizer is None:
+            raise LabgymError(f"policy {self.name!r} has no pose before reset")
+        return self._localizer.pose
+
+    def _begin(self, episode: EpisodeStart, truth: GroundTruth, old: OldMap) -> None:
+        """Begin a drive from the estimated pose."""
+        self._robot, self._arrival = episode.robot, Arrival(episode)
+        self._docking = episode.heading is not None
+        self._goal: Pose = truth.pair.goal
+        self._station = Station(old, self._goal)
+        limits = None if episode.beaker is None else GentleLimits.of(episode.beaker, episode.robot)
+        self._gentle = None if limits is None else GentleCommands(limits, episode.robot)
+        motion = MotionLimits()
+        if limits is not None:
+            motion = MotionLimits(min(0.9 * limits.acceleration, motion.acceleration), 3.0, limits.lateral)
+        self._controller = Controller(episode.rng, motion, episode.robot)
+        late = math.ceil(self.latency / episode.robot.control_dt - 1e-9) if episode.task else 0
+        self._pending: deque[tuple[float, float]] = deque([(0.0, 0.0)] * late, maxlen=late)
+        self._plan: Plan | None = None
+        self._target = self._goal
+        self._since_plan = AGAIN
+        self._parked: PathTracker | None = None
+        self._stopping = False
+        self._rested = 0
+        self._recovery = Recovery(episode.robot)
+
+    def _located(self, observation: Observation) -> Pose:
+        """Return the pose in the map's frame."""
+        assert self._localizer is not None
+        self._localizer.move(planar_pose(observation["odometry"]))
+        self._points = lidar_points(np.asarray(observation["lidar"], dtype=np.float64))
+        self._localizer.match(self._points)
+        return self._localizer.pose
+
+    def _sense(self, pose: Pose, ranges: Array) -> None:
+        """Update people, costmap and station by a scan."""
+        assert self._map is not None
+        points = to_world(self._points, pose) if len(self._points) else np.empty((0, 2))
+        walking = np.zeros(len(points), dtype=bool)
+        if self._crowd is not None:
+            walking = self._crowd.observe(pose, points, self._map[1].seen.at(points) > 1.5 * UNEXPLAINED)
+        self._costmap.observe(pose, ranges, points, walking)
+        if self._docking:
+            self._station.observe(pose, ranges)
+
+    def _expected(self, pose: Pose, velocity: tuple[float, float]) -> tuple[Pose, tuple[float, float]]:
+        """Return pose and velocity after the commands that have not taken effect yet."""
+        dt = self._robot.control_dt
+        for v, w in self._pending:
+            forward, turn = 0.3 * velocity[0] + 0.7 * v, 0.3 * velocity[1] + 0.7 * w
+            middle = pose[2] + 0.5 * turn * dt
+            step = forward * dt
+            pose = (
+                pose[0] + step * math.cos(middle),
+                pose[1] + step * math.sin(middle),
+                wrap_angle(pose[2] + turn * dt),
+            )
+            velocity = (v, w)
+        return pose, velocity
+
+    def _drive(self, pose: Pose, velocity: tuple[float, float]) -> tuple[float, float]:
+        """Return the velocities to command, m/s and rad/s."""
+        if self._docking and (self._parked is not None or self._at_axis(pose)):
+            return self._dock(pose, velocity)
+        people = () if self._crowd is None else self._crowd.people
+        self._since_plan += 1
+        waiting = any(math.dist(person.place, pose[:2]) < 1.5 for person in people)
+        recovered = self._recovery.step(pose, waiting, self._stopping, self._points, self._costmap)
+        if recovered is not None:
+            self._plan = None
+            self._controller.restart()
+            return recovered
+        self._replan(pose)
+        if self._plan is None:
+            return self._robot.twist(*turn_towards(1.0, self._robot))
+        self._plan.advance(pose)
+        left = self._plan.remaining - (0.0 if self._docking else self._arrival.short)
+        if not self._docking and (self._stopping or (left < 0.03 and self._plan.offset(pose) < 0.15)):
+            self._stopping = self._arrival.active
+            if self._stopping:
+                return 0.0, 0.0
+        bearing = bearing_of(self._plan, pose)
+        if abs(bearing) > TURN_IN_PLACE and velocity[0] < 0.1:
+            self._controller.restart()
+            return self._robot.twist(*turn_towards(bearing, self._robot))
+        fastest = approach_speed(left, 0.7) if self._arrival.active else math.inf
+        start = velocity if self._gentle is None else (self._gentle.speed, velocity[1])
+        return self._controller.command(pose, start, self._plan, self._costmap, people, fastest)
+
+    def _replan(self, pose: Pose) -> None:
+        """Plan if there is no path, if it is blocked or left, or if the docking pose has moved."""
+        if self._plan is not None and self._since_plan > AGAIN:
+            moved = self._docking and math.dist(self._axis_start()[:2], self._target[:2]) > MOVED
+            if moved or self._plan.blocked(self._costmap) or self._plan.offset(pose) > OFF_PATH:
+                self._plan = None
+        if self._plan is None and self._since_plan >= AGAIN:
+            self._target = self._axis_start() if self._docking else self._goal
+            self._plan = planned(self._costmap, pose, self._target[:2])
+            self._since_plan = 0
+
+    def _axis_start(self) -> Pose:
+        """Return the pose from which the way to the docking pose is straight."""
+        goal = self._station.goal
+        for length in (AXIS, 0.7 * AXIS, 0.4 * AXIS):
+            start = compose(goal, (-length, 0.0, 0.0))
+            if float(self._costmap.clearance(np.array([start[:2]]))[0]) > self._robot.planning_radius:
+                return start
+        return goal
+
+    def _at_axis(self, pose: Pose) -> bool:
+        """Return whether the robot is where the straight way to the docking pose begins."""
+        return math.dist(pose[:2], self._axis_start()[:2]) < 0.15
+
+    def _dock(self, pose: Pose, velocity: tuple[float, float]) -> tuple[float, float]:
+        """Return the velocities of the straight way to the docking pose."""
+        goal = self._station.goal
+        end = np.array(goal[:2])
+        far = self._parked is None or math.dist(self._parked.path[-1], end) > 0.004
+        if self._parked is None or (far and not self._parked.ended):
+            fresh = self._parked is None
+            begin = compose(goal, (-max(math.dist(pose[:2], goal[:2]), 0.1), 0.0, 0.0))
+            path = np.array([begin[:2], goal[:2]])
+            options = TrackingOptions(rest=True, lookahead=0.15, turn_in_place=0.8, drive_on=0.1)
+            self._parked = PathTracker(path, self._robot, options, fresh, goal[2])
+        return self._robot.twist(*self._parked.action(pose, velocity[0]))

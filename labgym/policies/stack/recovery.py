@@ -1,0 +1,79 @@
+"""Recovery: notice that the robot is stuck; wait, back off, forget marks, turn, plan again."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.navigation import Pose
+from labgym.policies.stack.costmap import Costmap
+
+Array = NDArray[np.float64]
+
+PATIENCE = 60
+"""Control steps after which a robot that has hardly moved is stuck; those near people do not count."""
+MOVED = 0.25
+"""Distance that a robot that is not stuck moves in this time, meters."""
+BACK, SPIN = 12, 25
+"""Control steps of backing off and of turning."""
+REVERSE = -0.15
+"""Speed of backing off, m/s."""
+ROOM = 0.10
+"""Room behind the robot that backing off needs, meters."""
+FORGET = 2.5
+"""Radius around the robot within which marks are forgotten, meters."""
+
+
+class Recovery:
+    """Takes over when the robot is stuck.
+
+    Args:
+        robot: its dimensions and limits.
+    """
+
+    def __init__(self, robot: RobotSpec = ROBOT) -> None:
+        self._robot = robot
+        self._places: deque[Pose] = deque(maxlen=PATIENCE)
+        self._backing = self._turning = 0
+
+    def step(
+        self,
+        pose: Pose,
+        waiting: bool,
+        arrived: bool,
+        points: Array,
+        costmap: Costmap,
+    ) -> tuple[float, float] | None:
+        """Return the velocities of a recovery; None while the robot is not stuck.
+
+        Args:
+            pose: of the robot. waiting: whether a person is near. arrived: whether it rests at its goal.
+            points: (n, 2) returns of the scan in the robot frame. costmap: whose marks are forgotten.
+        """
+        if self._backing or self._turning:
+            return self._recovered(points)
+        if waiting or arrived:
+            return None
+        self._places.append(pose)
+        stuck = len(self._places) == PATIENCE and math.dist(self._places[0][:2], pose[:2]) < MOVED
+        if stuck:
+            self._places.clear()
+            self._backing, self._turning = BACK, SPIN
+            costmap.forget(pose, FORGET)
+        return None
+
+    def _recovered(self, points: Array) -> tuple[float, float]:
+        """Return the velocities of backing off, while there is room, and then of turning."""
+        if self._backing:
+            self._backing -= 1
+            behind = points[(points[:, 0] < 0.0) & (np.abs(points[:, 1]) < self._robot.chassis_radius + 0.03)]
+            room = np.hypot(behind[:, 0], behind[:, 1]).min(initial=math.inf) - self._robot.chassis_radius
+            if room > ROOM:
+                return REVERSE, 0.0
+            self._backing = 0
+        self._turning -= 1
+        return 0.0, 0.6 * self._robot.w_max
