@@ -34,6 +34,8 @@ class TrackingOptions:
         slowest: speed in the sharpest turn and at the end of the path, m/s.
         window: distance along the path within which the next nearest point is searched, meters.
         rest: whether the robot ends at rest; otherwise it passes the end at the slowest speed.
+        last_turn: distance from the end within which a robot that ends at rest no longer turns in place to face it,
+            meters.
     """
 
     lookahead: float = 0.20
@@ -45,6 +47,7 @@ class TrackingOptions:
     slowest: float = 0.15
     window: float = 0.6
     rest: bool = False
+    last_turn: float = 0.12
 
 
 SPACING = 0.02
@@ -55,8 +58,8 @@ GAIN = 3.0
 """Speed per distance in the last centimeters before the robot rests, 1/s."""
 ENDED = 0.01
 """Distance ahead of the robot at which it has arrived at the end of its path, meters."""
-LAST_TURN = 0.12
-"""Distance from the end within which the robot no longer turns in place to face it, meters."""
+LAST = 0.12
+"""Distance from the end within which the place of rest is judged by what is ahead of the robot, meters."""
 
 
 class PathTracker:
@@ -137,7 +140,7 @@ class PathTracker:
         target = self._points[min(self._place + max(1, round(ahead / SPACING)), len(self._points) - 1)]
         x, y = rotate(target[0] - pose[0], target[1] - pose[1], -pose[2])
         bearing = math.atan2(y, x)
-        if left > LAST_TURN and self._must_turn(bearing):
+        if left > options.last_turn and self._must_turn(bearing):
             return 0.0, 0.0, _turn_rate(bearing, self._robot)
         curvature = 2.0 * math.sin(bearing) / max(math.hypot(x, y), options.lookahead / 2.0)
         v = float(self._speeds[self._place]) * max(math.cos(bearing), 0.2)
@@ -147,7 +150,7 @@ class PathTracker:
     def _left(self, pose: Pose) -> float:
         """Return the distance to the end that is left for braking, meters, and note when the robot is at the end."""
         left = (len(self._points) - 1 - self._place) * SPACING
-        if left <= LAST_TURN:
+        if left <= LAST:
             end = self._points[-1]
             left = rotate(end[0] - pose[0], end[1] - pose[1], -pose[2])[0]
             self._ended = self._ended or left < ENDED

@@ -43,7 +43,7 @@ def module(monkeypatch):
     return module
 
 
-CLASSICAL = ["astar", "blind", "bug2", "dwa", "online_map", "random", "still", "straight"]
+CLASSICAL = ["astar", "blind", "bug2", "dwa", "online_map", "random", "stack", "still", "straight"]
 
 
 @pytest.mark.parametrize("name", CLASSICAL)
@@ -56,7 +56,7 @@ def test_each_built_in_is_made_by_its_name(name):
 
 @pytest.mark.parametrize("name", CLASSICAL)
 def test_only_policies_that_plan_at_the_start_receive_the_map(name):
-    assert make_policy(name).privileged is (name in ("astar", "blind"))
+    assert make_policy(name).privileged is (name in ("astar", "blind", "stack"))
 
 
 def test_a_class_is_found_by_its_place_and_takes_options(module):
@@ -75,7 +75,7 @@ def test_a_name_that_a_package_registers_works(module, monkeypatch):
 
 def test_an_unknown_name_lists_what_exists():
     with pytest.raises(
-        UnknownNameError, match=r"'astr' not found; nearest: astar.*available: astar, .*random, still, straight"
+        UnknownNameError, match=r"'astr' not found; nearest: astar.*available: astar, .*random, stack, still, straight"
     ):
         make_policy("astr")
 

@@ -17,6 +17,14 @@ from labgym.policies.stack.planner import Plan
 
 Array = NDArray[np.float64]
 
+AHEAD = 3.0
+"""Length of the path by which sequences are judged, meters."""
+THROUGH, NEAR = 0.24, 0.3
+"""Clearance of a straight line that the robot can drive, and distance from the robot within which it does not count,
+meters."""
+SAMPLES, FIRST = 16, 8
+"""Points of that line that are looked up, and the number of points of the path that are always used."""
+
 
 @dataclass(frozen=True)
 class ControllerOptions:
@@ -43,7 +51,7 @@ class ControllerOptions:
     tight: float = 0.30
     comfort: float = 0.45
     progress: float = 10.0
-    detour: float = 1.3
+    detour: float = 1.5
 
 
 @dataclass(frozen=True)
@@ -108,11 +116,12 @@ class Controller:
             speed: limit of the forward velocity in addition to `limits`, m/s.
         """
         sequences = self._sequences(velocity, min(speed, self.limits.speed))
-        cost = self._cost(pose, velocity, sequences, plan, costmap, people)
+        ahead = visible(plan, pose, costmap)
+        cost = self._cost(pose, velocity, sequences, ahead, costmap, people)
         weight = np.exp(-(cost - cost.min()) / self._options.temperature)
         mean = np.tensordot(weight / weight.sum(), sequences, axes=1)
         best = sequences[int(np.argmin(cost))]
-        mean_cost = self._cost(pose, velocity, mean[None], plan, costmap, people)[0]
+        mean_cost = self._cost(pose, velocity, mean[None], ahead, costmap, people)[0]
         self._last = mean if mean_cost <= cost.min() + 0.5 * self._options.temperature else best.copy()
         return float(self._last[0, 0]), float(self._last[0, 1])
 
@@ -137,7 +146,7 @@ class Controller:
         pose: Pose,
         velocity: tuple[float, float],
         sequences: Array,
-        plan: Plan,
+        path: tuple[Array, Array],
         costmap: Costmap,
         people: tuple[Person, ...],
     ) -> Array:
@@ -152,9 +161,9 @@ class Controller:
         start = float(clearance[:, 0].max(initial=0.0))
         touching = moving & (clearance < min(options.contact, start - 0.005))
         soonest = np.where(touching.any(axis=1), steps - np.argmax(touching, axis=1), 0)
-        cost = (np.abs(sequences[..., 0]) * (1.5 * lack**2 + 8.0 * steep)).sum(axis=1) * dt
+        cost = (np.abs(sequences[..., 0]) * (0.6 * lack**2 + 3.0 * steep)).sum(axis=1) * dt
         cost += np.where(soonest > 0, 100.0 + 10.0 * soonest, 0.0)
-        ahead, left = plan.ahead(3.5)
+        ahead, left = path
         end = poses[:, -1]
         away = np.linalg.norm(end[:, None, :2] - ahead[None], axis=2)
         total = left[None] + options.detour * away
@@ -193,6 +202,24 @@ def rollouts(pose: Pose, velocity: tuple[float, float], sequences: Array, dt: fl
     x = pose[0] + np.cumsum(v * np.cos(middle), axis=1) * dt
     y = pose[1] + np.cumsum(v * np.sin(middle), axis=1) * dt
     return np.stack([x, y, yaw], axis=-1)
+
+
+def visible(plan: Plan, pose: Pose, costmap: Costmap) -> tuple[Array, Array]:
+    """Return the points of the path ahead that a straight line leads to, (m, 2), and the length left after each, (m,).
+
+    A path around an obstacle comes back to the robot's side of it: beyond what is visible, nearness to the path would
+    draw the robot against the obstacle.
+    """
+    points, left = plan.ahead(AHEAD)
+    start = np.array(pose[:2])
+    share = np.linspace(0.0, 1.0, SAMPLES)
+    samples = start + share[None, :, None] * (points[:, None] - start)
+    clear = costmap.clearance(samples.reshape(-1, 2)).reshape(samples.shape[:2]) > THROUGH
+    clear |= np.linalg.norm(samples - start, axis=2) < NEAR
+    hidden = np.asarray(~clear.all(axis=1))
+    hidden[:FIRST] = False
+    count = int(np.argmax(hidden)) if hidden.any() else len(points)
+    return points[:count], left[:count]
 
 
 def bearing_of(plan: Plan, pose: Pose, ahead: float = 0.5) -> float:

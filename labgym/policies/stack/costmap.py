@@ -7,6 +7,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.geometry import to_local
@@ -18,6 +19,9 @@ Index = NDArray[np.intp]
 
 UNEXPLAINED = 0.10
 """Distance from everything in the map beyond which a return is an obstacle that the map lacks, meters."""
+OFF = 0.02
+"""Distance from the map beyond which the returns of the present scan are obstacles for the controller, meters: the map
+has a thing there, but not in this place."""
 HIT, MISS, MOST = 3, 1, 15
 """Evidence that a return adds to its cell, that a ray through the cell removes, and the most that a cell can have."""
 BEHIND = 0.15
@@ -39,14 +43,16 @@ class Costmap:
     Args:
         static: distances to the obstacles of the old map.
         seen: distances to what the lidar sees in it.
+        exact: whether pose and lidar are exact, so that a return off the map by centimeters means something.
         clearing: whether rays clear marks; False where they pass through obstacles, as through glass.
 
     Attributes:
         evidence: (ny, nx) int16, cells around the nodes of `static`; above 0 is marked.
     """
 
-    def __init__(self, static: DistanceField, seen: DistanceField, clearing: bool = True) -> None:
-        self._static, self._seen, self._clearing = static, seen, clearing
+    def __init__(self, static: DistanceField, seen: DistanceField, exact: bool = True, clearing: bool = True) -> None:
+        self._static, self._seen, self._exact, self._clearing = static, seen, exact, clearing
+        self._loose: cKDTree | None = None
         self.evidence: NDArray[np.int16] = np.zeros(static.values.shape, np.int16)
         self._near = np.full((1, 1), FAR, dtype=np.float32)
         self._corner = (0, 0)
@@ -63,7 +69,10 @@ class Costmap:
         if self._clearing:
             self._clear(pose, ranges)
         near = np.hypot(points[:, 0] - pose[0], points[:, 1] - pose[1]) < VIEW
-        new = points[near & ~ignored & (self._seen.at(points) > UNEXPLAINED)]
+        off = self._seen.at(points)
+        new = points[near & ~ignored & (off > UNEXPLAINED)]
+        loose = points[near & ~ignored & (off > OFF)] if self._exact else new
+        self._loose = cKDTree(loose) if len(loose) else None
         rows, columns = self._cells(new)
         fresh = self.evidence[rows, columns] <= 0
         hits = np.zeros_like(self.evidence)
@@ -77,7 +86,10 @@ class Costmap:
         rows, columns = self._cells(points)
         ny, nx = self._near.shape
         rows, columns = np.clip(rows - self._corner[0], 0, ny - 1), np.clip(columns - self._corner[1], 0, nx - 1)
-        return np.minimum(self._static.at(points), self._near[rows, columns])
+        least = np.minimum(self._static.at(points), self._near[rows, columns])
+        if self._loose is None:
+            return np.asarray(least)
+        return np.asarray(np.minimum(least, self._loose.query(points, distance_upper_bound=FAR)[0]))
 
     def everywhere(self) -> tuple[OccupancyGrid, Array]:
         """Return the occupied cells, and the clearance at the center of every cell, (ny, nx) meters."""
@@ -135,4 +147,4 @@ def _distances(marked: NDArray[np.bool_], step: float) -> NDArray[np.float32]:
     if not marked.any():
         return np.full(marked.shape, FAR, dtype=np.float32)
     cells = cv2.distanceTransform((~marked).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.minimum(np.asarray(cells, dtype=np.float32) * np.float32(step), np.float32(FAR))
+    return np.asarray(np.minimum(np.asarray(cells, dtype=np.float32) * np.float32(step), np.float32(FAR)))

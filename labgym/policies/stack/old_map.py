@@ -49,8 +49,8 @@ class OldMap:
         walls = [box for box in building if box.z0 < OBSTACLE_HEIGHT]
         bounds = _bounds([box for _, box in sections] or walls)
         obstacles = [*walls, *layout.obstacles(OBSTACLE_HEIGHT)]
-        fields = (DistanceField.of(each, bounds) for each in (obstacles, [box for _, box in sections]))
-        return cls(*fields, sections)
+        seen = DistanceField.of([box for _, box in sections], bounds)
+        return cls(DistanceField.of(obstacles, bounds), seen, sections)
 
     def station(self, pose: Pose) -> tuple[OrientedBox, ...]:
         """Return the boxes of the placement that a robot at a pose faces; empty if it faces none within reach."""

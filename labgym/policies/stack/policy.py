@@ -37,6 +37,8 @@ SEE_THROUGH = frozenset({"glass"})
 """Tasks in which rays pass obstacles, so that they clear nothing."""
 AXIS = 0.5
 """Length of the straight way to a docking pose, meters."""
+ON_AXIS, NO_AXIS = 0.15, 0.40
+"""Distance from the beginning of that way at which docking begins, meters, and from the pose without room for it."""
 TURN_IN_PLACE = 1.1
 """Bearing of the path beyond which a slow robot turns in place, radians."""
 AGAIN = 10
@@ -68,6 +70,7 @@ class StackPolicy(Policy):
         self._robot: RobotSpec = ROBOT
         self._map: tuple[str, OldMap] | None = None
         self._localizer: Localizer | None = None
+        self._rested = 0
 
     def reset(self, episode: EpisodeStart) -> None:
         """Read the old map and begin at the start pose in it.
@@ -82,7 +85,8 @@ class StackPolicy(Policy):
             self._map = truth.layout.hash, OldMap.of(truth.layout)
         old = self._map[1]
         self._localizer = Localizer(old.seen, truth.start, 1.0 if episode.task in DRIFTING else 0.0)
-        self._costmap = Costmap(old.clearance, old.seen, episode.task not in SEE_THROUGH)
+        exact, clearing = episode.task not in DRIFTING, episode.task not in SEE_THROUGH
+        self._costmap = Costmap(old.clearance, old.seen, exact, clearing)
         self._crowd = Crowd(episode.robot.control_dt) if episode.task in PEOPLED else None
         self._begin(episode, truth, old)
 
@@ -232,7 +236,7 @@ class StackPolicy(Policy):
     def _axis_start(self) -> Pose:
         """Return the pose from which the way to the docking pose is straight."""
         goal = self._station.goal
-        for length in (AXIS, 0.7 * AXIS, 0.4 * AXIS):
+        for length in (AXIS, 0.7 * AXIS):
             start = compose(goal, (-length, 0.0, 0.0))
             if float(self._costmap.clearance(np.array([start[:2]]))[0]) > self._robot.planning_radius:
                 return start
@@ -240,7 +244,8 @@ class StackPolicy(Policy):
 
     def _at_axis(self, pose: Pose) -> bool:
         """Return whether the robot is where the straight way to the docking pose begins."""
-        return math.dist(pose[:2], self._axis_start()[:2]) < 0.15
+        start, goal = self._axis_start(), self._station.goal
+        return math.dist(pose[:2], start[:2]) < (NO_AXIS if start == goal else ON_AXIS)
 
     def _dock(self, pose: Pose, velocity: tuple[float, float]) -> tuple[float, float]:
         """Return the velocities of the straight way to the docking pose."""
@@ -248,9 +253,7 @@ class StackPolicy(Policy):
         end = np.array(goal[:2])
         far = self._parked is None or math.dist(self._parked.path[-1], end) > 0.004
         if self._parked is None or (far and not self._parked.ended):
-            fresh = self._parked is None
-            begin = compose(goal, (-max(math.dist(pose[:2], goal[:2]), 0.1), 0.0, 0.0))
-            path = np.array([begin[:2], goal[:2]])
-            options = TrackingOptions(rest=True, lookahead=0.15, turn_in_place=0.8, drive_on=0.1)
-            self._parked = PathTracker(path, self._robot, options, fresh, goal[2])
+            options = TrackingOptions(rest=True, lookahead=0.15, turn_in_place=0.8, drive_on=0.1, last_turn=0.03)
+            path = np.array([pose[:2], goal[:2]])
+            self._parked = PathTracker(path, self._robot, options, self._parked is None, goal[2])
         return self._robot.twist(*self._parked.action(pose, velocity[0]))

@@ -1,0 +1,297 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from laboratories import island_laboratory
+from map_drives import Drift, with_people
+
+from labgym.envs.robot import ROBOT
+from labgym.envs.sensors import Lidar
+from labgym.geometry import OrientedBox, compose, to_local, to_world, wrap_angle
+from labgym.policies.dwa import lidar_points
+from labgym.policies.stack.controller import Controller, MotionLimits, limited, rollouts, visible
+from labgym.policies.stack.costmap import Costmap
+from labgym.policies.stack.docking import Station, moved
+from labgym.policies.stack.field import REACH, DistanceField
+from labgym.policies.stack.localization import Localizer
+from labgym.policies.stack.old_map import OldMap, ray_lengths
+from labgym.policies.stack.people import Crowd, Person, approach_cost, clusters
+from labgym.policies.stack.planner import Plan, planned
+from labgym.scenes.rays import RayScene
+
+BOXES = (OrientedBox(1.0, 1.0, 0.8, 0.4, 0.5), OrientedBox(3.0, 2.0, 1.0, 1.0), OrientedBox(1.5, 3.0, 2.0, 0.2, -0.3))
+ROOM = (
+    OrientedBox(2.0, -0.05, 4.2, 0.1),
+    OrientedBox(2.0, 3.05, 4.2, 0.1),
+    OrientedBox(-0.05, 1.5, 0.1, 3.2),
+    OrientedBox(4.05, 1.5, 0.1, 3.2),
+)
+
+
+def room_field() -> DistanceField:
+    return DistanceField.of(ROOM, (-1.0, -1.0, 5.0, 4.0))
+
+
+def scan_of(boxes, pose, sigma: float = 0.0, seed: int = 0) -> np.ndarray:
+    """Return the scan (180,) of a lidar among boxes, by shapely."""
+    angles = pose[2] - math.pi + 2.0 * math.pi / 180 * np.arange(180)
+    shape = shapely.union_all([shapely.Polygon(box.corners()).boundary for box in boxes])
+    here = shapely.Point(pose[:2])
+    ends = np.array(pose[:2]) + 10.0 * np.column_stack([np.cos(angles), np.sin(angles)])
+    hits = shapely.intersection(shapely.linestrings([[pose[:2], end] for end in ends]), shape)
+    ranges = np.array([10.0 if hit.is_empty else here.distance(hit) for hit in hits])
+    return ranges + sigma * np.random.default_rng(seed).standard_normal(180) * (ranges < 10.0)
+
+
+@given(x=st.floats(0.0, 4.0), y=st.floats(0.0, 4.0))
+def test_the_field_is_the_distance_to_the_boxes(x, y):
+    field = DistanceField.of(BOXES, (-1.0, -1.0, 5.0, 5.0), resolution=0.02)
+    true = min(shapely.Polygon(box.corners()).distance(shapely.Point(x, y)) for box in BOXES)
+    value = float(field.at(np.array([[x, y]]))[0])
+    if true > 0.0:
+        assert value == pytest.approx(min(true, REACH), abs=0.012)
+    else:
+        assert value < 0.012
+
+
+def test_the_slope_of_the_field_leads_away_from_a_wall():
+    distance, slope = room_field().with_gradient(np.array([[0.31, 1.5], [2.0, 0.42], [3.77, 1.0]]))
+    assert distance == pytest.approx([0.31, 0.42, 0.23])
+    assert slope == pytest.approx(np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]), abs=1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(x=st.floats(-1.0, 5.0), y=st.floats(-1.0, 5.0), angle=st.floats(-3.1, 3.1))
+def test_rays_meet_boxes_where_lines_cross_their_outlines(x, y, angle):
+    direction = np.array([[math.cos(angle), math.sin(angle)]])
+    lengths = ray_lengths(np.array([[x, y]]), direction, BOXES)[0]
+    line = shapely.LineString([(x, y), (x + 20.0 * direction[0, 0], y + 20.0 * direction[0, 1])])
+    for box, length in zip(BOXES, lengths, strict=True):
+        shape = shapely.Polygon(box.corners())
+        crossing = line.intersection(shape)
+        if crossing.is_empty:
+            assert length == math.inf or shape.distance(line) < 1e-9
+        elif crossing.length > 1e-6:
+            assert length == pytest.approx(shapely.Point(x, y).distance(crossing), abs=1e-6)
+
+
+@pytest.mark.parametrize("offset", [(0.04, -0.03, 0.03), (-0.05, 0.05, -0.04), (0.0, 0.06, 0.05)])
+def test_scan_matching_finds_the_pose_that_the_walls_of_a_room_determine(offset):
+    true = (1.3, 1.1, 0.4)
+    localizer = Localizer(room_field(), (true[0] + offset[0], true[1] + offset[1], true[2] + offset[2]))
+    localizer.covariance = np.diag([1.0, 1.0, 1.0])
+    for _ in range(3):
+        localizer.match(lidar_points(scan_of(ROOM, true)))
+    assert localizer.pose == pytest.approx(true, abs=1e-3)
+
+
+def test_without_drift_scans_change_nothing():
+    localizer = Localizer(room_field(), (1.0, 1.0, 0.0), drift=0.0)
+    localizer.move((0.5, 0.1, 0.2))
+    localizer.match(lidar_points(scan_of(ROOM, (1.4, 1.1, 0.2))))
+    assert localizer.pose == pytest.approx((1.5, 1.1, 0.2))
+
+
+@pytest.fixture(scope="module")
+def laboratory():
+    layout = island_laboratory()
+    return layout, OldMap.of(layout), RayScene(layout, "solid")
+
+
+def circuit(turns: int = 3):
+    """Yield poses of a robot that drives around the island."""
+    corners = [(1.6, 1.0), (6.4, 1.0), (6.4, 4.2), (1.6, 4.2)]
+    for _ in range(turns):
+        for k, (x, y) in enumerate(corners):
+            nx, ny = corners[(k + 1) % 4]
+            yaw, length = math.atan2(ny - y, nx - x), math.dist((x, y), (nx, ny))
+            for step in np.linspace(0.0, 1.0, math.ceil(length / 0.1), endpoint=False):
+                yield x + step * (nx - x), y + step * (ny - y), yaw
+
+
+def test_the_pose_is_known_to_centimeters_while_the_odometry_drifts(laboratory):
+    _, old, rays = laboratory
+    lidar, noise = Lidar(), np.random.default_rng(1)
+    poses = list(circuit())
+    localizer, odometry = Localizer(old.seen, poses[0]), Drift(poses[0], 1.0, 4)
+    errors, dead = [], []
+    for pose in poses:
+        reckoned = odometry.moved(pose)
+        localizer.move(reckoned)
+        ranges = np.asarray(lidar.scan(rays, pose), dtype=np.float64)
+        ranges = np.where(ranges < 10.0, ranges + 0.03 * noise.standard_normal(180), ranges)
+        localizer.match(lidar_points(np.clip(ranges, 0.0, 10.0)))
+        errors.append((math.dist(localizer.pose[:2], pose[:2]), abs(wrap_angle(localizer.pose[2] - pose[2]))))
+        dead.append(math.dist(compose(poses[0], reckoned)[:2], pose[:2]))
+    worst = np.max(errors, axis=0)
+    assert worst[0] < 0.04
+    assert worst[1] < math.radians(1.5)
+    assert max(dead) > 5.0 * worst[0]
+
+
+def costmap(clearing: bool = True) -> Costmap:
+    return Costmap(room_field(), room_field(), clearing=clearing)
+
+
+def observe(layers: Costmap, boxes, pose, ignored: bool = False) -> np.ndarray:
+    ranges = scan_of((*ROOM, *boxes), pose)
+    points = to_world(lidar_points(ranges), pose)
+    return layers.observe(pose, ranges, points, np.full(len(points), ignored))
+
+
+CARTON = OrientedBox(2.6, 1.5, 0.3, 0.3)
+HERE = (1.0, 1.5, 0.0)
+
+
+def test_the_lidar_marks_what_the_map_lacks_and_nothing_else():
+    layers = costmap()
+    assert len(observe(layers, (), HERE)) == 0
+    fresh = observe(layers, (CARTON,), HERE)
+    assert np.abs(to_local(fresh, (2.45, 1.5, 0.0))[:, 0]).max() < 1e-6
+    front = np.array([[2.05, 1.5], [2.3, 1.5]])
+    assert layers.clearance(front) == pytest.approx([0.4, 0.15], abs=0.06)
+    assert len(observe(layers, (CARTON,), HERE)) == 0
+
+
+def test_rays_clear_what_has_gone_except_where_they_pass_through_things():
+    for clearing in (True, False):
+        layers = costmap(clearing)
+        for _ in range(10):
+            observe(layers, (CARTON,), HERE)
+        for _ in range(16):
+            observe(layers, (), HERE)
+        assert bool((layers.evidence > 0).any()) is not clearing
+
+
+def test_people_who_walk_leave_no_marks_and_marks_can_be_forgotten():
+    layers = costmap()
+    observe(layers, (CARTON,), HERE, ignored=True)
+    assert not (layers.evidence > 0).any()
+    observe(layers, (CARTON,), HERE)
+    layers.forget(HERE, 0.5)
+    assert (layers.evidence > 0).any()
+    layers.forget(HERE, 3.0)
+    assert not (layers.evidence > 0).any()
+
+
+@pytest.mark.parametrize(("gap", "exists"), [(0.60, True), (0.64, True), (0.50, False)])
+def test_a_plan_passes_a_gap_that_the_chassis_passes(gap, exists):
+    sides = (
+        OrientedBox(2.03, (1.5 - gap / 2) / 2, 0.4, 1.5 - gap / 2),
+        OrientedBox(2.03, (4.5 + gap / 2) / 2, 0.4, 1.5 - gap / 2),
+    )
+    field = DistanceField.of((*ROOM, *sides), (-1.0, -1.0, 5.0, 4.0))
+    plan = planned(Costmap(field, field), (1.0, 1.5, 0.0), (3.0, 1.5))
+    assert (plan is not None) is exists
+    if plan is not None:
+        assert field.at(plan.points).min() > ROBOT.chassis_radius
+        assert plan.remaining == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_plan_leads_around_a_mark_and_is_blocked_by_one():
+    layers = costmap()
+    straight = planned(layers, HERE, (3.5, 1.5))
+    assert straight is not None
+    assert not straight.blocked(layers)
+    observe(layers, (CARTON,), HERE)
+    assert straight.blocked(layers)
+    around = planned(layers, HERE, (3.5, 1.5))
+    assert around is not None
+    assert layers.clearance(around.points).min() >= ROBOT.chassis_radius
+    points, left = visible(around, HERE, layers)
+    assert len(points) == len(left)
+    assert left[0] == pytest.approx(around.remaining)
+
+
+@given(v=st.floats(-0.3, 1.0), w=st.floats(-1.5, 1.5), seed=st.integers(0, 1000))
+def test_sequences_keep_to_the_accelerations(v, w, seed):
+    wanted = np.random.default_rng(seed).uniform((-0.3, -1.5), (1.0, 1.5), (5, 12, 2))
+    limits = MotionLimits(acceleration=0.8, turn_acceleration=2.0)
+    driven = limited(wanted, (v, w), limits, 0.1)
+    changes = np.abs(np.diff(driven, axis=1, prepend=np.broadcast_to((v, w), (5, 1, 2))))
+    assert (changes.max(axis=(0, 1)) <= np.array([0.08, 0.2]) + 1e-9).all()
+
+
+def test_commands_keep_to_the_limits_and_lead_to_the_end_of_the_path():
+    layers, limits = costmap(), MotionLimits(acceleration=0.7, turn_acceleration=2.5)
+    controller = Controller(np.random.default_rng(0), limits)
+    plan = Plan(np.array([[1.0, 1.5], [2.0, 1.5], [3.0, 2.3]]))
+    pose, velocity, commands = HERE, (0.0, 0.0), [(0.0, 0.0)]
+    for _ in range(40):
+        plan.advance(pose)
+        velocity = controller.command(pose, velocity, plan, layers, speed=max(plan.remaining, 0.05))
+        commands.append(velocity)
+        pose = tuple(rollouts(pose, velocity, np.array([[velocity]]), 0.1)[0, 0])
+    assert math.dist(pose[:2], (3.0, 2.3)) < 0.2
+    changes = np.abs(np.diff(np.array(commands), axis=0)).max(axis=0)
+    assert changes[0] <= 0.07 + 1e-9
+    assert changes[1] <= 0.25 + 1e-9
+
+
+def test_a_rollout_at_constant_velocities_is_an_arc():
+    v, w = 0.6, 0.9
+    end = rollouts((1.0, 2.0, 0.3), (v, w), np.full((1, 20, 2), (v, w)), 0.1)[0, -1]
+    angle = 0.3 + 2.0 * w
+    center = np.array([1.0 - v / w * math.sin(0.3), 2.0 + v / w * math.cos(0.3)])
+    assert end[:2] == pytest.approx(center + v / w * np.array([math.sin(angle), -math.cos(angle)]), abs=2e-3)
+    assert end[2] == pytest.approx(angle)
+
+
+def test_a_person_who_walks_is_tracked_at_their_velocity_and_one_who_stands_is_not_walking():
+    crowd, walking = Crowd(), np.zeros(0, dtype=bool)
+    for k in range(25):
+        centers = np.array([[1.0 + 0.08 * k, 2.0], [2.0, 0.8]])
+        ranges = with_people(scan_of(ROOM, HERE), HERE, centers)
+        points = to_world(lidar_points(np.asarray(ranges, dtype=np.float64)), HERE)
+        unexplained = room_field().at(points) > 0.15
+        walking = crowd.observe(HERE, points, unexplained)
+    people = sorted(crowd.people, key=lambda person: person.place[1])
+    assert [person.walking for person in people] == [False, True]
+    assert people[1].velocity == pytest.approx((0.8, 0.0), abs=0.15)
+    assert people[1].place == pytest.approx((1.0 + 0.08 * 24, 2.0), abs=0.12)
+    assert walking.sum() >= 2
+
+
+def test_clusters_are_separated_by_gaps_and_not_wider_than_a_person():
+    wide = np.column_stack([np.linspace(0.0, 2.0, 15), np.zeros(15)])
+    legs = np.array([[5.0, 0.0], [5.05, 0.05], [5.3, 0.0]])
+    groups = clusters(np.concatenate([wide, legs]))
+    assert [group.tolist() for group in groups] == [[15, 16, 17]]
+
+
+def test_only_motion_can_touch_a_person():
+    person = Person((1.0, 0.0), (-1.0, 0.0), True)
+    stay = np.zeros((1, 15, 2))
+    resting = approach_cost(person, stay, np.zeros((1, 15), dtype=bool), 0.1)
+    driving = approach_cost(person, stay, np.ones((1, 15), dtype=bool), 0.1)
+    assert driving[0] > resting[0] + 50.0
+    away = approach_cost(Person((9.0, 0.0), (0.0, 0.0), False), stay, np.ones((1, 15), dtype=bool), 0.1)
+    assert away[0] == 0.0
+
+
+@pytest.mark.parametrize("offset", [(0.06, 0.05, 0.08), (-0.05, -0.07, -0.1), (0.0, 0.08, 0.0)])
+def test_the_pose_of_a_station_is_measured_to_millimeters_in_depth_and_to_the_rays_spacing_across(laboratory, offset):
+    layout, old, _ = laboratory
+    hood = layout.box("FumeHood_1")
+    goal = (hood.x, hood.y - hood.depth / 2.0 - 0.6, math.pi / 2.0)
+    front = (hood.x, hood.y - hood.depth / 2.0, math.pi / 2.0)
+    shifted = []
+    for owner, box in old.sections:
+        if owner == "FumeHood_1":
+            x, y, yaw = moved((box.x, box.y, box.yaw), front, offset)
+            shifted.append(OrientedBox(x, y, box.width, box.depth, yaw))
+        else:
+            shifted.append(box)
+    station = Station(old, goal)
+    for along in np.linspace(2.2, 0.8, 7):
+        pose = compose(goal, (-along, 0.6 * (along - 0.8), 0.1))
+        station.observe(pose, scan_of(shifted, pose))
+    across, depth, turn = np.abs(np.array(station.goal) - moved(goal, front, offset))
+    assert depth < 0.004
+    assert turn < math.radians(0.3)
+    assert across < 0.015
