@@ -29,8 +29,9 @@ class TrainingArguments:
         hyperparams: YAML file of hyperparameters by environment, in the format of RL Baselines3 Zoo; by default the
             one that comes with labgym (labgym/training/hyperparams).
         changes: Hyperparameters that replace those of the file, such as learning_rate=1e-4 n_envs=16.
-        vectorization: How environments run: on the compiled kernel (extra fast), one after the other in this process,
-            or one process each; auto takes the kernel if it is installed and has all parts of the environment.
+        vectorization: How environments run: on the compiled kernel (extra fast), in one process per processor, one
+            after the other in this process (dummy), or one process each (subproc); auto takes the kernel if it has all
+            parts of the environment, otherwise processes.
         seed: Random seed of the whole run.
         out: Folder for policies, scores, logs and checkpoint; by default runs/ALGORITHM/ENVIRONMENT.
         threads: Number of torch threads; the last bits of the weights depend on it.
@@ -40,7 +41,7 @@ class TrainingArguments:
     steps: OptionalWholeNumber = None
     hyperparams: OptionalPath = None
     changes: Named = ()
-    vectorization: Literal["auto", "kernel", "dummy", "subproc"] = "auto"
+    vectorization: Literal["auto", "kernel", "processes", "dummy", "subproc"] = "auto"
     seed: int = 0
     out: OptionalPath = None
     threads: int = 1

@@ -1,4 +1,4 @@
-"""Vector environments for stable-baselines3: on the compiled kernel where possible, else one environment at a time."""
+"""Vector environments for stable-baselines3: on the compiled kernel, in processes, or one after the other."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ import labgym  # noqa: F401 -- registers the environments
 from labgym.envs.config import PointNavConfig
 from labgym.envs.presets import presets
 from labgym.envs.tasks import FLOORS_TRAIN
+from labgym.envs.vector.processes import processors
 from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
 from labgym.training.layouts import FirstLayouts
 from labgym.training.start_frame import StartFrame
 
-VECTORIZATIONS = ("auto", "kernel", "dummy", "subproc")
+VECTORIZATIONS = ("auto", "kernel", "processes", "dummy", "subproc")
 MEASURES = ("is_success", "cost", "path_length", "shortest_path_length")
 """The entries of the info that the logs and scores of training need."""
 
@@ -33,9 +34,12 @@ def make_environments(
     Args:
         environment: id of a registered environment.
         count: number of environments.
-        vectorization: "kernel", all on the planar kernel with threads (`LabVecEnv`, extra `fast`); "dummy", one after
-            the other in this process; "subproc", one process each; "auto", the kernel if numba is installed and it has
-            all parts of the environment, else "dummy", on the planar physics if numba is installed.
+        vectorization: "kernel", all on the planar kernel with threads (`LabVecEnv`, extra `fast`); "processes", shares
+            of them in one process per processor (`LabVecEnv`); "dummy", one after the other in this process; "subproc",
+            one process each. "auto" takes the kernel if numba is installed and it has all parts of the environment,
+            otherwise processes, and "dummy" for goal environments, on one processor and without numba. With numba,
+            "auto" has the planar physics unless `physics` is passed. Make processes under
+            `if __name__ == "__main__":`.
         layouts: number of layouts of the splits "train" and "floors-train" (`FirstLayouts`); 0 generates new ones
             without end, which takes longer than driving in them.
         options: arguments of the environment, and `max_episode_steps`, by default that of the id.
@@ -57,32 +61,61 @@ def make_environments(
         training = FirstLayouts(layouts, "rooms" if split == "train" else "floors")
         options |= {"split": "train", "training": training, "episodes_per_layout": 1}
     compiled = find_spec("numba") is not None
-    if vectorization == "kernel" or (vectorization == "auto" and compiled):
-        if not compiled:
-            raise MissingDependencyError("numba", "vectorization 'kernel'", "fast")
-        try:
-            return VecMonitor(_kernel(environment, count, options))
-        except OptionError:
-            if vectorization == "kernel":
-                raise
-    if vectorization == "auto" and compiled:
-        options = {"physics": "planar", **options}
+    if vectorization == "kernel" and not compiled:
+        raise MissingDependencyError("numba", "vectorization 'kernel'", "fast")
+    if vectorization == "auto":
+        options = {"physics": "planar", **options} if compiled else options
+        vectorization = _fastest(environment, count, options) if compiled else "dummy"
+    if vectorization in ("kernel", "processes"):
+        return VecMonitor(_together(environment, count, options, vectorization))
     makers: list[Callable[[], gym.Env[Any, Any]]] = [partial(_single, environment, options)] * count
     return VecMonitor(SubprocVecEnv(makers) if vectorization == "subproc" else DummyVecEnv(makers))
 
 
-def _kernel(environment: str, count: int, options: Mapping[str, Any]) -> VecEnv:
+def _fastest(environment: str, count: int, options: Mapping[str, Any]) -> str:
+    """Return the vectorization that "auto" takes if numba is installed."""
     from labgym.envs.vector.env import check_kernel
+
+    config = _config(environment, options)
+    try:
+        check_kernel(config)
+    except OptionError:
+        return "dummy" if _is_goal(config) or min(count, processors()) == 1 else "processes"
+    return "kernel"
+
+
+def _together(environment: str, count: int, options: Mapping[str, Any], vectorization: str) -> VecEnv:
+    """Return the vector environment of labgym.
+
+    Raises:
+        OptionError: the kernel lacks a part, or it is a goal environment, which needs `StartFrame`.
+    """
     from labgym.envs.vector.stable_baselines import LabVecEnv
 
+    config = _config(environment, options if vectorization == "processes" else {"physics": "planar", **options})
+    processes = None
+    if vectorization == "kernel":
+        from labgym.envs.vector.env import check_kernel
+
+        check_kernel(config)
+    elif _is_goal(config):
+        raise OptionError("goal environments do not run with vectorization 'processes': use 'dummy' or 'subproc'")
+    else:
+        processes = processors()
+    spec: Any = gym.spec(environment)
+    limit = options.get("max_episode_steps", spec.max_episode_steps)
+    return LabVecEnv(count, max_episode_steps=limit, processes=processes, config=config, physics=config.physics)
+
+
+def _config(environment: str, options: Mapping[str, Any]) -> PointNavConfig:
     parts = {name: value for name, value in options.items() if name != "max_episode_steps"}
-    check_kernel(PointNavConfig.of(environment, {"physics": "planar", **parts}))
-    limit = {"max_episode_steps": gym.spec(environment).max_episode_steps}
-    return LabVecEnv(count, **{**limit, "config": environment, **options})
+    return PointNavConfig.of(environment, parts)
+
+
+def _is_goal(config: PointNavConfig) -> bool:
+    return any(sensor.name == "achieved_goal" for sensor in config.observed)
 
 
 def _single(environment: str, options: Mapping[str, Any]) -> gym.Env[Any, Any]:
     made = gym.make(environment, disable_env_checker=True, **options)
-    space = made.observation_space
-    is_goal = isinstance(space, gym.spaces.Dict) and "achieved_goal" in space.spaces
-    return StartFrame(made) if is_goal else made
+    return StartFrame(made) if _is_goal(_config(environment, options)) else made

@@ -43,13 +43,34 @@ def test_auto_takes_the_kernel_if_numba_is_installed_and_one_process_otherwise(m
         make_environments(vectorization="kernel", layout=LAYOUT)
 
 
-def test_auto_takes_one_process_for_parts_that_the_kernel_lacks():
+def test_auto_takes_processes_for_parts_that_the_kernel_lacks(monkeypatch):
+    pytest.importorskip("numba")
+    from labgym.envs.vector.processes import ProcessPointNavEnv
+
+    monkeypatch.setattr(module, "processors", lambda: 2)
+    made = make_environments("LabPointNavDiscrete-v1", 2, layout=LAYOUT, max_episode_steps=3)
+    assert isinstance(inner(made).envs, ProcessPointNavEnv)
+    made.seed(0)
+    made.reset()
+    for _ in range(3):
+        _, _, dones, infos = made.step(np.zeros(2, np.int64))
+    made.close()
+    assert dones.all()
+    assert all({*module.MEASURES, "episode", "terminal_observation"} <= info.keys() for info in infos)
+    monkeypatch.setattr(module, "processors", lambda: 1)
+    made = make_environments("LabPointNavDiscrete-v1", 2, layout=LAYOUT)
+    assert isinstance(inner(made), DummyVecEnv)
+    made.close()
+
+
+def test_goal_environments_run_one_after_the_other():
     pytest.importorskip("numba")
     made = make_environments("LabPointNavGoal-v1", 2, layout=LAYOUT)
     assert isinstance(inner(made), DummyVecEnv)
     made.close()
-    with pytest.raises(OptionError):
-        make_environments("LabPointNavGoal-v1", 2, "kernel", layout=LAYOUT)
+    for vectorization in ("kernel", "processes"):
+        with pytest.raises(OptionError):
+            make_environments("LabPointNavGoal-v1", 2, vectorization, layout=LAYOUT)
 
 
 @pytest.mark.parametrize("vectorization", ["kernel", "dummy"])

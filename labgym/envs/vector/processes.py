@@ -77,7 +77,7 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
         self.single_action_space = config.actions.space(config.robot)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        count = min(_processors() if processes is None else whole("processes", processes), self.num_envs)
+        count = min(processors() if processes is None else whole("processes", processes), self.num_envs)
         bounds = [self.num_envs * k // count for k in range(count + 1)]
         self._shares = list(pairwise(bounds))
         self._board = shared_board(self.single_observation_space, self.num_envs)
@@ -94,6 +94,12 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
                     for first, last in self._shares
                 ],
             )
+        except WorkersLostError:
+            self.close_extras()
+            raise WorkersLostError(
+                "the worker processes of the vector environment died at their start: in a script, make the environment "
+                'under `if __name__ == "__main__":`'
+            ) from None
         except BaseException:
             self.close_extras()
             raise
@@ -212,5 +218,6 @@ def _rows(space: spaces.Space[Any], observations: Any) -> list[Any]:
     return list(iterate(batch_space(space, len(next(iter(observations.values())))), observations))
 
 
-def _processors() -> int:
+def processors() -> int:
+    """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
