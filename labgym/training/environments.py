@@ -117,5 +117,6 @@ def _is_goal(config: PointNavConfig) -> bool:
 
 
 def _single(environment: str, options: Mapping[str, Any]) -> gym.Env[Any, Any]:
-    made = gym.make(environment, disable_env_checker=True, **options)
+    # From its description, an older version is made without Gymnasium's warning.
+    made = gym.make(gym.spec(environment), disable_env_checker=True, **options)
     return StartFrame(made) if _is_goal(_config(environment, options)) else made

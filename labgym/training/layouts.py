@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 
 from labgym.envs.training import source_of
 from labgym.envs.world import keep
-from labgym.errors import OptionError
+from labgym.errors import OptionError, SearchLimitWarning
 from labgym.layouts import Layout
 
 RESIDENT_MB = 2048.0
@@ -48,4 +49,6 @@ class FirstLayouts:
 
 @lru_cache(maxsize=4096)
 def _layout(source: str, number: int) -> Layout:
-    return source_of(source, None, "default")(number)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SearchLimitWarning)  # Less furniture than the room holds is no loss here.
+        return source_of(source, None, "default")(number)
