@@ -13,7 +13,7 @@ README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding=
 SNIPPETS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
 
 SMALLER = (
-    ("total_timesteps=2_000_000", "total_timesteps=8"),
+    ("total_timesteps=1_000_000", "total_timesteps=8"),
     ("count=64", "count=1"),
     ("layouts=128", "layouts=1"),
     ("n_steps=64, batch_size=1024", "n_steps=8, batch_size=8"),
