@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Collection, Hashable
 from dataclasses import dataclass, replace
 
 import mujoco
+import numpy as np
 
+from labgym.assets.articulation import FOOTINGS, footing
 from labgym.envs.mount import Mount, attach
 from labgym.envs.parts.protocols import Robot
 from labgym.envs.parts.robots import DifferentialDrive
+from labgym.envs.pushing import Thing
 from labgym.envs.reach import OutOfReach, robot_alone
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.world import World
+from labgym.errors import OptionError
 from labgym.layouts import Layout
+from labgym.layouts.model import FLOOR
 from labgym.scenes import to_mjcf
+from labgym.scenes.castors import add_castored
 
 
 @dataclass(frozen=True)
@@ -24,11 +30,13 @@ class Moving:
     Attributes:
         interactive: whether drawers, doors, sashes, stools, trolleys and boxes move. loose: objects on surfaces too.
         visible: whether the model has the visual shapes, which cameras see.
+        pushable: ids of the placements that the robot can push in a scene that is not interactive, with masses in kg.
     """
 
     interactive: bool = False
     loose: bool = False
     visible: bool = False
+    pushable: tuple[tuple[str, float], ...] = ()
 
 
 UNSEEN = 5
@@ -45,16 +53,22 @@ class Assembly:
         model: the scene with the robot.
         alone: the robot without the scene, with the same motion to the bit where it can touch nothing; None if the
             robot is always stepped in the scene.
-        out_of_reach: where it can touch nothing; None likewise.
+        out_of_reach: where it can touch nothing but `things`; None likewise.
+        things: what the robot can push.
     """
 
     model: mujoco.MjModel
     alone: mujoco.MjModel | None = None
     out_of_reach: OutOfReach | None = None
+    things: tuple[Thing, ...] = ()
 
 
 def assembly_of(world: World, robot: Robot, moving: Moving = STATIC) -> Assembly:
-    """Return a robot in the layout of a world. Environments of a process share it if the robot has a hash."""
+    """Return a robot in the layout of a world. Environments of a process share it if the robot has a hash.
+
+    Raises:
+        OptionError: the robot cannot push the things that `moving` names.
+    """
     if moving == STATIC and is_standard(robot):
         return Assembly(world.model, robot_alone(), world.out_of_reach)
 
@@ -92,18 +106,65 @@ def _key(robot: Robot, moving: Moving) -> Hashable | None:
 
 
 def _built(layout: Layout, robot: Robot, moving: Moving) -> Assembly:
-    scene = to_mjcf(layout, visible=moving.visible, interactive=moving.interactive, loose=moving.loose)
+    masses = dict(moving.pushable)
+    things = tuple(_thing(layout, name, mass) for name, mass in moving.pushable)
+    static = without(layout, masses)
+    scene = to_mjcf(static, visible=moving.visible, interactive=moving.interactive, loose=moving.loose)
     attach(scene, robot)
+    for thing in things:
+        asset = layout.asset(thing.name)
+        add_castored(scene, thing.name, asset, thing.pose, thing.mass, thing.friction)
     scene.compiler.discardvisual = not moving.visible
     scene.compiler.fusestatic = not moving.interactive
     model = scene.compile()
     mount = Mount.of(model)
     if moving.interactive:
         model.geom_group[mount.geoms] = UNSEEN
-    if not mount.alone:
+    if things:
+        _check_pushing(mount, robot, moving)
+    elif not mount.alone:
         return Assembly(model)
     single = mujoco.MjSpec()
     attach(single, robot)
     single.compiler.discardvisual = True
     alone = single.compile()
-    return Assembly(model, alone, OutOfReach(model, robot.size))
+    return Assembly(model, alone, OutOfReach(model, robot.size), things)
+
+
+def without(layout: Layout, names: Collection[str]) -> Layout:
+    """Return a layout without some placements."""
+    if not names:
+        return layout
+    return layout.replace(placements=tuple(each for each in layout.placements if each.id not in names))
+
+
+def _thing(layout: Layout, name: str, mass: float) -> Thing:
+    """Return a placement as a thing that the robot can push.
+
+    Raises:
+        UnknownNameError: no placement has that id.
+        OptionError: it does not stand on castors or feet that slide, or it carries something.
+    """
+    placement, asset = layout.placement(name), layout.asset(name)
+    foot = footing(asset)
+    if foot is None or placement.support != FLOOR:
+        raise OptionError(
+            f"placement {name!r} ({asset.name}) cannot be pushed: choose one that stands on the floor, of the shapes "
+            f"{', '.join(sorted(FOOTINGS))}"
+        )
+    if layout.children(name):
+        raise OptionError(
+            f"placement {name!r} carries {layout.children(name)[0].id!r}: only empty things can be pushed"
+        )
+    corners = np.concatenate([box.corners() for box in asset.solids()])
+    radius = float(np.hypot(*corners.T).max())
+    return Thing(name, mass, foot.friction, (*placement.position[:2], placement.yaw), radius)
+
+
+def _check_pushing(mount: Mount, robot: Robot, moving: Moving) -> None:
+    if moving.interactive:
+        raise OptionError("things that the robot can push are part of an interactive scene: pass interactive=False")
+    if not mount.planar or mount.rates.stop - mount.rates.start != 3:
+        raise OptionError(
+            f"robot {type(robot).__name__} cannot push things: pass robot='differential' or robot='holonomic'"
+        )

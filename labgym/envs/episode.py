@@ -9,16 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from labgym.envs.assembly import is_standard
+from labgym.envs.assembly import Moving, assembly_of, is_standard
 from labgym.envs.moving_scene import MovingScene
 from labgym.envs.parts.protocols import Command, Condition, Motion, Robot
 from labgym.envs.physics import Physics, make_physics
+from labgym.envs.pushed_scene import PushedScene
+from labgym.envs.pushing import PushingSimulation
 from labgym.envs.scene_simulation import SceneSimulation
 from labgym.envs.setting import Setting
 from labgym.envs.simulation import arc
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
+from labgym.errors import OptionError
 from labgym.geometry import wrap_angle
 
 SUCCESS_DISTANCE = 0.5
@@ -56,13 +59,19 @@ class Episode:
     ) -> None:
         world = world_of(task.layout)
         self.task = task
+        if task.pushable and physics == "planar":
+            raise OptionError("the planar kernel moves nothing but the robot: pass physics='mujoco'")
         assembly = None if setting is None else setting.changed()
+        if assembly is None and task.pushable:
+            assembly = assembly_of(world, robot, Moving(pushable=tuple(task.pushable.items())))
         palette = None if setting is None else setting.palette
         self.simulation: Physics = make_physics(physics, world, robot, control_dt, assembly)
         self.simulation.place(task.pair.start)
         pose, planar = self.simulation.pose, physics == "planar"
-        moving = None
-        if interactive and isinstance(self.simulation, SceneSimulation):
+        moving: MovingScene | PushedScene | None = None
+        if isinstance(self.simulation, PushingSimulation):
+            moving = PushedScene(self.simulation, task.layout, robot.size, exact, palette)
+        elif interactive and isinstance(self.simulation, SceneSimulation):
             moving = MovingScene(self.simulation, task.layout, robot.size, palette)
         self.state = State(
             task,

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from labgym.envs.assembly import Assembly, assembly_of, is_standard
 from labgym.envs.parts.protocols import Robot
+from labgym.envs.pushing import PushingSimulation
 from labgym.envs.scene_simulation import SceneSimulation
 from labgym.envs.simulation import Simulation
 from labgym.envs.state import Pose
@@ -97,4 +98,6 @@ def make_physics(name: str, world: World, robot: Robot, control_dt: float, assem
     if assembly.out_of_reach is None:
         return SceneSimulation(assembly.model, robot, control_dt)
     size = robot.size if robot.size.control_dt == control_dt else replace(robot.size, control_dt=control_dt)
+    if assembly.things:
+        return PushingSimulation(assembly.model, size, assembly.out_of_reach, assembly.alone, assembly.things)
     return Simulation(assembly.model, size, assembly.out_of_reach, assembly.alone)

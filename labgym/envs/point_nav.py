@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -364,7 +365,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         if not self._randomizations and not config.interactive:
             return None, {}
         world = world_of(task.layout)
-        assembly = None if config.physics == "planar" else assembly_of(world, self._robot, config.moving)
+        moving = replace(config.moving, pushable=tuple(task.pushable.items()))
+        assembly = None if config.physics == "planar" else assembly_of(world, self._robot, moving)
         setting = Setting.of(assembly, self._sensors)
         drawn = {
             each.name: each.randomize(setting, stream(rng, f"randomization {each.name}"))

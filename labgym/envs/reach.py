@@ -8,7 +8,7 @@ import cv2
 import mujoco
 import numpy as np
 
-from labgym.envs.robot import BOTTOM, PREFIX, ROBOT, RobotSpec, attach_robot
+from labgym.envs.robot import BOTTOM, ROBOT, RobotSpec, attach_robot
 
 CELL = 0.05
 """Spacing of the grid, meters."""
@@ -29,7 +29,7 @@ class OutOfReach:
     drawn on a grid; the errors of the grid make them larger, never smaller.
 
     Args:
-        model: a compiled scene with the robot, whose other geoms are fixed to the world.
+        model: a compiled scene with the robot; geoms that are not fixed to the world are left out.
         robot: its dimensions.
     """
 
@@ -67,9 +67,9 @@ def _outlines(model: mujoco.MjModel, height: float) -> list[np.ndarray]:
     """Return the convex outlines, each (n, 2) meters, of the solids up to a robot's height."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    robot = np.array([model.body(body).name.startswith(PREFIX) for body in range(model.nbody)])
+    fixed = model.body_weldid[model.geom_bodyid] == 0
     colliding = (model.geom_contype | model.geom_conaffinity) != 0
-    solid = colliding & ~robot[model.geom_bodyid] & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
+    solid = colliding & fixed & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
     geoms = np.flatnonzero(solid)
     signs = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, 8).T
     local = model.geom_aabb[geoms, None, :3] + signs * model.geom_aabb[geoms, None, 3:]

@@ -107,12 +107,16 @@ class Simulation:
         for _ in range(self._checks):
             data = self._within_reach(x, y)
             data.ctrl[self._servos] = command
-            mujoco.mj_step(data.model, data, self._steps)
-            touched = touched or data.ncon > 0
+            touched = self._advance(data, self._steps) or touched
             last, (x, y, yaw) = (x, y, yaw), data.qpos[at].tolist()
             driven += arc(math.hypot(x - last[0], y - last[1]), yaw - last[2])
         self._read()
         return driven, touched
+
+    def _advance(self, data: mujoco.MjData, steps: int) -> bool:
+        """Advance by some physics steps; return whether the robot then touches anything."""
+        mujoco.mj_step(data.model, data, steps)
+        return bool(data.ncon > 0)
 
     @property
     def timestep(self) -> float:

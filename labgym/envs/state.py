@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from labgym.envs.moving_scene import MovingScene
     from labgym.envs.palette import Palette
     from labgym.envs.parts.protocols import Presence, Robot
+    from labgym.envs.pushed_scene import PushedScene
     from labgym.envs.sensors import Camera, Lidar
     from labgym.envs.tasks import Task
     from labgym.envs.world import World
@@ -50,7 +51,8 @@ class State:
         verdict: the verdict of the endings on the drive in progress; None while it goes on. ending: the name of the
             ending that gave it, "" without one.
         terms: the weighted reward terms of the latest action, by name.
-        moving: what sensors see of a scene in which furniture moves; None if nothing but the robot moves.
+        moving: what sensors see of a scene in which furniture moves or can be pushed; None if nothing but the robot
+            moves.
         palette: colors of this episode; None for those of the layout.
         randomization: the drawn values of the randomizations by name.
         conditions: the data of the conditions by name. presences: the conditions in progress by name.
@@ -81,7 +83,7 @@ class State:
     verdict: Verdict | None = None
     ending: str = ""
     terms: dict[str, float] = field(default_factory=dict)
-    moving: MovingScene | None = None
+    moving: MovingScene | PushedScene | None = None
     palette: Palette | None = None
     randomization: dict[str, Any] = field(default_factory=dict)
     conditions: dict[str, Any] = field(default_factory=dict)

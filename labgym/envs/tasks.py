@@ -42,7 +42,7 @@ class Task:
         old_map: the layout before things moved, which agents may receive; None for the layout itself.
         announced: the drive by the old map, which agents receive; None for `pair`.
         conditions: data of conditions, by name, in place of what they would draw.
-        pushable: ids of the placements that the robot can push.
+        pushable: masses, in kg, of the placements that the robot can push, by id.
     """
 
     layout: Layout
@@ -52,7 +52,7 @@ class Task:
     old_map: Layout | None = None
     announced: GoalPair | None = None
     conditions: Mapping[str, Any] = field(default_factory=dict)
-    pushable: tuple[str, ...] = ()
+    pushable: Mapping[str, float] = field(default_factory=dict)
 
 
 class TaskSource:

@@ -36,21 +36,16 @@ FIELDS = 64
 """Number of goals whose distance field a world keeps; a field of the largest room takes 8 MB."""
 LENGTHS = 4096
 """Number of drives whose shortest length a world keeps."""
-GRID, PATHS, OUT_OF_REACH = "grid", "paths", "out of reach"
+MODEL, GRID, PATHS, OUT_OF_REACH = "model", "grid", "paths", "out of reach"
 """Names of derived data; the meshes have the names of their geometry."""
 
 
 class World:
-    """The parts of one layout that do not change while the robot drives; shared by the environments of a process.
-
-    Attributes:
-        model: the robot and the colliding geoms of the scene, without visual geoms.
-    """
+    """The parts of one layout that do not change while the robot drives; shared by the environments of a process."""
 
     def __init__(self, layout: Layout, stage: Stage | None = None) -> None:
         """Prepare a layout, or take over what its stage holds."""
         self._layout = layout
-        self.model = physics_model(layout) if stage is None else stage.model
         self._barriers = Barriers.of(layout)
         self._lock = RLock()
         self._derived: dict[Hashable, Any] = {}
@@ -58,9 +53,10 @@ class World:
         self._lengths: dict[tuple[float, ...], float] = {} if stage is None else dict(stage.lengths)
         if stage is not None:
             self._derived |= {PATHS: stage.paths, OUT_OF_REACH: stage.out_of_reach, stage.geometry: stage.mesh}
+            self._derived[MODEL] = stage.model
             if stage.grid is not None:
                 self._derived[GRID] = stage.grid
-        self._nbytes = size_of(self.model) if stage is None else stage.nbytes
+        self._nbytes = 0 if stage is None else stage.nbytes
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A copy, or an unpickled environment, uses the world that its process has for the layout.
@@ -79,6 +75,11 @@ class World:
         geometry, mesh = senses.geometry, self.mesh(senses.geometry)
         paths, out_of_reach, nbytes = self._paths, self.out_of_reach, self.nbytes
         return Stage(self._layout, self.model, grid, paths, to_go, lengths, geometry, mesh, out_of_reach, nbytes)
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The robot and the colliding geoms of the scene, without visual geoms."""
+        return self.derived(MODEL, physics_model)
 
     @property
     def nbytes(self) -> int:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from labgym.assets.archive import convex_bodies
 from labgym.assets.articulation import State, posed_parts
 from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS, Part, build, tessellate
+from labgym.geometry import OrientedBox
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Finishes, Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
@@ -183,12 +184,25 @@ def solid_mesh(layout: Layout) -> SceneMesh:
         meshes += [(_placed(vertices, placement), faces) for vertices, faces in bodies]
         owners += [np.full(len(faces), k) for _, faces in bodies]
     for owner, box in boxes:
-        ring = box.corners()
-        vertices = np.concatenate([np.column_stack([ring, np.full(4, z)]) for z in (box.z0, box.z1)])
-        meshes.append((vertices, _BOX_FACES))
+        meshes.append(_box_faces(box))
         owners.append(np.full(len(_BOX_FACES), owner))
     vertices, faces = join(meshes)
     return SceneMesh(vertices, faces, np.full(len(faces), _MATERIAL_INDEX["powder_grey"]), np.concatenate(owners))
+
+
+def own_mesh(asset: Asset, finishes: Finishes, geometry: Literal["solid", "visual"]) -> SceneMesh:
+    """Return the visible or the solid faces of an asset in its own frame; all are of one owner."""
+    if geometry == "visual":
+        local = asset_mesh(asset, finishes)
+        return SceneMesh(local.vertices, local.faces, local.material, np.full(len(local.faces), ROOM))
+    vertices, faces = join(convex_bodies(asset) or [_box_faces(box) for box in asset.solids()])
+    return SceneMesh(vertices, faces, np.full(len(faces), _MATERIAL_INDEX["powder_grey"]), np.full(len(faces), ROOM))
+
+
+def _box_faces(box: OrientedBox) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return vertices and faces of a box."""
+    ring = box.corners()
+    return np.concatenate([np.column_stack([ring, np.full(4, z)]) for z in (box.z0, box.z1)]), _BOX_FACES
 
 
 def _placed(vertices: NDArray[np.float64], placement: Placement) -> NDArray[np.float64]:

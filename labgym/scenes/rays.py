@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from functools import cached_property
 from typing import Any, Literal, Protocol
 
@@ -113,15 +114,23 @@ class RayScene:
         hits: dict[str, NDArray[Any]] = self._scene.run(starts, along, dists=reach, output=1)
         return hits
 
-    def color(self, faces: NDArray[np.integer], directions: NDArray[np.floating]) -> NDArray[np.uint8]:
+    def color(
+        self, faces: NDArray[np.integer], directions: NDArray[np.floating], yaw: float = 0.0
+    ) -> NDArray[np.uint8]:
         """Return the color seen along rays, shape (n, 3): the face's own, lit from above and from the viewer.
 
         Args:
             faces: (n,) face indices from `cast`, -1 for the sky. directions: (n, 3) unit vectors.
+            yaw: turn of the scene under the lights, radians; the directions are those after the turn.
         """
         hit = faces >= 0
         index = np.where(hit, faces, 0)
-        colors = lit(self._colors[index], self._normals[index], directions)
+        normals = self._normals[index]
+        if yaw:
+            cosine, sine = math.cos(yaw), math.sin(yaw)
+            turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]], dtype=normals.dtype)
+            normals = normals @ turn
+        colors = lit(self._colors[index], normals, directions)
         colors[~hit] = SKY
         return colors
 

@@ -92,8 +92,7 @@ class BodyRays:
         of_body = faces >= self._first[0]
         colors = self._source.color(np.where(of_body, -1, faces), directions)
         for body, faces_of, inside in self._shares(faces):
-            _, ray = _in_frame(np.zeros((int(inside.sum()), 3)), np.asarray(directions)[inside], body.pose)
-            colors[inside] = body.shape.rays.color(faces_of, ray)
+            colors[inside] = body.shape.rays.color(faces_of, np.asarray(directions)[inside], body.pose[2])
         return colors
 
     def owners(self, faces: NDArray[np.integer]) -> NDArray[np.int64]:
