@@ -1,4 +1,4 @@
-"""Things that the robot pushes: closed forms of friction and of steady pushing, the bits of the robot, what sensors see."""
+"""Things that the robot pushes: closed forms of friction and of pushing, the bits of the robot, what sensors see."""
 
 from __future__ import annotations
 
