@@ -195,7 +195,7 @@ def own_mesh(asset: Asset, finishes: Finishes, geometry: Literal["solid", "visua
     if geometry == "visual":
         local = asset_mesh(asset, finishes)
         return SceneMesh(local.vertices, local.faces, local.material, np.full(len(local.faces), ROOM))
-    vertices, faces = join(convex_bodies(asset) or [_box_faces(box) for box in asset.solids()])
+    vertices, faces = join(list(convex_bodies(asset)) or [_box_faces(box) for box in asset.solids()])
     return SceneMesh(vertices, faces, np.full(len(faces), _MATERIAL_INDEX["powder_grey"]), np.full(len(faces), ROOM))
 
 
