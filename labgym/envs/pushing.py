@@ -40,7 +40,7 @@ class Thing:
 
 
 class PushingSimulation(Simulation):
-    """A robot on the joints x, y and yaw among static things and things on joints of their own.
+    """A robot on the joints x, y and yaw among static things and things that it can push.
 
     While nothing is within reach of the robot and everything else stands still, the robot is stepped in a model without
     the scene. Its motion is the same to the bit.
