@@ -31,6 +31,7 @@ from labgym.layouts.trace import Recorder
 
 if TYPE_CHECKING:
     from labgym.layouts.holdings import Holdings
+    from labgym.layouts.rules.thresholds import Profile
 
 
 def generate(
@@ -60,6 +61,7 @@ def generate(
     trace: OptionalPath = None,
     facility: bool = True,
     service: Texts = (),
+    metrics: OptionalText = None,
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
 
@@ -105,7 +107,12 @@ def generate(
         trace: A .json file for everything that was tried and every state of the layout; labgym trace draws it.
         facility: Let phase 2 follow facility rules (fronts, door areas, ways out) and repair what fails; --no-facility
             runs the paper's phases, in which only phase 3 considers navigation.
+        metrics: Version of the rules to satisfy: touchstone-v1, the default, or touchstone-v2, under which what a
+            proposal lacks in safety equipment is added, too.
     """
+    from labgym.layouts.rules import thresholds
+
+    limits = thresholds.profile(profile, metrics)
     method = Method(proposer, optimise, refine, adjuster, dress, "keep" if keep else "raise", zones, facility)
     if count is None:
         holdings = _holdings(have, only_have, extra)
@@ -114,7 +121,7 @@ def generate(
             seed,
             room,
             family,
-            profile,
+            limits,
             out or Path(),
             explain,
             holdings,
@@ -144,7 +151,7 @@ def generate(
         out,
         seed,
         room,
-        profile,
+        limits,
         shard=shard,
         executor=execution.options(),
         fresh=fresh,
@@ -162,7 +169,7 @@ def _generate_one(
     seed: int,
     room: str | None,
     family: str | None,
-    profile: str,
+    profile: Profile,
     out: Path,
     explain: bool,
     holdings: Holdings | None,

@@ -12,10 +12,11 @@ from functools import cache
 import pytest
 from shapely import Polygon
 
-from labgym.layouts import Layout, Placement
+from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.model import FLOOR
 from labgym.layouts.request import Request
+from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.storage import in_own_class
@@ -248,3 +249,18 @@ def test_the_published_rates_are_the_assumed_ones_times_the_factors() -> None:
     published = calibration()
     assert published.rates == published.assumed.scaled(published.factors)
     assert set(published.factors) == set(GROUPS)
+
+
+def test_under_touchstone_2_the_safety_equipment_is_added_that_a_proposal_lacks() -> None:
+    second = thresholds.profile("default", "touchstone-v2")
+    proposed = generate(
+        "red_02", 0, profile=second, proposer="sampler", optimise=False, refine=False, on_failure="keep"
+    )
+    assert missing_kinds(proposed)
+    assert not missing_kinds(generate("red_02", 0, profile=second, proposer="sampler"))
+
+
+def missing_kinds(layout: Layout) -> list[str]:
+    """Return what of the equipment that any laboratory with hazardous liquids needs a layout lacks."""
+    assets = {placement.asset for placement in layout.placements}
+    return [asset for asset in ("FireExtinguisher", "SpillKit") if asset not in assets]
