@@ -185,7 +185,11 @@ def serve(
 
     allow_local_modules()
     arguments = parse_options(options)
-    with NavigationServer(lambda: make_policy(policy, **arguments), host, port, seed) as server:
+
+    def report(refusal: str) -> None:
+        print(f"labgym: refused a request: {refusal}", file=sys.stderr, flush=True)
+
+    with NavigationServer(lambda: make_policy(policy, **arguments), host, port, seed, report) as server:
         print(f"Serving {policy} at {server.url}; press Ctrl-C to stop", flush=True)
         with suppress(KeyboardInterrupt):
             server.serve_forever()

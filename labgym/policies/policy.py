@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 Observation = Mapping[str, NDArray[Any]]
 Sensors = Literal["lidar", "depth", "rgbd"]
+GoalKind = Literal["point", "image", "none"]
+"""A goal is a point, the picture that the camera would see there, or absent: the robot explores."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +46,16 @@ class EpisodeStart:
     """The information that a policy receives at the start of an episode.
 
     Attributes:
-        goal: (x, y) of the goal in the start frame, meters: origin at the robot, x ahead, y to the left.
+        goal: (x, y) of the goal in the start frame, meters: origin at the robot, x ahead, y to the left; (0, 0) if the
+            goal is not a point.
         rng: the only source of randomness that a policy may use; equal for equal episode and seed.
         robot: dimensions and limits of the robot.
         truth: the map; None unless the policy is privileged.
         task: name of the LabNav task, such as "dock"; "" elsewhere.
         heading: heading that the robot must have at the goal, radians in the start frame; None if any will do.
         beaker: the liquid that the robot carries; None without one.
+        goal_kind: kind of the goal. Instead of `goal`, observations have `goal_image`, uint8 (72, 128, 3), for "image",
+            and nothing for "none". Only `labgym serve` has other goals than points.
     """
 
     goal: tuple[float, float]
@@ -60,6 +65,7 @@ class EpisodeStart:
     task: str = ""
     heading: float | None = None
     beaker: Beaker | None = None
+    goal_kind: GoalKind = "point"
 
 
 class Policy(ABC):
@@ -75,6 +81,7 @@ class Policy(ABC):
         observation: the sensors: "lidar", "depth" or "rgbd".
         privileged: whether the policy receives the map; reports show it.
         exclusive: whether only one instance may drive at a time, because all would share one state: a server's.
+        goal_kinds: the kinds of goal that the policy can drive to; `labgym serve` refuses requests with others.
         latency: declared time from an observation to its action, seconds; LabNav delays actions by it.
         options_type: type of the constructor's argument `options`; None for a policy without options.
     """
@@ -83,6 +90,7 @@ class Policy(ABC):
     observation: ClassVar[Sensors] = "lidar"
     privileged: ClassVar[bool] = False
     exclusive: ClassVar[bool] = False
+    goal_kinds: ClassVar[tuple[GoalKind, ...]] = ("point",)
     latency: ClassVar[float] = 0.0
     options_type: ClassVar[type[PolicyOptions] | None] = None
 

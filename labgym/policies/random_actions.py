@@ -7,13 +7,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.policies.policy import EpisodeStart, Observation, Policy
+from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy
 
 
 class RandomPolicy(Policy):
     """Draws each action uniformly from the action space."""
 
     name: ClassVar[str] = "random"
+    goal_kinds: ClassVar[tuple[GoalKind, ...]] = ("point", "image", "none")
 
     def __init__(self) -> None:
         self._rng = np.random.default_rng(0)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import importlib
 import math
 import os
 import pickle
@@ -13,8 +14,9 @@ from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.runner import evaluate
 from labgym.layouts import load_published, published
-from labgym.policies import EpisodeStart, make_policy
+from labgym.policies import EpisodeStart, Policy, make_policy
 from labgym.policies.fingerprint.policy import object_fingerprint
+from labgym.policies.registry import FILES, SERVER
 from labgym.suites import Suite
 
 torch = pytest.importorskip("torch")
@@ -90,6 +92,17 @@ def graph(path: Path, distances: str = "lidar") -> Path:
 def expected() -> list[float]:
     inputs = observation()
     return [float(inputs["lidar"].min()) / 10.0, float(inputs["goal"][2])]
+
+
+@pytest.mark.parametrize("place", sorted({*FILES.values(), SERVER}))
+def test_an_adapter_declares_no_latency_and_leaves_stopping_to_the_evaluator(place):
+    module, _, name = place.partition(":")
+    kind = getattr(importlib.import_module(module), name)
+    assert issubclass(kind, Policy)
+    assert kind.latency == 0.0
+    assert kind.stop is Policy.stop
+    assert kind.next_goal is Policy.next_goal
+    assert kind.goal_kinds == ("point",)
 
 
 def test_torchscript_gets_the_observations_that_its_arguments_name(tmp_path):

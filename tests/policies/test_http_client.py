@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import copy
 import json
 import math
+import os
+import pickle
 import socket
 import threading
 import time
@@ -11,17 +14,22 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from labgym.envs.robot import ROBOT
 from labgym.errors import OptionError
 from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.runner import evaluate
+from labgym.geometry import rotate
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.http.client import HttpPolicy, enlarged
 from labgym.policies.http.connection import MAX_ANSWER, Connection, ServerError
 from labgym.policies.http.forms import decode_form
+from labgym.policies.http.shared_flag import SharedFlag
 from labgym.policies.http.wire import decode_color, decode_depth
+from labgym.policies.policy import PolicyError
+from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.suites import Suite
 
 Answer = Callable[[str, bytes, str], tuple[int, bytes]]
@@ -213,6 +221,139 @@ def test_a_trajectory_is_followed_in_the_start_frame(width):
     assert turn == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_server_that_was_restarted_is_reset():
+    def forgotten(path: str, body: bytes, kind: str) -> tuple[int, bytes]:
+        return (500, b"not loaded") if path == "/navigator_reset_env" else straight_ahead(path, body, kind)
+
+    script = Script(forgotten)
+    with serving(script) as url:
+        policy = HttpPolicy(url)
+        for _ in range(2):
+            policy.reset(start())
+    assert script.paths == ["/navigator_reset", "/navigator_reset_env", "/navigator_reset"]
+
+
+def test_an_evaluation_resets_the_server_once_although_each_episode_has_a_process():
+    script, layout = Script(), load_published("test", published("test")[0])
+    with serving(script) as url:
+        process = PolicyProcess(PolicySource.named(url, {"replan": 10}))
+        try:
+            drives = drive_layout(process, layout, Suite(name="brief", max_steps=2), "http", 0)
+        finally:
+            process.close()
+    assert [drive.row.error for drive in drives] == [None] * len(drives)
+    step = "/pointgoal_step"
+    assert script.paths == ["/navigator_reset", step] + ["/navigator_reset_env", step] * (len(drives) - 1)
+    assert len(drives) > 1
+
+
+def test_a_policy_that_failed_in_one_process_resets_the_server_in_the_next():
+    script = Script(lambda path, *rest: (500, b"{}") if path == "/pointgoal_step" else (200, b'{"algo": "x"}'))
+    with serving(script) as url:
+        process = PolicyProcess(PolicySource.named(url))
+        try:
+            for _ in range(2):
+                process.reset(start())
+                with pytest.raises(PolicyError):
+                    process.act(observation())
+        finally:
+            process.close()
+    assert script.paths == ["/navigator_reset", "/pointgoal_step"] * 2
+
+
+def test_a_shared_flag_is_that_of_all_forks_and_a_copy_is_not_set():
+    flag = SharedFlag()
+    child = os.fork()
+    if not child:
+        flag.set(True)
+        os._exit(0)
+    os.waitpid(child, 0)
+    assert flag
+    assert not pickle.loads(pickle.dumps(flag))
+    assert not copy.deepcopy(flag)
+
+
+@pytest.mark.parametrize("step", ["nogoal", "imagegoal"])
+def test_steps_without_a_goal_point_have_the_benchmarks_fields(step, tmp_path):
+    picture = np.zeros((90, 160, 3), np.uint8)
+    picture[..., 0] = 250
+    Image.fromarray(picture).save(tmp_path / "view.png")
+    options = {"goal_image": str(tmp_path / "view.png")} if step == "imagegoal" else {}
+    script = Script(lambda path, *rest: straight_ahead(path.replace(step, "pointgoal"), *rest))
+    with serving(script) as url:
+        forward, _ = drive_once(url, step=step, send_state=False, **options)
+    assert script.paths == ["/navigator_reset", f"/{step}_step"]
+    assert set(script.form()) == {"image", "depth", "depth_time", "rgb_time", *(["goal"] if options else [])}
+    if options:
+        sent = decode_color(script.form()["goal"], 1)[0]
+        assert sent.shape == (360, 640, 3)
+        np.testing.assert_allclose(sent.reshape(-1, 3).mean(axis=0), [250, 0, 0], atol=3)
+    assert forward > 0.5
+
+
+@pytest.mark.parametrize(
+    "options", [{"step": "pixelgoal"}, {"step": "imagegoal"}, {"goal_image": "a.png"}, {"approach": -1.0}]
+)
+def test_a_step_that_cannot_be_sent_is_refused(options):
+    with pytest.raises(OptionError):
+        HttpPolicy("http://127.0.0.1:8888", **options)
+
+
+def test_a_picture_of_the_goal_that_cannot_be_read_is_named(tmp_path):
+    (tmp_path / "view.png").write_bytes(b"no picture")
+    with pytest.raises(OptionError, match=r"view\.png"):
+        HttpPolicy("http://127.0.0.1:8888", step="imagegoal", goal_image=str(tmp_path / "view.png"))
+
+
+def test_a_latency_is_declared_by_an_option():
+    assert HttpPolicy("http://127.0.0.1:8888").latency == 0.0
+    assert HttpPolicy("http://127.0.0.1:8888", latency=0.12).latency == 0.12
+    with pytest.raises(OptionError, match="latency"):
+        HttpPolicy("http://127.0.0.1:8888", latency=-0.1)
+
+
+def towards_the_goal(path: str, body: bytes, kind: str) -> tuple[int, bytes]:
+    """Answer with 24 points on the line from the lens to the goal."""
+    if path != "/pointgoal_step":
+        return straight_ahead(path, body, kind)
+    goal = json.loads(decode_form(kind, body)["goal_data"])
+    ends = np.array([goal["goal_x"][0], goal["goal_y"][0], 0.0])
+    return 200, steps((np.arange(1, 25)[:, None] / 24.0 * ends).tolist())
+
+
+@pytest.mark.parametrize("distance", [0.05, 0.12, 0.19, 0.21, 0.4, 1.0])
+@pytest.mark.parametrize("bearing", [0.0, 0.8, math.pi])
+def test_the_robots_axis_reaches_a_goal_however_near_it_is(distance, bearing):
+    goal = np.array([distance * math.cos(bearing), distance * math.sin(bearing)])
+    x, y, yaw, v, w = 0.0, 0.0, 0.0, 0.0, 0.0
+    view = observation()
+    with serving(Script(towards_the_goal)) as url:
+        policy = HttpPolicy(url)
+        policy.reset(start())
+        for _ in range(60):
+            ahead, left = rotate(goal[0] - x, goal[1] - y, -yaw)
+            away, angle = math.hypot(ahead, left), math.atan2(left, ahead)
+            view["goal"] = np.array([away, math.cos(angle), math.sin(angle)], np.float32)
+            view["odometry"], view["velocity"] = np.array([x, y, yaw]), np.array([v, w], np.float32)
+            v, w = ROBOT.twist(*policy.act(view))
+            yaw += 0.05 * w
+            x, y = x + 0.1 * v * math.cos(yaw), y + 0.1 * v * math.sin(yaw)
+            yaw += 0.05 * w
+    assert math.dist((x, y), goal) < 0.05
+    assert (v, w) == (0.0, 0.0)
+
+
+def test_a_trajectory_shorter_than_the_lens_is_ahead_is_followed():
+    def short(path: str, body: bytes, kind: str) -> tuple[int, bytes]:
+        points = [[0.15 * k / 24, 0.0, 0.0] for k in range(1, 25)]
+        return (200, steps(points)) if path == "/pointgoal_step" else straight_ahead(path, body, kind)
+
+    with serving(Script(short)) as url:
+        forward, turn = drive_once(url)
+    assert forward > 0.1
+    assert turn == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_trajectory_without_length_stops_the_robot():
     def stay(path: str, body: bytes, kind: str) -> tuple[int, bytes]:
         return (200, steps([[0.0, 0.0, 0.0]] * 24)) if path == "/pointgoal_step" else straight_ahead(path, body, kind)
@@ -299,6 +440,53 @@ def test_a_server_that_hangs_up_is_retried_a_limited_number_of_times():
     with raw_server(lambda connection: None) as (url, count), pytest.raises(ServerError, match="broke"):
         HttpPolicy(url, retries=2, backoff=0.01).reset(start())
     assert count[0] == 3
+
+
+def test_a_step_that_may_have_arrived_is_sent_once():
+    asked: list[bytes] = []
+
+    def talk(connection: socket.socket) -> None:
+        head = connection.recv(65536)
+        asked.append(head.partition(b" HTTP")[0])
+        if b"reset" in asked[-1]:
+            connection.sendall(b'HTTP/1.1 200 OK\r\nContent-Length: 13\r\n\r\n{"algo": "x"}')
+        # A step finds its connection closed after a part of it was read.
+
+    with raw_server(talk) as (url, _), pytest.raises(ServerError, match="is not repeated"):
+        drive_once(url, retries=3)
+    assert asked == [b"POST /navigator_reset", b"POST /pointgoal_step"]
+
+
+@pytest.mark.parametrize("status", [502, 503, 504])
+def test_a_step_is_not_repeated_after_an_error_of_a_gateway(status):
+    script = Script(lambda path, *rest: (status, b"") if "step" in path else straight_ahead(path, *rest))
+    with serving(script) as url, pytest.raises(ServerError, match=f"status {status}; .* is not repeated"):
+        drive_once(url, retries=3)
+    assert script.paths == ["/navigator_reset", "/pointgoal_step"]
+
+
+def test_a_step_is_repeated_while_nothing_listens():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    served: list[bytes] = []
+
+    def serve_late() -> None:
+        time.sleep(0.3)
+        with socket.create_server(("127.0.0.1", port)) as late:
+            connection, _ = late.accept()
+            with connection:
+                served.append(connection.recv(65536))
+                connection.sendall(b"HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n{}")
+
+    thread = threading.Thread(target=serve_late)
+    thread.start()
+    try:
+        answer = Connection(f"http://127.0.0.1:{port}", 8, 0.05).post(
+            "/pointgoal_step", "text/plain", b"x", 5.0, idempotent=False
+        )
+    finally:
+        thread.join()
+    assert (answer, len(served)) == ({}, 1)
 
 
 def test_an_answer_that_is_not_http_is_an_error():

@@ -12,7 +12,8 @@ import pytest
 from labgym.policies import make_policy
 from labgym.policies.http import bounded
 from labgym.policies.http.bounded import MAX_CONNECTIONS
-from labgym.policies.http.server import MAX_JSON, NavigationServer
+from labgym.policies.http.requests import MAX_JSON
+from labgym.policies.http.server import NavigationServer
 from labgym.policies.http.slots import Budget
 
 

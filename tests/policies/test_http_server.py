@@ -26,9 +26,10 @@ from labgym.navigation import goal_pairs, occupancy
 from labgym.policies import EpisodeStart, PathTracker, Policy, make_policy
 from labgym.policies.grid_planner import GridPlanner
 from labgym.policies.http.client import HttpPolicy, enlarged
+from labgym.policies.http.fleet import MAX_BATCH
 from labgym.policies.http.forms import encode_form
 from labgym.policies.http.served import Frame, resampled_view, rolled_out
-from labgym.policies.http.server import MAX_BATCH, MAX_BODY, NavigationServer
+from labgym.policies.http.server import MAX_BODY, NavigationServer
 from labgym.policies.http.wire import encode_color, encode_depth, intrinsic_matrix
 from labgym.suites import Suite
 from runs.killing import hear_interrupts
@@ -135,8 +136,10 @@ def frames(batch: int = 1, state: object = None, **changes: object) -> tuple[byt
     return body, kind
 
 
-def step(server: NavigationServer, batch: int = 1, **changes: object) -> tuple[int, dict]:
-    return post(server, "/pointgoal_step", *frames(batch, **changes))
+def step(
+    server: NavigationServer, batch: int = 1, path: str = "/pointgoal_step", **changes: object
+) -> tuple[int, dict]:
+    return post(server, path, *frames(batch, **changes))
 
 
 @pytest.mark.parametrize("batch", [1, 3])
@@ -200,6 +203,85 @@ def test_the_clients_pose_becomes_odometry_from_the_start_of_the_episode():
         step(server, state=state(5.0, 3.0, math.pi))
         assert policy.observations[-1]["odometry"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
         assert len(policy.starts) == begun + 2
+
+
+class Explorer(Diary):
+    """A diary that drives to all kinds of goals."""
+
+    name = "explorer"
+    goal_kinds = ("point", "image", "none")
+
+
+def test_a_step_without_a_goal_has_none_and_begins_an_episode():
+    with served(Explorer) as server:
+        policy = Diary.instances[-1]
+        reset(server)
+        for _ in range(2):
+            status, answer = step(server, path="/nogoal_step", state=state(0.0, 0.0, 0.0), goal_data=None)
+            assert status == 200
+        explored = len(policy.starts)
+        step(server, state=state(0.0, 0.0, 0.0))
+    assert np.array(answer["trajectory"]).shape == (1, 24, 3)
+    assert policy.starts[-2].goal_kind == "none"
+    assert "goal" not in policy.observations[-2]
+    assert len(policy.starts) == explored + 1
+    assert policy.starts[-1].goal_kind == "point"
+    assert "goal" in policy.observations[-1]
+
+
+@pytest.mark.parametrize("shape", [(360, 640), (180, 320)])
+def test_the_picture_of_a_goal_is_seen_as_by_our_camera(shape):
+    rows = np.arange(shape[0]) * 256 // shape[0]
+    pictures = np.zeros((2, *shape, 3), np.uint8)
+    pictures[0, ..., 1] = rows[:, None]
+    pictures[1, ..., 2] = 200
+    with served(Explorer) as server:
+        first = Diary.instances[-1]
+        reset(server, 2)
+        second = Diary.instances[-1]
+        status, _ = step(server, 2, path="/imagegoal_step", goal_data=None, goal=encode_color(pictures))
+    assert status == 200
+    assert first.starts[-1].goal_kind == "image"
+    seen = first.observations[-1]["goal_image"]
+    assert seen.shape == (*IMAGE_SHAPE, 3)
+    np.testing.assert_allclose(seen[..., 1].mean(axis=1), (np.arange(72) + 0.5) / 72 * 256, atol=6)
+    np.testing.assert_allclose(second.observations[-1]["goal_image"][..., 2], 200, atol=3)
+    assert "goal" not in first.observations[-1]
+
+
+@pytest.mark.parametrize("path", ["/nogoal_step", "/imagegoal_step"])
+def test_a_step_that_the_policy_does_not_know_is_refused_with_those_that_it_does(path):
+    refusals: list[str] = []
+    server = NavigationServer(Diary, port=0, report=refusals.append)
+    thread = threading.Thread(target=server.serve_forever, args=(0.02,))
+    thread.start()
+    try:
+        reset(server)
+        answers = [step(server, path=path, goal_data=None) for _ in range(2)]
+        status, _ = step(server)
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+    sentence = f"policy 'diary' has no {path}; it answers /pointgoal_step"
+    assert answers == [(404, {"error": sentence})] * 2
+    assert refusals == [sentence]
+    assert status == 200
+
+
+def test_a_step_to_an_image_without_its_picture_is_refused():
+    with served(Explorer) as server:
+        reset(server)
+        status, answer = step(server, path="/imagegoal_step", goal_data=None)
+    assert status == 400
+    assert "has no goal" in answer["error"]
+
+
+def test_a_robot_cannot_be_reset_before_the_camera_is_known():
+    with served(Diary) as server:
+        status, answer = post(server, "/navigator_reset_env", b'{"env_id": 0}')
+    assert status == 400
+    assert "navigator_reset first" in answer["error"]
 
 
 def test_without_a_pose_every_frame_begins_a_new_episode():

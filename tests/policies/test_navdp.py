@@ -310,6 +310,22 @@ def test_it_turns_to_the_goal_before_it_draws(run: Path) -> None:
     assert policy.planned_path() is None
 
 
+def test_without_a_goal_it_draws_trajectories_to_anywhere(run: Path, network: NavDPNetwork) -> None:
+    policy = policy_in(run, stop=None, shortest=0.0)
+    policy.reset(EpisodeStart(goal=(0.0, 0.0), rng=np.random.default_rng(0), goal_kind="none"))
+    view = looking()
+    del view["goal"]
+    assert np.isfinite(policy.act(view)).all()
+    assert policy.planned_path() is not None
+    schedule, tokens = make_schedule(CONFIG.diffusion), tokens_of(network, 1)
+    free, bound = (
+        sample_steps(network, schedule, tokens, goal, 4, torch.Generator().manual_seed(1))
+        for goal in (None, torch.tensor([2.0, 0.0]))
+    )
+    assert free.shape == bound.shape
+    assert not torch.equal(free, bound)
+
+
 def test_it_follows_the_trajectory_with_the_highest_value_unless_it_means_stop(
     run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

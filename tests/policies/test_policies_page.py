@@ -17,7 +17,8 @@ from labgym.policies.http.client import HttpPolicy
 from labgym.policies.registry import policy_table
 from labgym.suites import Suite
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "policies.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE, NAVDP = ((DOCS / name).read_text(encoding="utf-8") for name in ("policies.md", "navdp.md"))
 
 
 def test_the_pages_policy_drives():
@@ -37,8 +38,9 @@ def test_the_pages_inputs_are_those_that_networks_are_fed():
 
 def test_the_pages_defaults_are_those_of_the_client():
     defaults = {name: part.default for name, part in inspect.signature(HttpPolicy).parameters.items()}
-    for name in ("replan", "step_timeout", "reset_timeout", "retries"):
-        assert f"`{name}` ({defaults[name]:g})" in PAGE
+    for name in ("replan", "step_timeout", "reset_timeout", "retries", "approach"):
+        assert f"`{name}` ({defaults[name]:g})" in NAVDP
+    assert all(f"`{name}`" in PAGE for name in defaults if name != "url")
 
 
 def test_options_are_read_as_json_or_else_as_text():

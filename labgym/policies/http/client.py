@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import json
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, get_args
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import OptionError
+from labgym.geometry import to_world
 from labgym.navigation import Pose
-from labgym.policies.http.connection import Connection, ServerError
+from labgym.policies.http.connection import Connection, ServerError, StatusError
 from labgym.policies.http.forms import encode_form
 from labgym.policies.http.frames import state_of, to_start_frame
+from labgym.policies.http.shared_flag import SharedFlag
+from labgym.policies.http.steps import Step, path_of
 from labgym.policies.http.wire import encode_color, encode_depth, intrinsic_matrix
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, velocities_to_action
@@ -27,6 +33,8 @@ FARTHEST = 50.0
 """Largest coordinate of a trajectory, meters."""
 MOVING = 0.1
 """Speed above which a new path continues the previous one, m/s."""
+ARRIVED = 0.03
+"""Distance from a goal point at which the robot stands still, meters."""
 
 Array = NDArray[np.float64]
 
@@ -34,22 +42,30 @@ Array = NDArray[np.float64]
 class HttpPolicy(Policy):
     """Follows the trajectories of a server.
 
-    The protocol is that of the NavDP benchmark: `/navigator_reset` before the first episode and after a failure,
-    `/navigator_reset_env` before each other episode, `/pointgoal_step` while driving. Images are enlarged to 640 x 360,
-    depth without interpolation. The intrinsic matrix is that of our camera (68 degrees, f = 474.4 pixels; theirs has
-    476.6). Goal and trajectory are in the camera's ground frame, 0.2 m ahead of the robot's axis. The form field
-    `state_data` has the odometry, as in x-navdp's client; other servers ignore it.
+    The protocol is that of the NavDP benchmark: `/navigator_reset` before the first episode of a loaded policy and
+    after a failure, `/navigator_reset_env` before each other episode, a step while driving. Images are enlarged to
+    640 x 360, depth without interpolation. The intrinsic matrix is that of our camera (68 degrees, f = 474.4 pixels;
+    theirs has 476.6). Goal and trajectory are in the camera's ground frame, 0.2 m ahead of the robot's axis. The form
+    field `state_data` has the odometry, as in x-navdp's client; other servers ignore it.
+
+    Resets are repeated after a lost connection. A step changes the server's memory, so it is repeated only if no
+    connection could be opened.
 
     Args:
         url: URL of the server.
+        step: "pointgoal", "imagegoal" or "nogoal", the request that is sent: `/pointgoal_step` and so on.
+        goal_image: file of the picture that "imagegoal" sends: the view of the camera at the goal.
+        approach: distance from a goal point within which the robot drives straight at it without the server, meters:
+            the goal is then below the lens or behind it.
         stop_threshold: passed to the server; NavDP turns in place if its critic's values are below it.
         replan: control steps between two requests.
         step_timeout, reset_timeout: time limit of one answer, seconds; the first reset may load a model.
         retries, backoff: see `Connection`.
         send_state: whether the odometry is sent.
+        latency: declared time from an observation to its action, seconds (`Policy.latency`).
 
     Raises:
-        OptionError: an argument is out of range.
+        OptionError: an argument is out of range, or "imagegoal" and `goal_image` are not given together.
     """
 
     name: ClassVar[str] = "http"
@@ -59,6 +75,9 @@ class HttpPolicy(Policy):
     def __init__(
         self,
         url: str,
+        step: Step = "pointgoal",
+        goal_image: str | None = None,
+        approach: float = 0.25,
         stop_threshold: float = -3.0,
         replan: int = 2,
         step_timeout: float = 30.0,
@@ -66,17 +85,28 @@ class HttpPolicy(Policy):
         retries: int = 3,
         backoff: float = 0.2,
         send_state: bool = True,
+        latency: float = 0.0,
     ) -> None:
         if replan < 1 or not 0.0 < step_timeout <= 3600.0 or not 0.0 < reset_timeout <= 3600.0:
             raise OptionError(
                 f"replan is {replan}, step_timeout {step_timeout} s and reset_timeout {reset_timeout} s; "
                 "expected replan of at least 1 and timeouts above 0 and at most 3600 s"
             )
+        if step not in get_args(Step):
+            raise OptionError(f"step is {step!r}; expected one of: {', '.join(get_args(Step))}")
+        if (step == "imagegoal") != (goal_image is not None):
+            raise OptionError(f"step is {step!r} and goal_image {goal_image!r}; imagegoal alone needs a goal_image")
+        if not 0.0 <= approach <= 2.0 or not 0.0 <= latency <= 10.0:
+            raise OptionError(f"approach is {approach} m and latency {latency} s; expected 0 to 2 m and 0 to 10 s")
         self._connection = Connection(url, retries, backoff)
+        self._step: Step = step
+        self._goal_file = None if goal_image is None else Path(goal_image)
+        self._goal_picture = None if self._goal_file is None else large_picture(read_picture(self._goal_file))
         self._stop_threshold, self._replan, self._send_state = stop_threshold, replan, send_state
-        self._step_timeout, self._reset_timeout = step_timeout, reset_timeout
+        self._step_timeout, self._reset_timeout, self._approach = step_timeout, reset_timeout, approach
+        self.latency = latency  # type: ignore[misc] # the user declares it
         self._robot: RobotSpec = ROBOT
-        self._ready = False
+        self._ready = SharedFlag()
         self._steps = 0
         self._tracker: PathTracker | None = None
 
@@ -87,19 +117,18 @@ class HttpPolicy(Policy):
             ServerError: see `Connection.post`; or the answer names no algorithm.
         """
         self._robot, self._steps, self._tracker = episode.robot, 0, None
-        ready, self._ready = self._ready, False
-        if ready:
-            self._reset("/navigator_reset_env", {"env_id": 0})
-        else:
+        ready = bool(self._ready)
+        self._ready.set(False)
+        if not (ready and self._robot_is_reset()):
             intrinsic = intrinsic_matrix(WIDTH, HEIGHT, episode.robot.camera_hfov)
             self._reset(
                 "/navigator_reset",
                 {"intrinsic": intrinsic.tolist(), "stop_threshold": self._stop_threshold, "batch_size": 1},
             )
-        self._ready = True
+        self._ready.set(True)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
-        """Request a trajectory if one is due and follow the latest; stand still if it has no points.
+        """Request a trajectory if one is due and follow the latest; stand still if it has no length.
 
         Raises:
             ServerError: see `Connection.post`; or the answer has no valid trajectory.
@@ -108,7 +137,7 @@ class HttpPolicy(Policy):
         pose: Pose = (x, y, yaw)
         speed = float(observation["velocity"][0])
         if self._steps % self._replan == 0:
-            path = to_start_frame(self._trajectory(observation, pose), pose, self._robot.camera_forward)
+            path = self._path(observation, pose)
             moving = self._tracker is not None and speed > MOVING
             self._tracker = PathTracker(path, self._robot, turning=not moving) if len(path) > 1 else None
         self._steps += 1
@@ -116,41 +145,97 @@ class HttpPolicy(Policy):
             return velocities_to_action(0.0, 0.0, self._robot)
         return self._tracker.action(pose, speed)
 
+    def files(self) -> tuple[Path, ...]:
+        """Return the picture of the goal, if there is one."""
+        return () if self._goal_file is None else (self._goal_file,)
+
+    def parameters(self) -> Mapping[str, Any]:
+        """Return the options on which the actions depend."""
+        return {
+            "url": self._connection.url,
+            "step": self._step,
+            "approach": self._approach,
+            "stop_threshold": self._stop_threshold,
+            "replan": self._replan,
+            "send_state": self._send_state,
+            "latency": self.latency,
+        }
+
+    def _robot_is_reset(self) -> bool:
+        """Start a new episode of the robot; return False if the server refuses, as one that was restarted does."""
+        try:
+            self._reset("/navigator_reset_env", {"env_id": 0})
+        except StatusError:
+            return False
+        return True
+
     def _reset(self, path: str, content: dict[str, Any]) -> None:
         answer = self._connection.post(path, "application/json", json.dumps(content).encode(), self._reset_timeout)
         if not isinstance(answer, dict) or not isinstance(answer.get("algo"), str):
             raise ServerError(f'{self._connection.url}{path}: expected {{"algo": name}}, got {str(answer)[:80]!r}')
 
+    def _path(self, observation: Observation, pose: Pose) -> Array:
+        """Return the path (n, 2) of the robot's axis to follow from now on, in the start frame; one point to stand."""
+        if self._step == "pointgoal":
+            distance, cosine, sine = (float(value) for value in observation["goal"])
+            if distance <= self._approach:
+                goal = np.array([[distance * cosine, distance * sine]])
+                return to_world(np.concatenate([np.zeros((1, 2)), goal if distance > ARRIVED else goal[:0]]), pose)
+        return to_start_frame(self._trajectory(observation, pose), pose, self._robot.camera_forward)
+
     def _trajectory(self, observation: Observation, pose: Pose) -> Array:
         """Return the server's trajectory (n, 2) for an observation, in the camera's ground frame."""
-        self._ready = False
         content_type, body = encode_form(*self._form(observation, pose))
-        answer = self._connection.post("/pointgoal_step", content_type, body, self._step_timeout)
-        path = checked_trajectory(answer, f"{self._connection.url}/pointgoal_step")
-        self._ready = True
-        return path
+        self._ready.set(False)
+        path = path_of(self._step)
+        answer = self._connection.post(path, content_type, body, self._step_timeout, idempotent=False)
+        trajectory = checked_trajectory(answer, f"{self._connection.url}{path}")
+        self._ready.set(True)
+        return trajectory
 
     def _form(self, observation: Observation, pose: Pose) -> tuple[dict[str, str], dict[str, tuple[str, str, bytes]]]:
         color, depth = enlarged(observation)
-        distance, cosine, sine = (float(value) for value in observation["goal"])
-        goal = {"goal_x": [distance * cosine - self._robot.camera_forward], "goal_y": [distance * sine]}
         clock = f"{self._steps * self._robot.control_dt:.3f}"
-        fields = {"goal_data": json.dumps(goal), "depth_time": clock, "rgb_time": clock}
-        if self._send_state:
-            fields["state_data"] = json.dumps(state_of(pose, observation["velocity"]))
+        fields = {"depth_time": clock, "rgb_time": clock}
         files = {
             "image": ("image.jpg", "image/jpeg", encode_color(color[None])),
             "depth": ("depth.png", "image/png", encode_depth(depth[None])),
         }
+        if self._step == "pointgoal":
+            distance, cosine, sine = (float(value) for value in observation["goal"])
+            goal = {"goal_x": [distance * cosine - self._robot.camera_forward], "goal_y": [distance * sine]}
+            fields["goal_data"] = json.dumps(goal)
+        if self._goal_picture is not None:
+            files["goal"] = ("goal.jpg", "image/jpeg", encode_color(self._goal_picture[None]))
+        if self._send_state:
+            fields["state_data"] = json.dumps(state_of(pose, observation["velocity"]))
         return fields, files
 
 
 def enlarged(observation: Observation) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
     """Return the image (360, 640, 3) and depth (360, 640), meters, of an "rgbd" observation."""
-    size = (WIDTH, HEIGHT)
     depth = np.asarray(observation["depth"], dtype=np.float32).reshape(IMAGE_SHAPE)
-    color = cv2.resize(np.ascontiguousarray(observation["rgb"]), size, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(color, dtype=np.uint8), np.asarray(cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST))
+    large = cv2.resize(depth, (WIDTH, HEIGHT), interpolation=cv2.INTER_NEAREST)
+    return large_picture(observation["rgb"]), np.asarray(large, dtype=np.float32)
+
+
+def large_picture(picture: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return a picture (H, W, 3) in the size of those that are sent, (360, 640, 3)."""
+    size = (WIDTH, HEIGHT)
+    return np.asarray(cv2.resize(np.ascontiguousarray(picture), size, interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
+
+
+def read_picture(path: Path) -> NDArray[np.uint8]:
+    """Return the pixels (H, W, 3), RGB, of a picture.
+
+    Raises:
+        OptionError: the file cannot be read as a picture.
+    """
+    try:
+        with Image.open(path) as picture:
+            return np.asarray(picture.convert("RGB"), dtype=np.uint8)
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise OptionError(f"goal_image {str(path)!r} is not a readable picture ({error})") from None
 
 
 def checked_trajectory(answer: object, source: str) -> Array:

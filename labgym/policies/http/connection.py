@@ -25,8 +25,21 @@ class ServerError(LabgymError):
     """A server that is down, slow, or gives an invalid answer."""
 
 
+class StatusError(ServerError):
+    """An answer with an error status."""
+
+
 class _TransientError(Exception):
-    """The request failed, but may succeed if repeated."""
+    """The request failed, but may succeed if repeated.
+
+    Args:
+        reason: why it failed.
+        sent: whether the server may have received it.
+    """
+
+    def __init__(self, reason: str, sent: bool) -> None:
+        super().__init__(reason)
+        self.sent = sent
 
 
 class Connection:
@@ -35,7 +48,7 @@ class Connection:
     Args:
         url: URL of the server, such as http://127.0.0.1:8888; https works, redirects and proxies do not.
         retries: number of repetitions after a failed connection. A request that timed out is not repeated: the server
-            may still be processing it.
+            may still be processing it. Nor is one that changes the server's state and may have reached it.
         backoff: seconds before the first repetition, doubled before each further one.
 
     Raises:
@@ -59,17 +72,19 @@ class Connection:
         self._secure, self._path = place.scheme == "https", place.path.rstrip("/")
         self._retries, self._backoff = retries, backoff
 
-    def post(self, path: str, content_type: str, body: bytes, timeout: float) -> Any:
+    def post(self, path: str, content_type: str, body: bytes, timeout: float, idempotent: bool = True) -> Any:
         """Send a request and return the JSON of the answer.
 
         Args:
             path: such as "/pointgoal_step".
             content_type, body: content type and body of the request.
             timeout: time limit of one attempt, from the first byte to the last, seconds.
+            idempotent: whether the request may reach the server twice. If not, it is repeated only while no connection
+                could be opened.
 
         Raises:
-            ServerError: no connection after all retries, no answer in time, a status other than 200, or an answer that
-                is not JSON within the bounds of size, depth and magnitude.
+            ServerError: no connection after all retries, a broken one, no answer in time, a status other than 200, or
+                an answer that is not JSON within the bounds of size, depth and magnitude.
         """
         for attempt in range(self._retries + 1):
             if attempt:
@@ -78,6 +93,10 @@ class Connection:
                 return self._attempt(path, content_type, body, timeout)
             except _TransientError as problem:
                 reason = str(problem)
+                if problem.sent and not idempotent:
+                    raise ServerError(
+                        f"{self.url}{path}: {reason}; the request may have reached the server and is not repeated"
+                    ) from None
         attempts = f"{self._retries + 1} attempts" if self._retries else "1 attempt"
         raise ServerError(f"{self.url}{path}: {reason} after {attempts}; is the server running there?")
 
@@ -88,7 +107,7 @@ class Connection:
                 connection.connect()
                 connection.sock.settimeout(timeout)
             except OSError as error:
-                raise _TransientError(f"no connection ({error.strerror or error})") from None
+                raise _TransientError(f"no connection ({error.strerror or error})", sent=False) from None
             with _deadline(connection.sock, timeout) as late:
                 try:
                     return self._exchange(connection, path, content_type, body)
@@ -99,7 +118,7 @@ class Connection:
                         ) from None
                     if isinstance(error, OSError):
                         raise _TransientError(
-                            f"the connection broke ({error.strerror or type(error).__name__})"
+                            f"the connection broke ({error.strerror or type(error).__name__})", sent=True
                         ) from None
                     if isinstance(error, ServerError):
                         raise
@@ -117,10 +136,10 @@ class Connection:
             if response.length:
                 raise http.client.IncompleteRead(b"", response.length)
         if response.status in TRANSIENT:
-            raise _TransientError(f"status {response.status}")
+            raise _TransientError(f"status {response.status}", sent=True)
         if response.status != 200:
             text = answer[:200].decode("utf-8", "replace")
-            raise ServerError(f"{self.url}{path}: status {response.status}, expected 200; answer: {text!r}")
+            raise StatusError(f"{self.url}{path}: status {response.status}, expected 200; answer: {text!r}")
         try:
             return parse_json(answer, f"{self.url}{path}")
         except DocumentError as error:

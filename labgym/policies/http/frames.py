@@ -17,18 +17,25 @@ from labgym.navigation import Pose
 Array = NDArray[np.float64]
 
 
+REST = 0.02
+"""Largest distance between the points of a trajectory that means "stand still", meters."""
+
+
 def to_start_frame(trajectory: Array, pose: Pose, camera_forward: float) -> Array:
     """Return a trajectory as a path (n, 2) of the robot's axis in the start frame, meters, beginning at the robot.
 
-    Points within `camera_forward` of the lens are dropped: a path through the lens would prevent a turn in place.
+    Points within `camera_forward` of the lens are dropped: a path through the lens would prevent a turn in place. The
+    last point of a trajectory that has no others is kept, unless the trajectory means "stand still".
 
     Args:
         trajectory: (n, 2) in the camera's ground frame.
         pose: pose of the robot in the start frame.
         camera_forward: distance from the robot's axis to the lens, meters.
     """
-    ahead = trajectory[np.linalg.norm(trajectory, axis=1) > camera_forward] + (camera_forward, 0.0)
-    return np.concatenate([[pose[:2]], to_world(ahead, pose)])
+    ahead = trajectory[np.linalg.norm(trajectory, axis=1) > camera_forward]
+    if not len(ahead) and np.linalg.norm(trajectory - trajectory[-1], axis=1).max() > REST:
+        ahead = trajectory[-1:]
+    return np.concatenate([[pose[:2]], to_world(ahead + np.array([camera_forward, 0.0]), pose)])
 
 
 def to_camera_frame(path: Array, pose: Pose, camera_forward: float) -> Array:

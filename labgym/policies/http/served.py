@@ -17,7 +17,7 @@ from labgym.geometry import relative
 from labgym.navigation import Pose
 from labgym.policies.http.frames import to_camera_frame
 from labgym.policies.http.wire import FULL_SCALE, intrinsic_matrix
-from labgym.policies.policy import EpisodeStart, Observation, Policy
+from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy
 
 POINTS = 24
 """Points of a trajectory; the first point is one step ahead."""
@@ -38,18 +38,28 @@ class Frame:
     Attributes:
         color: (H, W, 3) RGB.
         depth: (H, W) planar, meters.
-        goal: (x, y) in the camera's ground frame, meters.
+        goal: (x, y) in the camera's ground frame, meters; None if the goal is not a point.
         intrinsic: camera matrix (3, 3), pixels.
         pose: the robot's (x, y, yaw) in any fixed frame; None if the client does not send it.
         velocity: forward, m/s, and turn, rad/s.
+        goal_picture: (H, W, 3) RGB, what the camera would see at the goal; None if the goal is not an image. Another
+            size than that of `color` stands for the same field of view.
     """
 
     color: NDArray[np.uint8]
     depth: NDArray[np.float32]
-    goal: tuple[float, float]
+    goal: tuple[float, float] | None
     intrinsic: Array
     pose: Pose | None = None
     velocity: tuple[float, float] = (0.0, 0.0)
+    goal_picture: NDArray[np.uint8] | None = None
+
+    @property
+    def goal_kind(self) -> GoalKind:
+        """Kind of the goal."""
+        if self.goal is not None:
+            return "point"
+        return "none" if self.goal_picture is None else "image"
 
 
 class _ServedObservation(dict[str, NDArray[Any]]):
@@ -62,8 +72,9 @@ class _ServedObservation(dict[str, NDArray[Any]]):
 class ServedPolicy:
     """One policy for one robot.
 
-    If the client sends the robot's pose, the policy drives an episode as in the evaluator. Otherwise the odometry is
-    unknown: each frame begins a new episode, and the policy remembers nothing.
+    An episode begins after `forget` and when the kind of the goal changes. If the client sends the robot's pose, the
+    policy drives an episode as in the evaluator. Otherwise the odometry is unknown: each frame begins a new episode,
+    and the policy remembers nothing.
 
     Args:
         policy: not privileged.
@@ -73,6 +84,7 @@ class ServedPolicy:
     def __init__(self, policy: Policy, entropy: np.random.SeedSequence) -> None:
         self._policy, self._entropy = policy, entropy
         self._origin: Pose | None = None
+        self._kind: GoalKind | None = None
 
     def forget(self) -> None:
         """Begin a new episode with the next frame."""
@@ -80,11 +92,11 @@ class ServedPolicy:
 
     def trajectory(self, frame: Frame) -> Array:
         """Return a trajectory (24, 3): x and y in the camera's ground frame, meters, and the heading, radians."""
-        goal = _within_range(frame.goal[0] + ROBOT.camera_forward, frame.goal[1])
-        if self._origin is None or frame.pose is None:
-            self._origin = frame.pose
+        goal = None if frame.goal is None else _within_range(frame.goal[0] + ROBOT.camera_forward, frame.goal[1])
+        if self._origin is None or frame.pose is None or frame.goal_kind != self._kind:
+            self._origin, self._kind = frame.pose, frame.goal_kind
             rng = np.random.default_rng(self._entropy.spawn(1)[0])
-            self._policy.reset(EpisodeStart(goal=goal, rng=rng))
+            self._policy.reset(EpisodeStart(goal=goal or (0.0, 0.0), rng=rng, goal_kind=frame.goal_kind))
         pose = relative(self._origin, frame.pose) if self._origin and frame.pose else (0.0, 0.0, 0.0)
         action = np.asarray(self._policy.act(_observation(frame, goal, pose)), dtype=np.float64)
         if action.shape != (2,) or not np.isfinite(action).all():
@@ -132,27 +144,42 @@ def resampled_view(frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.float32]
     Each pixel takes the nearest pixel of the frame; pixels outside of the frame take the edge's. Saturated depth means
     that nothing is near, and becomes our camera's range.
     """
-    rows, columns = IMAGE_SHAPE
-    ours = intrinsic_matrix(columns, rows, ROBOT.camera_hfov)
-    u = (np.arange(columns) + 0.5 - ours[0, 2]) / ours[0, 0] * frame.intrinsic[0, 0] + frame.intrinsic[0, 2]
-    v = (np.arange(rows) + 0.5 - ours[1, 2]) / ours[1, 1] * frame.intrinsic[1, 1] + frame.intrinsic[1, 2]
     height, width = frame.depth.shape
-    across = np.clip(np.floor(u), 0, width - 1).astype(np.intp)
-    down = np.clip(np.floor(v), 0, height - 1).astype(np.intp)
-    depth = frame.depth[np.ix_(down, across)]
+    seen = _pixels(frame.intrinsic, width, height)
+    depth = frame.depth[seen]
     far = np.round(depth * 10_000.0) >= FULL_SCALE
-    return frame.color[np.ix_(down, across)], np.where(far, np.float32(RANGE), depth)
+    return frame.color[seen], np.where(far, np.float32(RANGE), depth)
 
 
-def blank_frame() -> Frame:
-    """Return an empty frame with a goal 3 m ahead, to test whether a policy can be served."""
+def blank_frame(kind: GoalKind) -> Frame:
+    """Return an empty frame with a kind of goal, to test whether a policy can be served."""
+    blank = np.zeros((360, 640, 3), np.uint8)
     return Frame(
-        color=np.zeros((360, 640, 3), np.uint8),
+        color=blank,
         depth=np.full((360, 640), 3.0, np.float32),
-        goal=(3.0, 0.0),
+        goal=(3.0, 0.0) if kind == "point" else None,
         intrinsic=intrinsic_matrix(640, 360, ROBOT.camera_hfov),
         pose=(0.0, 0.0, 0.0),
+        goal_picture=blank if kind == "image" else None,
     )
+
+
+def _pixels(intrinsic: Array, width: int, height: int) -> tuple[NDArray[np.intp], ...]:
+    """Return the rows (72, 1) and columns (1, 128) of a frame's pixels that our camera's pixels take."""
+    rows, columns = IMAGE_SHAPE
+    ours = intrinsic_matrix(columns, rows, ROBOT.camera_hfov)
+    u = (np.arange(columns) + 0.5 - ours[0, 2]) / ours[0, 0] * intrinsic[0, 0] + intrinsic[0, 2]
+    v = (np.arange(rows) + 0.5 - ours[1, 2]) / ours[1, 1] * intrinsic[1, 1] + intrinsic[1, 2]
+    across = np.clip(np.floor(u), 0, width - 1).astype(np.intp)
+    down = np.clip(np.floor(v), 0, height - 1).astype(np.intp)
+    return np.ix_(down, across)
+
+
+def _goal_view(frame: Frame, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the image (72, 128, 3) of our camera from the picture of a goal."""
+    height, width = picture.shape[:2]
+    scale = np.diag([width / frame.color.shape[1], height / frame.color.shape[0], 1.0])
+    return picture[_pixels(scale @ frame.intrinsic, width, height)]
 
 
 def _within_range(x: float, y: float) -> tuple[float, float]:
@@ -161,16 +188,20 @@ def _within_range(x: float, y: float) -> tuple[float, float]:
     return shrink * x, shrink * y
 
 
-def _observation(frame: Frame, goal: tuple[float, float], pose: Pose) -> Observation:
-    bearing = math.atan2(goal[1], goal[0])
+def _observation(frame: Frame, goal: tuple[float, float] | None, pose: Pose) -> Observation:
     color, depth = resampled_view(frame)
-    return _ServedObservation(
-        goal=np.array([math.hypot(*goal), math.cos(bearing), math.sin(bearing)], np.float32),
+    observation = _ServedObservation(
         velocity=np.array(frame.velocity, np.float32),
         odometry=np.array(pose, np.float64),
         depth=depth.ravel(),
         rgb=color,
     )
+    if goal is not None:
+        bearing = math.atan2(goal[1], goal[0])
+        observation["goal"] = np.array([math.hypot(*goal), math.cos(bearing), math.sin(bearing)], np.float32)
+    if frame.goal_picture is not None:
+        observation["goal_image"] = _goal_view(frame, frame.goal_picture)
+    return observation
 
 
 def _ahead(path: Array, pose: Pose) -> Array:

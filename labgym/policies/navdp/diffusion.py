@@ -81,21 +81,22 @@ def denoising(schedule: Any) -> Iterator[Denoising]:
 
 @torch.inference_mode()
 def sample_steps(
-    network: NavDPNetwork, schedule: Any, tokens: Tensor, goal: Tensor, count: int, generator: torch.Generator
+    network: NavDPNetwork, schedule: Any, tokens: Tensor, goal: Tensor | None, count: int, generator: torch.Generator
 ) -> Tensor:
-    """Return trajectories drawn for one goal, as steps (count, points, 3) in [-1, 1].
+    """Return trajectories drawn for one goal or for none, as steps (count, points, 3) in [-1, 1].
 
     Args:
         network: the denoiser.
         schedule: of `make_schedule`.
         tokens: (1, queries, width) of `NavDPNetwork.encode`.
-        goal: (2,) float32 in the robot frame, meters.
+        goal: (2,) float32 in the robot frame, meters; None hides the goal's tokens, as half of the training does.
         count: number of trajectories.
         generator: generator of the noise.
     """
     options = network.config
     tokens = tokens.expand(count, -1, -1)
-    goals, with_goal = goal.expand(count, -1), torch.ones(count, dtype=torch.bool)
+    goals = (torch.zeros(2) if goal is None else goal).expand(count, -1)
+    with_goal = torch.full((count,), goal is not None)
     steps = torch.randn(count, options.network.points, 3, generator=generator)
     for step in denoising(schedule):
         noise = network.noise(tokens, steps, torch.full((count,), step.time), goals, with_goal)

@@ -33,7 +33,7 @@ from labgym.policies.navdp.frames import Bytes, frame
 from labgym.policies.navdp.network import load_navdp
 from labgym.policies.navdp.trajectory import points_of
 from labgym.policies.options import PolicyOptions
-from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
+from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, turn_towards
 
 Array = NDArray[np.float64]
@@ -92,6 +92,8 @@ class DrawnTrajectories(NamedTuple):
 class NavDPPolicy(Policy):
     """Sees color and depth of the present and up to a second ago, and draws trajectories to the goal by diffusion.
 
+    Without a goal (`EpisodeStart.goal_kind` "none") it explores: the network was trained with and without goals.
+
     Args:
         weights: folder of `config.json` and `weights.safetensors`; None uses the published ones.
         options: how trajectories become motion, a `NavDPOptions` or a mapping of those that differ from the defaults.
@@ -105,6 +107,7 @@ class NavDPPolicy(Policy):
 
     name: ClassVar[str] = "navdp"
     observation: ClassVar[Sensors] = "rgbd"
+    goal_kinds: ClassVar[tuple[GoalKind, ...]] = ("point", "none")
     options_type: ClassVar[type[PolicyOptions]] = NavDPOptions
 
     def __init__(
@@ -118,7 +121,7 @@ class NavDPPolicy(Policy):
 
     def reset(self, episode: EpisodeStart) -> None:
         """Forget all frames and trajectories."""
-        self._begin(episode.robot, int(episode.rng.integers(2**62)))
+        self._begin(episode.robot, int(episode.rng.integers(2**62)), episode.goal_kind == "point")
 
     def files(self) -> tuple[Path, ...]:
         """Return the weights and their configuration."""
@@ -128,9 +131,9 @@ class NavDPPolicy(Policy):
         """Return the path that is followed; None during a turn in place."""
         return None if self._tracker is None else self._tracker.path
 
-    def _begin(self, robot: RobotSpec, seed: int) -> None:
+    def _begin(self, robot: RobotSpec, seed: int, with_goal: bool = True) -> None:
         options = self._options
-        self._robot = robot
+        self._robot, self._with_goal = robot, with_goal
         self._generator = torch.Generator().manual_seed(seed)
         self._stride = max(1, round(PERIOD / robot.control_dt))
         memory = self._network.config.network.memory
@@ -160,7 +163,7 @@ class NavDPPolicy(Policy):
 
     def _drive(self, observation: Observation, depth: NDArray[np.float32]) -> Array:
         odometry = np.asarray(observation["odometry"], dtype=np.float64)
-        bearing = goal_bearing(observation)
+        bearing = goal_bearing(observation) if self._with_goal else 0.0
         self._stuck.add(odometry[:2])
         self._step += 1
         if self._facing.turning(bearing):
@@ -171,7 +174,7 @@ class NavDPPolicy(Policy):
             self._blocked = False
             return self._turn_away(depth, bearing, odometry)
         if self._tracker is None or self._turn is not None or self._commitment.over(self._step, odometry[:2]):
-            drawn = self.draw(goal_point(observation))
+            drawn = self.draw(goal_point(observation) if self._with_goal else None)
             best = self._best(drawn)
             if best is None:
                 return self._turn_away(depth, bearing, odometry)
@@ -199,18 +202,18 @@ class NavDPPolicy(Policy):
         return self.draw(goal)
 
     @torch.inference_mode()
-    def draw(self, goal: tuple[float, float]) -> DrawnTrajectories:
+    def draw(self, goal: tuple[float, float] | None) -> DrawnTrajectories:
         """Draw trajectories from the latest frames and value them.
 
         Args:
-            goal: (x, y) in the robot frame, meters.
+            goal: (x, y) in the robot frame, meters; None draws trajectories to anywhere.
         """
         network, options = self._network, self._options
         memory = network.config.network.memory
         ages = [self._stride * age if options.remembers else 0 for age in range(memory - 1, -1, -1)]
         frames = [self._frames[max(0, len(self._frames) - 1 - age)] for age in ages]
         tokens = network.encode(torch.from_numpy(np.stack(frames))[None])
-        target = torch.tensor(goal, dtype=torch.float32)
+        target = None if goal is None else torch.tensor(goal, dtype=torch.float32)
         steps = sample_steps(network, self._schedule, tokens, target, options.samples, self._generator)
         points = points_of(steps, network.config.diffusion.scale)
         stops = points[:, -1].norm(dim=1) < options.shortest

@@ -14,6 +14,7 @@ from labgym.eval.driving.navigation_metrics import METRICS, NAVDP_METRICS
 from labgym.eval.driving.runner import NavigationReport, evaluate
 from labgym.eval.reports.tables import NAVDP_ROWS, NAVIGATION_ROWS, navigation_table
 from labgym.layouts import load_published, published
+from labgym.navigation import goal_pairs
 from labgym.policies import Policy, velocities_to_action
 from labgym.suites import Suite, load_suite
 
@@ -22,7 +23,8 @@ LAYOUT = load_published("test", published("test")[0])
 
 @pytest.fixture(scope="module")
 def suite() -> Suite:
-    return load_suite("navdp_compat").model_copy(update={"layouts": (LAYOUT.id,)})
+    whole = load_suite("navdp_compat")
+    return whole.model_copy(update={"layouts": (LAYOUT.id,), "drives": {LAYOUT.id: whole.drives[LAYOUT.id]}})
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +49,32 @@ def test_the_suite_has_the_benchmarks_rules(suite):
     assert (suite.stuck.steps, suite.stuck.distance) == (30, 0.1)
     assert suite.success_distance == 1.5
     assert suite.metrics == "navdp"
+
+
+class Still(Policy):
+    """Never moves."""
+
+    def reset(self, episode):
+        pass
+
+    def act(self, observation):
+        return np.zeros(2)
+
+
+def test_the_suite_drives_the_pairs_that_start_two_meters_or_more_from_their_goal():
+    suite = load_suite("navdp_compat")
+    pairs = [pair for layout in published("test") for pair in goal_pairs(load_published("test", layout))]
+    far = [pair for pair in pairs if math.dist(pair.start[:2], pair.goal[:2]) >= 2.0]
+    driven = [drive for layout in suite.layouts for drive in suite.drives[layout]]
+    assert [(drive.start, drive.goal) for drive in driven] == [(pair.start, pair.goal) for pair in far]
+    assert (suite.version, len(pairs), len(driven)) == (4, 129, 105)
+
+
+def test_a_robot_that_stands_still_has_no_success(suite):
+    rows = [drive.row for drive in drive_layout(Still(), LAYOUT, suite, "still", 0)]
+    assert len(rows) == len(suite.drives[LAYOUT.id])
+    assert not any(row.success for row in rows)
+    assert {row.navdp_spl for row in rows} == {0.0}
 
 
 def test_an_episode_ends_when_the_robot_is_near_and_slow_and_not_before(report, suite):
