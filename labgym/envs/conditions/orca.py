@@ -1,8 +1,8 @@
 """Optimal reciprocal collision avoidance (ORCA): what each of several discs may do so that none touches another.
 
 Van den Berg, Guy, Lin and Manocha, "Reciprocal n-body collision avoidance", Robotics Research 2011, sections 4 and 5.
-This is an implementation of its own because each person of a laboratory has neighbors of their own (half of the people
-do not see the robot), and because results must be equal to the bit in every process.
+Each disc names the neighbors that it avoids: half of the people in a laboratory do not see the robot. `pyrvo` has no
+visibility by agent, computes in single precision, and requires `ir-sim`; the tests compare trajectories with it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Neighbor(NamedTuple):
     """A disc that is to be avoided.
 
     Attributes:
-        disc: the disc. share: part of the avoidance that is one's own: 1/2 if the other one does the same, 1 if it
+        disc: the disc. share: part of the avoidance that the first disc takes over: 1/2 if the other one does the same, 1 if it
             does nothing.
     """
 
