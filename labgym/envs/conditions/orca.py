@@ -34,8 +34,9 @@ class Neighbor(NamedTuple):
     """A disc that is to be avoided.
 
     Attributes:
-        disc: the disc. share: part of the avoidance that the first disc takes over: 1/2 if the other one does the same, 1 if it
-            does nothing.
+        disc: the disc.
+        share: part of the avoidance that the first disc takes over: 1/2 if the other one does the same, 1 if it does
+            nothing.
     """
 
     disc: Disc
