@@ -253,10 +253,7 @@ def test_the_published_rates_are_the_assumed_ones_times_the_factors() -> None:
 
 def test_under_touchstone_2_the_safety_equipment_is_added_that_a_proposal_lacks() -> None:
     second = thresholds.profile("default", "touchstone-v2")
-    proposed = generate(
-        "red_02", 0, profile=second, proposer="sampler", optimise=False, refine=False, on_failure="keep"
-    )
-    assert missing_kinds(proposed)
+    assert missing_kinds(generate("red_02", 0, proposer="sampler"))
     assert not missing_kinds(generate("red_02", 0, profile=second, proposer="sampler"))
 
 
