@@ -8,9 +8,11 @@ from typing import Protocol
 from labgym.envs.assembly import Assembly, assembly_of, is_standard
 from labgym.envs.parts.protocols import Robot
 from labgym.envs.pushing import PushingSimulation
+from labgym.envs.reach import robot_alone
 from labgym.envs.scene_simulation import SceneSimulation
 from labgym.envs.simulation import Simulation
 from labgym.envs.state import Pose
+from labgym.envs.static_simulation import StaticSimulation
 from labgym.envs.world import World
 from labgym.errors import OptionError, UnknownNameError
 
@@ -100,4 +102,6 @@ def make_physics(name: str, world: World, robot: Robot, control_dt: float, assem
     size = robot.size if robot.size.control_dt == control_dt else replace(robot.size, control_dt=control_dt)
     if assembly.things:
         return PushingSimulation(assembly.model, size, assembly.out_of_reach, assembly.alone, assembly.things)
+    if assembly.alone is robot_alone():
+        return StaticSimulation(assembly.model, assembly.out_of_reach, size)
     return Simulation(assembly.model, size, assembly.out_of_reach, assembly.alone)

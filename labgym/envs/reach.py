@@ -7,8 +7,10 @@ from functools import lru_cache
 import cv2
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.envs.robot import BOTTOM, ROBOT, RobotSpec, attach_robot
+from labgym.envs.solids import Solids
 
 CELL = 0.05
 """Spacing of the grid, meters."""
@@ -31,10 +33,17 @@ class OutOfReach:
     Args:
         model: a compiled scene with the robot; geoms that are not fixed to the world are left out.
         robot: its dimensions.
+
+    Attributes:
+        solids: the solids that the robot may touch; None if they are not all boxes.
     """
 
     def __init__(self, model: mujoco.MjModel, robot: RobotSpec = ROBOT) -> None:
-        outlines = _outlines(model, robot.height)
+        geoms, corners = _solids(model, robot.height)
+        outlines = [
+            cv2.convexHull(points)[:, 0, :].astype(np.float64) for points in corners[:, :, :2].astype(np.float32)
+        ]
+        self.solids = Solids.of(model, geoms, corners, outlines)
         points = np.concatenate(outlines) if outlines else np.zeros((1, 2))
         low = points.min(axis=0) - CELL
         self._x0, self._y0 = float(low[0]), float(low[1])
@@ -63,8 +72,8 @@ def robot_alone(robot: RobotSpec = ROBOT) -> mujoco.MjModel:
     return scene.compile()
 
 
-def _outlines(model: mujoco.MjModel, height: float) -> list[np.ndarray]:
-    """Return the convex outlines, each (n, 2) meters, of the solids up to a robot's height."""
+def _solids(model: mujoco.MjModel, height: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Return the colliding geoms up to a robot's height, (n,), and the corners of their boxes, (n, 8, 3) meters."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     fixed = model.body_weldid[model.geom_bodyid] == 0
@@ -77,5 +86,4 @@ def _outlines(model: mujoco.MjModel, height: float) -> list[np.ndarray]:
     corners = data.geom_xpos[geoms, None, :] + local @ rotations.transpose(0, 2, 1)
     margin, heights = model.geom_margin[geoms], corners[:, :, 2]
     at_height = (heights.max(axis=1) + margin > BOTTOM - RESERVE) & (heights.min(axis=1) - margin < height)
-    flat = corners[at_height, :, :2].astype(np.float32)
-    return [cv2.convexHull(points)[:, 0, :].astype(np.float64) for points in flat]
+    return geoms[at_height], corners[at_height]

@@ -43,7 +43,7 @@ def test_the_motion_is_that_in_the_scene_to_the_bit(world):
     """Straight drives into furniture and turns off it: 600 control steps, some in contact, most out of reach."""
     rng = np.random.default_rng(5)
     whole, quick = Simulation(world.model), Simulation(world.model, ROBOT, world.out_of_reach)
-    touched = alone = 0
+    touched = alone = among = 0
     for _ in range(6):
         start = free_start(world, rng)
         whole.place(start)
@@ -55,9 +55,11 @@ def test_the_motion_is_that_in_the_scene_to_the_bit(world):
             assert quick.drive(v, w) == expected
             assert (quick.pose, quick.velocity) == (whole.pose, whole.velocity)
             touched += expected[1]
-            alone += quick._now is not quick._scene
+            alone += quick._now is quick._alone
+            among += expected[1] and quick._now is quick._around
     assert touched > 20
     assert alone > 100
+    assert among > 10
 
 
 def test_the_data_of_the_scene_are_those_of_the_motion(world):
