@@ -34,9 +34,9 @@ class Bundle:
 
     def __init__(self, directions: NDArray[np.float64], forward: float, height: float, left: float = 0.0) -> None:
         self._ahead, self._left = directions[:, 0].copy(), directions[:, 1].copy()
-        self._forward, self._sideways, self._height = forward, left, height
+        self._forward, self._sideways = forward, left
         self.directions: Floats = directions.astype(np.float32)
-        self._origins: Floats = np.empty_like(self.directions)
+        self._origins: Floats = np.full_like(self.directions, height)
 
     def cast(self, rays: RaySource, pose: Pose, reach: float) -> tuple[Floats, NDArray[np.int32]]:
         """Return distances (n,) from a pose, `reach` for a ray that hits nothing nearer, and the faces hit (n,).
@@ -45,9 +45,8 @@ class Bundle:
         """
         x, y, yaw = pose
         cosine, sine = math.cos(yaw), math.sin(yaw)
-        start_x = x + self._forward * cosine - self._sideways * sine
-        start_y = y + self._forward * sine + self._sideways * cosine
-        self._origins[:] = (start_x, start_y, self._height)
+        self._origins[:, 0] = x + self._forward * cosine - self._sideways * sine
+        self._origins[:, 1] = y + self._forward * sine + self._sideways * cosine
         self.directions[:, 0] = cosine * self._ahead - sine * self._left
         self.directions[:, 1] = sine * self._ahead + cosine * self._left
         return rays.cast(self._origins, self.directions, reach)
@@ -94,7 +93,7 @@ class Lidar:
     def scan(self, rays: RaySource, pose: Pose) -> Floats:
         """Return ranges, (rays,) meters, clipped to the reach, on a robot at a pose."""
         distances, _ = self._bundle.cast(rays, self.at(pose), self.reach)
-        return np.minimum(distances, self._limit)
+        return np.minimum(distances, self._limit, out=distances)
 
 
 def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:

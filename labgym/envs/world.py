@@ -25,6 +25,7 @@ from labgym.layouts.model import Floor, Placement
 from labgym.navigation import PLANNING_RADIUS, GoalPair, Method, OccupancyGrid, ShortestPaths, goal_pairs, occupancy
 from labgym.navigation.barriers import Barriers
 from labgym.navigation.discs import length_to_disc
+from labgym.navigation.point_clearance import PointClearance
 from labgym.scenes import ExactRayScene, RayScene, SceneMesh, to_mjcf
 from labgym.scenes.rays import Geometry, ray_mesh
 
@@ -47,6 +48,7 @@ class World:
         """Prepare a layout, or take over what its stage holds."""
         self._layout = layout
         self._barriers = Barriers.of(layout)
+        self._points = PointClearance(self._barriers)
         self._lock = RLock()
         self._derived: dict[Hashable, Any] = {}
         self._fields: dict[tuple[object, ...], DistanceToGo] = {} if stage is None else dict(stage.to_go)
@@ -112,7 +114,7 @@ class World:
 
         Footprints are the bounding boxes of all objects whose bottom is below 1.40 m (`OBSTACLE_HEIGHT`).
         """
-        return float(self.clearances(np.array([[x, y]]), radius)[0])
+        return max(self._points.at(x, y) - radius, 0.0)
 
     def clearances(self, points: NDArray[np.float64], radius: float = ROBOT.chassis_radius) -> NDArray[np.float64]:
         """Return `clearance` at points (n, 2), shape (n,)."""

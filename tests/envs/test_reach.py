@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 from laboratories import island_laboratory
@@ -98,3 +99,52 @@ def test_the_robot_alone_has_the_options_of_the_scene(world):
         assert getattr(alone, name) == getattr(scene, name)
     assert alone.gravity.tolist() == scene.gravity.tolist()
     assert (alone.disableflags, alone.enableflags) == (scene.disableflags, scene.enableflags)
+
+
+def test_data_of_earlier_simulations_leave_no_trace(world):
+    """The data of a simulation that has ended, in contact and at speed, are taken by the next one."""
+    rng = np.random.default_rng(8)
+    first, second = free_start(world, rng), free_start(world, rng)
+
+    def trace(start: tuple[float, float, float]) -> list[object]:
+        simulation = Simulation(world.model, ROBOT, world.out_of_reach)
+        simulation.place(start)
+        return [(simulation.drive(0.8, 0.1), simulation.pose, simulation.velocity) for _ in range(60)]
+
+    expected = trace(second)
+    assert trace(first) != expected
+    assert trace(second) == expected
+
+
+def test_among_many_boxes_the_whole_scene_is_stepped():
+    """Three times three columns of boxes within reach are more than a model without the scene holds."""
+    scene = mujoco.MjSpec()
+    for row in range(-1, 2):
+        for column in range(-10, 11):
+            pos, size = [0.8 + 0.01 * row, 0.05 * column, 0.5], [0.004, 0.02, 0.5]
+            scene.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=pos, size=size)
+    attach_robot(scene)
+    model = scene.compile()
+    whole, quick = Simulation(model), Simulation(model, ROBOT, OutOfReach(model))
+    crowded = touched = 0
+    for _ in range(25):
+        expected = whole.drive(0.6, 0.05)
+        assert quick.drive(0.6, 0.05) == expected
+        assert quick.pose == whole.pose
+        crowded += quick._now is quick._scene_data
+        touched += expected[1]
+    assert crowded > 5
+    assert touched > 5
+
+
+def test_scenes_with_other_solids_than_boxes_are_stepped_as_a_whole_near_them():
+    scene = mujoco.MjSpec()
+    scene.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[1.0, 0.0, 0.5], size=[0.1, 0.5, 0.0])
+    attach_robot(scene)
+    model = scene.compile()
+    reach = OutOfReach(model)
+    assert reach.solids is None
+    whole, quick = Simulation(model), Simulation(model, ROBOT, reach)
+    for _ in range(20):
+        assert quick.drive(0.8, 0.0) == whole.drive(0.8, 0.0)
+    assert quick._now is quick._scene_data
