@@ -46,10 +46,8 @@ class PointClearance:
         for center_x, center_y, xx, xy, yx, yy, half_x, half_y in rows:
             dx, dy = x - center_x, y - center_y
             u, v = abs(dx * xx + dy * xy) - half_x, abs(dx * yx + dy * yy) - half_y
-            if u > 0.0 and v > 0.0:
-                away = abs(complex(u, v))  # the C library's hypot, as NumPy's
-            else:
-                away = max(u, v, 0.0)
+            # The absolute value of a complex number is the C library's hypot, as NumPy's.
+            away = abs(complex(u, v)) if u > 0.0 and v > 0.0 else max(u, v, 0.0)
             if away < nearest:
                 nearest = away
         if self._walls is None:
