@@ -79,22 +79,25 @@ class ExactDistanceToGo:
     Args:
         paths: shortest paths for a disc of the planning radius.
         goal: x and y in meters; further components are ignored.
+
+    Attributes:
+        lengths: the lengths of the paths.
     """
 
     def __init__(self, paths: ShortestPaths, goal: tuple[float, ...]) -> None:
         self._goal = (goal[0], goal[1])
-        self._lengths = LengthsTo(paths, self._goal)
+        self.lengths = LengthsTo(paths, self._goal)
 
     @property
     def reachable(self) -> bool:
         """Whether the disc fits at the goal."""
-        return self._lengths.reachable
+        return self.lengths.reachable
 
     def at(self, x: float, y: float) -> float:
         """Return the remaining driving distance from a point of the floor, meters."""
-        return self._lengths.at(x, y) if self.reachable else math.dist((x, y), self._goal)
+        return self.lengths.at(x, y) if self.reachable else math.dist((x, y), self._goal)
 
     @property
     def nbytes(self) -> int:
         """Size of the arrays of this goal, without the shortest paths, bytes."""
-        return self._lengths.nbytes
+        return self.lengths.nbytes

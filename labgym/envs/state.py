@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
-from labgym.navigation import GoalPair
+from labgym.navigation import GoalPair, Method
 from labgym.scenes.rays import Geometry, RaySource
 
 if TYPE_CHECKING:
+    from labgym.envs.distance_to_go import DistanceToGo
     from labgym.envs.moving_scene import MovingScene
     from labgym.envs.palette import Palette
     from labgym.envs.parts.protocols import Presence, Robot
@@ -136,6 +137,15 @@ class State:
     def compiled(self) -> bool:
         """Whether the planar kernel computes lidar ranges and depth: it sees the layout alone."""
         return self.planar and not any(presence.visible for presence in self.presences.values())
+
+    def to_go(self, method: Method) -> DistanceToGo:
+        """Return the driving distances to the goal of the drive in progress."""
+        to_go = self.world.to_go(self.goal, method)
+        if self.planar:
+            from labgym.envs.planar.routes import compiled_to_go
+
+            return compiled_to_go(self.world, to_go)
+        return to_go
 
     def ranges(self, lidar: Lidar) -> NDArray[np.float32]:
         """Return the ranges of a lidar, meters."""

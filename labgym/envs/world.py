@@ -75,7 +75,7 @@ class World:
             pair.start[:2] + pair.goal[:2]: self.shortest_length(pair) for pair in pairs
         }
         geometry, mesh = senses.geometry, self.mesh(senses.geometry)
-        paths, out_of_reach, nbytes = self._paths, self.out_of_reach, self.nbytes
+        paths, out_of_reach, nbytes = self.paths, self.out_of_reach, self.nbytes
         return Stage(self._layout, self.model, grid, paths, to_go, lengths, geometry, mesh, out_of_reach, nbytes)
 
     @property
@@ -138,7 +138,7 @@ class World:
         """Return the driving distances to a goal, by the grid (version 1) or exact (version 2); see `Method`."""
 
         def field() -> DistanceToGo:
-            return GridDistanceToGo(self._grid, goal) if method == "grid" else ExactDistanceToGo(self._paths, goal)
+            return GridDistanceToGo(self._grid, goal) if method == "grid" else ExactDistanceToGo(self.paths, goal)
 
         with self._lock:
             key = (method, *goal[:2])
@@ -154,7 +154,7 @@ class World:
         """Return the length of the shortest any-angle path of a goal pair, meters; inf if no path exists."""
 
         def length() -> float:
-            path = self._paths.path(pair.start[:2], pair.goal[:2])
+            path = self.paths.path(pair.start[:2], pair.goal[:2])
             return path.length if path is not None else float("inf")
 
         return self._length(pair.start[:2] + pair.goal[:2], length)
@@ -166,7 +166,7 @@ class World:
             radius: radius of the disc, meters.
         """
         key = (*pair.start[:2], *pair.goal[:2], radius)
-        return self._length(key, lambda: length_to_disc(self._paths, pair.start, pair.goal, radius))
+        return self._length(key, lambda: length_to_disc(self.paths, pair.start, pair.goal, radius))
 
     def _length(self, key: tuple[float, ...], length: Callable[[], float]) -> float:
         """Return a length of the cache, computed if it is missing."""
@@ -186,7 +186,7 @@ class World:
 
     def plannable_at(self, pose: Pose) -> bool:
         """Whether a disc of the planning radius fits at a pose."""
-        return self._paths.free(*pose[:2])
+        return self.paths.free(*pose[:2])
 
     @property
     def out_of_reach(self) -> OutOfReach:
@@ -226,7 +226,8 @@ class World:
         return self.derived(GRID, lambda layout: occupancy(layout).dilated(PLANNING_RADIUS))
 
     @property
-    def _paths(self) -> ShortestPaths:
+    def paths(self) -> ShortestPaths:
+        """Shortest paths for a disc of the planning radius."""
         return self.derived(PATHS, ShortestPaths)
 
 

@@ -21,11 +21,14 @@ class Boundary:
         space: the free positions.
         corners: quarter circles around the corners of the rectangles.
         arcs: the free arcs of those.
+
+    Attributes:
+        starts, ends: (s, 2) ends of the straight sides.
     """
 
     def __init__(self, space: FreeSpace, corners: Corners, arcs: Arcs) -> None:
         self._corners, self._arcs = corners, arcs
-        self._starts, self._ends = free_sides(space)
+        self.starts, self.ends = free_sides(space)
 
     def nearest(self, point: Array) -> Array | None:
         """Return the point of the boundary (2,) that is nearest to a point (2,); None if there is no boundary."""
@@ -36,10 +39,10 @@ class Boundary:
 
     def _on_sides(self, point: Array) -> Array:
         """Return the nearest point of each side, (s, 2)."""
-        direction = self._ends - self._starts
+        direction = self.ends - self.starts
         squared = np.maximum((direction**2).sum(axis=1), 1e-300)
-        along = np.clip(((point - self._starts) * direction).sum(axis=1) / squared, 0.0, 1.0)
-        return np.asarray(self._starts + along[:, None] * direction)
+        along = np.clip(((point - self.starts) * direction).sum(axis=1) / squared, 0.0, 1.0)
+        return np.asarray(self.starts + along[:, None] * direction)
 
     def _on_arcs(self, point: Array) -> Array:
         """Return the nearest point of each arc, (a, 2)."""

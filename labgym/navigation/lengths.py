@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,23 +25,41 @@ class LengthsTo:
     Args:
         paths: the shortest paths of a floor plan.
         goal: x and y, meters; further components are ignored.
+
+    Attributes:
+        paths, goal: as the arguments; the goal is (2,).
+        reachable: whether the disc fits at the goal. Without, there are no nodes.
+        arc, turn, points, lengths: of the m nodes, in ascending order of arc and angle: the arc of each, (m,); the
+            angle along its quarter, (m,) radians; the position, (m, 2); the length from it to the goal, (m,) meters.
     """
 
     def __init__(self, paths: ShortestPaths, goal: Sequence[float]) -> None:
-        self._paths, self._graph, self._goal = paths, paths.graph, np.array(goal[:2], dtype=np.float64)
-        self.reachable = paths.free(*self._goal.tolist())
+        self.paths, self.goal, self._graph = paths, np.array(goal[:2], dtype=np.float64), paths.graph
+        self.reachable = paths.free(*self.goal.tolist())
         if self.reachable:
-            nodes, lengths = self._graph.lengths_from(self._goal)
+            nodes, lengths = self._graph.lengths_from(self.goal)
             order = np.argsort(nodes.place, kind="stable")
-            self._line, self._arc, self._turn = nodes.place[order], nodes.arc[order], nodes.turn[order]
-            self._points, self._lengths = nodes.points[order], lengths[order]
+            self._line, self.arc, self.turn = nodes.place[order], nodes.arc[order], nodes.turn[order]
+            self.points, self.lengths = nodes.points[order], lengths[order]
+
+    @cached_property
+    def first(self) -> NDArray[np.int64]:
+        """The first node of each of the n arcs, (n + 1,)."""
+        return np.searchsorted(self.arc, np.arange(len(self._graph.arcs.corner) + 1)).astype(np.int64)
+
+    @cached_property
+    def least(self) -> Array:
+        """The least length from a node of each corner, (k,) meters; inf of corners without one."""
+        least = np.full(len(self._graph.corners.begin), np.inf)
+        np.minimum.at(least, self._graph.arcs.corner[self.arc], self.lengths)
+        return least
 
     @property
     def nbytes(self) -> int:
         """Size of the arrays of this goal, without the shortest paths, bytes."""
         if not self.reachable:
             return 0
-        return sum(one.nbytes for one in (self._line, self._arc, self._turn, self._points, self._lengths))
+        return sum(one.nbytes for one in (self._line, self.arc, self.turn, self.points, self.lengths))
 
     def at(self, x: float, y: float) -> float:
         """Return the length from a point to the goal, meters; inf if the goal is not free.
@@ -52,20 +71,20 @@ class LengthsTo:
         if not self.reachable:
             return math.inf
         point = np.array([x, y])
-        if not self._paths.space.holds(point[None])[0]:
+        if not self.paths.space.holds(point[None])[0]:
             free = self._graph.boundary.nearest(point)
             point = point if free is None else free
         length = self._from(point)
         if math.isinf(length):
-            through = np.linalg.norm(self._points - point, axis=1) + self._lengths
-            length = float(min(through.min(initial=math.inf), math.dist(point, self._goal)))
+            through = np.linalg.norm(self.points - point, axis=1) + self.lengths
+            length = float(min(through.min(initial=math.inf), math.dist(point, self.goal)))
         return math.dist((x, y), point) + length
 
     def _from(self, point: Array) -> float:
         """Return the length from a free point (2,); inf without a path."""
-        space, corners = self._paths.space, self._graph.corners
-        if space.joins(point[None], self._goal[None])[0]:
-            return math.dist(point, self._goal)
+        space, corners = self.paths.space, self._graph.corners
+        if space.joins(point[None], self.goal[None])[0]:
+            return math.dist(point, self.goal)
         contacts = tangents(corners, point)
         arc, turn = self._graph.arcs.of(corners, contacts)
         contacts, turn, arc = contacts.at(arc >= 0), turn[arc >= 0], arc[arc >= 0]
@@ -87,8 +106,8 @@ class LengthsTo:
         for neighbor, exists in ((position - 1, position > 0), (position, position < len(self._line))):
             row = np.flatnonzero(exists)
             node = neighbor[row]
-            same = self._arc[node] == arc[row]
+            same = self.arc[node] == arc[row]
             row, node = row[same], node[same]
-            along = self._lengths[node] + self._paths.radius * np.abs(turn[row] - self._turn[node])
+            along = self.lengths[node] + self.paths.radius * np.abs(turn[row] - self.turn[node])
             least[row] = np.minimum(least[row], along)
         return least

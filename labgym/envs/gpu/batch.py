@@ -18,6 +18,7 @@ from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.planar.batch import remaining
 from labgym.envs.planar.body import Body
 from labgym.envs.planar.contacts import CONTACTS
+from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths
 from labgym.envs.planar.scene import clearance, scene_of
 from labgym.envs.planar.simulation import CHECK_INTERVAL
 from labgym.envs.simulation import Pose
@@ -55,7 +56,7 @@ class DeviceBatch:
         sensors: lidars and depth cameras without noise. device: name of a device of Warp.
 
     Attributes:
-        robots: the latest outcome.
+        robots: the latest outcome. routes: exact remaining distances, computed by the processor.
     """
 
     def __init__(
@@ -73,6 +74,7 @@ class DeviceBatch:
             zeros.copy(),
             np.full(count, np.nan),
         )
+        self.routes = RouteLengths(count)
         self._addresses, self._sizes = np.zeros((count, 6), dtype=np.uint64), np.zeros((count, 6), dtype=np.int32)
         self._plans, self._states = np.zeros((count, 6)), np.zeros((count, 6))
         self._fields, self._grids = np.zeros((count, 3), dtype=np.int64), np.zeros((count, 3))
@@ -100,11 +102,19 @@ class DeviceBatch:
             )
         }
 
-    def place(self, robot: int, pose: Pose, world: World, field: tuple[Array, Pose] | None) -> None:
+    def place(
+        self,
+        robot: int,
+        pose: Pose,
+        world: World,
+        field: tuple[Array, Pose] | None,
+        exact: CompiledDistanceToGo | None = None,
+    ) -> None:
         """Put a robot at rest into a world.
 
         Args:
             field: distances to its goal on a grid (rows, columns), and the grid's origin and resolution.
+            exact: exact distances to its goal.
         """
         robots, scene = self.robots, device_scene(world, self._device)
         if self._body is None:
@@ -124,6 +134,7 @@ class DeviceBatch:
         self._fields[robot] = 0 if distances is None else (distances.ctypes.data, *distances.shape)
         own = slice(robot, robot + 1)
         remaining(robots.poses[own], self._fields[own], self._grids[own], robots.to_go[own])
+        self.routes.place(robot, exact, robots.poses)
 
     def step(self) -> None:
         """Advance all robots by one control step towards their targets."""
@@ -137,6 +148,7 @@ class DeviceBatch:
         for name in ("poses", "velocities", "driven", "touched", "clearances"):
             getattr(robots, name)[:] = arrays[name].numpy()
         remaining(robots.poses, self._fields, self._grids, robots.to_go)
+        self.routes.measure(0, self._count, robots.poses)
 
     def readings(self, sensor: str) -> NDArray[np.float32]:
         """Return the readings of a sensor, (n, k) meters."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from scipy.stats import truncnorm
 
 from labgym.envs.parts.kinds import positive
 from labgym.errors import UnknownNameError
@@ -106,6 +105,8 @@ class RoboThorActuation:
 
 def _truncated(mean: float, variance: float, amount: float, rng: np.random.Generator) -> float:
     """Return an error within three standard deviations that leaves at least 5% of an action of this amount."""
+    from scipy.stats import truncnorm
+
     if variance == 0.0:
         return mean
     sigma = math.sqrt(variance)

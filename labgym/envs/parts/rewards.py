@@ -33,7 +33,7 @@ class ProgressTerm(RewardTerm):
 
     def reset(self, state: State) -> None:
         """Measure the way to the goal of the drive."""
-        self._to_go = state.world.to_go(state.goal, self.method)
+        self._to_go = state.to_go(self.method)
         self._remaining = self._to_go.at(*state.pose[:2])
 
     def value(self, state: State) -> float:

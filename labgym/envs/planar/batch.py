@@ -23,6 +23,8 @@ from labgym.envs.planar.contacts import Work, buffers
 from labgym.envs.planar.depth import draw, lens_of
 from labgym.envs.planar.lidar import Beams, scan
 from labgym.envs.planar.plan import Cells, Outlines
+from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths
+from labgym.envs.planar.rows import floats, integers, points, row_of
 from labgym.envs.planar.scene import Boxes, beams, clearance_at, scene_of, walls_at
 from labgym.envs.planar.simulation import CHECK_INTERVAL, control_step
 from labgym.envs.robot import ROBOT
@@ -77,7 +79,7 @@ class Batch:
         threads: number of threads; None for one per processor that this process may use.
 
     Attributes:
-        robots: the arrays.
+        robots: the arrays. routes: exact remaining distances.
     """
 
     def __init__(
@@ -105,6 +107,7 @@ class Batch:
             to_go=np.full(count, np.nan),
             ranges=np.zeros((count, rays), dtype=np.float32),
         )
+        self.routes = RouteLengths(count)
         # The arrays that addresses point to must live as long as they are used.
         self._arrays: list[Sequence[NDArray[np.generic]]] = [()] * count
         self._body: Body | None = None
@@ -119,22 +122,30 @@ class Batch:
         self._shares = [(first, last, buffers()) for first, last in pairwise(bounds)]
         self._pool = ThreadPoolExecutor(workers - 1, "planar") if workers > 1 else None
 
-    def place(self, robot: int, pose: Pose, world: World, field: tuple[Array, Pose] | None) -> None:
+    def place(
+        self,
+        robot: int,
+        pose: Pose,
+        world: World,
+        field: tuple[Array, Pose] | None,
+        exact: CompiledDistanceToGo | None = None,
+    ) -> None:
         """Put a robot at rest into a world.
 
         Args:
             field: distances to its goal on a grid (rows, columns), and the grid's origin and resolution.
+            exact: exact distances to its goal.
         """
         robots, walls, (plan, self._body, boxes) = self.robots, walls_at(world, self._height), scene_of(world)
         distances, grid = (np.empty((0, 0)), (0.0, 0.0, 1.0)) if field is None else field
         arrays = (*plan.solids, *plan.near, *walls, *boxes, distances)
         self._arrays[robot] = arrays
-        row = [number for array in arrays for number in (array.ctypes.data, array.size)]
-        robots.scenes[robot] = (*row, *distances.shape)
+        robots.scenes[robot] = (*row_of(arrays), *distances.shape)
         robots.fields[robot] = grid
         robots.states[robot, :3], robots.states[robot, 3:] = pose, 0.0
         _step(robot, robot + 1, 0, 0, self._scene_body, robots, self._beams, self._reach, self._shares[0][2])
         robots.driven[robot], robots.touched[robot] = 0.0, False
+        self.routes.place(robot, exact, robots.poses)
         if self._lens is not None:
             self._chunks[robot] = chunks_of(world)
         self._look(robot, robot + 1)
@@ -146,6 +157,7 @@ class Batch:
 
         def run(first: int, last: int, work: Work) -> None:
             _step(first, last, self._checks, steps, body, self.robots, self._beams, self._reach, work)
+            self.routes.measure(first, last, self.robots.poses)
             self._look(first, last)
 
         if self._pool is None:
@@ -187,8 +199,8 @@ def _step(
     for k in range(first, last):
         row, state = robots.scenes[k], robots.states[k]
         solids, walls = _outlines(row, 0), _outlines(row, 9)
-        near = Cells(_floats(row, 5), _integers(row, 6), _integers(row, 7), _integers(row, 8))
-        boxes = Boxes(_points(row, 14), _points(row, 15), _points(row, 16), _floats(row, 17))
+        near = Cells(floats(row, 5), integers(row, 6), integers(row, 7), integers(row, 8))
+        boxes = Boxes(points(row, 14), points(row, 15), points(row, 16), floats(row, 17))
         v, w = robots.targets[k, 0], robots.targets[k, 1]
         driven, touched = control_step(state, v, w, checks, steps, body, solids, near, work)
         robots.driven[k], robots.touched[k] = driven, touched
@@ -244,30 +256,9 @@ def interpolated(x: float, y: float, field: Array, grid: Array) -> float:
 @compiled
 def _outlines(row: Index, place: int) -> Outlines:
     return Outlines(
-        _points(row, place),
-        _points(row, place + 1),
-        _floats(row, place + 2),
-        _integers(row, place + 3),
-        _floats(row, place + 4),
+        points(row, place),
+        points(row, place + 1),
+        floats(row, place + 2),
+        integers(row, place + 3),
+        floats(row, place + 4),
     )
-
-
-@compiled
-def _floats(row: Index, place: int) -> Array:
-    """Return array number `place` of a scene, (n,)."""
-    array: Array = carray(pointer(row[2 * place]), (row[2 * place + 1],), np.float64)
-    return array
-
-
-@compiled
-def _points(row: Index, place: int) -> Array:
-    """Return array number `place` of a scene, (n, 2)."""
-    array: Array = carray(pointer(row[2 * place]), (row[2 * place + 1] // 2, 2), np.float64)
-    return array
-
-
-@compiled
-def _integers(row: Index, place: int) -> Index:
-    """Return array number `place` of a scene, (n,)."""
-    array: Index = carray(pointer(row[2 * place]), (row[2 * place + 1],), np.int64)
-    return array

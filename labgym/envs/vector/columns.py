@@ -41,7 +41,8 @@ class Columns:
 
     Attributes:
         pose, goal: (n, 3). velocity: (n, 2). The others: (n,).
-        verdict: `GOES_ON`, `SUCCESS` or `FAILURE`. to_go: remaining distance by the grid, meters.
+        verdict: `GOES_ON`, `SUCCESS` or `FAILURE`.
+        to_go, exact_to_go: remaining distances by the grid and by exact paths, meters; NaN if they are not computed.
         terms: weighted reward terms by name, each (n,).
     """
 
@@ -56,6 +57,7 @@ class Columns:
     path_length: Column
     clearance: Column
     to_go: Column
+    exact_to_go: Column
     shortest_path_length: Column
     layout: Column
     protocol: Column
@@ -79,6 +81,7 @@ class Columns:
             path_length=np.zeros(count),
             clearance=np.zeros(count),
             to_go=np.zeros(count),
+            exact_to_go=np.zeros(count),
             shortest_path_length=np.zeros(count),
             layout=np.full(count, None, dtype=object),
             protocol=np.full(count, None, dtype=object),
@@ -145,7 +148,7 @@ class Progress:
 
     def value(self, columns: Columns) -> Column:
         """Return the progress of all, meters."""
-        remaining = columns.to_go if self._grid else np.full(len(self._remaining), np.nan)
+        remaining = columns.to_go if self._grid else columns.exact_to_go
         for row in np.flatnonzero(np.isnan(remaining)).tolist():
             to_go = self._to_go[row]
             remaining[row] = 0.0 if to_go is None else to_go.at(*columns.pose[row, :2].tolist())

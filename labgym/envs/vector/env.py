@@ -22,6 +22,7 @@ from labgym.envs.parts.rewards import ProgressTerm
 from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.planar.batch import Batch
+from labgym.envs.planar.routes import CompiledDistanceToGo, compiled_to_go
 from labgym.envs.vector.arguments import mode_of, seeds_of, whole
 from labgym.envs.vector.columns import (
     ENDINGS,
@@ -148,7 +149,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self._batch.step()
         columns.pose, columns.velocity = robots.poses.copy(), robots.velocities.copy()
         columns.collision, columns.clearance = robots.touched.copy(), robots.clearances.copy()
-        columns.to_go = robots.to_go.copy()
+        columns.to_go, columns.exact_to_go = robots.to_go.copy(), self._batch.routes.to_go.copy()
         columns.path_length = columns.path_length + robots.driven
         columns.contacts = columns.contacts + columns.collision
         columns.steps = columns.steps + 1
@@ -203,16 +204,19 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         if task.following:
             raise OptionError(f"the vector environment has episodes of one drive only: {REMEDY}")
         world, pair, columns, robots = world_of(task.layout), task.pair, self._columns, self._batch.robots
-        field = None
-        to_go = {name: world.to_go(pair.goal, method) for name, method in self._methods.items()}
+        field, exact = None, None
+        to_go = {name: compiled_to_go(world, world.to_go(pair.goal, way)) for name, way in self._methods.items()}
         for distances in to_go.values():
             if isinstance(distances, GridDistanceToGo):
                 field = distances.field
-        self._batch.place(row, pair.start, world, field)
+            if isinstance(distances, CompiledDistanceToGo):
+                exact = distances
+        self._batch.place(row, pair.start, world, field, exact)
         columns.pose[row], columns.velocity[row] = robots.poses[row], robots.velocities[row]
         columns.goal[row], columns.clearance[row] = pair.goal, robots.clearances[row]
         columns.collision[row], columns.contacts[row], columns.steps[row] = False, 0, 0
         columns.path_length[row], columns.to_go[row] = 0.0, robots.to_go[row]
+        columns.exact_to_go[row] = self._batch.routes.to_go[row]
         columns.shortest_path_length[row] = (
             world.length_to_disc(pair, self._disc) if self._disc else world.shortest_length(pair)
         )
