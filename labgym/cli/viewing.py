@@ -68,8 +68,8 @@ def play(
         layouts: Layouts to drive in instead of a suite: .json files, folders of them, or ids of published layouts.
         suite: Name of a suite (test, val, navdp_compat), or its .json file.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
-        out: Folder for the finished episodes: episodes.jsonl with a row for each, as labgym eval writes it, and
-            routes.jsonl. An episode that is driven again replaces its row.
+        out: Folder for the finished episodes, in the files of labgym eval, so that labgym report reads it. An episode
+            that is driven again replaces its row.
         film: A .mp4 or .gif file for a film of the last finished episode.
         name: Name of the driver in the rows.
         port: Port of the page on 127.0.0.1; 0 takes a free port.
@@ -81,8 +81,8 @@ def play(
     if film is not None:
         check_film_path(film)
     chosen, rules = _choice(layouts, suite, protocol)
-    records = None if out is None else DriveRecords(out)
     episodes, drives = episodes_of(chosen, rules), []
+    records = None if out is None else DriveRecords(out, episodes, rules, name)
 
     def finished(drive: Drive) -> None:
         _print(drive)

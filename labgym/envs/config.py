@@ -11,7 +11,7 @@ from typing import Any
 
 from labgym.envs.assembly import STATIC, Moving, is_standard
 from labgym.envs.parts.endings import TouchEnding
-from labgym.envs.parts.kinds import part_of, parts_of, positive
+from labgym.envs.parts.kinds import part_of, parts_of, positive, record_of
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
 from labgym.envs.parts.protocols import (
     Actions,
@@ -145,7 +145,8 @@ class PointNavConfig:
             raise OptionError(f"episodes_per_layout is {self.episodes_per_layout!r}, expected a whole number")
         if not isinstance(self.exact, bool):
             raise OptionError(f"exact is {self.exact!r}, expected True or False")
-        self._set("weights", _weights(self.weights))
+        if self.weights is not None:
+            self._set("weights", record_of(self.weights, RewardWeights(), "weights", "reward term"))
         if self.sensors is not None:
             self._set("sensors", parts_of(self.sensors, "sensor"))
             if not self.sensors:
@@ -313,18 +314,6 @@ def _named(measures: Any) -> Any:
     if not isinstance(measures, list | tuple):
         return measures
     return [NamedMeasure(each) if isinstance(each, str) and ":" not in each else each for each in measures]
-
-
-def _weights(value: Any) -> RewardWeights | None:
-    if value is None or isinstance(value, RewardWeights):
-        return value
-    if not isinstance(value, Mapping):
-        raise OptionError(f"weights is a {type(value).__name__}, expected RewardWeights or a mapping")
-    names = [each.name for each in fields(RewardWeights)]
-    for name in value:
-        if name not in names:
-            raise UnknownNameError("reward term", name, names)
-    return RewardWeights(**value)
 
 
 def _check_pixels(width: object, height: object) -> None:

@@ -15,7 +15,7 @@ from labgym.envs.endpoints import check_drivable, pair_between, passed_ends
 from labgym.envs.pool import AHEAD, LayoutPool, PoolAddress, check_sendable
 from labgym.envs.residents import RESIDENT_MB, check_budget
 from labgym.envs.stage import Senses
-from labgym.envs.training import LayoutSequence, LayoutSource, source_of
+from labgym.envs.training import ROOMS, LayoutSequence, LayoutSource, source_of, training_floor
 from labgym.envs.world import keep, layout_of, world_of
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
@@ -65,7 +65,7 @@ class TaskSource:
         protocol: a fixed protocol: a `Protocol`, its id or the path of its file.
         profile: thresholds that generated layouts satisfy.
         episodes_per_layout: number of episodes in a generated layout before the next one is generated.
-        training: the layouts of "train": "rooms", "floors", or a function that returns layout `number`.
+        training: the layouts of "train": "rooms", or a function that returns layout `number`.
         pool: prepares the layouts of "train" in advance; None generates them when they are drawn.
         senses: what the pool prepares for the environment.
         resident_mb: budget of this process for prepared layouts of published splits, which stay in memory, megabytes.
@@ -84,7 +84,7 @@ class TaskSource:
         protocol: Protocol | str | Path | None,
         profile: str,
         episodes_per_layout: int,
-        training: str | LayoutSource = "rooms",
+        training: str | LayoutSource = ROOMS,
         pool: LayoutPool | PoolAddress | None = None,
         senses: Senses | None = None,
         resident_mb: float = RESIDENT_MB,
@@ -93,9 +93,9 @@ class TaskSource:
         if split not in SPLITS:
             raise UnknownNameError("split", split, SPLITS)
         if split == FLOORS_TRAIN:
-            if training != "rooms":
+            if training != ROOMS:
                 raise OptionError("split 'floors-train' has its own training layouts: pass split='train' with training")
-            split, training = "train", "floors"
+            split, training = "train", training_floor
         if episodes_per_layout < 1:
             raise OptionError(f"episodes_per_layout is {episodes_per_layout}, expected at least 1")
         resolve_profile(profile)

@@ -49,14 +49,15 @@ def training_floor(number: int) -> Layout:
     return layout_at("floors-train", number)
 
 
-SOURCES = ("rooms", "floors")
+ROOMS = "rooms"
+"""The name of `TrainingRooms` as the argument `training`."""
 
 
 def source_of(training: str | LayoutSource, protocol: Protocol | None, profile: str) -> LayoutSource:
-    """Return the source that the argument `training` of an environment names.
+    """Return the source that the argument `training` of an environment stands for.
 
     Args:
-        training: "rooms", "floors", or a source.
+        training: "rooms", or a source.
         protocol: the protocol that layouts are generated for; None to draw one for each.
         profile: thresholds that generated layouts satisfy.
 
@@ -64,16 +65,12 @@ def source_of(training: str | LayoutSource, protocol: Protocol | None, profile: 
         UnknownNameError: no source has that name.
         OptionError: neither a name nor a function, or a function together with a protocol or a profile.
     """
-    if training == "rooms":
+    if training == ROOMS:
         return TrainingRooms(protocol, profile)
-    if training == "floors":
-        training = training_floor
     if isinstance(training, str):
-        raise UnknownNameError("source of training layouts", training, SOURCES)
+        raise UnknownNameError("source of training layouts", training, (ROOMS,))
     if not callable(training):
-        raise OptionError(
-            f"training is a {type(training).__name__}, expected 'rooms', 'floors' or a function of a number"
-        )
+        raise OptionError(f"training is a {type(training).__name__}, expected 'rooms' or a function of a number")
     if protocol is not None or profile != "default":
         raise OptionError(
             "only training='rooms' takes a protocol or a profile: other layouts come with their protocols"

@@ -58,7 +58,7 @@ def make_environments(
     options = {"measures": MEASURES, **options}
     split = options.get("split")
     if layouts and split in ("train", FLOORS_TRAIN):
-        training = FirstLayouts(layouts, "rooms" if split == "train" else "floors")
+        training = FirstLayouts(layouts, split)
         options |= {"split": "train", "training": training, "episodes_per_layout": 1}
     compiled = find_spec("numba") is not None
     if vectorization == "kernel" and not compiled:

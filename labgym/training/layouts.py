@@ -6,13 +6,15 @@ import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 
-from labgym.envs.training import source_of
+from labgym.envs.training import LayoutSource, TrainingRooms, training_floor
 from labgym.envs.world import keep
-from labgym.errors import OptionError, SearchLimitWarning
+from labgym.errors import OptionError, SearchLimitWarning, UnknownNameError
 from labgym.layouts import Layout
 
 RESIDENT_MB = 2048.0
 """Budget of a process for prepared training layouts, megabytes; with the lidar, a room takes 2 MB."""
+SOURCES: dict[str, LayoutSource] = {"train": TrainingRooms(), "floors-train": training_floor}
+"""The layouts of each training split."""
 
 
 @dataclass(frozen=True)
@@ -25,30 +27,31 @@ class FirstLayouts:
 
     Attributes:
         count: number of layouts.
-        source: "rooms" or "floors".
+        split: "train" or "floors-train".
 
     Raises:
         OptionError: the count is not a whole number of at least 1.
-        UnknownNameError: there is no source of that name.
+        UnknownNameError: the split has no training layouts.
     """
 
     count: int
-    source: str = "rooms"
+    split: str = "train"
 
     def __post_init__(self) -> None:
         if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
             raise OptionError(f"layouts is {self.count!r}, expected a whole number of at least 1")
-        source_of(self.source, None, "default")
+        if self.split not in SOURCES:
+            raise UnknownNameError("split of training layouts", self.split, SOURCES)
 
     def __call__(self, number: int) -> Layout:
         """Return layout `number` modulo the count."""
-        layout = _layout(self.source, number % self.count)
+        layout = _layout(self.split, number % self.count)
         keep(layout, RESIDENT_MB)
         return layout
 
 
 @lru_cache(maxsize=4096)
-def _layout(source: str, number: int) -> Layout:
+def _layout(split: str, number: int) -> Layout:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SearchLimitWarning)  # Less furniture than the room holds is no loss here.
-        return source_of(source, None, "default")(number)
+        return SOURCES[split](number)

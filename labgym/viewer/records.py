@@ -2,34 +2,66 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from labgym.documents import write_bytes
+from labgym.documents import json_bytes, write_bytes
 from labgym.errors import OptionError
 from labgym.eval.driving.drive import Drive
 from labgym.eval.driving.episode_row import Key
-from labgym.eval.driving.files import EPISODES, drive_files
+from labgym.eval.driving.files import EPISODES, SUMMARY, drive_files
+from labgym.eval.driving.record import NavigationSummary
+from labgym.layouts import Layout
+from labgym.suites import Suite
+from labgym.viewer.episodes import Episode
 
 
 class DriveRecords:
-    """Writes rows, routes and times of drives into a folder; a repeated episode replaces the earlier drive.
+    """Writes drives into a folder, as `labgym eval` does; a repeated episode replaces the earlier drive.
+
+    The folder has rows, routes, times, the summary of the episodes driven so far and, without a published split, the
+    layouts. It has no identity and no manifest: nobody can run a person again.
 
     Args:
         folder: a new folder; it is created with the first drive.
+        episodes: the episodes of the suite. suite: their rules. label: name of the driver.
 
     Raises:
         OptionError: the folder has episodes.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, episodes: Sequence[Episode], suite: Suite, label: str) -> None:
         if (folder / EPISODES).exists():
             raise OptionError(f"{folder} has episodes: name another folder with --out")
-        self._folder = folder
+        self._folder, self._expected, self._suite, self._label = folder, len(episodes), suite, label
+        self._layouts: dict[str, Layout] = {episode.layout.id: episode.layout for episode in episodes}
         self._drives: dict[Key, Drive] = {}
 
     def add(self, drive: Drive) -> None:
         """Write the files with another drive."""
         self._drives[drive.row.key] = drive
-        self._folder.mkdir(parents=True, exist_ok=True)
-        for name, content in drive_files(self._drives.values()).items():
-            write_bytes(self._folder / name, content)
+        files = drive_files(self._drives.values())
+        files[SUMMARY] = json_bytes(self._summary().to_json())
+        if self._suite.split is None:
+            files |= {f"layouts/{name}.json": json_bytes(layout.to_json()) for name, layout in self._layouts.items()}
+        for name, content in files.items():
+            path = self._folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_bytes(path, content)
+
+    def _summary(self) -> NavigationSummary:
+        summary = NavigationSummary(
+            suite=self._suite,
+            policy=self._label,
+            options={},
+            privileged=True,
+            seed=0,
+            layouts={name: layout.hash for name, layout in self._layouts.items()},
+            episodes=0,
+            expected=self._expected,
+            errors=0,
+            unreachable=0,
+            complete=False,
+            metrics={},
+        )
+        return summary.recomputed(tuple(drive.row for drive in self._drives.values()))

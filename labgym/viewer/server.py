@@ -115,11 +115,11 @@ class _Handler(BoundedHandler):
         """Take a command."""
         if self._refused(changes=True):
             return
-        length = self.headers.get("Content-Length", "")
-        if not length.isdigit() or int(length) > MAX_BODY:
+        length = self.content_length()
+        if length is None or length > MAX_BODY:
             self._problem(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a command needs Content-Length, at most {MAX_BODY}")
             return
-        body = self.rfile.read(int(length))
+        body = self.rfile.read(length)
         self.server.slots.request_complete(self.connection)
         if self.path != "/command" or self.headers.get_content_type() != "application/json":
             self._problem(HTTPStatus.NOT_FOUND, "commands are JSON for /command")

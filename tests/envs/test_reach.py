@@ -13,6 +13,7 @@ from laboratories import island_laboratory
 from labgym.envs.reach import TRAVEL, OutOfReach, robot_alone
 from labgym.envs.robot import ROBOT, attach_robot
 from labgym.envs.simulation import CHECK_STEPS, Simulation
+from labgym.envs.static_simulation import StaticSimulation
 from labgym.envs.world import World
 from labgym.layouts import Layout, load_published
 from labgym.layouts.places import layout_at
@@ -43,7 +44,7 @@ def free_start(world: World, rng: np.random.Generator) -> tuple[float, float, fl
 def test_the_motion_is_that_in_the_scene_to_the_bit(world):
     """Straight drives into furniture and turns off it: 600 control steps, some in contact, most out of reach."""
     rng = np.random.default_rng(5)
-    whole, quick = Simulation(world.model), Simulation(world.model, ROBOT, world.out_of_reach)
+    whole, quick = Simulation(world.model), StaticSimulation(world.model, world.out_of_reach)
     touched = alone = among = 0
     for _ in range(6):
         start = free_start(world, rng)
@@ -64,7 +65,7 @@ def test_the_motion_is_that_in_the_scene_to_the_bit(world):
 
 
 def test_the_data_of_the_scene_are_those_of_the_motion(world):
-    simulation = Simulation(world.model, ROBOT, world.out_of_reach)
+    simulation = StaticSimulation(world.model, world.out_of_reach)
     simulation.place(free_start(world, np.random.default_rng(1)))
     for _ in range(5):
         simulation.drive(0.5, 0.5)
@@ -107,7 +108,7 @@ def test_data_of_earlier_simulations_leave_no_trace(world):
     first, second = free_start(world, rng), free_start(world, rng)
 
     def trace(start: tuple[float, float, float]) -> list[object]:
-        simulation = Simulation(world.model, ROBOT, world.out_of_reach)
+        simulation = StaticSimulation(world.model, world.out_of_reach)
         simulation.place(start)
         return [(simulation.drive(0.8, 0.1), simulation.pose, simulation.velocity) for _ in range(60)]
 
@@ -125,13 +126,13 @@ def test_among_many_boxes_the_whole_scene_is_stepped():
             scene.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=pos, size=size)
     attach_robot(scene)
     model = scene.compile()
-    whole, quick = Simulation(model), Simulation(model, ROBOT, OutOfReach(model))
+    whole, quick = Simulation(model), StaticSimulation(model, OutOfReach(model))
     crowded = touched = 0
     for _ in range(25):
         expected = whole.drive(0.6, 0.05)
         assert quick.drive(0.6, 0.05) == expected
         assert quick.pose == whole.pose
-        crowded += quick._now is quick._scene_data
+        crowded += quick._now is quick._scene
         touched += expected[1]
     assert crowded > 5
     assert touched > 5
@@ -144,7 +145,7 @@ def test_scenes_with_other_solids_than_boxes_are_stepped_as_a_whole_near_them():
     model = scene.compile()
     reach = OutOfReach(model)
     assert reach.solids is None
-    whole, quick = Simulation(model), Simulation(model, ROBOT, reach)
+    whole, quick = Simulation(model), StaticSimulation(model, reach)
     for _ in range(20):
         assert quick.drive(0.8, 0.0) == whole.drive(0.8, 0.0)
-    assert quick._now is quick._scene_data
+    assert quick._now is quick._scene

@@ -113,7 +113,7 @@ def test_the_robot_is_stepped_alone_with_the_motion_in_the_scene_to_the_bit(worl
         expected = whole.drive(*command)
         assert quick.drive(*command) == expected
         assert (quick.pose, quick.velocity, quick.sideways) == (whole.pose, whole.velocity, whole.sideways)
-        alone += quick._now is quick._alone
+        alone += quick._now is not quick._scene
         touched += expected[1]
     assert alone > 20
 

@@ -66,14 +66,14 @@ def test_rooms_of_a_number_are_those_of_train_layout(monkeypatch):
 def test_a_source_that_cannot_be_used_is_refused():
     with pytest.raises(UnknownNameError, match="rooms"):
         source_of("roms", None, "default")
-    with pytest.raises(OptionError, match="'floors' or a function"):
+    with pytest.raises(OptionError, match="'rooms' or a function"):
         environment(training=7)
     with pytest.raises(OptionError, match="only training='rooms' takes a protocol"):
         environment(protocol="alk_03")
 
 
 def test_floors_are_those_of_floors_train():
-    env = environment(training="floors")
+    env = environment(split="floors-train", training="rooms")
     env.reset(seed=1)
     floor = env._episode.task.layout
     split, _, index = floor.provenance.options["place"].partition("/")

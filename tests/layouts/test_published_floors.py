@@ -15,6 +15,7 @@ from labgym.artefacts import artefacts
 from labgym.cli.reproduction import PublishedSplit
 from labgym.cli.splits import SplitName
 from labgym.envs.tasks import SPLITS as ENVIRONMENT_SPLITS
+from labgym.envs.training import training_floor
 from labgym.errors import OptionError, UnknownNameError
 from labgym.eval.publication import COUNTS, faults
 from labgym.layouts import load_published, published, splits
@@ -107,7 +108,7 @@ def test_the_environment_serves_published_floors_and_their_drives():
 
 def test_floors_train_is_a_split_of_the_environment_and_brings_its_own_layouts():
     with pytest.raises(OptionError, match="floors-train"):
-        gym.make("LabPointNav-v0", split="floors-train", training="floors")
+        gym.make("LabPointNav-v0", split="floors-train", training=training_floor)
     with pytest.raises(UnknownNameError, match="floors-train"):
         gym.make("LabPointNav-v0", split="floors-trian")
 

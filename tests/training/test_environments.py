@@ -110,7 +110,7 @@ def test_first_layouts_are_generated_once_each(monkeypatch):
         return LAYOUT
 
     layouts_module._layout.cache_clear()
-    monkeypatch.setattr(layouts_module, "source_of", lambda *arguments: source)
+    monkeypatch.setitem(layouts_module.SOURCES, "train", source)
     training = FirstLayouts(3)
     assert all(training(number) is LAYOUT for number in range(12))
     assert sorted(calls) == [0, 1, 2]

@@ -104,6 +104,8 @@ def test_commands_are_taken_whole_or_not_at_all(server: ViewerServer) -> None:
     for body in (b'{"speed": 1e9}', b'{"paused": false, "shell": "ls"}', b"[", b'{"forward": NaN}', b'{"episode": -1}'):
         assert command(server, body) == 400, body
     assert command(server, b" " * (MAX_BODY + 1)) == 413
+    assert command(server, b"{}", Content_Length="\u00b2") == 413
+    assert command(server, b"{}", Transfer_Encoding="chunked", Content_Length="2") == 413
     assert command(server, b"{}", Content_Type="text/plain") == 404
     assert ask(server, "/command", "POST", b'{"paused": false}', Content_Type="application/json")[0] == 403
     assert (console.paused, console.speed) == (True, 2.0)

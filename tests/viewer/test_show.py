@@ -12,7 +12,9 @@ import pytest
 
 from labgym.errors import OptionError
 from labgym.eval.driving.drive import Drive, drive_episodes
+from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.files import read_routes, read_rows
+from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, Policy
 from labgym.suites import Suite
 from labgym.viewer import Command, Console, Episode, Person, Show
@@ -147,11 +149,18 @@ def test_pausing_holds_the_drive(console: Console) -> None:
     assert not thread.is_alive()
 
 
-def test_drives_are_written_as_an_evaluation_writes_them(driven: Callable[..., Drive], tmp_path: Path) -> None:
-    drive, records = driven(Scripted(), label="me"), DriveRecords(tmp_path / "me")
+def test_drives_are_written_as_an_evaluation_writes_them(
+    driven: Callable[..., Drive], suite: Suite, episodes: tuple[Episode, ...], tmp_path: Path
+) -> None:
+    drive, records = driven(Scripted(), label="me"), DriveRecords(tmp_path / "me", episodes, suite, "me")
     records.add(drive)
     records.add(drive)
     assert read_rows(tmp_path / "me" / "episodes.jsonl") == (drive.row,)
     assert read_routes(tmp_path / "me" / "routes.jsonl") == {drive.row.key: drive.route}
+    evaluation = Evaluation.read(tmp_path / "me")
+    assert (evaluation.name, evaluation.rows) == ("me", (drive.row,))
+    assert evaluation.summary.metrics["success"].value == float(drive.row.success)
+    assert f"1 of {len(episodes)} episodes" in " ".join(evaluation.problems)
+    assert Layout.load(tmp_path / "me" / "layouts" / "by-hand.json") == episodes[0].layout
     with pytest.raises(OptionError, match="--out"):
-        DriveRecords(tmp_path / "me")
+        DriveRecords(tmp_path / "me", episodes, suite, "me")

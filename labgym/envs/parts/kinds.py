@@ -10,10 +10,14 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import fields, replace
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from labgym.errors import OptionError, UnknownNameError
+
+Record = TypeVar("Record")
+"""A dataclass of numbers."""
 
 
 def part_of(value: Any, role: str) -> Any:
@@ -61,6 +65,29 @@ def parts_of(values: Any, role: str) -> tuple[Any, ...]:
         if names.count(name) > 1:
             raise OptionError(f"two {role}s are named {name!r}: pass another name")
     return parts
+
+
+def record_of(value: Any, default: Record, name: str, entry: str) -> Record:
+    """Return a record of numbers that was passed as an object, or as a mapping of the entries that differ.
+
+    Args:
+        default: has the other entries.
+        name, entry: of the record and of one entry, in error messages.
+
+    Raises:
+        UnknownNameError: the record has no such entry.
+        OptionError: neither a record nor a mapping.
+    """
+    kind: Any = type(default)
+    if isinstance(value, Mapping):
+        names = [each.name for each in fields(kind)]
+        for key in value:
+            if key not in names:
+                raise UnknownNameError(entry, key, names)
+        value = replace(cast(Any, default), **value)
+    if not isinstance(value, kind):
+        raise OptionError(f"{name} is a {type(value).__name__}, expected {kind.__name__} or a mapping")
+    return cast(Record, value)
 
 
 def noises(part: Any) -> None:

@@ -12,7 +12,7 @@ from gymnasium import spaces
 from labgym.envs.parts.kinds import noises, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
-from labgym.envs.parts.vectors import POSITION_RANGE
+from labgym.envs.parts.vectors import POSITION_RANGE, planar
 from labgym.envs.state import Pose, State
 from labgym.geometry import wrap_angle
 
@@ -91,10 +91,7 @@ class OdometrySensor(Sensor):
         """Return x, y, cosine and sine of the yaw."""
         if state.pose != self._last:
             self._advance(state, rng)
-        x, y, yaw = self._pose
-        place = np.array([x, y, math.cos(yaw), math.sin(yaw)])
-        limits = np.array([self.reach, self.reach, 1.0, 1.0])
-        reading = np.clip(place, -limits, limits).astype(np.float32)
+        reading = planar(self._pose, self.reach)
         return disturbed(reading, self, state, rng) if self.noise else reading
 
     def _advance(self, state: State, rng: np.random.Generator) -> None:

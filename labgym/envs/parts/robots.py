@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import mujoco
 
+from labgym.envs.parts.kinds import record_of
 from labgym.envs.parts.protocols import Command, Robot
 from labgym.envs.robot import BOTTOM, ROBOT, RobotSpec, robot_spec
 from labgym.envs.simulation import CHECK_INTERVAL
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS
 
 HOLONOMIC = replace(ROBOT, v_side=0.5)
@@ -96,16 +97,9 @@ def size_of(value: Any, default: RobotSpec = ROBOT) -> RobotSpec:
         UnknownNameError: no dimension has that name.
         OptionError: neither, or a value is out of range.
     """
-    if isinstance(value, Mapping):
-        names = [each.name for each in fields(RobotSpec)]
-        for name in value:
-            if name not in names:
-                raise UnknownNameError("dimension of the robot", name, names)
-        value = replace(default, **value)
-    if not isinstance(value, RobotSpec):
-        raise OptionError(f"size of the robot is a {type(value).__name__}, expected RobotSpec or a mapping")
-    check_size(value)
-    return value
+    size = record_of(value, default, "size of the robot", "dimension of the robot")
+    check_size(size)
+    return size
 
 
 def check_size(size: RobotSpec) -> None:

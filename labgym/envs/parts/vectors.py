@@ -13,7 +13,7 @@ from labgym.envs.parts.kinds import noises, parts_of, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.protocols import Noise, Reading, Robot, Sensor
 from labgym.envs.robot import ROBOT
-from labgym.envs.state import State
+from labgym.envs.state import Pose, State
 from labgym.errors import OptionError, UnknownNameError
 from labgym.scenes.rays import Geometry
 
@@ -21,6 +21,15 @@ GOAL_RANGE = 50.0
 """Largest distance in the goal reading, meters."""
 POSITION_RANGE = 200.0
 """Largest coordinate in the readings of positions, meters."""
+
+
+def planar(pose: Pose, reach: float) -> Reading:
+    """Return x and y, clipped to [-reach, reach], cosine and sine of the yaw of a pose, (4,) float32."""
+    return np.array([*_within(*pose[:2], reach), math.cos(pose[2]), math.sin(pose[2])], np.float32)
+
+
+def _within(x: float, y: float, reach: float) -> tuple[float, float]:
+    return min(max(x, -reach), reach), min(max(y, -reach), reach)
 
 
 @dataclass(frozen=True)
@@ -124,8 +133,7 @@ class PoseSensor(Sensor):
 
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return x, y, cosine and sine."""
-        x, y, yaw = state.pose
-        pose = np.array([x, y, math.cos(yaw), math.sin(yaw)], np.float32)
+        pose = planar(state.pose, self.reach)
         return disturbed(pose, self, state, rng) if self.noise else pose
 
 
@@ -154,7 +162,8 @@ class PlaceSensor(Sensor):
 
     def reading(self, state: State, rng: np.random.Generator) -> Reading:  # noqa: ARG002
         """Return x and y."""
-        return np.array(state.pose[:2] if self.of == "robot" else state.pair.goal[:2], np.float32)
+        x, y = state.pose[:2] if self.of == "robot" else state.pair.goal[:2]
+        return np.array(_within(x, y, self.reach), np.float32)
 
 
 @dataclass(frozen=True)

@@ -88,5 +88,11 @@ class BoundedHandler(BaseHTTPRequestHandler):
         super().handle_one_request()
         self.server.slots.answered(self.connection)
 
+    def content_length(self) -> int | None:
+        """Return the length of the request's body, bytes; None without a valid header, or for a body in chunks."""
+        length = self.headers.get("Content-Length", "")
+        valid = length.isdecimal() and len(length) <= 12 and "Transfer-Encoding" not in self.headers
+        return int(length) if valid else None
+
     def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002
         """Log nothing."""

@@ -130,13 +130,13 @@ class _Handler(BoundedHandler):
         """Return the size of the request's body; refuse a request without a valid one, or of a web page."""
         if self._is_from_browser():
             return None
-        length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or len(length) > 12 or "Transfer-Encoding" in self.headers:
+        length = self.content_length()
+        if length is None:
             problem = "the request has no valid Content-Length"
-        elif int(length) > MAX_BODY:
+        elif length > MAX_BODY:
             problem = f"the request has {length} bytes; at most {MAX_BODY} are read"
         else:
-            return int(length)
+            return length
         self.close_connection = True
         self._refuse(HTTPStatus.BAD_REQUEST, problem)
         return None
