@@ -112,7 +112,7 @@ class StaticSimulation:
         return touched_names(now.model, now.data.contact.geom.ravel()) if now.data.ncon else ()
 
     def _within_reach(self, x: float, y: float, named: bool = False) -> RobotData:
-        """Return the data to step from a position: those that have all that is within reach; `named`, with its names."""
+        """Return the data to step from a position, which have all that is within reach; `named`, with its names."""
         dx, dy, _ = self._now.qvel.tolist()
         if dx * dx + dy * dy >= FASTEST * FASTEST:
             self._step_in(self._whole())
