@@ -22,7 +22,7 @@ class Ground(NamedTuple):
     Attributes:
         limits: radius of the disc, tolerance of clearances, meters; tolerance of angles, radians.
         bounds: (2, 2) corners of a rectangle that contains the positions, meters.
-        center, half, axis: (n, 2) rectangles: centers, half extents, unit vectors of their own x.
+        center, half, axis: (n, 2) of the rectangles: centers, half extents, unit vectors along their widths.
         low, high: (n, 2) bounds of the rectangles.
         corner, middle: (k, 2) corners with free arcs: positions, and unit vectors to the middles of their quarters.
         begin: (k,) directions at which the quarters begin, radians.
