@@ -47,7 +47,7 @@ AHEAD, LOOK_AT_HEIGHT = 0.5, 0.6
 FOVY = 55.0
 """Vertical field of view, degrees."""
 
-OVERSAMPLING = 1.5
+OVERSAMPLING = 1.25
 """Samples of a fast picture's pixel along each axis; averaging them costs less than OpenGL's antialiasing."""
 
 STANDARD = DifferentialDrive()
