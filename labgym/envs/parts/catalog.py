@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from labgym.envs.conditions.changes import Changes
 from labgym.envs.conditions.glass import Glass
 from labgym.envs.conditions.payload import Payload
+from labgym.envs.conditions.station import Station
 from labgym.envs.conditions.wet import WetFloor
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.actuation import ActuationNoise, LoCoBotActuation, RoboThorActuation
@@ -87,7 +89,7 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
     "actions": (Actions, (VelocityActions, DiscreteActions)),
     "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
     "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive, MjcfRobot)),
-    "condition": (Condition, (Payload, Glass, WetFloor)),
+    "condition": (Condition, (Payload, Glass, WetFloor, Changes, Station)),
     "randomization": (
         Randomization,
         (
