@@ -119,8 +119,9 @@ class Changed(Presence):
     def __init__(self, scene: PushedScene | None, weights: Mapping[str, float], late: Mapping[str, float]) -> None:
         self._scene, self._masses, self._late = scene, dict(weights), dict(late)
         self._appeared: dict[str, float] = {}
-        for name in self._late if scene is not None else ():
-            scene.simulation.remove(name)
+        if scene is not None:
+            for name in self._late:
+                scene.simulation.remove(name)
 
     def step(self, state: State) -> None:
         """Let late things come."""

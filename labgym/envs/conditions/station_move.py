@@ -61,7 +61,7 @@ def shift_of(task: Task, data: Any) -> tuple[str, Shift]:
     name, shift = data["station"], data["shift"]
     if not isinstance(name, str) or name not in task.layout.by_id or task.layout.placement(name).support != FLOOR:
         raise OptionError(f"station {str(name)[:60]!r} is no placement on the floor of layout {task.layout.id!r}")
-    numbers = shift if isinstance(shift, list | tuple) and len(shift) == 3 else ()
+    numbers: list[Any] = list(shift) if isinstance(shift, list | tuple) and len(shift) == 3 else []
     real = [not isinstance(each, bool) and isinstance(each, int | float) and abs(each) < math.inf for each in numbers]
     if len(real) != 3 or not all(real) or math.hypot(*numbers[:2]) > FARTHEST or abs(numbers[2]) > WIDEST:
         raise OptionError(

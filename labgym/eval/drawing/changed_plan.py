@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -54,7 +54,7 @@ def changed_plan(
     draw_changes(axes, before, after, pushable)
     draw_traces(axes, traces, palette.policy_colors(list(dict.fromkeys(trace.policy for trace in traces))))
     for row, (color, text) in enumerate(LEGEND):
-        style = {"fontsize": 9.0, "family": FONT, "weight": "bold", "color": color, "va": "top"}
+        style: dict[str, Any] = {"fontsize": 9.0, "family": FONT, "weight": "bold", "color": color, "va": "top"}
         figure.text(place[0], place[1] - (0.06 + LINE * row) / size[1], text, **style)
     return figure
 
@@ -67,7 +67,7 @@ def draw_changes(axes: Axes, before: Layout, after: Layout, pushable: Sequence[s
         now = after.by_id.get(placement.id)
         if placement.support == FLOOR and (now is None or _pose(now) != _pose(placement)):
             outline = before.box(placement.id).corners()
-            style = {"edgecolor": GONE, "linewidth": 1.4, "linestyle": (0, (3, 2))}
+            style: dict[str, Any] = {"edgecolor": GONE, "linewidth": 1.4, "linestyle": (0, (3, 2))}
             axes.add_patch(Polygon(outline, fill=False, zorder=ON_TOP, **style))
     for placement in after.placements:
         then = before.by_id.get(placement.id)
@@ -76,8 +76,8 @@ def draw_changes(axes: Axes, before: Layout, after: Layout, pushable: Sequence[s
         if then is None or _pose(then) != _pose(placement):
             fill = PUSHED if placement.id in pushable else CHANGED
             outline = after.box(placement.id).corners()
-            style = {"facecolor": fill, "edgecolor": CHANGED, "linewidth": 1.6, "alpha": 0.85}
-            axes.add_patch(Polygon(outline, zorder=ON_TOP + 1, **style))
+            look: dict[str, Any] = {"facecolor": fill, "edgecolor": CHANGED, "linewidth": 1.6, "alpha": 0.85}
+            axes.add_patch(Polygon(outline, zorder=ON_TOP + 1, **look))
         known = [] if then is None or _pose(then) != _pose(placement) else before.open_parts(placement.id)
         for part in after.open_parts(placement.id):
             if part not in known:
