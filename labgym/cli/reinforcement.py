@@ -31,7 +31,7 @@ class TrainingArguments:
         changes: Hyperparameters that replace those of the file, such as learning_rate=1e-4 n_envs=16.
         vectorization: How environments run: on the compiled kernel (extra fast), in one process per processor, one
             after the other in this process (dummy), or one process each (subproc); auto takes the kernel if it has all
-            parts of the environment, otherwise processes.
+            parts of the environment, otherwise dummy.
         seed: Random seed of the whole run.
         out: Folder for policies, scores, logs and checkpoint; by default runs/ALGORITHM/ENVIRONMENT.
         threads: Number of torch threads; the last bits of the weights depend on it.

@@ -37,9 +37,8 @@ def make_environments(
         vectorization: "kernel", all on the planar kernel with threads (`LabVecEnv`, extra `fast`); "processes", shares
             of them in one process per processor (`LabVecEnv`); "dummy", one after the other in this process; "subproc",
             one process each. "auto" takes the kernel if numba is installed and it has all parts of the environment,
-            otherwise processes, and "dummy" for goal environments, on one processor and without numba. With numba,
-            "auto" has the planar physics unless `physics` is passed. Make processes under
-            `if __name__ == "__main__":`.
+            otherwise "dummy", with the planar physics if numba is installed and `physics` is not passed. Make
+            processes under `if __name__ == "__main__":`.
         layouts: number of layouts of the splits "train" and "floors-train" (`FirstLayouts`); 0 generates new ones
             without end, which takes longer than driving in them.
         options: arguments of the environment, and `max_episode_steps`, by default that of the id.
@@ -65,23 +64,22 @@ def make_environments(
         raise MissingDependencyError("numba", "vectorization 'kernel'", "fast")
     if vectorization == "auto":
         options = {"physics": "planar", **options} if compiled else options
-        vectorization = _fastest(environment, count, options) if compiled else "dummy"
+        vectorization = "kernel" if compiled and _kernel_has(_config(environment, options)) else "dummy"
     if vectorization in ("kernel", "processes"):
         return VecMonitor(_together(environment, count, options, vectorization))
     makers: list[Callable[[], gym.Env[Any, Any]]] = [partial(_single, environment, options)] * count
     return VecMonitor(SubprocVecEnv(makers) if vectorization == "subproc" else DummyVecEnv(makers))
 
 
-def _fastest(environment: str, count: int, options: Mapping[str, Any]) -> str:
-    """Return the vectorization that "auto" takes if numba is installed."""
+def _kernel_has(config: PointNavConfig) -> bool:
+    """Whether the planar kernel has all parts of a configuration."""
     from labgym.envs.vector.env import check_kernel
 
-    config = _config(environment, options)
     try:
         check_kernel(config)
     except OptionError:
-        return "dummy" if _is_goal(config) or min(count, processors()) == 1 else "processes"
-    return "kernel"
+        return False
+    return True
 
 
 def _together(environment: str, count: int, options: Mapping[str, Any], vectorization: str) -> VecEnv:

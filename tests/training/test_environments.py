@@ -43,12 +43,16 @@ def test_auto_takes_the_kernel_if_numba_is_installed_and_one_process_otherwise(m
         make_environments(vectorization="kernel", layout=LAYOUT)
 
 
-def test_auto_takes_processes_for_parts_that_the_kernel_lacks(monkeypatch):
+def test_processes_take_parts_that_the_kernel_lacks(monkeypatch):
     pytest.importorskip("numba")
     from labgym.envs.vector.processes import ProcessPointNavEnv
 
+    made = make_environments("LabPointNavDiscrete-v1", 2, layout=LAYOUT)
+    assert isinstance(inner(made), DummyVecEnv)
+    made.close()
     monkeypatch.setattr(module, "processors", lambda: 2)
-    made = make_environments("LabPointNavDiscrete-v1", 2, layout=LAYOUT, max_episode_steps=3)
+    options = {"layout": LAYOUT, "max_episode_steps": 3, "physics": "planar"}
+    made = make_environments("LabPointNavDiscrete-v1", 2, "processes", **options)
     assert isinstance(inner(made).envs, ProcessPointNavEnv)
     made.seed(0)
     made.reset()
@@ -57,10 +61,6 @@ def test_auto_takes_processes_for_parts_that_the_kernel_lacks(monkeypatch):
     made.close()
     assert dones.all()
     assert all({*module.MEASURES, "episode", "terminal_observation"} <= info.keys() for info in infos)
-    monkeypatch.setattr(module, "processors", lambda: 1)
-    made = make_environments("LabPointNavDiscrete-v1", 2, layout=LAYOUT)
-    assert isinstance(inner(made), DummyVecEnv)
-    made.close()
 
 
 def test_goal_environments_run_one_after_the_other():
