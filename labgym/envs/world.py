@@ -67,7 +67,7 @@ class World:
     def stage(self, senses: Senses) -> Stage:
         """Return what an environment reads of this world, for the drives of the layout's first protocol."""
         pairs = () if self._layout.protocol is None else goal_pairs(self._layout)
-        method, grid = senses.distance_to_go, self._grid if senses.distance_to_go == "grid" else None
+        method, grid = senses.distance_to_go, self.planning_grid if senses.distance_to_go == "grid" else None
         to_go: dict[tuple[object, ...], DistanceToGo] = {
             (method, *pair.goal[:2]): self.to_go(pair.goal, method) for pair in pairs
         }
@@ -138,7 +138,9 @@ class World:
         """Return the driving distances to a goal, by the grid (version 1) or exact (version 2); see `Method`."""
 
         def field() -> DistanceToGo:
-            return GridDistanceToGo(self._grid, goal) if method == "grid" else ExactDistanceToGo(self.paths, goal)
+            return (
+                GridDistanceToGo(self.planning_grid, goal) if method == "grid" else ExactDistanceToGo(self.paths, goal)
+            )
 
         with self._lock:
             key = (method, *goal[:2])
@@ -222,7 +224,8 @@ class World:
         return self.derived(geometry, lambda layout: ray_mesh(layout, geometry))
 
     @property
-    def _grid(self) -> OccupancyGrid:
+    def planning_grid(self) -> OccupancyGrid:
+        """The cells that are free for the disc of the planning radius."""
         return self.derived(GRID, lambda layout: occupancy(layout).dilated(PLANNING_RADIUS))
 
     @property

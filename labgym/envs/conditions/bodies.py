@@ -38,6 +38,11 @@ class Shape:
         """Radius of the vertical cylinder about the origin that holds the shape, meters."""
         return float(np.hypot(*self.mesh.vertices[:, :2].T).max())
 
+    @cached_property
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest point, meters."""
+        return float(self.mesh.vertices[:, 2].min()), float(self.mesh.vertices[:, 2].max())
+
 
 @dataclass
 class Body:
@@ -75,15 +80,22 @@ class BodyRays:
         distances, faces = self._source.cast(origins, directions, max_range)
         distances, faces = distances.copy(), faces.copy()
         starts, along = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
-        for body, first in zip(self._bodies, self._first.tolist(), strict=False):
-            near = _towards(starts, along, body, max_range)
-            if not len(near):
-                continue
-            start, ray = _in_frame(starts[near], along[near], body.pose)
-            there, hit = body.shape.rays.cast(start, ray, max_range)
-            closer = (hit >= 0) & (there < distances[near])
-            distances[near[closer]] = there[closer]
-            faces[near[closer]] = hit[closer] + first
+        pairs = _towards(starts, along, self._bodies, np.minimum(distances, max_range))
+        # One cast for all bodies of a shape.
+        shapes: dict[int, list[int]] = {}
+        for number, body in enumerate(self._bodies):
+            if len(pairs[number]):
+                shapes.setdefault(id(body.shape), []).append(number)
+        for numbers in shapes.values():
+            framed = [_in_frame(starts[pairs[k]], along[pairs[k]], self._bodies[k].pose) for k in numbers]
+            there, hit = self._bodies[numbers[0]].shape.rays.cast(
+                np.concatenate([start for start, _ in framed]), np.concatenate([ray for _, ray in framed]), max_range
+            )
+            ends = np.cumsum([len(pairs[k]) for k in numbers])[:-1]
+            for k, own, face in zip(numbers, np.split(there, ends), np.split(hit, ends), strict=True):
+                closer = (face >= 0) & (own < distances[pairs[k]])
+                distances[pairs[k][closer]] = own[closer]
+                faces[pairs[k][closer]] = face[closer] + self._first[k]
         return distances, faces
 
     def color(self, faces: NDArray[np.integer], directions: NDArray[np.floating]) -> NDArray[np.uint8]:
@@ -114,17 +126,24 @@ class BodyRays:
         return shares
 
 
-def _towards(starts: Array, along: Array, body: Body, reach: float) -> NDArray[np.int64]:
-    """Return which rays pass the cylinder that holds a body."""
-    x, y, _ = body.pose
+def _towards(
+    starts: Array, along: Array, bodies: Sequence[Body], reach: NDArray[np.floating]
+) -> list[NDArray[np.int64]]:
+    """Return which rays pass the upright cylinder that holds each body within their reach (m,), meters."""
+    if not bodies:
+        return []
+    x, y, radius, low, high = np.array(
+        [(*body.pose[:2], body.shape.radius, *body.shape.heights) for body in bodies], dtype=np.float64
+    ).T[:, :, None]
     dx, dy = x - starts[:, 0], y - starts[:, 1]
-    radius = body.shape.radius
     flat = np.hypot(along[:, 0], along[:, 1])
     ahead = dx * along[:, 0] + dy * along[:, 1]
     aside = np.abs(dx * along[:, 1] - dy * along[:, 0])
-    within = np.hypot(dx, dy) <= radius
-    passes = (aside <= radius * flat) & (ahead >= 0.0) & (np.hypot(dx, dy) <= reach + radius)
-    return np.flatnonzero(within | passes)
+    away = np.hypot(dx, dy)
+    passes = (away <= radius) | ((aside <= radius * flat) & (ahead >= 0.0) & (away <= reach + radius))
+    level = along[:, 2] == 0.0
+    passes &= ~level | ((starts[:, 2] >= low) & (starts[:, 2] <= high))
+    return [np.flatnonzero(row) for row in passes]
 
 
 def _in_frame(starts: Array, along: NDArray[np.floating], pose: tuple[float, float, float]) -> tuple[Array, Array]:

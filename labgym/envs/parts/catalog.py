@@ -7,6 +7,7 @@ from typing import Any
 from labgym.envs.conditions.changes import Changes
 from labgym.envs.conditions.glass import Glass
 from labgym.envs.conditions.payload import Payload
+from labgym.envs.conditions.people import People
 from labgym.envs.conditions.station import Station
 from labgym.envs.conditions.wet import WetFloor
 from labgym.envs.parts.actions import VelocityActions
@@ -89,7 +90,7 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
     "actions": (Actions, (VelocityActions, DiscreteActions)),
     "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
     "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive, MjcfRobot)),
-    "condition": (Condition, (Payload, Glass, WetFloor, Changes, Station)),
+    "condition": (Condition, (Payload, Glass, WetFloor, Changes, Station, People)),
     "randomization": (
         Randomization,
         (

@@ -1,0 +1,257 @@
+"""Condition "people": people who walk between workplaces and stand there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.conditions.bodies import Body, BodyRays
+from labgym.envs.conditions.cast import MOST, Cast, Model, cast_of
+from labgym.envs.conditions.casting import draw_cast
+from labgym.envs.conditions.crowd import DT, RADIUS, REST, Crowd
+from labgym.envs.conditions.figures import figure
+from labgym.envs.conditions.orca import Disc
+from labgym.envs.parts.endings import RestEnding
+from labgym.envs.parts.kinds import count, positive
+from labgym.envs.parts.protocols import Condition, Motion, Presence
+from labgym.envs.state import State
+from labgym.envs.tasks import Task
+from labgym.errors import OptionError, UnknownNameError
+from labgym.layouts import Layout
+from labgym.navigation.clearance import Obstacles
+from labgym.scenes.rays import Geometry, RaySource
+
+RobotPath = Callable[[float], tuple[float, float, float, float, float]]
+"""Returns x, y, vx, vy (room frame, m and m/s) and the turn rate (rad/s) of the robot at a time of the episode."""
+
+CLOSE, BESIDE, MET = 1.0, 1.5, 3.0
+"""Distances between centers that the outcome reports, meters."""
+FIRST_FACE = 1 << 28
+"""Number of the first face of people in what sensors see: after those of any scene."""
+AT_REST = RestEnding()
+"""The speeds below which the robot rests, those of the environments of version 1."""
+EPSILON = 1e-9
+
+
+@dataclass(frozen=True)
+class People(Condition):
+    """People who walk between workplaces along shortest paths, stand there, and avoid each other.
+
+    Some avoid the robot, too; the others do not see it until it has been at rest for 0.5 s. Nobody walks into a robot
+    at rest. Touching a person counts while the robot moves: faster than 0.05 m/s or 0.1 rad/s.
+
+    Their data is that of `labgym.envs.conditions.cast.Cast`. List this condition after those that change the layout.
+
+    Attributes:
+        density: people for each m2 of free floor. group: number of people who walk together.
+        yielding: share of people who avoid the robot while it moves. speed: m/s.
+        model: "orca", or "social_force".
+    """
+
+    density: float = 1.0 / 8.0
+    group: int = 1
+    yielding: float = 0.5
+    speed: float = 1.0
+    model: Model = "orca"
+    name: str = "people"
+    kind: str = field(default="people", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "speed")
+        positive(self, "density", "yielding", zero=True)
+        count(self, "group")
+        for name, most in (("density", 2.0), ("yielding", 1.0), ("speed", 3.0), ("group", MOST)):
+            if getattr(self, name) > most:
+                raise OptionError(f"People: {name} is {getattr(self, name)}, expected at most {most}")
+        if self.model not in get_args(Model):
+            raise UnknownNameError("model of people", self.model, get_args(Model))
+
+    def draw(self, task: Task, rng: np.random.Generator) -> dict[str, object]:
+        """Return the people of an episode."""
+        return draw_cast(task, rng, self.density, self.group, self.yielding, self.speed, self.model)
+
+    def begin(self, state: State, data: Any, rng: np.random.Generator) -> Walking:  # noqa: ARG002
+        """Return the people at their starts."""
+        cast = cast_of(data)
+        for number, role in enumerate(cast.people):
+            if not state.world.paths.free(*role.start):
+                raise OptionError(
+                    f"people: person {number + 1} starts at {role.start}, where a disc of 0.3 m does not fit"
+                )
+        return Walking(state, cast)
+
+
+class Walking(Presence):
+    """The people of an episode in progress.
+
+    Their places are exact every 0.1 s and interpolated in between. They depend on the data and on the motion of the
+    robot alone.
+    """
+
+    def __init__(self, state: State, cast: Cast) -> None:
+        self._world, self._radius = state.world, state.robot.size.chassis_radius
+        self._crowd = Crowd(state.world, cast)
+        self._tick, self._time, self._rest = 0, 0.0, REST
+        self._close, self._beside, self._least = 0.0, 0.0, math.inf
+        self._met: set[int] = set()
+        self._robot = _disc(state.pose, state.velocity, state.sideways, self._radius)
+        self._places = self._next = self._crowd.places
+        self._advance()
+        self._measure(0.0)
+
+    @property
+    def visible(self) -> bool:  # type: ignore[override]
+        """Whether there is anybody."""
+        return bool(self._places)
+
+    def substep(self, motion: Motion) -> str:
+        """Advance by one physics step; return "person K" if the moving robot touches person K."""
+        self._robot = _disc(motion.pose, motion.velocity, motion.sideways, self._radius)
+        self._time = motion.time
+        share = min((motion.time - self._tick * DT) / DT, 1.0)
+        self._places = [
+            (ax + (bx - ax) * share, ay + (by - ay) * share)
+            for (ax, ay), (bx, by) in zip(self._last, self._next, strict=True)
+        ]
+        nearest, touched = self._measure(motion.dt), ""
+        if nearest is not None and _moves(motion.velocity, motion.sideways):
+            number, distance = nearest
+            touched = f"person {number + 1}" if distance < self._radius + RADIUS else ""
+        if motion.time >= (self._tick + 1) * DT - EPSILON:
+            moves = _moves(motion.velocity, motion.sideways)
+            self._tick, self._rest = self._tick + 1, 0.0 if moves else self._rest + DT
+            self._advance()
+        return touched
+
+    def rays(self, source: RaySource, geometry: Geometry, state: State) -> RaySource:  # noqa: ARG002
+        """Return what sensors see, with the people before it."""
+        return BodyRays(source, FIRST_FACE, self.bodies) if self._places else source
+
+    @property
+    def bodies(self) -> Sequence[Body]:
+        """A torso and two legs for each person."""
+        bodies: list[Body] = []
+        for number, (walker, (x, y)) in enumerate(zip(self._crowd.walkers, self._places, strict=True)):
+            moving = walker.vx * walker.vx + walker.vy * walker.vy > 0.01
+            left = math.dist((x, y), self._next[number])
+            bodies += figure(number, x, y, walker.yaw, walker.walked - left, moving)
+        return bodies
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """The centers of the people, (n, 2) meters. Privileged."""
+        return np.array(self._places, dtype=np.float64).reshape(-1, 2)
+
+    @property
+    def velocities(self) -> NDArray[np.float64]:
+        """Their velocities in the room frame, (n, 2) m/s. Privileged."""
+        return np.array([(each.vx, each.vy) for each in self._crowd.walkers], dtype=np.float64).reshape(-1, 2)
+
+    def futures(self, times: Sequence[float], path: RobotPath | None = None) -> NDArray[np.float64]:
+        """Return where people will be, (t, n, 2) meters: exact if the robot moves as assumed. Privileged.
+
+        Args:
+            times: of the episode, ascending, not before now, seconds.
+            path: the motion of the robot; None for one that stands where it is from now on.
+
+        Raises:
+            OptionError: a time is before now, or before the one ahead of it.
+        """
+        crowd, tick, rest = self._crowd.copy(), self._tick, self._rest
+        last, following = self._last, self._next
+        places, before = [], self._time
+        for time in times:
+            if not before - EPSILON <= time < math.inf:
+                raise OptionError(f"time {time} s is before {before} s: pass ascending times from now on")
+            before = time
+            while time >= (tick + 1) * DT - EPSILON and crowd.walkers:
+                tick += 1
+                x, y, vx, vy, turn = self._standing() if path is None else path(tick * DT)
+                rest = 0.0 if _moves((math.sqrt(vx * vx + vy * vy), turn), 0.0) else rest + DT
+                last = following
+                crowd.step(Disc(x, y, vx, vy, self._radius), rest)
+                following = crowd.places
+            share = (time - tick * DT) / DT
+            places.append(
+                [
+                    (ax + (bx - ax) * share, ay + (by - ay) * share)
+                    for (ax, ay), (bx, by) in zip(last, following, strict=True)
+                ]
+            )
+        return np.array(places, dtype=np.float64).reshape(len(places), -1, 2)
+
+    @property
+    def outcome(self) -> dict[str, Any]:
+        """The results so far; distances are between centers.
+
+        `close_seconds`: time with somebody nearer than 1 m. `least_distance`: meters; None without people.
+        `met`: number of people seen within 3 m, walls considered. `nearest`: distance to the nearest person now,
+        meters. `beside_seconds`: time for which somebody has been within 1.5 m until now, 0 if nobody is.
+        """
+        nearest = self._nearest()
+        return {
+            "people": len(self._places),
+            "close_seconds": self._close,
+            "least_distance": None if nearest is None else self._least,
+            "met": len(self._met),
+            "nearest": None if nearest is None else nearest[1],
+            "beside_seconds": self._beside,
+        }
+
+    def _advance(self) -> None:
+        """Begin the next 0.1 s."""
+        self._last = self._crowd.places
+        self._crowd.step(self._robot, self._rest)
+        self._next = self._crowd.places
+        x, y = self._robot.x, self._robot.y
+        for number, place in enumerate(self._last):
+            near = number not in self._met and math.dist((x, y), place) < MET
+            if near and self._sees((x, y), place):
+                self._met.add(number)
+
+    def _sees(self, here: tuple[float, float], there: tuple[float, float]) -> bool:
+        walls: Obstacles = self._world.derived("walls that hide people", _hiding)
+        return bool(walls.segments_clear(np.array([here]), np.array([there]), 1e-6)[0])
+
+    def _nearest(self) -> tuple[int, float] | None:
+        """Return the nearest person and the distance, meters."""
+        x, y, best, least = self._robot.x, self._robot.y, -1, math.inf
+        for number, (px, py) in enumerate(self._places):
+            square = (px - x) * (px - x) + (py - y) * (py - y)
+            if square < least:
+                best, least = number, square
+        return None if best < 0 else (best, math.sqrt(least))
+
+    def _measure(self, dt: float) -> tuple[int, float] | None:
+        nearest = self._nearest()
+        if nearest is not None:
+            distance = nearest[1]
+            self._least = min(self._least, distance)
+            self._close += dt if distance < CLOSE else 0.0
+            self._beside = self._beside + dt if distance < BESIDE else 0.0
+        return nearest
+
+    def _standing(self) -> tuple[float, float, float, float, float]:
+        return self._robot.x, self._robot.y, 0.0, 0.0, 0.0
+
+
+def _disc(pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float, radius: float) -> Disc:
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    forward = velocity[0]
+    return Disc(pose[0], pose[1], cosine * forward - sine * sideways, sine * forward + cosine * sideways, radius)
+
+
+def _moves(velocity: tuple[float, float], sideways: float) -> bool:
+    """Whether the robot moves."""
+    speed = math.sqrt(velocity[0] * velocity[0] + sideways * sideways)
+    return speed >= AT_REST.speed or abs(velocity[1]) >= AT_REST.turn_rate
+
+
+def _hiding(layout: Layout) -> Obstacles:
+    """Return the walls between rooms."""
+    return Obstacles([] if layout.floor.is_rectangle else layout.floor.solids)
