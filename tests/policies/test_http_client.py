@@ -305,6 +305,20 @@ def test_a_picture_of_the_goal_that_cannot_be_read_is_named(tmp_path):
         HttpPolicy("http://127.0.0.1:8888", step="imagegoal", goal_image=str(tmp_path / "view.png"))
 
 
+def test_a_step_that_the_server_does_not_have_is_named():
+    script = Script(lambda path, *rest: (404, b"<html>") if "step" in path else straight_ahead(path, *rest))
+    with serving(script) as url, pytest.raises(ServerError, match="/nogoal_step: status 404, the server does not have"):
+        drive_once(url, step="nogoal")
+
+
+def test_the_evaluator_learns_the_latency_of_a_server():
+    process = PolicyProcess(PolicySource.named("http://127.0.0.1:8888", {"latency": 0.12}))
+    try:
+        assert (process.latency, process.stops) == (0.12, False)
+    finally:
+        process.close()
+
+
 def test_a_latency_is_declared_by_an_option():
     assert HttpPolicy("http://127.0.0.1:8888").latency == 0.0
     assert HttpPolicy("http://127.0.0.1:8888", latency=0.12).latency == 0.12

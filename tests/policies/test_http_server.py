@@ -269,6 +269,22 @@ def test_a_step_that_the_policy_does_not_know_is_refused_with_those_that_it_does
     assert status == 200
 
 
+class Arrived(Diary):
+    name = "arrived"
+
+    def stop(self, observation):
+        return observation["goal"][0] < 3.0
+
+
+def test_a_policy_that_has_arrived_stands_still():
+    with served(Arrived) as server:
+        reset(server)
+        _, near = step(server)
+        _, far = step(server, goal_data={"goal_x": [5.0], "goal_y": [0.0]})
+    assert not np.array(near["trajectory"]).any()
+    assert np.array(far["trajectory"]).any()
+
+
 def test_a_step_to_an_image_without_its_picture_is_refused():
     with served(Explorer) as server:
         reset(server)

@@ -139,7 +139,8 @@ class Connection:
             raise _TransientError(f"status {response.status}", sent=True)
         if response.status != 200:
             text = answer[:200].decode("utf-8", "replace")
-            raise StatusError(f"{self.url}{path}: status {response.status}, expected 200; answer: {text!r}")
+            reason = "expected 200" if response.status != 404 else "the server does not have this request"
+            raise StatusError(f"{self.url}{path}: status {response.status}, {reason}; answer: {text!r}")
         try:
             return parse_json(answer, f"{self.url}{path}")
         except DocumentError as error:

@@ -98,7 +98,10 @@ class ServedPolicy:
             rng = np.random.default_rng(self._entropy.spawn(1)[0])
             self._policy.reset(EpisodeStart(goal=goal or (0.0, 0.0), rng=rng, goal_kind=frame.goal_kind))
         pose = relative(self._origin, frame.pose) if self._origin and frame.pose else (0.0, 0.0, 0.0)
-        action = np.asarray(self._policy.act(_observation(frame, goal, pose)), dtype=np.float64)
+        observation = _observation(frame, goal, pose)
+        if self._policy.stop(observation):
+            return rolled_out(0.0, 0.0)
+        action = np.asarray(self._policy.act(observation), dtype=np.float64)
         if action.shape != (2,) or not np.isfinite(action).all():
             raise LabgymError(
                 f"policy {self._policy.name!r} returned shape {action.shape}, expected two finite numbers"
