@@ -15,7 +15,7 @@ from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.pushing import Thing
 from labgym.envs.reach import OutOfReach, robot_alone
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.envs.world import World
+from labgym.envs.world import World, world_of
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.layouts.model import FLOOR
@@ -54,13 +54,14 @@ class Assembly:
         alone: the robot without the scene, with the same motion to the bit where it can touch nothing; None if the
             robot is always stepped in the scene.
         out_of_reach: where it can touch nothing but `things`; None likewise.
-        things: what the robot can push.
+        things: what the robot can push. quiet: the scene without them; None without things.
     """
 
     model: mujoco.MjModel
     alone: mujoco.MjModel | None = None
     out_of_reach: OutOfReach | None = None
     things: tuple[Thing, ...] = ()
+    quiet: mujoco.MjModel | None = None
 
 
 def assembly_of(world: World, robot: Robot, moving: Moving = STATIC) -> Assembly:
@@ -120,15 +121,17 @@ def _built(layout: Layout, robot: Robot, moving: Moving) -> Assembly:
     mount = Mount.of(model)
     if moving.interactive:
         model.geom_group[mount.geoms] = UNSEEN
+    quiet = None
     if things:
         _check_pushing(mount, robot, moving)
+        quiet = assembly_of(world_of(static), robot, replace(moving, pushable=())).model
     elif not mount.alone:
         return Assembly(model)
     single = mujoco.MjSpec()
     attach(single, robot)
     single.compiler.discardvisual = True
     alone = single.compile()
-    return Assembly(model, alone, OutOfReach(model, robot.size), things)
+    return Assembly(model, alone, OutOfReach(model, robot.size), things, quiet)
 
 
 def without(layout: Layout, names: Collection[str]) -> Layout:

@@ -100,8 +100,9 @@ def make_physics(name: str, world: World, robot: Robot, control_dt: float, assem
     if assembly.out_of_reach is None:
         return SceneSimulation(assembly.model, robot, control_dt)
     size = robot.size if robot.size.control_dt == control_dt else replace(robot.size, control_dt=control_dt)
-    if assembly.things:
-        return PushingSimulation(assembly.model, size, assembly.out_of_reach, assembly.alone, assembly.things)
+    if assembly.quiet is not None:
+        models = assembly.model, size, assembly.out_of_reach, assembly.alone, assembly.quiet
+        return PushingSimulation(*models, assembly.things)
     if assembly.alone is robot_alone():
         return StaticSimulation(assembly.model, assembly.out_of_reach, size)
     return Simulation(assembly.model, size, assembly.out_of_reach, assembly.alone)

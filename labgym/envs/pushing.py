@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.mount import Mount
-from labgym.envs.reach import TRAVEL, OutOfReach
+from labgym.envs.reach import FASTEST, TRAVEL, OutOfReach
 from labgym.envs.robot import RobotSpec
 from labgym.envs.simulation import STATE, Pose, Simulation, touched_names
 from labgym.geometry import wrap_angle
@@ -42,12 +42,14 @@ class Thing:
 class PushingSimulation(Simulation):
     """A robot on the joints x, y and yaw among static things and things that it can push.
 
-    While nothing is within reach of the robot and everything else stands still, the robot is stepped in a model without
-    the scene. Its motion is the same to the bit.
+    While all things stand still and none is within reach of the robot, it is stepped in the scene without them, or,
+    where nothing at all is within reach, in a model without the scene. Its motion there is that without the things, to
+    the bit.
 
     Args:
         model: the scene with the robot and the things. robot: limits of the robot.
-        out_of_reach: where nothing static is within reach. alone: the robot without the scene.
+        out_of_reach: where nothing static is within reach; None always steps the scene.
+        alone: the robot without the scene. quiet: the scene without the things.
         things: what it can push, in the order of their bodies.
 
     Attributes:
@@ -62,9 +64,10 @@ class PushingSimulation(Simulation):
         robot: RobotSpec,
         out_of_reach: OutOfReach | None,
         alone: mujoco.MjModel | None,
+        quiet: mujoco.MjModel,
         things: tuple[Thing, ...],
     ) -> None:
-        self.things = things
+        self.things, self._quiet = things, mujoco.MjData(quiet)
         joints = [[model.joint(f"{thing.name}/{axis}") for axis in ("x", "y", "yaw")] for thing in things]
         self._places = np.array([[int(joint.qposadr[0]) for joint in each] for each in joints])
         self._rates = np.array([[int(joint.dofadr[0]) for joint in each] for each in joints])
@@ -107,8 +110,7 @@ class PushingSimulation(Simulation):
 
     def _advance(self, data: mujoco.MjData, steps: int) -> bool:
         if data is not self._scene:
-            mujoco.mj_step(data.model, data, steps)
-            return False
+            return super()._advance(data, steps)
         touched = False
         for _ in range(steps):
             mujoco.mj_step(data.model, data)
@@ -120,13 +122,8 @@ class PushingSimulation(Simulation):
 
         Things that it can push are not among them: see `touched`.
         """
-        x, y, _ = self._now.qpos[self._at].tolist()
-        data = self._within_reach(x, y)
-        data.ctrl[self._servos] = command
-        mujoco.mj_step(data.model, data)
-        names = self._contacts(data) if data is self._scene else ()
-        self._read()
-        return names
+        names = super().substep(*command)
+        return self._contacts(self._scene) if self._now is self._scene else names
 
     def _contacts(self, data: mujoco.MjData) -> tuple[str, ...]:
         """Follow the things after a step of the scene; return the names of the static things that the robot touches."""
@@ -141,7 +138,12 @@ class PushingSimulation(Simulation):
         return tuple(name for name in names if name not in pushed)
 
     def _follow(self, data: mujoco.MjData, pushed: frozenset[str]) -> None:
-        before, rates = self.poses, data.qvel[self._rates]
+        """Stop things that are slow, and add up how far the others moved."""
+        rates = data.qvel[self._rates]
+        if not rates.any():  # the step that ends at rest does not move
+            self._moving = False
+            return
+        before = self.poses
         slow = (np.hypot(rates[:, 0], rates[:, 1]) < RESTING) & (np.abs(rates[:, 2]) < RESTING)
         slow &= np.array([thing.name not in pushed for thing in self.things])
         if slow.any():
@@ -156,10 +158,14 @@ class PushingSimulation(Simulation):
         self._moving = bool(self._scene.qvel[self._rates].any())
 
     def _within_reach(self, x: float, y: float) -> mujoco.MjData:
-        if self._moving or any(math.hypot(x - a, y - b) < reach for a, b, reach in self._circles):
+        dx, dy, _ = self._now.qvel[self._rate].tolist()
+        fast = dx * dx + dy * dy >= FASTEST * FASTEST
+        near = any(math.hypot(x - a, y - b) < reach for a, b, reach in self._circles)
+        if self._out_of_reach is None or self._moving or fast or near:
             self._step_in(self._scene)
-            return self._now
-        return super()._within_reach(x, y)
+        else:
+            self._step_in(self._alone if self._out_of_reach.at(x, y) else self._quiet)
+        return self._now
 
     def pose_of(self, index: int) -> Pose:
         """Return the pose (x, y, yaw) of a thing; yaw in (-pi, pi]."""
@@ -172,29 +178,30 @@ class PushingSimulation(Simulation):
     def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
         return _resumed(type(self), self._made_of(), self._memory())
 
+    def _datas(self) -> tuple[mujoco.MjData, ...]:
+        return self._scene, self._alone or self._scene, self._quiet
+
     def _made_of(self) -> tuple[Any, ...]:
-        return (*self._parts(), self.things)
+        return (*self._parts(), self._quiet.model, self.things)
 
     def _memory(self) -> tuple[Any, ...]:
-        """Return all that the next step depends on: the states of the scene and of the robot alone, and the rest."""
-        alone = None if self._now is self._scene else self._state()
+        """Return the states of the scene and of the data that was stepped last, and the rest that the next step needs."""
+        current = next(index for index, data in enumerate(self._datas()) if data is self._now)
         scene = np.empty(mujoco.mj_stateSize(self.model, STATE))
         mujoco.mj_getState(self.model, self._scene, scene, STATE)
-        return scene, alone, self.ways, self.touched, self.absent
+        return scene, current, self._state(), self.ways, self.touched, self.absent
 
 
 def _resumed(kind: type[PushingSimulation], parts: tuple[Any, ...], memory: tuple[Any, ...]) -> PushingSimulation:
     """Return a simulation in the state of another one."""
-    model, robot, out_of_reach, alone_model, things = parts
-    scene, alone, ways, touched, absent = memory
-    simulation = kind(model, robot, out_of_reach, alone_model, things)
-    states = [(simulation._scene, scene), *([] if alone is None else [(simulation._alone, alone)])]
-    for data, state in states:
-        mujoco.mj_setState(data.model, data, state, STATE)
+    simulation = kind(*parts)
+    scene, current, state, *rest = memory
+    for data, stored in ((simulation._scene, scene), (simulation._datas()[current], state)):
+        mujoco.mj_setState(data.model, data, stored, STATE)
         mujoco.mj_forward(data.model, data)
-        mujoco.mj_setState(data.model, data, state, STATE)
+        mujoco.mj_setState(data.model, data, stored, STATE)
         simulation._now = data
-    simulation.ways, simulation.touched, simulation.absent = ways, touched, absent
+    simulation.ways, simulation.touched, simulation.absent = rest
     simulation._locate()
     simulation._read()
     return simulation

@@ -74,7 +74,9 @@ class Setting:
 
     @property
     def models(self) -> tuple[mujoco.MjModel, ...]:
-        """The MuJoCo models that the physics steps: the scene with the robot, and the robot alone if it is stepped so.
+        """The MuJoCo models that the physics steps: the scene with the robot, and parts of it that are stepped instead.
+
+        The parts are the robot alone, and the scene without the things that can be pushed.
 
         Change all of them alike; names of the robot begin with `robot/` in each. Changed masses take effect as a whole:
         quantities that follow from them are computed afterwards.
@@ -85,8 +87,8 @@ class Setting:
         if self.assembly is None:
             raise OptionError("the planar kernel has no masses and frictions to randomize: pass physics='mujoco'")
         if not self._models:
-            both = (self.assembly.model, self.assembly.alone)
-            self._models = tuple(copy.copy(model) for model in both if model is not None)
+            every = (self.assembly.model, self.assembly.alone, self.assembly.quiet)
+            self._models = tuple(copy.copy(model) for model in every if model is not None)
         return self._models
 
     def changed(self) -> Assembly | None:
@@ -95,8 +97,8 @@ class Setting:
             return self.assembly
         for model in self._models:
             mujoco.mj_setConst(model, mujoco.MjData(model))
-        model, *alone = self._models
-        return replace(self.assembly, model=model, alone=alone[0] if alone else None)
+        names = [name for name in ("model", "alone", "quiet") if getattr(self.assembly, name) is not None]
+        return replace(self.assembly, **dict(zip(names, self._models, strict=True)))
 
     def named(self, names: Collection[str], kinds: tuple[type[Any], ...] = ()) -> dict[str, Any]:
         """Return the sensors of these names; without names, those of some classes, or all.

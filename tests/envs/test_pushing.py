@@ -120,8 +120,8 @@ def test_momentum_is_kept_in_a_collision_of_two_things():
     assert momentum == pytest.approx(8.0 - lost, abs=0.06 * GRAVITY * 32.0 * 4 * 0.005)
 
 
-def test_the_robot_alone_moves_as_in_the_scene_to_the_bit():
-    """Drives among the things, pushing some: with and without the shortcut."""
+def test_the_robot_moves_as_in_the_whole_scene():
+    """Drives among the things, pushing some: to the bit until the first contact with static things, then to 1 um."""
     quick, whole = simulation(), simulation()
     whole._out_of_reach = None
     rng = np.random.default_rng(3)
@@ -129,17 +129,40 @@ def test_the_robot_alone_moves_as_in_the_scene_to_the_bit():
     for start in (START, (5.5, 4.2, 0.0), (2.0, 4.2, -0.3)):
         quick.place(start)
         whole.place(start)
+        touched = False
         for k in range(48):
             if k % 12 == 0:
                 v, w = float(rng.uniform(0.2, 1.0)), float(rng.uniform(-1.0, 1.0) if k % 24 else 0.0)
-            expected = whole.drive(v, w)
-            assert quick.drive(v, w) == expected
-            assert (quick.pose, quick.velocity) == (whole.pose, whole.velocity)
-            assert np.array_equal(quick.poses, whole.poses)
+            expected, driven = whole.drive(v, w), quick.drive(v, w)
+            touched = touched or expected[1]
+            if not touched:
+                assert driven == expected
+                assert (quick.pose, quick.velocity) == (whole.pose, whole.velocity)
+                assert np.array_equal(quick.poses, whole.poses)
+            assert driven == pytest.approx(expected, abs=1e-6)
+            np.testing.assert_allclose(quick.pose, whole.pose, atol=1e-6)
+            np.testing.assert_allclose(quick.poses, whole.poses, atol=1e-6)
             alone += quick._now is not quick._scene
         pushed += int((quick.ways > 0.05).sum())
     assert pushed >= 2
     assert alone > 20
+
+
+def test_out_of_reach_of_the_things_the_robot_moves_as_without_them_to_the_bit():
+    """Against the wall and along it, contacts included."""
+    physics = simulation()
+    static = make_physics("mujoco", world_of(island_laboratory()), ROBOT, 0.1)
+    for each in (physics, static):
+        each.place((1.3, 3.9, 2.4))
+    touches = 0
+    for k in range(60):
+        command = (0.7, 0.0 if k < 25 else 0.9)
+        expected = static.drive(*command)
+        assert physics.drive(*command) == expected
+        assert (physics.pose, physics.velocity) == (static.pose, static.velocity)
+        touches += expected[1]
+    assert touches > 10
+    assert physics._now is not physics._scene
 
 
 def test_without_things_the_scene_is_that_of_before():

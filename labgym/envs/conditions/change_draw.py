@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.assets.articulation import protruding
+from labgym.assets.articulation import footing, protruding
 from labgym.envs.conditions.change_list import Added, Moved, Opened, Turned, changed
 from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
@@ -158,8 +158,10 @@ class _Site:
                     yield Added(id=self._new(asset, number), asset=asset, pose=pose, mass=mass)
 
     def _loose(self, name: str) -> bool:
+        """Whether a thing of the map stands empty on castors or feet that slide, where it is on the map."""
         placement = self.layout.placement(name)
-        return placement.support == FLOOR and not self.layout.children(name) and name not in self.changed
+        stands = placement.support == FLOOR and footing(self.layout.asset(name)) is not None
+        return stands and not self.layout.children(name) and name not in self.changed
 
     def _new(self, asset: str, number: int) -> str:
         name = f"{asset}_new_{number + 1}"

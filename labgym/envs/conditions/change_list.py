@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError
 
+from labgym.assets.articulation import footing
 from labgym.documents import Record
 from labgym.errors import LabgymError, OptionError
 from labgym.layouts import Layout, Placement
@@ -123,6 +124,9 @@ def _changed(layout: Layout, changes: tuple[Added | Moved | Opened | Turned, ...
         fields["floor"] = layout.floor.model_copy(update={"walls": tuple(walls)})
     result = layout.replace(**fields)
     result.check_references()
+    for name in masses(changes):
+        if footing(result.asset(name)) is None:
+            raise OptionError(f"{name!r} ({result.asset(name).name}) has a mass, but it stands too firmly to be pushed")
     return result
 
 

@@ -133,6 +133,7 @@ HOSTILE = {
     "greater than 0": [[{**TROLLEY, "mass": 0.0}], [{**TROLLEY, "mass": -1.0}]],
     "extra": [[{**TROLLEY, "color": "red"}]],
     "asset 'Nothing'": [[{**TROLLEY, "asset": "Nothing"}]],
+    "too firmly": [[{**TROLLEY, "asset": "LabStoolLegs"}], [{**TROLLEY, "asset": "FumeHood"}]],
     "in no room": [[{**TROLLEY, "pose": [30.0, 1.0, 0.0]}]],
     "is taken": [[{**TROLLEY, "id": "FumeHood_1"}]],
     "placement 'x'": [[{"kind": "moved", "placement": "x", "pose": [2.4, 1.0, 0.0]}]],
