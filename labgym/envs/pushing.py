@@ -185,7 +185,7 @@ class PushingSimulation(Simulation):
         return (*self._parts(), self._quiet.model, self.things)
 
     def _memory(self) -> tuple[Any, ...]:
-        """Return the states of the scene and of the data that was stepped last, and the rest that the next step needs."""
+        """Return what the next step depends on: the states of the scene and of the data stepped last, and the rest."""
         current = next(index for index, data in enumerate(self._datas()) if data is self._now)
         scene = np.empty(mujoco.mj_stateSize(self.model, STATE))
         mujoco.mj_getState(self.model, self._scene, scene, STATE)
