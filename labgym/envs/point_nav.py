@@ -332,8 +332,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
             return None
         state = self._running().state
         if self.render_mode == "depth_array":
-            seen = state.world.visible if state.moving is None else state.moving.rays("visual")
-            return self._camera.depth(seen, state.pose)
+            return self._camera.depth(state.rays("visual"), state.pose)
         return self._picture(state) if self._window is None else None
 
     def close(self) -> None:
@@ -378,7 +377,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         return setting, drawn
 
     def _picture(self, state: State) -> NDArray[np.uint8]:
-        return self._view.picture(state.task.layout, state.world.visible, state.pose, self._running().simulation)
+        simulation, presences = self._running().simulation, state.presences.values()
+        bodies = [body for presence in presences for body in presence.bodies]
+        return self._view.picture(state.task.layout, state.world.visible, state.pose, simulation, bodies)
 
     def _show(self, state: State) -> None:
         if self._window is not None:

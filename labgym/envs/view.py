@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -11,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.assembly import STATIC, Moving
+from labgym.envs.conditions.bodies import Body, Shape
+from labgym.envs.drawn_bodies import add_shapes, place_bodies
 from labgym.envs.mount import attach
 from labgym.envs.parts.protocols import Robot
 from labgym.envs.parts.robots import DifferentialDrive
@@ -75,33 +78,41 @@ class ChaseView:
         self._robot, self._moving = robot, moving
         self._station = 0
         self._layout: Layout | None = None
+        self._shapes: tuple[Shape, ...] = ()
         self._scene: mujoco.MjData | None = None
         self._renderer: mujoco.Renderer | None = None
 
     def picture(
-        self, layout: Layout, rays: RayScene, pose: Pose, simulation: Physics | None = None
+        self,
+        layout: Layout,
+        rays: RayScene,
+        pose: Pose,
+        simulation: Physics | None = None,
+        bodies: Sequence[Body] = (),
     ) -> NDArray[np.uint8]:
         """Return a picture of the robot at a pose in a layout, shape (height, width, 3).
 
         Args:
             rays: the layout's visible scene.
             simulation: where wheels, arms and furniture are; None for where they are at rest.
+            bodies: what conditions add, such as people; other shapes than in the last picture take a new scene.
 
         Raises:
             OptionError: the image is larger than the scene's off-screen buffer.
             MissingRendererError: OpenGL is not available.
         """
-        if self._renderer is None or self._scene is None or self._layout is not layout:
+        shapes = tuple(body.shape for body in bodies)
+        if self._renderer is None or self._scene is None or self._layout is not layout or self._shapes != shapes:
             self.close()
-            model = _scene(layout, rays.mesh, self._quality, self._robot, self._moving)
-            self._layout, self._scene = layout, mujoco.MjData(model)
+            model = _scene(layout, rays.mesh, self._quality, self._robot, self._moving, shapes)
+            self._layout, self._shapes, self._scene = layout, shapes, mujoco.MjData(model)
             self._renderer = self._new_renderer(model)
         hidden = _hidden(rays, pose)
         if hidden[self._station] > 0:
             self._station = int(hidden.argmin())
         camera = _camera(pose, STATIONS[self._station])
         model, data = self._scene.model, self._scene
-        _place(data, pose, simulation)
+        _place(data, pose, simulation, bodies)
         groups = model.geom_group.copy()
         model.geom_group[_walls_between(layout, model, pose, camera)] = NOT_DRAWN
         if self._quality == "fast" and not self._moving.interactive:
@@ -124,7 +135,7 @@ class ChaseView:
 
     def __getstate__(self) -> dict[str, Any]:
         # The renderer stays in its process; a copy creates its own for its next image.
-        return {**self.__dict__, "_layout": None, "_scene": None, "_renderer": None}
+        return {**self.__dict__, "_layout": None, "_shapes": (), "_scene": None, "_renderer": None}
 
     def close(self) -> None:
         """Free the renderer; the next picture creates a new one."""
@@ -133,18 +144,21 @@ class ChaseView:
         self._layout = self._scene = self._renderer = None
 
 
-def _scene(layout: Layout, mesh: SceneMesh, quality: Quality, robot: Robot, moving: Moving) -> mujoco.MjModel:
+def _scene(
+    layout: Layout, mesh: SceneMesh, quality: Quality, robot: Robot, moving: Moving, shapes: Sequence[Shape]
+) -> mujoco.MjModel:
     """Return a layout with the robot, used for drawing only."""
     if moving.interactive:
         spec = to_mjcf(layout, interactive=True, loose=moving.loose)
     else:
         spec = to_mjcf(layout) if quality == "fine" else batched_spec(layout, mesh)
     attach(spec, robot)
+    add_shapes(spec, shapes)
     spec.visual.global_.fovy = FOVY
     return spec.compile()
 
 
-def _place(data: mujoco.MjData, pose: Pose, simulation: Physics | None) -> None:
+def _place(data: mujoco.MjData, pose: Pose, simulation: Physics | None, bodies: Sequence[Body]) -> None:
     """Put the robot and everything that moves where it is in a simulation, by the names of joints."""
     model = data.model
     mujoco.mj_resetData(model, data)
@@ -156,6 +170,7 @@ def _place(data: mujoco.MjData, pose: Pose, simulation: Physics | None) -> None:
     else:
         for name, value in zip(("x", "y", "yaw"), pose, strict=True):
             data.joint(PREFIX + name).qpos[0] = value
+    place_bodies(data, bodies)
     mujoco.mj_forward(model, data)
 
 

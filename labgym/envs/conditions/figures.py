@@ -24,12 +24,9 @@ SWING = 0.10
 """Greatest displacement of a leg along the heading, meters."""
 STRIDE = 1.3
 """Way in which the legs swing once, meters: two steps at 1 m/s."""
-LOOKS = (
-    ("accent_navy", "edge_brown", "worktop_sand"),
-    ("powder_dark", "print_black", "front_walnut"),
-    ("accent_graphite", "front_walnut", "cork"),
-)
-"""Materials of trousers, hair and skin; all coats are white."""
+LOOKS = (("edge_brown", "worktop_sand"), ("print_black", "front_walnut"), ("front_walnut", "cork"))
+"""Materials of hair and skin; all coats are white, and all people share one leg, whose rays are cast at once."""
+TROUSERS, SHOES = "powder_dark", "rubber"
 
 
 def figure(number: int, x: float, y: float, yaw: float, walked: float, moving: bool) -> tuple[Body, ...]:
@@ -39,7 +36,7 @@ def figure(number: int, x: float, y: float, yaw: float, walked: float, moving: b
         number: of the person, from 0; decides on clothes and gait. x, y, yaw: meters and radians.
         walked: way so far, meters; where the legs are. moving: whether the legs swing.
     """
-    torso, leg = shapes(number % len(LOOKS))
+    torso, leg = torso_shape(number % len(LOOKS)), leg_shape()
     swing = SWING * math.sin(2.0 * math.pi * (walked / STRIDE + 0.37 * number)) if moving else 0.0
     cosine, sine = math.cos(yaw), math.sin(yaw)
     name = f"person {number + 1}"
@@ -50,17 +47,17 @@ def figure(number: int, x: float, y: float, yaw: float, walked: float, moving: b
 
 
 @lru_cache(maxsize=len(LOOKS))
-def shapes(look: int) -> tuple[Shape, Shape]:
-    """Return the torso with arms and head, and a leg, of a look; they face along +x."""
+def torso_shape(look: int) -> Shape:
+    """Return the torso with arms and head of a look, facing along +x."""
     import trimesh
 
-    trousers, hair, skin = LOOKS[look]
+    hair, skin = LOOKS[look]
     create = trimesh.creation
     coat = [
-        _prism([(0.42, 0.19, 0.15), (0.95, 0.16, 0.12), (1.38, 0.21, 0.12), (1.48, 0.10, 0.08)], 12),
-        *(_prism([(0.80, 0.05, 0.05), (1.40, 0.06, 0.06)], 8, (0.03, side * 0.25)) for side in (1.0, -1.0)),
+        _prism([(0.40, 0.20, 0.18), (0.95, 0.16, 0.13), (1.38, 0.22, 0.12), (1.48, 0.10, 0.08)], 12),
+        *(_prism([(0.80, 0.05, 0.05), (1.40, 0.06, 0.06)], 8, (0.03, side * 0.23)) for side in (1.0, -1.0)),
     ]
-    hands = [_prism([(0.70, 0.035, 0.045), (0.80, 0.04, 0.045)], 8, (0.04, side * 0.25)) for side in (1.0, -1.0)]
+    hands = [_prism([(0.70, 0.035, 0.045), (0.80, 0.04, 0.045)], 8, (0.04, side * 0.23)) for side in (1.0, -1.0)]
     face = create.icosphere(subdivisions=1, radius=0.11)
     face.apply_scale((1.0, 0.85, 1.15))
     face.apply_translation((0.02, 0.0, 1.61))
@@ -68,16 +65,19 @@ def shapes(look: int) -> tuple[Shape, Shape]:
     top.apply_scale((1.0, 0.9, 1.1))
     top.apply_translation((-0.015, 0.0, 1.64))
     neck = _prism([(1.44, 0.055, 0.055), (1.55, 0.055, 0.055)], 8)
-    torso = _shape(
-        [*((each, "plastic_white") for each in coat), (face, skin), (neck, skin), (top, hair)]
-        + [(each, skin) for each in hands]
-    )
-    shoe = create.box((0.26, 0.10, 0.08))
+    parts = [*((each, "plastic_white") for each in coat), *((each, skin) for each in (face, neck, *hands))]
+    return _shape([*parts, (top, hair)])
+
+
+@lru_cache(maxsize=1)
+def leg_shape() -> Shape:
+    """Return a leg up to where the coat hides it, with a shoe along +x."""
+    import trimesh
+
+    shoe = trimesh.creation.box((0.26, 0.10, 0.08))
     shoe.apply_translation((0.05, 0.0, 0.04))
-    leg = _shape(
-        [(_prism([(0.06, 0.05, 0.05), (0.25, 0.06, 0.06), (0.55, 0.075, 0.075)], 12), trousers), (shoe, "rubber")]
-    )
-    return torso, leg
+    leg = _prism([(0.06, 0.05, 0.05), (0.25, 0.06, 0.06), (0.46, 0.065, 0.065)], 12)
+    return _shape([(leg, TROUSERS), (shoe, SHOES)])
 
 
 def _prism(

@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import gymnasium as gym
+import mujoco
 import numpy as np
 import pytest
 from laboratories import island_laboratory
@@ -26,6 +27,7 @@ from labgym.envs.conditions.figures import LEG_APART, figure
 from labgym.envs.conditions.orca import Disc
 from labgym.envs.conditions.people import People
 from labgym.envs.conditions.social_force import SocialForce
+from labgym.envs.drawn_bodies import add_shapes, place_bodies
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError, OptionError
 from labgym.navigation import OBSTACLE_HEIGHT
@@ -284,6 +286,32 @@ def test_the_lidar_sees_two_legs_and_the_camera_a_person():
     assert ranges[hit].min() == pytest.approx(2.0 - 0.06, abs=0.01)
     up = np.array([[1.0, 0.0, 0.0]])
     assert state.rays("visual").cast(np.array([[1.5, 1.0, 1.6]]), up)[0][0] == pytest.approx(1.9, abs=0.05)
+
+
+def test_pictures_have_the_bodies_at_their_places():
+    """The scene of a picture, without drawing it: a ray of MuJoCo meets the torso where the body stands."""
+    bodies = figure(0, 2.0, 3.0, 0.7, 0.0, False) + figure(1, 4.0, 3.0, -2.0, 0.0, False)
+    spec = mujoco.MjSpec()
+    add_shapes(spec, [body.shape for body in bodies])
+    data = mujoco.MjData(spec.compile())
+    place_bodies(data, bodies)
+    mujoco.mj_forward(data.model, data)
+
+    def height(x):
+        geom, down = np.zeros(1, dtype=np.int32), np.array([0.0, 0.0, -1.0])
+        distance = mujoco.mj_ray(data.model, data, np.array([x, 3.0, 5.0]), down, None, 1, -1, geom)
+        return 5.0 - distance if distance >= 0.0 else 0.0
+
+    assert [height(x) for x in (2.0, 3.0, 4.0)] == pytest.approx([1.76, 0.0, 1.76], abs=0.02)
+    assert data.model.nbody == 1 + len(bodies)
+    assert not (data.model.geom_contype | data.model.geom_conaffinity).any()
+
+
+def test_the_depth_picture_shows_people():
+    env = put((3.0, 1.0, True, []))
+    env.unwrapped.render_mode = "depth_array"
+    begin(env)
+    assert env.render().min() == pytest.approx(1.3 - 0.18, abs=0.08)
 
 
 def test_legs_swing_between_a_fifth_and_a_third_of_a_meter_apart():
