@@ -147,6 +147,12 @@ class State:
             return compiled_to_go(self.world, to_go)
         return to_go
 
+    @property
+    def fixtures(self) -> World:
+        """The world without the things that the robot can push: the static part of what sensors see."""
+        fixtures: World = getattr(self.moving, "fixtures", self.world)
+        return fixtures
+
     def ranges(self, lidar: Lidar) -> NDArray[np.float32]:
         """Return the ranges of a lidar, meters."""
         if self.compiled:

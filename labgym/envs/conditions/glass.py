@@ -95,7 +95,7 @@ class Glass(Condition):
 
     def begin(self, state: State, data: Any, rng: np.random.Generator) -> Presence:  # noqa: ARG002
         """Return the glass of an episode."""
-        return GlassPresence(state.world, _checked(data))
+        return GlassPresence(state.fixtures, _checked(data))
 
     def _across(self, layout: Any, task: Task, rng: np.random.Generator) -> Pane | None:
         """Return a pane across the shortest route, round which a longer way leads; None if no place was found."""

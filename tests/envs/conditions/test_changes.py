@@ -298,3 +298,28 @@ def test_an_opened_part_is_solid():
     (drawer,) = after.open_parts("IslandBench1800_1")
     assert drawer in list(after.obstacles(1.4))
     assert drawer not in list(LAYOUT.obstacles(1.4))
+
+
+def test_conditions_combine_and_glass_shows_things_where_they_were_pushed():
+    """A pane to the right of the robot, a trolley ahead, a beaker on the deck: the lidar sees the trolley move on."""
+    pane = {"x": 2.0, "y": 0.4, "yaw": 0.0, "width": 0.9, "framed": True}
+    tasks = Fixed("changes", [TROLLEY], LAYOUT, START)
+    glass = {"panes": [pane], "void": 0.0, "true": 1.0, "steel": 0.0, "seed": 1}
+    object.__setattr__(tasks.task, "conditions", {"changes": [TROLLEY], "glass": glass})
+    both, plain = (
+        gym.make("LabPointNav-v1", tasks=each, conditions=names, endings=(), measures=("outcomes",)).unwrapped
+        for each, names in (
+            (tasks, ["changes", "glass", "payload"]),
+            (Fixed("changes", [TROLLEY], LAYOUT, START), ["changes"]),
+        )
+    )
+    both.reset(seed=0)
+    plain.reset(seed=0)
+    assert [placement.id for placement in both.state.fixtures.layout.placements][-1] != "trolley"
+    for _ in range(25):
+        there, *_, info = both.step([0.5, 0.0])
+        expected, *_ = plain.step([0.5, 0.0])
+    assert info["outcomes"]["changes"]["pushed"]["trolley"]["way"] > 0.4
+    assert info["outcomes"]["payload"]["highest"] > 0.0
+    np.testing.assert_allclose(there["lidar"][85:96], expected["lidar"][85:96], atol=1e-5)
+    assert expected["lidar"][90] < 0.35
