@@ -17,6 +17,7 @@ from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
 from labgym.envs.episode import Episode, stream
 from labgym.envs.parts.protocols import Condition, Sensor, Tasks
+from labgym.envs.pushed_scene import PushedScene
 from labgym.envs.sensors import Camera
 from labgym.envs.setting import Setting
 from labgym.envs.state import State
@@ -379,7 +380,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     def _picture(self, state: State) -> NDArray[np.uint8]:
         simulation, presences = self._running().simulation, state.presences.values()
         bodies = [body for presence in presences for body in presence.bodies]
-        return self._view.picture(state.task.layout, state.world.visible, state.pose, simulation, bodies)
+        layout = state.task.layout
+        if isinstance(state.moving, PushedScene):
+            layout, bodies = state.fixtures.layout, [*state.moving.bodies(), *bodies]
+        return self._view.picture(layout, state.fixtures.visible, state.pose, simulation, bodies)
 
     def _show(self, state: State) -> None:
         if self._window is not None:

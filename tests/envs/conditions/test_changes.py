@@ -24,7 +24,7 @@ import labgym  # noqa: F401 -- registers the ids
 from labgym.envs.conditions.change_list import changed, changes_of
 from labgym.envs.conditions.changes import UNSEEN_FROM, Changes
 from labgym.envs.tasks import Task
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.layouts.floor import Opening
 from labgym.navigation import GoalPair, ShortestPaths, goal_pairs
@@ -323,3 +323,21 @@ def test_conditions_combine_and_glass_shows_things_where_they_were_pushed():
     assert info["outcomes"]["payload"]["highest"] > 0.0
     np.testing.assert_allclose(there["lidar"][85:96], expected["lidar"][85:96], atol=1e-5)
     assert expected["lidar"][90] < 0.35
+
+
+def test_pictures_show_things_where_they_are():
+    """Without the carton another picture; where it comes back, the first one."""
+    carton = {**TROLLEY, "asset": "Carton", "mass": 8.0}
+    env = environment([carton], render_mode="rgb_array", width=160, height=120)
+    env.reset(seed=0)
+    try:
+        there = env.render().astype(int)
+    except LabgymError as error:
+        pytest.skip(str(error))
+    physics = env.state.moving.simulation
+    physics.remove("trolley")
+    away = env.render().astype(int)
+    assert (np.abs(there - away).max(axis=2) > 20).mean() > 0.003
+    physics.put_back("trolley")
+    assert (np.abs(there - env.render()).max(axis=2) <= 2).all()
+    env.close()
