@@ -71,7 +71,8 @@ class PathTracker:
         options: options of the tracker.
         turning: whether the robot first turns to face the path; False for a path that replaces one being followed.
         heading: heading to which a robot that rests at the end turns, radians in the path's frame; None for any.
-        gentle: limits of a base that carries something, which every command obeys; None without.
+        gentle: limits of a base that carries something, which every command obeys, or commands that another tracker
+            has begun; None without.
 
     Raises:
         OptionError: the path is empty, not finite or not of shape (n, 2).
@@ -84,19 +85,20 @@ class PathTracker:
         options: TrackingOptions | None = None,
         turning: bool = True,
         heading: float | None = None,
-        gentle: GentleLimits | None = None,
+        gentle: GentleLimits | GentleCommands | None = None,
     ) -> None:
         points = np.asarray(path, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 2 or len(points) == 0 or not np.isfinite(points).all():
             raise OptionError(f"path has shape {points.shape}; expected finite points of shape (n, 2), n at least 1")
         self._robot, self._options = robot, options or TrackingOptions()
-        self._heading, self._commands = heading, None
+        self._heading = heading
+        self._commands: GentleCommands | None = None
         if gentle is not None:
-            self._commands = GentleCommands(gentle, robot)
+            self._commands = gentle if isinstance(gentle, GentleCommands) else GentleCommands(gentle, robot)
             self._options = replace(
                 self._options,
-                lateral_acceleration=min(self._options.lateral_acceleration, gentle.lateral),
-                braking=min(self._options.braking, 0.8 * gentle.acceleration),
+                lateral_acceleration=min(self._options.lateral_acceleration, self._commands.limits.lateral),
+                braking=min(self._options.braking, 0.8 * self._commands.limits.acceleration),
             )
         self._points = _resampled(points)
         self._speeds = _speed_limits(self._points, robot, self._options)

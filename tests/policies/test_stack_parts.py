@@ -22,6 +22,7 @@ from labgym.policies.stack.localization import Localizer
 from labgym.policies.stack.old_map import OldMap, ray_lengths
 from labgym.policies.stack.people import Crowd, Person, approach_cost, clusters
 from labgym.policies.stack.planner import Plan, planned
+from labgym.policies.stack.waiting import Waiting
 from labgym.scenes.rays import RayScene
 
 BOXES = (OrientedBox(1.0, 1.0, 0.8, 0.4, 0.5), OrientedBox(3.0, 2.0, 1.0, 1.0), OrientedBox(1.5, 3.0, 2.0, 0.2, -0.3))
@@ -211,14 +212,15 @@ def test_a_plan_leads_around_a_mark_and_is_blocked_by_one():
 @given(v=st.floats(-0.3, 1.0), w=st.floats(-1.5, 1.5), seed=st.integers(0, 1000))
 def test_sequences_keep_to_the_accelerations(v, w, seed):
     wanted = np.random.default_rng(seed).uniform((-0.3, -1.5), (1.0, 1.5), (5, 12, 2))
-    limits = MotionLimits(acceleration=0.8, turn_acceleration=2.0)
+    limits = MotionLimits(acceleration=0.8, braking=1.2, turn_acceleration=2.0)
     driven = limited(wanted, (v, w), limits, 0.1)
-    changes = np.abs(np.diff(driven, axis=1, prepend=np.broadcast_to((v, w), (5, 1, 2))))
+    changes = np.diff(driven, axis=1, prepend=np.broadcast_to((v, w), (5, 1, 2)))
     assert (changes.max(axis=(0, 1)) <= np.array([0.08, 0.2]) + 1e-9).all()
+    assert (changes.min(axis=(0, 1)) >= np.array([-0.12, -0.2]) - 1e-9).all()
 
 
 def test_commands_keep_to_the_limits_and_lead_to_the_end_of_the_path():
-    layers, limits = costmap(), MotionLimits(acceleration=0.7, turn_acceleration=2.5)
+    layers, limits = costmap(), MotionLimits(acceleration=0.7, braking=0.7, turn_acceleration=2.5)
     controller = Controller(np.random.default_rng(0), limits)
     plan = Plan(np.array([[1.0, 1.5], [2.0, 1.5], [3.0, 2.3]]))
     pose, velocity, commands = HERE, (0.0, 0.0), [(0.0, 0.0)]
@@ -267,10 +269,10 @@ def test_clusters_are_separated_by_gaps_and_not_wider_than_a_person():
 def test_only_motion_can_touch_a_person():
     person = Person((1.0, 0.0), (-1.0, 0.0), True)
     stay = np.zeros((1, 15, 2))
-    resting = approach_cost(person, stay, np.zeros((1, 15), dtype=bool), 0.1)
-    driving = approach_cost(person, stay, np.ones((1, 15), dtype=bool), 0.1)
+    resting = approach_cost(person, (0.0, 0.0), stay, np.zeros((1, 15), dtype=bool), 0.1)
+    driving = approach_cost(person, (0.0, 0.0), stay, np.ones((1, 15), dtype=bool), 0.1)
     assert driving[0] > resting[0] + 50.0
-    away = approach_cost(Person((9.0, 0.0), (0.0, 0.0), False), stay, np.ones((1, 15), dtype=bool), 0.1)
+    away = approach_cost(Person((9.0, 0.0), (0.0, 0.0), False), (0.0, 0.0), stay, np.ones((1, 15), dtype=bool), 0.1)
     assert away[0] == 0.0
 
 
@@ -295,3 +297,29 @@ def test_the_pose_of_a_station_is_measured_to_millimeters_in_depth_and_to_the_ra
     assert depth < 0.004
     assert turn < math.radians(0.3)
     assert across < 0.015
+
+
+def test_a_robot_rests_near_people_who_come_and_sets_off_when_they_leave():
+    waiting, here = Waiting(), (0.0, 0.0, 0.0)
+    assert waiting.step(here, 0.6, (Person((0.6, 0.0), (0.0, 0.0), False),))
+    assert not waiting.step(here, 0.6, (Person((0.9, 0.0), (-1.0, 0.0), True),))
+    assert waiting.step(here, 0.0, (Person((0.9, 0.0), (-1.0, 0.0), True),))
+    assert not waiting.step(here, 0.0, (Person((0.9, 0.0), (1.0, 0.0), True),))
+    assert not waiting.step(here, 0.0, (Person((1.3, 0.0), (-1.0, 0.0), True),))
+
+
+def test_a_robot_does_not_wait_for_things_and_for_people_who_stand_forever():
+    stands, thing = Person((0.9, 0.0), (0.0, 0.0), False), Person((0.5, 0.0), (0.0, 0.0), False, alive=False)
+    for person, longest in ((stands, 50), (thing, 70)):
+        waiting = Waiting()
+        assert waiting.step((0.0, 0.0, 0.0), 0.0, (person,))
+        assert not all(waiting.step((0.0, 0.0, 0.0), 0.0, (person,)) for _ in range(longest))
+
+
+def test_a_new_cluster_nearby_is_expected_to_come():
+    crowd = Crowd()
+    ranges = with_people(scan_of(ROOM, HERE), HERE, np.array([[2.2, 1.5]]))
+    points = to_world(lidar_points(np.asarray(ranges, dtype=np.float64)), HERE)
+    crowd.observe(HERE, points, room_field().at(points) > 0.15)
+    (person,) = crowd.people
+    assert person.velocity == pytest.approx((-1.0, 0.0), abs=0.05)

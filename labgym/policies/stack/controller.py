@@ -59,10 +59,12 @@ class MotionLimits:
     """Limits of the commands.
 
     Attributes:
-        acceleration, turn_acceleration: m/s2 and rad/s2. lateral: of v w, m/s2. speed: greatest forward velocity, m/s.
+        acceleration, braking: along the way, m/s2. turn_acceleration: rad/s2. lateral: of v w, m/s2.
+        speed: greatest forward velocity, m/s.
     """
 
     acceleration: float = 1.0
+    braking: float = 1.4
     turn_acceleration: float = 3.0
     lateral: float = 1.0
     speed: float = ROBOT.v_max
@@ -97,6 +99,11 @@ class Controller:
     def restart(self) -> None:
         """Forget the last plan: the robot stands."""
         self._last[:] = 0.0
+
+    @property
+    def fastest_soon(self) -> float:
+        """Greatest speed in the first half of the last plan, m/s."""
+        return float(np.abs(self._last[: self._options.horizon // 2, 0]).max())
 
     def command(
         self,
@@ -134,10 +141,10 @@ class Controller:
         speeds = np.array([0.15, 0.35, 0.6, 0.8, 1.0]) * min(fastest, robot.v_max)
         rates = robot.w_max * np.array([-0.9, -0.6, -0.35, -0.15, 0.0, 0.15, 0.35, 0.6, 0.9])
         arcs = np.stack(np.meshgrid(speeds, rates, indexing="ij"), axis=-1).reshape(-1, 2)
-        spins = np.array([[0.0, 0.0], [0.0, 1.0], [0.0, -1.0], [-0.15, 0.0]])
+        spins = np.array([[0.0, 0.0], [0.0, 1.0], [0.0, -1.0], [-0.15, 0.0], [-0.3, 0.0], [-0.3, 0.5], [-0.3, -0.5]])
         steady = np.repeat(np.concatenate([arcs, spins])[:, None, :], options.horizon, axis=1)
         wanted = np.concatenate([before[None], steady, noisy])
-        wanted[..., 0] = np.clip(wanted[..., 0], -0.15, max(min(fastest, robot.v_max), 0.0))
+        wanted[..., 0] = np.clip(wanted[..., 0], -min(-robot.v_min, fastest), max(min(fastest, robot.v_max), 0.0))
         wanted[..., 1] = np.clip(wanted[..., 1], -robot.w_max, robot.w_max)
         return limited(wanted, velocity, self.limits, robot.control_dt)
 
@@ -177,17 +184,19 @@ class Controller:
         slip = np.abs(sequences[..., 0] * sequences[..., 1]) - self.limits.lateral
         cost += 30.0 * np.maximum(slip, 0.0).sum(axis=1)
         for person in people:
-            cost += approach_cost(person, poses[..., :2], moving, dt)
+            cost += approach_cost(person, pose[:2], poses[..., :2], moving, dt)
         return np.asarray(cost)
 
 
 def limited(wanted: Array, velocity: tuple[float, float], limits: MotionLimits, dt: float) -> Array:
     """Return sequences (n, steps, 2) whose velocities change within the accelerations, beginning at `velocity`."""
     step = np.array([limits.acceleration, limits.turn_acceleration]) * dt
+    slower = np.array([limits.braking, limits.turn_acceleration]) * dt
     last = np.broadcast_to(np.array(velocity), wanted[:, 0].shape)
     driven = np.empty_like(wanted)
     for k in range(wanted.shape[1]):
-        last = np.clip(wanted[:, k], last - step, last + step)
+        # Backwards it speeds up by what braking allows: nothing is gained by a third limit.
+        last = np.clip(wanted[:, k], last - slower, last + step)
         driven[:, k] = last
     return driven
 

@@ -91,10 +91,14 @@ class Costmap:
             return np.asarray(least)
         return np.asarray(np.minimum(least, self._loose.query(points, distance_upper_bound=FAR)[0]))
 
-    def everywhere(self) -> tuple[OccupancyGrid, Array]:
-        """Return the occupied cells, and the clearance at the center of every cell, (ny, nx) meters."""
+    def everywhere(self, marks: bool = True) -> tuple[OccupancyGrid, Array]:
+        """Return the occupied cells, and the clearance at the center of every cell, (ny, nx) meters.
+
+        Args:
+            marks: whether to include what the lidar has marked.
+        """
         static, step = self._static, self._static.resolution
-        clearance = np.minimum(static.values, _distances(self.evidence > 0, step))
+        clearance = np.minimum(static.values, _distances((self.evidence > 0) & marks, step))
         origin = static.origin[0] - step / 2.0, static.origin[1] - step / 2.0
         return OccupancyGrid(clearance <= 0.0, step, origin), clearance
 

@@ -13,9 +13,9 @@ from labgym.navigation import Pose
 
 Array = NDArray[np.float64]
 
-GAP = 0.45
+GAP = 0.30
 """Returns farther apart than this belong to different clusters, meters: a stride of two legs is one cluster."""
-WIDEST = 0.9
+WIDEST = 1.3
 """Clusters wider than this are not people, meters."""
 GATE = 0.7
 """Greatest distance from a predicted place at which a cluster continues a track, meters."""
@@ -23,17 +23,22 @@ LOST = 10
 """Control steps without a cluster after which a track ends."""
 SPEED = 0.25
 """Speed above which a track is a person who walks, m/s."""
-CONFIRMED = 4
+CONFIRMED = 3
 """Number of clusters after which the velocity of a track counts."""
 ACCELERATION, NOISE = 1.2, 0.08
 """Standard deviations of the tracker: of a person's acceleration, m/s2, and of a cluster's center, m."""
 BODY = 0.30
 """Radius of a person, meters."""
-TOUCH = ROBOT.chassis_radius + BODY + 0.05
+TOUCH = ROBOT.chassis_radius + BODY + 0.09
 """Distance between the centers of robot and person that must not be reached while driving, meters."""
+ERROR, SPREAD = 0.12, 0.10
+"""What is added to it for a person who walks: at once, meters, and with the time of the prediction, m/s."""
 PERSONAL = 1.05
 """Distance beyond which a robot does not disturb a person, meters."""
 RANGE = 7.0
+"""Distance beyond which returns are not tracked, meters."""
+SUDDEN, PACE = 2.2, 1.0
+"""Distance within which a new cluster may be a person who comes round a corner, meters, and their speed, m/s."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +47,13 @@ class Person:
 
     Attributes:
         place: (x, y) of the center, meters. velocity: m/s. walking: whether the person walks.
+        alive: whether they have ever walked; if not, they may be a thing.
     """
 
     place: tuple[float, float]
     velocity: tuple[float, float]
     walking: bool
+    alive: bool = True
 
 
 class Track:
@@ -54,8 +61,8 @@ class Track:
 
     def __init__(self, place: Array) -> None:
         self.state: Array = np.vstack([place, np.zeros(2)])
-        self.covariance: Array = np.diag([NOISE**2, 0.6**2])
-        self.seen, self.unseen, self.walked = 1, 0, 100
+        self.covariance: Array = np.diag([NOISE**2, 1.0])
+        self.seen, self.unseen, self.walked, self.alive = 1, 0, 2 * LOST, False
 
     def predict(self, dt: float) -> None:
         """Advance by a time, seconds."""
@@ -73,7 +80,7 @@ class Track:
         self.covariance = self.covariance - np.outer(gain, self.covariance[0])
         self.seen, self.unseen = self.seen + 1, 0
         if self.seen >= CONFIRMED and float(np.linalg.norm(self.state[1])) > SPEED:
-            self.walked = 0
+            self.walked, self.alive = 0, True
 
     @property
     def person(self) -> Person:
@@ -81,7 +88,7 @@ class Track:
         walking = self.walked < LOST and self.seen >= CONFIRMED
         velocity = self.state[1] if walking else np.zeros(2)
         (x, y), (vx, vy) = self.state[0].tolist(), velocity.tolist()
-        return Person((x, y), (vx, vy), walking)
+        return Person((x, y), (vx, vy), walking, self.alive)
 
 
 class Crowd:
@@ -94,6 +101,7 @@ class Crowd:
     def __init__(self, dt: float = ROBOT.control_dt) -> None:
         self._dt = dt
         self._tracks: list[Track] = []
+        self._robot: Pose = (0.0, 0.0, 0.0)
 
     def observe(self, pose: Pose, points: Array, unexplained: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Update the tracks by a scan, and return which returns belong to people who walk, (n,).
@@ -103,6 +111,7 @@ class Crowd:
             points: (n, 2) returns in the map's frame, in the order of their bearings.
             unexplained: (n,) whether the map has nothing there.
         """
+        self._robot = pose
         for track in self._tracks:
             track.predict(self._dt)
         away = np.hypot(points[:, 0] - pose[0], points[:, 1] - pose[1])
@@ -118,8 +127,17 @@ class Crowd:
 
     @property
     def people(self) -> tuple[Person, ...]:
-        """Confirmed tracks as people."""
-        return tuple(track.person for track in self._tracks if track.seen >= CONFIRMED)
+        """The tracks as people; a new one nearby is expected to come towards the robot until its velocity is known."""
+        confirmed = [track.person for track in self._tracks if track.seen >= CONFIRMED]
+        fresh = [track.state[0] for track in self._tracks if track.seen < CONFIRMED and track.unseen == 0]
+        robot = np.array(self._robot[:2])
+        for place in fresh:
+            towards = robot - place
+            away = float(np.linalg.norm(towards))
+            if 0.1 < away < SUDDEN:
+                (x, y), (vx, vy) = place.tolist(), (PACE * towards / away).tolist()
+                confirmed.append(Person((x, y), (vx, vy), True))
+        return tuple(confirmed)
 
     def _associate(self, centers: list[Array]) -> list[Track]:
         """Return the track of each center; nearest pairs first, new tracks for the rest."""
@@ -155,16 +173,20 @@ def clusters(points: Array) -> list[NDArray[np.intp]]:
     return [group for group in groups if np.ptp(points[group], axis=0).max() <= WIDEST]
 
 
-def approach_cost(person: Person, places: Array, moving: NDArray[np.bool_], dt: float) -> Array:
-    """Return what sequences of places (n, steps, 2) cost for a person who goes on at the same velocity, (n,).
+def approach_cost(
+    person: Person, here: tuple[float, float], places: Array, moving: NDArray[np.bool_], dt: float
+) -> Array:
+    """Return what sequences of places (n, steps, 2) from `here` cost for a person who goes on as before, (n,).
 
     A robot at rest is not run into: only motion can touch. Nearness costs at rest too, in proportion to its time.
     """
     times = dt * np.arange(1, places.shape[1] + 1)
     future = np.array(person.place) + times[:, None] * np.array(person.velocity)
     away = np.linalg.norm(places - future, axis=2)
-    touch = TOUCH + (0.05 * np.minimum(times, 1.5) if person.walking else 0.0)
-    touching = moving & (away < touch)
+    touch = TOUCH + (ERROR + SPREAD * np.minimum(times, 1.5) if person.walking else np.zeros(len(times)))
+    # A person who is nearer already can be left.
+    near_by = math.dist(person.place, here) - 0.01
+    touching = moving & (away < np.minimum(touch, near_by))
     soonest = np.where(touching.any(axis=1), places.shape[1] - np.argmax(touching, axis=1), 0)
     near = np.clip((PERSONAL - away) / (PERSONAL - TOUCH), 0.0, 1.0)
     return np.asarray(np.where(soonest > 0, 60.0 + 8.0 * soonest, 0.0) + 6.0 * dt * near.sum(axis=1))

@@ -73,11 +73,15 @@ class Plan:
 
 
 def planned(costmap: Costmap, start: Pose, goal: tuple[float, float]) -> Plan | None:
-    """Return a plan from a pose to a goal, meters in the map's frame; None if the costmap leaves no path."""
-    grid, clearance = costmap.everywhere()
-    for radius in RADII:
-        options = PlannerOptions(radius, COMFORT, AVERSION, SNAP)
-        path = GridPlanner(grid, options, clearance=clearance).plan(start[:2], goal)
-        if path is not None:
-            return Plan(path)
+    """Return a plan from a pose to a goal, meters in the map's frame; None if even the map leaves no path.
+
+    If marks close every way, the plan ignores them: what stands there may leave.
+    """
+    for marks in (True, False):
+        grid, clearance = costmap.everywhere(marks)
+        for radius in RADII:
+            options = PlannerOptions(radius, COMFORT, AVERSION, SNAP)
+            path = GridPlanner(grid, options, clearance=clearance).plan(start[:2], goal)
+            if path is not None:
+                return Plan(path)
     return None

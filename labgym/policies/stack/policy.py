@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -25,6 +26,7 @@ from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.people import Crowd
 from labgym.policies.stack.planner import Plan, planned
 from labgym.policies.stack.recovery import Recovery
+from labgym.policies.stack.waiting import Waiting
 from labgym.policies.tracking import PathTracker, TrackingOptions, approach_speed, turn_towards, velocities_to_action
 
 Array = NDArray[np.float64]
@@ -33,6 +35,10 @@ DRIFTING = frozenset({"odometry", "shift"})
 """Tasks whose odometry drifts; elsewhere it is exact, and a map that is out of date would only mislead."""
 PEOPLED = frozenset({"people", "carry", "shift"})
 """Tasks in which people walk; elsewhere what the map lacks is an obstacle that stands."""
+AMONG_PEOPLE = 0.65
+"""Greatest speed where people may come round a corner, m/s."""
+CREEP, ALONGSIDE = 0.15, 1.6
+"""Speed below which a robot rests instead, m/s, if a person is within this distance, meters."""
 SEE_THROUGH = frozenset({"glass"})
 """Tasks in which rays pass obstacles, so that they clear nothing."""
 AXIS = 0.5
@@ -147,7 +153,10 @@ class StackPolicy(Policy):
         self._gentle = None if limits is None else GentleCommands(limits, episode.robot)
         motion = MotionLimits()
         if limits is not None:
-            motion = MotionLimits(min(0.9 * limits.acceleration, motion.acceleration), 3.0, limits.lateral)
+            gentle = min(0.9 * limits.acceleration, motion.acceleration)
+            motion = MotionLimits(gentle, gentle, lateral=limits.lateral)
+        if episode.task in PEOPLED:
+            motion = replace(motion, speed=AMONG_PEOPLE)
         self._controller = Controller(episode.rng, motion, episode.robot)
         late = math.ceil(self.latency / episode.robot.control_dt - 1e-9) if episode.task else 0
         self._pending: deque[tuple[float, float]] = deque([(0.0, 0.0)] * late, maxlen=late)
@@ -157,7 +166,7 @@ class StackPolicy(Policy):
         self._parked: PathTracker | None = None
         self._stopping = False
         self._rested = 0
-        self._recovery = Recovery(episode.robot)
+        self._recovery, self._waiting = Recovery(episode.robot), Waiting()
 
     def _located(self, observation: Observation) -> Pose:
         """Return the pose in the map's frame."""
@@ -199,8 +208,8 @@ class StackPolicy(Policy):
             return self._dock(pose, velocity)
         people = () if self._crowd is None else self._crowd.people
         self._since_plan += 1
-        waiting = any(math.dist(person.place, pose[:2]) < 1.5 for person in people)
-        recovered = self._recovery.step(pose, waiting, self._stopping, self._points, self._costmap)
+        near = any(math.dist(person.place, pose[:2]) < ALONGSIDE for person in people)
+        recovered = self._recovery.step(pose, near, self._stopping, self._points, self._costmap)
         if recovered is not None:
             self._plan = None
             self._controller.restart()
@@ -210,17 +219,25 @@ class StackPolicy(Policy):
             return self._robot.twist(*turn_towards(1.0, self._robot))
         self._plan.advance(pose)
         left = self._plan.remaining - (0.0 if self._docking else self._arrival.short)
+        if self._waiting.step(pose, velocity[0], people):
+            self._controller.restart()
+            return 0.0, 0.0
         if not self._docking and (self._stopping or (left < 0.03 and self._plan.offset(pose) < 0.15)):
             self._stopping = self._arrival.active
             if self._stopping:
                 return 0.0, 0.0
         bearing = bearing_of(self._plan, pose)
-        if abs(bearing) > TURN_IN_PLACE and velocity[0] < 0.1:
+        if abs(bearing) > TURN_IN_PLACE and velocity[0] < 0.1 and left > 0.3:
             self._controller.restart()
             return self._robot.twist(*turn_towards(bearing, self._robot))
         fastest = approach_speed(left, 0.7) if self._arrival.active else math.inf
         start = velocity if self._gentle is None else (self._gentle.speed, velocity[1])
-        return self._controller.command(pose, start, self._plan, self._costmap, people, fastest)
+        v, w = self._controller.command(pose, start, self._plan, self._costmap, people, fastest)
+        if self._controller.fastest_soon < CREEP and near:
+            # Nobody walks into a robot at rest; one that creeps is at fault.
+            self._controller.restart()
+            return 0.0, 0.0
+        return v, w
 
     def _replan(self, pose: Pose) -> None:
         """Plan if there is no path, if it is blocked or left, or if the docking pose has moved."""

@@ -1,0 +1,43 @@
+"""Waiting: when a robot among people has to rest."""
+
+from __future__ import annotations
+
+import math
+
+from labgym.navigation import Pose
+from labgym.policies.stack.people import Person
+
+AT_REST = 0.05
+"""Speed below which the robot rests, m/s."""
+TOUCHING = 0.64
+"""Distance of a person's center within which the robot rests, meters: nobody walks into a robot at rest."""
+SET_OFF, RECEDING = 1.15, 0.3
+"""A robot at rest does not set off while a person is within this distance, meters, unless they recede faster, m/s."""
+STANDING, THING = 40, 60
+"""Control steps of waiting after which the robot sets off near people who stand, and near things."""
+
+
+class Waiting:
+    """Decides whether the robot has to rest; counts how long it has."""
+
+    def __init__(self) -> None:
+        self._waited = 0
+
+    def step(self, pose: Pose, speed: float, people: tuple[Person, ...]) -> bool:
+        """Return whether a robot at a pose and a speed, m/s, has to rest for people."""
+        rest = any(self._holds(person, pose, speed) for person in people)
+        self._waited = self._waited + 1 if rest else max(0, self._waited - 2)
+        return rest
+
+    def _holds(self, person: Person, pose: Pose, speed: float) -> bool:
+        """Return whether a person, or a thing that may be one, makes the robot rest."""
+        dx, dy = person.place[0] - pose[0], person.place[1] - pose[1]
+        away = math.hypot(dx, dy)
+        if not person.alive and self._waited > THING:
+            return False
+        if away < TOUCHING:
+            return True
+        if not person.alive or abs(speed) > AT_REST or away > SET_OFF:
+            return False
+        receding = (person.velocity[0] * dx + person.velocity[1] * dy) / away
+        return receding < RECEDING if person.walking else self._waited < STANDING
