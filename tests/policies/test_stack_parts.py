@@ -302,7 +302,9 @@ def test_the_pose_of_a_station_is_measured_to_millimeters_in_depth_and_to_the_ra
 def test_a_robot_rests_near_people_who_come_and_sets_off_when_they_leave():
     waiting, here = Waiting(), (0.0, 0.0, 0.0)
     assert waiting.step(here, 0.6, (Person((0.6, 0.0), (0.0, 0.0), False),))
-    assert not waiting.step(here, 0.6, (Person((0.9, 0.0), (-1.0, 0.0), True),))
+    assert waiting.step(here, 0.6, (Person((1.5, 0.0), (-1.0, 0.0), True),))
+    assert not waiting.step(here, 0.6, (Person((1.5, 0.0), (1.0, 0.0), True),))
+    assert not waiting.step(here, 0.6, (Person((1.0, 1.0), (1.0, 0.0), True),))
     assert waiting.step(here, 0.0, (Person((0.9, 0.0), (-1.0, 0.0), True),))
     assert not waiting.step(here, 0.0, (Person((0.9, 0.0), (1.0, 0.0), True),))
     assert not waiting.step(here, 0.0, (Person((1.3, 0.0), (-1.0, 0.0), True),))

@@ -34,7 +34,7 @@ CORRECTION = 1.0
 FACING = 0.15
 """Deviation from the path's first heading below which the robot sets off, radians."""
 LAST, AFTER = 0.03, 0.2
-"""Length of path left, meters, and time after the schedule, seconds, at which the robot corrects its place and turns."""
+"""Length of path left, meters, and time after the schedule, seconds, at which the robot parks and turns."""
 
 
 class Motion:

@@ -60,7 +60,7 @@ class MotionLimits:
 
     Attributes:
         acceleration, braking: along the way, m/s2. turn_acceleration: rad/s2. lateral: of v w, m/s2.
-        speed: greatest forward velocity, m/s.
+        speed, reverse: greatest velocities forward and backward, m/s.
     """
 
     acceleration: float = 1.0
@@ -68,6 +68,7 @@ class MotionLimits:
     turn_acceleration: float = 3.0
     lateral: float = 1.0
     speed: float = ROBOT.v_max
+    reverse: float = -ROBOT.v_min
 
 
 class Controller:
@@ -144,7 +145,9 @@ class Controller:
         spins = np.array([[0.0, 0.0], [0.0, 1.0], [0.0, -1.0], [-0.15, 0.0], [-0.3, 0.0], [-0.3, 0.5], [-0.3, -0.5]])
         steady = np.repeat(np.concatenate([arcs, spins])[:, None, :], options.horizon, axis=1)
         wanted = np.concatenate([before[None], steady, noisy])
-        wanted[..., 0] = np.clip(wanted[..., 0], -min(-robot.v_min, fastest), max(min(fastest, robot.v_max), 0.0))
+        wanted[..., 0] = np.clip(
+            wanted[..., 0], -min(self.limits.reverse, fastest), max(min(fastest, robot.v_max), 0.0)
+        )
         wanted[..., 1] = np.clip(wanted[..., 1], -robot.w_max, robot.w_max)
         return limited(wanted, velocity, self.limits, robot.control_dt)
 

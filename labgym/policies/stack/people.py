@@ -187,9 +187,9 @@ def approach_cost(
     # A person who is nearer already can be left.
     near_by = math.dist(person.place, here) - 0.01
     touching = moving & (away < np.minimum(touch, near_by))
-    soonest = np.where(touching.any(axis=1), places.shape[1] - np.argmax(touching, axis=1), 0)
+    steps = touching.sum(axis=1)
     near = np.clip((PERSONAL - away) / (PERSONAL - TOUCH), 0.0, 1.0)
-    return np.asarray(np.where(soonest > 0, 60.0 + 8.0 * soonest, 0.0) + 6.0 * dt * near.sum(axis=1))
+    return np.asarray(np.where(steps > 0, 60.0 + 8.0 * steps, 0.0) + 6.0 * dt * near.sum(axis=1))
 
 
 def _center(points: Array, pose: Pose) -> Array:

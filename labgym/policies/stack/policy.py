@@ -156,7 +156,7 @@ class StackPolicy(Policy):
             gentle = min(0.9 * limits.acceleration, motion.acceleration)
             motion = MotionLimits(gentle, gentle, lateral=limits.lateral)
         if episode.task in PEOPLED:
-            motion = replace(motion, speed=AMONG_PEOPLE)
+            motion = replace(motion, speed=AMONG_PEOPLE, reverse=0.0)
         self._controller = Controller(episode.rng, motion, episode.robot)
         late = math.ceil(self.latency / episode.robot.control_dt - 1e-9) if episode.task else 0
         self._pending: deque[tuple[float, float]] = deque([(0.0, 0.0)] * late, maxlen=late)

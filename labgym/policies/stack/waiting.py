@@ -13,8 +13,12 @@ TOUCHING = 0.64
 """Distance of a person's center within which the robot rests, meters: nobody walks into a robot at rest."""
 SET_OFF, RECEDING = 1.15, 0.3
 """A robot at rest does not set off while a person is within this distance, meters, unless they recede faster, m/s."""
-STANDING, THING = 40, 60
+STANDING, THING = 40, 150
 """Control steps of waiting after which the robot sets off near people who stand, and near things."""
+
+
+SOON, CLOSE = 1.0, 0.72
+"""A robot brakes for a person who walks if they would be within this distance, meters, within this time, seconds."""
 
 
 class Waiting:
@@ -35,9 +39,18 @@ class Waiting:
         away = math.hypot(dx, dy)
         if not person.alive and self._waited > THING:
             return False
-        if away < TOUCHING:
+        if away < TOUCHING or (person.walking and _meet(person, pose, speed)):
             return True
         if not person.alive or abs(speed) > AT_REST or away > SET_OFF:
             return False
         receding = (person.velocity[0] * dx + person.velocity[1] * dy) / away
         return receding < RECEDING if person.walking else self._waited < STANDING
+
+
+def _meet(person: Person, pose: Pose, speed: float) -> bool:
+    """Return whether a robot that drives straight on and a person who does come near each other soon."""
+    px, py = person.place[0] - pose[0], person.place[1] - pose[1]
+    vx = person.velocity[0] - speed * math.cos(pose[2])
+    vy = person.velocity[1] - speed * math.sin(pose[2])
+    time = min(max(-(px * vx + py * vy) / max(vx * vx + vy * vy, 1e-9), 0.0), SOON)
+    return time > 0.0 and math.hypot(px + vx * time, py + vy * time) < CLOSE
