@@ -307,12 +307,12 @@ def test_a_robot_rests_near_people_who_come_and_sets_off_when_they_leave():
     assert not waiting.step(here, 0.6, (Person((1.0, 1.0), (1.0, 0.0), True),))
     assert waiting.step(here, 0.0, (Person((0.9, 0.0), (-1.0, 0.0), True),))
     assert not waiting.step(here, 0.0, (Person((0.9, 0.0), (1.0, 0.0), True),))
-    assert not waiting.step(here, 0.0, (Person((1.3, 0.0), (-1.0, 0.0), True),))
+    assert not waiting.step(here, 0.0, (Person((2.0, 0.0), (-1.0, 0.0), True),))
 
 
 def test_a_robot_does_not_wait_for_things_and_for_people_who_stand_forever():
     stands, thing = Person((0.9, 0.0), (0.0, 0.0), False), Person((0.5, 0.0), (0.0, 0.0), False, alive=False)
-    for person, longest in ((stands, 50), (thing, 70)):
+    for person, longest in ((stands, 50), (thing, 160)):
         waiting = Waiting()
         assert waiting.step((0.0, 0.0, 0.0), 0.0, (person,))
         assert not all(waiting.step((0.0, 0.0, 0.0), 0.0, (person,)) for _ in range(longest))
