@@ -1,4 +1,4 @@
-"""What a clairvoyant robot knows of its world."""
+"""The knowledge of a clairvoyant robot: its world as it is and will be."""
 
 from __future__ import annotations
 
