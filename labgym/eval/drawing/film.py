@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import cv2
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from labgym.envs.conditions.bodies import Body, BodyRays
 from labgym.envs.sensors import Camera
 from labgym.envs.view import ChaseView
 from labgym.errors import LabgymError, OptionError
@@ -31,11 +32,17 @@ NO_PICTURE = "a film needs at least one picture, and the drive has none"
 
 
 def film(
-    layout: Layout, route: Route, width: int = 480, height: int = 360, quality: Quality = "fast"
+    layout: Layout,
+    route: Route,
+    width: int = 480,
+    height: int = 360,
+    quality: Quality = "fast",
+    bodies: Sequence[Sequence[Body]] = (),
 ) -> Iterator[Picture]:
     """Yield a picture (height, width, 3) for each pose of a route.
 
     Args:
+        bodies: what conditions add at each pose, such as people (`Presence.bodies`); nothing beyond its end.
         quality: "fast", or "fine" with shadows and reflections, which takes about ten times as long without a GPU.
 
     Raises:
@@ -46,9 +53,10 @@ def film(
         raise OptionError(f"film size {width}x{height} is too small; the minimum is 96x96")
     rays, camera, view = RayScene(layout, "visual"), Camera(), ChaseView(width, height, quality)
     try:
-        for pose in route:
-            picture = view.picture(layout, rays, pose)
-            color, _ = camera.colour_and_depth(rays, pose)
+        for number, pose in enumerate(route):
+            present = bodies[number] if number < len(bodies) else ()
+            picture = view.picture(layout, rays, pose, bodies=present)
+            color, _ = camera.colour_and_depth(BodyRays(rays, len(rays.mesh.faces), present), pose)
             yield _with_inset(picture, color)
     finally:
         view.close()
