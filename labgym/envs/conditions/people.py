@@ -81,7 +81,8 @@ class People(Condition):
         for number, role in enumerate(cast.people):
             if not state.world.paths.free(*role.start):
                 raise OptionError(
-                    f"people: person {number + 1} starts at {role.start}, where a disc of 0.3 m does not fit"
+                    f"people: person {number + 1} starts at {role.start}, where a disc of 0.3 m does not fit: list the "
+                    "condition after those that change the layout, or choose another start"
                 )
         return Walking(state, cast)
 
