@@ -17,7 +17,6 @@ from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
 from labgym.envs.episode import Episode, stream
 from labgym.envs.parts.protocols import Condition, Sensor, Tasks
-from labgym.envs.pushed_scene import PushedScene
 from labgym.envs.sensors import Camera
 from labgym.envs.setting import Setting
 from labgym.envs.state import State
@@ -378,12 +377,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         return setting, drawn
 
     def _picture(self, state: State) -> NDArray[np.uint8]:
-        simulation, presences = self._running().simulation, state.presences.values()
-        bodies = [body for presence in presences for body in presence.bodies]
-        layout = state.task.layout
-        if isinstance(state.moving, PushedScene):
-            layout, bodies = state.fixtures.layout, [*state.moving.bodies(), *bodies]
-        return self._view.picture(layout, state.fixtures.visible, state.pose, simulation, bodies)
+        layout = state.fixtures.layout if state.task.pushable else state.task.layout
+        simulation = self._running().simulation
+        return self._view.picture(layout, state.fixtures.visible, state.pose, simulation, state.bodies)
 
     def _show(self, state: State) -> None:
         if self._window is not None:

@@ -13,6 +13,7 @@ from labgym.navigation import GoalPair, Method
 from labgym.scenes.rays import Geometry, RaySource
 
 if TYPE_CHECKING:
+    from labgym.envs.conditions.bodies import Body
     from labgym.envs.distance_to_go import DistanceToGo
     from labgym.envs.moving_scene import MovingScene
     from labgym.envs.palette import Palette
@@ -152,6 +153,12 @@ class State:
         """The world without the things that the robot can push: the static part of what sensors see."""
         fixtures: World = getattr(self.moving, "fixtures", self.world)
         return fixtures
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """Bodies that pictures show besides `fixtures`: things that the robot can push, and those of conditions."""
+        things = getattr(self.moving, "bodies", tuple)()
+        return (*things, *(body for presence in self.presences.values() for body in presence.bodies))
 
     def ranges(self, lidar: Lidar) -> NDArray[np.float32]:
         """Return the ranges of a lidar, meters."""
