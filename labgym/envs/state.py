@@ -157,7 +157,7 @@ class State:
     @property
     def bodies(self) -> tuple[Body, ...]:
         """Bodies that pictures show besides `fixtures`: things that the robot can push, and those of conditions."""
-        things = getattr(self.moving, "bodies", tuple)()
+        things: tuple[Body, ...] = getattr(self.moving, "bodies", tuple)()
         return (*things, *(body for presence in self.presences.values() for body in presence.bodies))
 
     def ranges(self, lidar: Lidar) -> NDArray[np.float32]:
