@@ -20,6 +20,10 @@ for _name, _steps in (
     ("LabPointNavDiscrete-v1", 500),
     ("LabPointNavGoal-v1", 1500),
     ("LabProtocolNav-v1", 6000),
+    ("LabNavAisle-v0", 1200),
+    ("LabNavOdometry-v0", 1200),
+    ("LabNavGlass-v0", 1200),
+    ("LabNavCarry-v0", 1200),
 ):
     _goals = _name == "LabPointNavGoal-v1"
     register(

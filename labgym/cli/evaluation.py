@@ -42,8 +42,8 @@ def eval_(
     Args:
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt, .safetensors or .zip
             file, or the http:// URL of a policy server.
-        suite: Name of a suite (test, also called lab30; val; navdp_compat), or its .json file. The file of a suite
-            without published layouts needs them in --layouts.
+        suite: Name of a suite (test, also called lab30; val; navdp_compat; labnav-aisle, labnav-mini, labnav), or its
+            .json file. The file of a suite without published layouts needs them in --layouts.
         layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
             writes), or ids of published layouts.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
@@ -62,6 +62,7 @@ def eval_(
     from labgym.envs.tasks import resolve_layouts
     from labgym.eval.driving.folders import default_folder
     from labgym.eval.driving.runner import evaluate
+    from labgym.eval.labnav.suites import is_labnav
     from labgym.eval.reports.tables import navigation_table
     from labgym.policies.process import ProcessLimits
     from labgym.suites import Jitter, load_suite, suite_of
@@ -72,6 +73,10 @@ def eval_(
 
         print(policy_table())
         return DONE
+    if is_labnav(suite):
+        if layouts or protocol or repeats is not None or jitter:
+            raise OptionError(f"suite {suite!r} has episodes of its own: leave out layouts, protocol, repeats, jitter")
+        return _eval_labnav(policy, suite, seed, out, options, fresh, execution, limits, kernels)
     if protocol is not None and not layouts:
         raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
     chosen = resolve_layouts(layouts, protocol)
@@ -98,6 +103,47 @@ def eval_(
     print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.label}').text()}\n")
     written(folder)
     return complaints([f"the policy failed in {summary.errors} episodes"] if summary.errors else [])
+
+
+def _eval_labnav(
+    policy: str,
+    suite: str,
+    seed: int,
+    out: OptionalPath,
+    options: PolicyOptions,
+    fresh: bool,
+    execution: Execution,
+    limits: PolicyOptions,
+    kernels: str | None,
+) -> int:
+    """Drive a suite of LabNav; the arguments are those of `eval_`."""
+    from labgym.eval.driving.folders import default_folder
+    from labgym.eval.labnav.cost import cost
+    from labgym.eval.labnav.runner import evaluate_labnav
+    from labgym.eval.labnav.suites import load_labnav
+    from labgym.eval.labnav.summary import summary_table
+    from labgym.policies.process import ProcessLimits
+
+    chosen = load_labnav(suite)
+    print(cost(chosen, policy))
+    folder = out or default_folder(policy, chosen.name)
+    result = evaluate_labnav(
+        policy,
+        chosen,
+        folder,
+        seed,
+        options=parse_options(options),
+        fresh=fresh,
+        executor=execution.options(),
+        limits=ProcessLimits.named(parse_options(limits)),
+        kernels=kernels,
+    )
+    print(f"\n{summary_table(result.summary).text()}\n")
+    if result.slow:
+        print(f"Slower than the declared {result.latency:g} s (or a control step) in {result.slow} episodes.\n")
+    written(folder)
+    errors = result.summary.errors
+    return complaints([f"the policy failed in {errors} episodes"] if errors else [])
 
 
 def report(folders: Folders, workers: int = 1) -> int:

@@ -56,6 +56,8 @@ __all__ = [
 OBSERVATIONS = ("lidar", "depth", "rgbd")
 RENDER_MODES = ("human", "rgb_array", "depth_array")
 DRIVES = ("pair", "protocol")
+LABNAV = "labnav-"
+"""Beginning of the names of drives that are drawn as those of a LabNav task at a level."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,8 @@ class PointNavConfig:
         split, layout, protocol, profile, episodes_per_layout, training, pool: choose the layout, the protocol and the
             drive of each episode; `LabPointNavEnv` describes them.
         resident_mb: budget of this process for prepared layouts of published splits, megabytes.
-        drives: "pair", one drive an episode, or "protocol", all drives of a protocol in one.
+        drives: "pair", one drive an episode; "protocol", all drives of a protocol in one; or the task and level of
+            LabNav as whose drives they are drawn, such as "labnav-aisle-2".
         tasks: chooses the tasks instead of these.
         observation: "lidar", "depth" or "rgbd": names the usual sensors.
         sensors: the entries of the observation, instead of the usual sensors.
@@ -132,6 +135,8 @@ class PointNavConfig:
             ("distance_to_go", self.distance_to_go, METHODS),
             ("drives", self.drives, DRIVES),
         ):
+            if kind == "drives" and isinstance(value, str) and value.startswith(LABNAV):
+                continue
             if value not in available:
                 raise UnknownNameError(kind, value, available)
         check_physics(self.physics)
@@ -266,6 +271,10 @@ class PointNavConfig:
             self.senses,
             self.resident_mb,
         )
+        if self.drives.startswith(LABNAV):
+            from labgym.envs.labnav.source import LabNavTasks
+
+            return LabNavTasks(source, self.drives)
         return source if self.drives == "pair" else ProtocolTasks(source)
 
     def _set(self, name: str, value: object) -> None:

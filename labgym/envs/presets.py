@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 from labgym.envs.config import PointNavConfig
+from labgym.envs.labnav.tasks import HEADLINE, TASKS, config_of
 from labgym.envs.parts.discrete import DiscreteActions
 from labgym.envs.parts.endings import REST_DISTANCE, RestEnding, StopEnding
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
@@ -14,8 +15,8 @@ from labgym.envs.parts.rays import LidarSensor
 from labgym.envs.parts.vectors import JointSensor, PlaceSensor, PoseSensor, VelocitySensor
 from labgym.errors import UnknownNameError
 
-FLOORS = "floors-test"
-"""The split of version 1."""
+FLOORS, TRAINING = "floors-test", "floors-train"
+"""The splits of version 1 and of LabNav."""
 
 
 @cache
@@ -42,7 +43,17 @@ def presets() -> dict[str, PointNavConfig]:
             endings=(GoalEnding(),),
         ),
         "LabProtocolNav-v1": replace(first, drives="protocol", measures=(*EXTENDED, "leg", "legs")),
+        **{labnav_id(task): _labnav(task) for task in TASKS},
     }
+
+
+def labnav_id(task: str) -> str:
+    """Return the id of the environment of a LabNav task."""
+    return f"LabNav{task.capitalize()}-v0"
+
+
+def _labnav(task: str) -> PointNavConfig:
+    return config_of(task, HEADLINE, split=TRAINING, drives=f"labnav-{task}-{HEADLINE}")
 
 
 def preset(name: str) -> PointNavConfig:

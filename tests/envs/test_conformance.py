@@ -69,6 +69,10 @@ def expected(path: str) -> dict[str, str]:
 
 def test_the_ids_are_those_of_the_documentation() -> None:
     assert IDS == [
+        "LabNavAisle-v0",
+        "LabNavCarry-v0",
+        "LabNavGlass-v0",
+        "LabNavOdometry-v0",
         "LabPointNav-v0",
         "LabPointNav-v1",
         "LabPointNavDepth-v1",

@@ -5,17 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 from labgym.envs.conditions.changes import Changes
+from labgym.envs.conditions.contacts import Contacts
 from labgym.envs.conditions.glass import Glass
+from labgym.envs.conditions.parked import Parked
 from labgym.envs.conditions.payload import Payload
 from labgym.envs.conditions.people import People
 from labgym.envs.conditions.station import Station
 from labgym.envs.conditions.wet import WetFloor
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.actuation import ActuationNoise, LoCoBotActuation, RoboThorActuation
+from labgym.envs.parts.announced import AnnouncedGoalSensor
 from labgym.envs.parts.appearance import AppearanceRandomization
 from labgym.envs.parts.depth_noise import RedwoodDepth, RimOcclusion
 from labgym.envs.parts.discrete import DiscreteActions
-from labgym.envs.parts.endings import ContactEnding, RestEnding, StopEnding, StuckEnding, TouchEnding
+from labgym.envs.parts.endings import ContactEnding, RestEnding, StopEnding, StuckEnding, TouchedEnding, TouchEnding
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
 from labgym.envs.parts.maps import OccupancySensor, SegmentationSensor
 from labgym.envs.parts.measures import NamedMeasure
@@ -58,6 +61,7 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
         Sensor,
         (
             GoalSensor,
+            AnnouncedGoalSensor,
             VelocitySensor,
             PoseSensor,
             PlaceSensor,
@@ -85,12 +89,15 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
             GoalTerm,
         ),
     ),
-    "ending": (Ending, (TouchEnding, RestEnding, StopEnding, ContactEnding, StuckEnding, GoalEnding)),
+    "ending": (
+        Ending,
+        (TouchEnding, RestEnding, StopEnding, ContactEnding, TouchedEnding, StuckEnding, GoalEnding),
+    ),
     "measure": (Measure, (NamedMeasure,)),
     "actions": (Actions, (VelocityActions, DiscreteActions)),
     "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
     "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive, MjcfRobot)),
-    "condition": (Condition, (Payload, Glass, WetFloor, Changes, Station, People)),
+    "condition": (Condition, (Contacts, Parked, Payload, Glass, WetFloor, Changes, Station, People)),
     "randomization": (
         Randomization,
         (

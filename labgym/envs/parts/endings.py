@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from labgym.envs.parts.kinds import positive
@@ -95,25 +96,75 @@ class ContactEnding(Ending):
         return "failure" if state.collision else None
 
 
+@dataclass(frozen=True)
+class TouchedEnding(Ending):
+    """Failure when the robot touches some of the things that `State.touched` names; it needs a condition.
+
+    Attributes:
+        only: beginnings of the names that count, such as "person"; empty for all.
+        pushable: whether things that the robot can push count.
+    """
+
+    only: tuple[str, ...] = ()
+    pushable: bool = True
+    name: str = "contact"
+    kind: str = field(default="touched", init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "only", tuple(self.only))
+
+    def counted(self, state: State) -> tuple[str, ...]:
+        """Return the names that count among what the robot touched during the latest action."""
+        pushed = () if self.pushable else state.task.pushable
+        return tuple(
+            name for name in state.touched if name not in pushed and (not self.only or name.startswith(self.only))
+        )
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return "failure" after an action with a contact that counts."""
+        return "failure" if self.counted(state) else None
+
+
+PERSON = "person"
+"""Beginning of the names of people among the bodies of conditions."""
+
+
 @dataclass
 class StuckEnding(Ending):
-    """Failure when the robot has not left a disc of `radius` meters for `duration` seconds."""
+    """Failure when the robot has not left a disc of `radius` meters for `duration` seconds.
+
+    Attributes:
+        people: the time does not count while a person is nearer than this, meters. goal: while the goal is nearer.
+    """
 
     radius: float = 0.3
     duration: float = 30.0
     name: str = "stuck"
+    people: float = 0.0
+    goal: float = 0.0
     kind: str = field(default="stuck", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "radius", "duration")
+        positive(self, "people", "goal", zero=True)
 
     def reset(self, state: State) -> None:
         """Begin a drive."""
-        self._anchor, self._since = state.pose[:2], state.time
+        self._anchor, self._since, self._now = state.pose[:2], state.time, state.time
 
     def verdict(self, state: State) -> Verdict | None:
         """Return "failure" when the robot is stuck."""
         x, y = state.pose[:2]
         if (x - self._anchor[0]) ** 2 + (y - self._anchor[1]) ** 2 > self.radius**2:
             self._anchor, self._since = (x, y), state.time
+        elif state.distance < self.goal or (self.people and nearest_person(state) < self.people):
+            self._since += state.time - self._now
+        self._now = state.time
         return "failure" if state.time - self._since >= self.duration - 1e-9 else None
+
+
+def nearest_person(state: State) -> float:
+    """Return the distance from the robot's center to that of the nearest person, meters; inf without people."""
+    x, y, _ = state.pose
+    places = (body.pose for one in state.presences.values() for body in one.bodies if body.name.startswith(PERSON))
+    return min((math.hypot(px - x, py - y) for px, py, _ in places), default=math.inf)

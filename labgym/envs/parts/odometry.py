@@ -16,6 +16,9 @@ from labgym.envs.parts.vectors import POSITION_RANGE, planar
 from labgym.envs.state import Pose, State
 from labgym.geometry import wrap_angle
 
+RECKONED = "reckoned"
+"""Key of the pose by odometry among what sensors share (`State.views`)."""
+
 
 @dataclass(frozen=True)
 class BumperSensor(Sensor):
@@ -91,6 +94,7 @@ class OdometrySensor(Sensor):
         """Return x, y, cosine and sine of the yaw."""
         if state.pose != self._last:
             self._advance(state, rng)
+        state.views[RECKONED] = self._pose
         reading = planar(self._pose, self.reach)
         return disturbed(reading, self, state, rng) if self.noise else reading
 

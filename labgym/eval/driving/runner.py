@@ -112,13 +112,13 @@ def evaluate(
     mode = kernel_mode(kernels)
     executor = executor or ExecutorOptions(workers=workers)
     # The policy is copied before the layouts are read, so that its code cannot put them into the copy.
-    source = _source(policy, dict(options or {}))
+    source = policy_source(policy, dict(options or {}))
     suite, layouts = _resolved(suite, layouts)
     suite = suite.repeated(repeats, jitter)
     here = executor == ExecutorOptions()
     if not isolated and not here:
         raise OptionError(f"isolated=False drives in this process; use workers=1, not {executor.workers}")
-    with _driver(policy, source, limits, mode, isolated) as driver:
+    with open_driver(policy, source, limits, mode, isolated) as driver:
         label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
         if driver.exclusive and not here:
             raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with workers=1")
@@ -194,7 +194,7 @@ class _Run:
             )
             for layout in self.layouts
         ]
-        guard = {"catalog": _installed_catalog}
+        guard = {"catalog": installed_catalog}
         finished = {
             shard.name: output.files
             for shard, output in run_shards(shards, folder, executor, self.label, "ep", guard, progress=progress)
@@ -245,7 +245,7 @@ class _Run:
         )
 
 
-def _installed_catalog() -> str:
+def installed_catalog() -> str:
     """Return the digest of the catalog of this installation."""
     return Catalog.load().digest
 
@@ -297,7 +297,12 @@ def _unique(layouts: Sequence[Layout]) -> tuple[Layout, ...]:
     return tuple(layouts)
 
 
-def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
+def policy_source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
+    """Return the source of a policy for its process.
+
+    Raises:
+        OptionError: options for an object, or not a policy.
+    """
     if isinstance(policy, Policy):
         if options:
             raise OptionError(f"options {sorted(options)} need a policy named by a string; a policy object takes none")
@@ -311,7 +316,7 @@ def _source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:
 
 
 @contextlib.contextmanager
-def _driver(
+def open_driver(
     policy: str | Policy, source: PolicySource, limits: ProcessLimits | None, mode: KernelMode, isolated: bool
 ) -> Iterator[Policy | PolicyProcess]:
     """Open the policy in a separate process or, not isolated, in this one, and close it at the end."""

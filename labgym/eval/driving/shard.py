@@ -40,12 +40,17 @@ def drive_shard(
     Raises:
         LabgymError: the policy's files are others here, or were changed; or this processor cannot run the kernels.
     """
-    driver = _process(policy, files, limits, kernels) if isinstance(policy, PolicySource) else policy
+    driver = policy_process(policy, files, limits, kernels) if isinstance(policy, PolicySource) else policy
     drives = drive_layout(driver, layout, suite, label, seed)
     return ShardOutput({shard_file(layout.id, name): content for name, content in drive_files(drives).items()})
 
 
-def _process(source: PolicySource, files: str, limits: ProcessLimits | None, kernels: str) -> PolicyProcess:
+def policy_process(source: PolicySource, files: str, limits: ProcessLimits | None, kernels: str) -> PolicyProcess:
+    """Return the process of a policy in this worker.
+
+    Raises:
+        LabgymError: the policy's files are not those of the digest.
+    """
     process = shared_process(source, limits, kernel_mode(kernels).environment)
     # A pickled object contains the weights that it has read.
     if source.pickled is None and (own := files_digest(process.files())) != files:

@@ -1,0 +1,1 @@
+"""LabNav: the tasks of the benchmark, their levels, and their episodes."""

@@ -1,0 +1,198 @@
+"""Drawing the episodes of a task on a floor, with how many drives were drawn for those that were accepted."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from labgym.envs.conditions.parked import plain_things
+from labgym.envs.episode import stream
+from labgym.envs.labnav.episodes import Draws, LabNavEpisode, LabNavEpisodes, Split
+from labgym.envs.labnav.necks import has_neck, neck_things
+from labgym.envs.labnav.tasks import Level, config_of, task_of
+from labgym.envs.parts.protocols import Condition
+from labgym.envs.tasks import Task
+from labgym.layouts import Layout, load_published, published
+from labgym.layouts.drives import entry_poses, places_of_work
+from labgym.navigation import PLANNING_RADIUS, GoalPair, Pose, ShortestPaths
+from labgym.navigation.discs import length_to_disc
+from labgym.navigation.goals import ANYWHERE
+
+ATTEMPTS = 300
+"""Number of drives that are drawn on a floor before it is left with fewer episodes."""
+ROOM = 0.40
+"""Radius of the disc that fits at a free pose, meters."""
+TRIES = 50
+"""Number of points that are drawn for a free pose."""
+
+Place = tuple[str, Pose]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A drive that was accepted.
+
+    Attributes:
+        task: before the conditions. conditions: their data by name. length: L* on the true floor, meters.
+    """
+
+    task: Task
+    conditions: dict[str, Any]
+    length: float
+
+
+class Drawer:
+    """Draws drives of a task on one floor.
+
+    Args:
+        layout: the floor. task: name of the task. level: its level.
+    """
+
+    def __init__(self, layout: Layout, task: str, level: int) -> None:
+        self._layout, self._task, self._level = layout, task_of(task), task_of(task).level(level)
+        self._paths, self._room = ShortestPaths(layout, PLANNING_RADIUS), ShortestPaths(layout, ROOM)
+        self._entries, self._work = list(entry_poses(layout).items()), list(places_of_work(layout).items())
+        self._conditions: tuple[Condition, ...] = config_of(task, level).conditions
+
+    def draw(self, rng: np.random.Generator) -> Drawn | None:
+        """Return a drive if the next one drawn is accepted, else None."""
+        start, goal = self._place(rng, self._entries, self._work), self._place(rng, self._work)
+        if start is None or goal is None:
+            return None
+        pair = GoalPair(-1, start[1], goal[1], start[0], goal[0])
+        if not self._suits(self._length(self._paths, pair), pair):
+            return None
+        task = Task(self._layout, self._layout.protocol, pair)
+        if self._level.neck is not None:
+            neck = self._level.neck
+            things = () if has_neck(self._layout, pair, neck) else neck_things(self._layout, pair, neck, rng)
+            if things is None:
+                return None
+            task = replace(task, conditions={"parked": plain_things(things)})
+        return self._conditioned(task, rng)
+
+    def _place(self, rng: np.random.Generator, *lists: list[Place]) -> Place | None:
+        """Return a place of one of the lists, or a free pose, each with the same probability."""
+        choices = [each for each in lists if each]
+        kind = int(rng.integers(len(choices) + (0 if self._task.docks else 1)))
+        if kind < len(choices):
+            return choices[kind][int(rng.integers(len(choices[kind])))]
+        low_x, low_y, high_x, high_y = self._layout.floor.bounds
+        for _ in range(TRIES):
+            x, y, yaw = (float(each) for each in rng.uniform((low_x, low_y, -math.pi), (high_x, high_y, math.pi)))
+            if self._room.free(x, y):
+                return ANYWHERE, (round(x, 3), round(y, 3), round(yaw, 3))
+        return None
+
+    def _length(self, paths: ShortestPaths, pair: GoalPair) -> float:
+        """Return L*, or inf where the goal is too far for it or out of reach."""
+        if math.dist(pair.start[:2], pair.goal[:2]) > self._level.lengths[1] + self._task.radius:
+            return math.inf
+        if not paths.connected(pair.start, pair.goal):
+            return math.inf
+        return length_to_disc(paths, pair.start, pair.goal, self._task.radius)
+
+    def _suits(self, length: float, pair: GoalPair) -> bool:
+        """Whether a drive has a length and a detour of the level."""
+        straight, (low, high) = math.dist(pair.start[:2], pair.goal[:2]), self._level.lengths
+        return low <= length <= high and length >= self._level.detour * straight
+
+    def _conditioned(self, task: Task, rng: np.random.Generator) -> Drawn | None:
+        """Return a drive with the data of its conditions, if they leave it one of the level."""
+        (own,) = rng.spawn(1)
+        data: dict[str, Any] = {}
+        true = task
+        for condition in self._conditions:
+            name = condition.name
+            drawn = task.conditions.get(name)
+            if drawn is None:
+                drawn = condition.draw(true, stream(own, f"condition {name}"))
+            if drawn is not None:
+                data[name] = drawn
+            true = condition.prepare(true, drawn)
+        if not _complete(self._level, data):
+            return None
+        paths = self._paths if true.layout is self._layout else ShortestPaths(true.layout, PLANNING_RADIUS)
+        length = self._length(paths, true.pair)
+        return Drawn(task, data, round(length, 6)) if self._suits(length, true.pair) else None
+
+
+def _complete(level: Level, data: Mapping[str, Any]) -> bool:
+    """Whether the conditions could place all that the level has."""
+    panes = sum(int(each.get("panes", 1)) for each in level.conditions if each["kind"] == "glass")
+    return not panes or len(data["glass"]["panes"]) == panes
+
+
+def draw_floor(
+    layout: Layout, task: str, level: int, count: int, seed: int, attempts: int = ATTEMPTS
+) -> tuple[tuple[LabNavEpisode, ...], Draws]:
+    """Return episodes of a task on a floor, and how many drives were drawn for them.
+
+    They depend on the arguments and on the floor's hash alone.
+
+    Args:
+        layout: the floor. task, level: of LabNav.
+        count: number of episodes to accept.
+        seed: random seed of the draw.
+        attempts: number of drives to draw at most.
+    """
+    drawer = Drawer(layout, task, level)
+    rng = np.random.default_rng([seed, int(layout.hash[:16], 16), zlib.crc32(task.encode()), level])
+    episodes: list[LabNavEpisode] = []
+    drawn = 0
+    while len(episodes) < count and drawn < attempts:
+        drawn += 1
+        one = drawer.draw(rng)
+        if one is None:
+            continue
+        pair = one.task.pair
+        episode = LabNavEpisode(
+            floor=layout.id,
+            floor_hash=layout.hash,
+            number=len(episodes),
+            start=pair.start,
+            goal=pair.goal,
+            start_location=pair.start_location,
+            goal_location=pair.goal_location,
+            conditions=one.conditions,
+            seed=int(rng.integers(2**53)),
+            length=one.length,
+        )
+        episodes.append(episode)
+    return tuple(episodes), Draws(drawn=drawn, accepted=len(episodes))
+
+
+def draw_suite(
+    task: str,
+    level: int,
+    split: Split,
+    floors: int,
+    per_floor: int,
+    seed: int,
+    attempts: int = ATTEMPTS,
+    names: Iterable[str] | None = None,
+) -> LabNavEpisodes:
+    """Return the draft of a suite: episodes on the first floors of a split that have all of them.
+
+    Args:
+        task, level, split, seed, attempts: as for `draw_floor`.
+        floors: number of floors. per_floor: episodes on each.
+        names: ids of the floors to try; by default those of the split.
+
+    Raises:
+        UnknownNameError: there is no such task, level or floor.
+    """
+    episodes: list[LabNavEpisode] = []
+    draws: dict[str, Draws] = {}
+    for name in published(split) if names is None else names:
+        if sum(one.accepted >= per_floor for one in draws.values()) == floors:
+            break
+        accepted, draws[name] = draw_floor(load_published(split, name), task, level, per_floor, seed, attempts)
+        if len(accepted) == per_floor:
+            episodes += accepted
+    return LabNavEpisodes(task=task, level=level, split=split, seed=seed, episodes=tuple(episodes), draws=draws)

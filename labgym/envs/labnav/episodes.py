@@ -1,0 +1,196 @@
+"""The episodes of a suite: a document that holds all that an episode needs besides its floor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from labgym.artefacts import artefacts
+from labgym.documents import Document, Record, canonical_hash
+from labgym.envs.tasks import Task
+from labgym.errors import DocumentError, UnknownNameError
+from labgym.layouts import Layout, load_published
+from labgym.navigation import GoalPair
+from labgym.navigation.goals import ANYWHERE
+from labgym.suites import Coordinate
+
+FOLDER = "labnav"
+Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+Angle = Annotated[float, Field(ge=-7.0, le=7.0)]
+EpisodePose = tuple[Coordinate, Coordinate, Angle]
+Split = Literal["floors-val", "floors-seen", "floors-test"]
+
+
+class LabNavEpisode(Record):
+    """An episode.
+
+    Attributes:
+        floor, floor_hash: id and hash of the published floor.
+        number: among the episodes of the floor, from 0.
+        start, goal: poses (x, y, yaw) in the room frame, meters and radians.
+        start_location, goal_location: names of the two places.
+        conditions: data of the conditions by name.
+        seed: of the environment: errors of sensors, and what conditions draw on the way.
+        length: L*, the shortest path of the 0.30 m disc to the success disc on the true floor, meters.
+    """
+
+    floor: Annotated[str, Field(max_length=100)]
+    floor_hash: Hash
+    number: Annotated[int, Field(ge=0, le=10_000)]
+    start: EpisodePose
+    goal: EpisodePose
+    start_location: Annotated[str, Field(max_length=100)] = ANYWHERE
+    goal_location: Annotated[str, Field(max_length=100)] = ANYWHERE
+    conditions: Annotated[dict[str, Any], Field(default_factory=dict, max_length=16)]
+    seed: Annotated[int, Field(ge=0, le=2**53)]
+    length: Annotated[float, Field(gt=0.0, le=1000.0)]
+
+    @property
+    def key(self) -> str:
+        """Floor and number: identifies the episode within a suite."""
+        return f"{self.floor}/{self.number}"
+
+    @property
+    def pair(self) -> GoalPair:
+        """The drive."""
+        return GoalPair(self.number, self.start, self.goal, self.start_location, self.goal_location)
+
+    def task(self, layout: Layout) -> Task:
+        """Return the task on the floor, as it is before the conditions."""
+        return Task(layout, layout.protocol, self.pair, conditions=self.conditions)
+
+
+class Draws(Record):
+    """How many drives were drawn on a floor, and how many of them were accepted."""
+
+    drawn: Annotated[int, Field(ge=0)]
+    accepted: Annotated[int, Field(ge=0)]
+
+
+class LabNavEpisodes(Document):
+    """The episodes of a task at a level.
+
+    Attributes:
+        task, level: name and number. version: rises with every change of episodes or rules.
+        draft: whether the episodes may still change.
+        split: of the floors. seed: random seed of the draw.
+        episodes: by floor and number. draws: acceptance by floor, of all floors that were tried.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.labnav-episodes/1"
+
+    task: Annotated[str, Field(pattern=r"^[a-z]{1,20}$")]
+    level: Annotated[int, Field(ge=1, le=3)]
+    version: Annotated[int, Field(ge=0)] = 0
+    draft: bool = True
+    split: Split
+    seed: Annotated[int, Field(ge=0, le=2**53)]
+    episodes: Annotated[tuple[LabNavEpisode, ...], Field(min_length=1, max_length=10_000)]
+    draws: Annotated[dict[str, Draws], Field(default_factory=dict, max_length=10_000)]
+
+    @model_validator(mode="after")
+    def _check_keys(self) -> Self:
+        keys = [each.key for each in self.episodes]
+        if len(set(keys)) < len(keys):
+            raise ValueError("two episodes have the same floor and number")
+        return self
+
+    @property
+    def name(self) -> str:
+        """Name of the suite."""
+        return f"labnav-{self.task}-{self.level}"
+
+    @property
+    def label(self) -> str:
+        """Name and version, and whether it is a draft, as reports print them."""
+        return f"{self.name}/{self.version}" + (" (draft)" if self.draft else "")
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the document."""
+        return canonical_hash(self.to_json())
+
+    @property
+    def floors(self) -> dict[str, tuple[LabNavEpisode, ...]]:
+        """The episodes by floor, in their order."""
+        floors: dict[str, list[LabNavEpisode]] = {}
+        for each in self.episodes:
+            floors.setdefault(each.floor, []).append(each)
+        return {name: tuple(each) for name, each in floors.items()}
+
+    def layout(self, floor: str) -> Layout:
+        """Return a floor.
+
+        Raises:
+            DocumentError: its hash is not that of the episodes.
+            UnknownNameError: the split has no such floor.
+        """
+        layout = load_published(self.split, floor)
+        expected = next(each.floor_hash for each in self.episodes if each.floor == floor)
+        if layout.hash != expected:
+            raise DocumentError(self.name, f"episodes of {floor}", f"their floor has the hash {expected[:12]}")
+        return layout
+
+    def first(self, floors: int | None, per_floor: int) -> LabNavEpisodes:
+        """Return the episodes of the first floors, at most `per_floor` on each."""
+        names = list(self.floors)[:floors]
+        chosen = tuple(each for name in names for each in self.floors[name][:per_floor])
+        return self.model_copy(update={"episodes": chosen})
+
+
+class EpisodeTasks:
+    """The tasks of one floor's episodes: the reset option "episode" chooses one by its number.
+
+    Args:
+        layout: the floor. episodes: on it.
+    """
+
+    def __init__(self, layout: Layout, episodes: tuple[LabNavEpisode, ...]) -> None:
+        self._tasks = {each.number: each.task(layout) for each in episodes}
+
+    def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:  # noqa: ARG002
+        """Return the task of an episode, the first by default.
+
+        Raises:
+            UnknownNameError: an option or an episode does not exist.
+        """
+        for name in options:
+            if name != "episode":
+                raise UnknownNameError("reset option", name, ("episode",))
+        number = options.get("episode", min(self._tasks))
+        if number not in self._tasks:
+            raise UnknownNameError("episode", number, map(str, self._tasks))
+        return self._tasks[number]
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def suite_file(name: str) -> Path:
+    """Return the path of the episodes of a suite such as "labnav-aisle-2"."""
+    return artefacts("eval") / FOLDER / f"{name.removeprefix('labnav-')}.json"
+
+
+def published_episodes(task: str, level: int) -> LabNavEpisodes:
+    """Return the published episodes of a task at a level.
+
+    Raises:
+        UnknownNameError: there are none.
+        DocumentError: the file is broken.
+    """
+    path = suite_file(f"{task}-{level}")
+    if not path.is_file():
+        folder = path.parent
+        names = sorted(f"labnav-{each.stem}" for each in folder.glob("*.json")) if folder.is_dir() else []
+        raise UnknownNameError("LabNav suite", f"labnav-{task}-{level}", names)
+    return LabNavEpisodes.load(path)
+
+
+def straight(episode: LabNavEpisode) -> float:
+    """Return the straight distance from start to goal, meters."""
+    return math.dist(episode.start[:2], episode.goal[:2])

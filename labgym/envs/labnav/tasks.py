@@ -1,0 +1,204 @@
+"""The table of LabNav's tasks and levels, and the environment of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from labgym.envs.config import PointNavConfig
+from labgym.envs.parts.actions import VelocityActions
+from labgym.envs.parts.announced import AnnouncedGoalSensor
+from labgym.envs.parts.depth_noise import RedwoodDepth
+from labgym.envs.parts.endings import REST_DISTANCE, StopEnding, StuckEnding, TouchedEnding
+from labgym.envs.parts.noise import Gaussian
+from labgym.envs.parts.odometry import OdometrySensor
+from labgym.envs.parts.protocols import Ending, Sensor
+from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
+from labgym.envs.parts.vectors import VelocitySensor
+from labgym.errors import OptionError, UnknownNameError
+
+HEADLINE = 2
+"""The level whose figure is the headline."""
+SECONDS = 120.0
+"""Time limit of a drive, seconds."""
+PERSON_NEAR, DOCK_NEAR = 1.5, 1.0
+"""Distances from a person and from a docking pose within which the clock of a stuck robot stands, meters.
+
+The second is an assumption: the specification does not say when a robot docks."""
+MEASURES = (
+    "pose", "goal", "distance", "success", "collision", "contacts", "clearance", "path_length", "layout", "protocol",
+    "pair", "time", "reward_terms", "is_success", "cost", "ending", "touched", "outcomes",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Level:
+    """What a level of a task has in its episodes.
+
+    Attributes:
+        conditions: conditions in their order, as plain data.
+        odometry: errors of the odometry, by the arguments of `OdometrySensor`.
+        lidar, color: standard deviations of the ranges, meters, and of the colors, of 255. redwood: whether depth
+            images have the errors of Redwood.
+        lengths: least and greatest length L* of the shortest path, meters.
+        detour: least ratio of L* to the straight distance.
+        neck: radii of a disc that reaches the goal and of one that does not, meters; None without a neck.
+    """
+
+    conditions: tuple[Mapping[str, Any], ...] = ()
+    odometry: Mapping[str, float] = field(default_factory=dict)
+    lidar: float = 0.0
+    color: float = 0.0
+    redwood: bool = False
+    lengths: tuple[float, float] = (8.0, 25.0)
+    detour: float = 1.0
+    neck: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class LabNavTask:
+    """A task.
+
+    Attributes:
+        name: of its suites and ids. summary: one line.
+        levels: levels 1 to 3.
+        touched: beginnings of the names of things whose touch ends a drive; empty for all, None for none.
+        radius: of the success disc, meters.
+        docks: whether the robot must stand at the heading of the goal.
+    """
+
+    name: str
+    summary: str
+    levels: Mapping[int, Level]
+    touched: tuple[str, ...] | None = ()
+    radius: float = REST_DISTANCE
+    docks: bool = False
+
+    def level(self, number: int) -> Level:
+        """Return a level.
+
+        Raises:
+            UnknownNameError: there is no such level.
+        """
+        if number not in self.levels:
+            raise UnknownNameError(f"level of task {self.name!r}", number, map(str, self.levels))
+        return self.levels[number]
+
+
+NOISE: dict[str, Any] = {"lidar": 0.03, "color": 25.5, "redwood": True}
+"""Errors of the sensors in `odometry`: 0.1 of the range of colors."""
+
+
+def _aisle(reaches: float, stops: float) -> Level:
+    return Level(({"kind": "parked"},), detour=1.3, neck=(reaches, stops))
+
+
+def _odometry(factor: float) -> Level:
+    # RoboTHOR's 5 mm and 0.5 degrees for 0.25 m, and 0.5 degrees for a turn of 30 degrees, as variances that add.
+    errors = {"along": 0.01 * factor, "heading": 1.0 * factor, "turning": 1.732 * factor}
+    return Level(odometry=errors, **NOISE)
+
+
+def _carry(freeboard: float) -> Level:
+    return Level(({"kind": "payload", "beaker": {"freeboard": freeboard}},))
+
+
+def _glass(panes: int, framed: bool) -> Level:
+    return Level(({"kind": "glass", "panes": panes, "framed": framed},), lengths=(4.0, 25.0))
+
+
+TASKS: dict[str, LabNavTask] = {
+    task.name: task
+    for task in (
+        LabNavTask(
+            "aisle",
+            "drive fast through a neck that is little wider than the robot",
+            {1: _aisle(0.40, 0.45), 2: _aisle(0.35, 0.40), 3: _aisle(0.31, 0.35)},
+        ),
+        LabNavTask(
+            "odometry",
+            "find a goal that is announced once, by wheels and sensors that err",
+            {1: _odometry(0.5), 2: _odometry(1.0), 3: _odometry(5.0)},
+            touched=None,
+        ),
+        LabNavTask(
+            "glass",
+            "drive among panes of glass that are on no map",
+            {1: _glass(1, True), 2: _glass(1, False), 3: _glass(2, False)},
+        ),
+        LabNavTask(
+            "carry",
+            "carry an open beaker without spilling",
+            {1: _carry(0.020), 2: _carry(0.010), 3: _carry(0.005)},
+            touched=("person",),
+        ),
+    )
+}
+"""The tasks whose conditions exist, by name."""
+
+
+def task_of(name: str) -> LabNavTask:
+    """Return a task.
+
+    Raises:
+        UnknownNameError: no task has that name.
+    """
+    if name not in TASKS:
+        raise UnknownNameError("LabNav task", name, TASKS)
+    return TASKS[name]
+
+
+def sensors_of(level: Level, observation: str) -> tuple[Sensor, ...]:
+    """Return the sensors of a level for an observation: "lidar", "depth" or "rgbd"."""
+    lidar = (Gaussian(level.lidar),) if level.lidar else ()
+    depth = (RedwoodDepth(),) if level.redwood else ()
+    color = (Gaussian(level.color),) if level.color else ()
+    seen: dict[str, tuple[Sensor, ...]] = {
+        "lidar": (LidarSensor(noise=lidar),),
+        "depth": (DepthSensor(noise=depth),),
+        "rgbd": (ColorSensor(noise=color), DepthSensor(noise=depth)),
+    }
+    return (OdometrySensor(**level.odometry), AnnouncedGoalSensor(), VelocitySensor(), *seen[observation])
+
+
+def endings_of(task: LabNavTask, stop: bool) -> tuple[Ending, ...]:
+    """Return the endings of a task: contact, STOP if the action has it, stuck."""
+    touched = () if task.touched is None else (TouchedEnding(task.touched, pushable=False),)
+    stopped = (StopEnding(task.radius),) if stop else ()
+    stuck = StuckEnding(people=PERSON_NEAR, goal=DOCK_NEAR if task.docks else 0.0)
+    return (*touched, *stopped, stuck)
+
+
+def config_of(
+    name: str, level: int = HEADLINE, observation: str = "lidar", stop: bool = True, delay: int = 0, **fields: Any
+) -> PointNavConfig:
+    """Return the environment of a task.
+
+    Args:
+        name: of the task. level: 1 to 3.
+        observation: "lidar", "depth" or "rgbd".
+        stop: whether the action has a third component, STOP, that ends the drive.
+        delay: number of control steps by which the robot obeys later.
+        fields: further fields of `PointNavConfig`.
+
+    Raises:
+        UnknownNameError: there is no such task, level or observation.
+    """
+    task = task_of(name)
+    if observation not in ("lidar", "depth", "rgbd"):
+        raise UnknownNameError("observation", observation, ("lidar", "depth", "rgbd"))
+    number = task.level(level)
+    if not isinstance(stop, bool):
+        raise OptionError(f"stop is {stop!r}, expected True or False")
+    values: dict[str, Any] = {
+        "observation": observation,
+        "sensors": sensors_of(number, observation),
+        "actions": VelocityActions(stop=stop, delay=delay),
+        "endings": endings_of(task, stop),
+        "conditions": ({"kind": "contacts"}, *number.conditions),
+        "disc": task.radius,
+        "distance_to_go": "exact",
+        "measures": MEASURES,
+    }
+    return PointNavConfig(**(values | fields))

@@ -1,0 +1,1 @@
+"""LabNav: driving its episodes, their scores, and the figure."""

@@ -1,0 +1,29 @@
+"""What an evaluation costs, before it starts."""
+
+from __future__ import annotations
+
+from labgym.eval.labnav.suites import ALL, LabNavSuite
+
+SECONDS = {
+    "still": 1.5, "straight": 1.0, "blind": 1.5, "bug2": 2.0, "astar": 1.5, "ppo": 1.5, "dwa": 6.0, "online_map": 8.0,
+    "stack": 20.0, "iplanner": 10.0, "navdp": 12.0,
+}  # fmt: skip
+"""CPU seconds of an episode by policy, to one digit: measured on a few drafts, on one core of 2 GHz."""
+FULL = 300
+"""Episodes of a task in the frozen suites."""
+
+
+def cost(suite: LabNavSuite, policy: str) -> str:
+    """Return a sentence on the episodes of a suite, and on the CPU time of a policy as far as it is known."""
+    tasks = ", ".join(f"{part.task} {part.level}" for part in suite.parts)
+    text = f"{suite.name}: {suite.count} episodes of at most {suite.seconds:g} s simulated ({tasks})"
+    each = SECONDS.get(policy)
+    text += "." if each is None else f"; about {_hours(suite.count * each)} of CPU time for {policy}."
+    missing = [task for task in ALL if task not in {part.task for part in suite.parts}]
+    if suite.name == "labnav" and missing:
+        text += f" Not published yet: {', '.join(missing)}; without them there is no figure LabNav."
+    return text
+
+
+def _hours(seconds: float) -> str:
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

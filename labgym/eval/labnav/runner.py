@@ -1,0 +1,240 @@
+"""The evaluator of LabNav: drives a policy through the episodes of a suite."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from labgym.documents import Record, files_digest, json_bytes, parse_json
+from labgym.envs.labnav.episodes import LabNavEpisode
+from labgym.errors import OptionError
+from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES
+from labgym.eval.driving.folders import short_name
+from labgym.eval.driving.runner import (
+    catalog_digest,
+    installed_catalog,
+    open_driver,
+    policy_fingerprint,
+    policy_source,
+)
+from labgym.eval.driving.shard import policy_process
+from labgym.eval.labnav.drive import LabNavDrive, drive_floor
+from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
+from labgym.eval.labnav.suites import LabNavSuite, load_labnav
+from labgym.eval.labnav.summary import LabNavSummary, summarise
+from labgym.layouts import Layout
+from labgym.policies import Policy
+from labgym.policies.kernels import kernel_mode
+from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process
+from labgym.policies.registry import is_class_place
+from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
+from labgym.runs.folder import SHARDS
+
+FILES = (EPISODES, ROUTES, TIMES)
+
+
+@dataclass(frozen=True)
+class LabNavReport:
+    """The result of an evaluation.
+
+    Attributes:
+        summary: `summary.json`. rows: `episodes.jsonl`, in the suite's order.
+        times: of each episode, measured. latency: declared by the policy, seconds.
+    """
+
+    summary: LabNavSummary
+    rows: tuple[LabNavRow, ...]
+    times: tuple[LabNavTime, ...]
+    latency: float
+
+    @property
+    def slow(self) -> int:
+        """Number of episodes in which the policy was slower than it declares."""
+        return sum(one.slow for one in self.times)
+
+
+def evaluate_labnav(
+    policy: str | Policy,
+    suite: str | LabNavSuite,
+    out: str | Path | None = None,
+    seed: int = 0,
+    progress: bool = True,
+    options: dict[str, Any] | None = None,
+    fresh: bool = False,
+    executor: ExecutorOptions | None = None,
+    limits: ProcessLimits | None = None,
+    kernels: str | None = None,
+) -> LabNavReport:
+    """Drive a policy through the episodes of a LabNav suite and return the results.
+
+    The policy runs in a separate process, and each episode in a fresh copy of it. Apart from the measured times, the
+    results do not depend on the executor or on interruptions.
+
+    Args:
+        policy: a name for `make_policy`, or a policy, which is copied in its present state.
+        suite: name of a suite, such as "labnav-aisle" or "labnav-mini", or a suite.
+        out: folder for `run.json`, `episodes.jsonl`, `routes.jsonl`, `times.jsonl`, `summary.json` and
+            `provenance.jsonl`. Finished floors are kept, and an interrupted evaluation resumes. None writes nothing.
+        seed: random seed of the policy.
+        progress: whether to show a progress bar.
+        options: arguments for `make_policy`.
+        fresh: rename an existing folder and start anew.
+        executor: where floors are driven; by default in this process.
+        limits: limits of time and memory of the policy's process.
+        kernels: as for `labgym.eval.driving.runner.evaluate`.
+
+    Raises:
+        UnknownNameError: the suite, the policy or the kernel mode does not exist.
+        OptionError: an option is out of range, or the folder holds another evaluation.
+        LabgymError: workers died.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise OptionError(f"seed is {seed!r}, expected a whole number of at least 0")
+    mode, executor = kernel_mode(kernels), executor or ExecutorOptions()
+    source = policy_source(policy, dict(options or {}))
+    suite = load_labnav(suite) if isinstance(suite, str) else suite
+    here = executor == ExecutorOptions()
+    with open_driver(policy, source, limits, mode, isolated=True) as driver:
+        assert isinstance(driver, PolicyProcess)
+        label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
+        if driver.exclusive and not here:
+            raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with workers=1")
+        if executor.kind == "dask":
+            source = source.portable(driver.files())
+        run = _Run(source, driver, label, suite, seed, limits, mode.kind)
+        fingerprint = None if out is None else policy_fingerprint(policy, source, label, driver.files())
+        if not here:
+            close_shared_process()
+        if out is None or fingerprint is None:
+            return run.report(run.drive(None, executor, progress))
+        identity = RunIdentity.of(
+            "labnav",
+            suite=suite.name,
+            episodes=suite.hash,
+            policy=fingerprint.model_dump(),
+            seed=seed,
+            kernels=mode.name,
+            limits=None if limits is None else asdict(limits),
+            catalog=catalog_digest(run.layouts.values()),
+        )
+        with RunFolder.open(out, identity, fresh, driver.kernels) as folder:
+            if folder.finished:
+                return run.report({name: (folder.path / name).read_bytes() for name in FILES})
+            content = run.drive(folder, executor, progress)
+            report = run.report(content)
+            files = {name: content[name] for name in (EPISODES, ROUTES)}
+            files[SUMMARY] = json_bytes(report.summary.to_json())
+            folder.finish(files, measured={TIMES: content[TIMES]})
+            return report
+
+
+class _Run:
+    """An evaluation: its arguments, its shards and its report."""
+
+    def __init__(
+        self,
+        source: PolicySource,
+        driver: PolicyProcess,
+        label: str,
+        suite: LabNavSuite,
+        seed: int,
+        limits: ProcessLimits | None,
+        kernels: str,
+    ) -> None:
+        self._suite, self._label, self._latency = suite, label, driver.latency
+        self.layouts = {(part.split, floor): part.layout(floor) for part in suite.parts for floor in part.floors}
+        policy = source, files_digest(driver.files()), limits, kernels, label
+        self._shards = [
+            Shard(
+                f"{part.name}/{floor}",
+                drive_shard,
+                (
+                    *policy,
+                    self.layouts[part.split, floor],
+                    episodes,
+                    part.task,
+                    part.level,
+                    part.label,
+                    seed,
+                    suite.seconds,
+                ),
+                size=len(episodes),
+            )
+            for part in suite.parts
+            for floor, episodes in part.floors.items()
+        ]
+        self._fields = {
+            "policy": label,
+            "options": source.options,
+            "track": "deployed" if driver.privileged else "mapless",
+            "sensors": driver.observation,
+            "seed": seed,
+            "latency": driver.latency,
+        }
+
+    def drive(self, folder: RunFolder | None, executor: ExecutorOptions, progress: bool) -> dict[str, bytes]:
+        """Drive the floors that the folder does not hold; return rows, routes and times in the suite's order."""
+        guard = {"catalog": installed_catalog}
+        finished = {
+            shard.name: output.files
+            for shard, output in run_shards(self._shards, folder, executor, self._label, "ep", guard, progress=progress)
+        }
+        return {
+            name: b"".join(finished[shard.name][f"{SHARDS}/{shard.name}/{name}"] for shard in self._shards)
+            for name in FILES
+        }
+
+    def report(self, content: dict[str, bytes]) -> LabNavReport:
+        """Return the report on the content of the files."""
+        rows = tuple(LabNavRow.model_validate(each) for each in _lines(EPISODES, content[EPISODES]))
+        times = tuple(LabNavTime.model_validate(each) for each in _lines(TIMES, content[TIMES]))
+        return LabNavReport(summarise(self._suite, rows, **self._fields), rows, times, self._latency)
+
+
+def drive_shard(
+    policy: PolicySource,
+    files: str,
+    limits: ProcessLimits | None,
+    kernels: str,
+    label: str,
+    layout: Layout,
+    episodes: tuple[LabNavEpisode, ...],
+    task: str,
+    level: int,
+    suite: str,
+    seed: int,
+    seconds: float,
+) -> ShardOutput:
+    """Drive the episodes of one floor and return rows, routes and times.
+
+    Args:
+        policy, files, limits, kernels, label: as for `labgym.eval.driving.shard.drive_shard`.
+        layout, episodes, task, level, suite, seed, seconds: as for `drive_floor`.
+    """
+    driver = policy_process(policy, files, limits, kernels)
+    drives = drive_floor(driver, layout, episodes, task, level, label, suite, seed, seconds)
+    folder = f"{SHARDS}/labnav-{task}-{level}/{layout.id}"
+    return ShardOutput({f"{folder}/{name}": content for name, content in drive_files(drives).items()})
+
+
+def drive_files(drives: Iterable[LabNavDrive]) -> dict[str, bytes]:
+    """Return the content of rows, routes and times of episodes, by the file's name."""
+    drives = tuple(drives)
+    routes = (LabNavRoute(key=one.row.key, poses=one.route) for one in drives)
+    times = (LabNavTime(key=one.row.key, planning_ms=one.planning_ms, slow=one.slow) for one in drives)
+    return {
+        EPISODES: b"".join(_line(one.row) for one in drives),
+        ROUTES: b"".join(map(_line, routes)),
+        TIMES: b"".join(map(_line, times)),
+    }
+
+
+def _line(record: Record) -> bytes:
+    return json.dumps(record.model_dump(mode="json"), allow_nan=False).encode() + b"\n"
+
+
+def _lines(name: str, content: bytes) -> list[Any]:
+    return [parse_json(line, name) for line in content.splitlines()]

@@ -1,0 +1,82 @@
+"""The suites of LabNav by name: one task, all tasks, and a small selection."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from labgym.documents import canonical_hash
+from labgym.envs.labnav.episodes import LabNavEpisodes, published_episodes
+from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS, task_of
+from labgym.errors import UnknownNameError
+
+PREFIX = "labnav"
+MINI = "labnav-mini"
+ALL = ("aisle", "moved", "people", "odometry", "dock", "glass", "carry", "shift")
+"""The eight tasks of the figure."""
+MINI_EPISODES, MINI_SECONDS = 3, 60.0
+"""Episodes of a task in the small suite, and their time limit, seconds."""
+
+
+@dataclass(frozen=True)
+class LabNavSuite:
+    """A suite.
+
+    Attributes:
+        name: such as "labnav-aisle-2". parts: episodes of each task. seconds: time limit of a drive.
+        figure: whether the suite has the figure LabNav: all eight tasks at one level.
+    """
+
+    name: str
+    parts: tuple[LabNavEpisodes, ...]
+    seconds: float = SECONDS
+
+    @property
+    def figure(self) -> bool:
+        """Whether the suite gives the figure: it has all eight tasks, and their whole drives."""
+        return self.name != MINI and {part.task for part in self.parts} == set(ALL)
+
+    @property
+    def draft(self) -> bool:
+        """Whether some of its episodes may still change."""
+        return any(part.draft for part in self.parts)
+
+    @property
+    def count(self) -> int:
+        """Number of episodes."""
+        return sum(len(part.episodes) for part in self.parts)
+
+    @property
+    def hash(self) -> str:
+        """Hash of all that the suite's rules and episodes consist of."""
+        return canonical_hash({"name": self.name, "seconds": self.seconds, "parts": [part.hash for part in self.parts]})
+
+
+def is_labnav(name: str) -> bool:
+    """Whether the name of a suite is one of LabNav's."""
+    return name == PREFIX or name.startswith(f"{PREFIX}-")
+
+
+def suite_names() -> tuple[str, ...]:
+    """Return the names of the suites: of each task at each level, "labnav-mini" and "labnav"."""
+    tasks = [f"{PREFIX}-{task}" for task in TASKS]
+    return (*tasks, *(f"{task}-{level}" for task in tasks for level in (1, 2, 3)), MINI, PREFIX)
+
+
+def load_labnav(name: str) -> LabNavSuite:
+    """Return a suite with its published episodes; a task without a level has the headline's.
+
+    Raises:
+        UnknownNameError: there is no such suite, or its episodes are not published.
+        DocumentError: its file is broken.
+    """
+    if name in (PREFIX, MINI):
+        parts = tuple(published_episodes(task, HEADLINE) for task in TASKS)
+        if name == PREFIX:
+            return LabNavSuite(name, parts)
+        return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1) for part in parts), MINI_SECONDS)
+    task, _, level = name.removeprefix(f"{PREFIX}-").partition("-")
+    if task not in TASKS or (level and level not in ("1", "2", "3")):
+        raise UnknownNameError("suite", name, suite_names())
+    number = int(level) if level else HEADLINE
+    task_of(task).level(number)
+    return LabNavSuite(f"{PREFIX}-{task}-{number}", (published_episodes(task, number),))

@@ -1,0 +1,186 @@
+"""`summary.json` of a LabNav evaluation: every figure is computed from the rows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any, ClassVar
+
+from labgym.documents import Document, Record
+from labgym.eval.driving.intervals import Estimate, bounded_mean
+from labgym.eval.labnav import scores
+from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
+from labgym.eval.labnav.row import LabNavRow, Track
+from labgym.eval.labnav.suites import LabNavSuite
+from labgym.policies.policy import Sensors
+from labgym.table import Table
+
+LENGTHS = (10.0, 15.0)
+"""Edges of the classes of L*, meters."""
+DETOURS = (1.1, 1.3)
+"""Edges of the classes of L* / straight distance."""
+
+
+class TaskSummary(Record):
+    """The results of one task.
+
+    Attributes:
+        task, level, suite: name, level, and suite with its version. draft: whether its episodes may still change.
+        episodes: number of rows. expected: number of episodes of the suite. errors: of the policy.
+        score, success: means with intervals over floors.
+        contacts: share of episodes in which the robot touched something.
+        endings: number of episodes by how they ended. contact: of those that ended by a contact, by the thing's kind.
+        parked: episodes in which the evaluator stopped the robot.
+        precise: in `dock`, share of episodes within 0.05 m and 0.05 rad; None elsewhere.
+        nines: see `figure.nines`.
+        by_length, by_detour: mean score and number of episodes by class.
+    """
+
+    task: str
+    level: int
+    suite: str
+    draft: bool
+    episodes: int
+    expected: int
+    errors: int
+    score: Estimate
+    success: Estimate
+    contacts: Estimate
+    endings: dict[str, int]
+    contact: dict[str, int]
+    parked: int
+    precise: Estimate | None
+    nines: float | None
+    by_length: dict[str, tuple[float, int]]
+    by_detour: dict[str, tuple[float, int]]
+
+
+class LabNavSummary(Document):
+    """The results of a policy on a suite.
+
+    Attributes:
+        suite: name. hash: of its episodes. policy: label. options: its arguments. track: what it knows.
+        sensors: its observation. seed: of the evaluation. latency: declared, seconds.
+        tasks: in the order of the suite.
+        labnav: the figure, 0 to 100; None unless the suite has all eight tasks. arithmetic: 100 times the mean score.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.labnav-summary/1"
+
+    suite: str
+    hash: str
+    policy: str
+    options: dict[str, Any]
+    track: Track
+    sensors: Sensors
+    seed: int
+    latency: float
+    tasks: tuple[TaskSummary, ...]
+    labnav: Estimate | None
+    arithmetic: float | None
+
+    @property
+    def errors(self) -> int:
+        """Number of episodes in which the policy failed."""
+        return sum(task.errors for task in self.tasks)
+
+
+def summarise(suite: LabNavSuite, rows: Sequence[LabNavRow], **fields: Any) -> LabNavSummary:
+    """Return the summary of the rows of a suite.
+
+    Args:
+        suite: the suite. rows: of one policy.
+        fields: the fields of `LabNavSummary` that do not follow from these.
+    """
+    tasks = []
+    for part in suite.parts:
+        own = [row for row in rows if (row.task, row.level) == (part.task, part.level)]
+        tasks.append(_task(own, part.label, part.task, part.level, part.draft, len(part.episodes)))
+    complete = suite.figure and all(task.episodes for task in tasks)
+    pairs = {part.task: [(row.floor, row.score) for row in rows if row.task == part.task] for part in suite.parts}
+    means = [task.score.value or 0.0 for task in tasks]
+    return LabNavSummary(
+        suite=suite.name,
+        hash=suite.hash,
+        tasks=tuple(tasks),
+        labnav=figure(pairs) if complete else None,
+        arithmetic=arithmetic(means) if complete else None,
+        **fields,
+    )
+
+
+def _task(rows: Sequence[LabNavRow], suite: str, task: str, level: int, draft: bool, expected: int) -> TaskSummary:
+    floors = [row.floor for row in rows]
+    score = mean_score([(row.floor, row.score) for row in rows])
+    precise = [
+        float(row.success and row.final_distance <= scores.PRECISE[0] and abs(row.final_heading) <= scores.PRECISE[1])
+        for row in rows
+    ]
+    return TaskSummary(
+        task=task,
+        level=level,
+        suite=suite,
+        draft=draft,
+        episodes=len(rows),
+        expected=expected,
+        errors=sum(row.error is not None for row in rows),
+        score=score,
+        success=bounded_mean([float(row.success) for row in rows], floors),
+        contacts=bounded_mean([float(row.contacts > 0) for row in rows], floors),
+        endings=dict(sorted(Counter(row.ending for row in rows).items())),
+        contact=dict(sorted(Counter(kind_of(row.contact) for row in rows if row.contact).items())),
+        parked=sum(row.stopped == "evaluator" for row in rows),
+        precise=bounded_mean(precise, floors) if task == "dock" else None,
+        nines=nines(score),
+        by_length=_classes(((row.shortest, row.score) for row in rows), LENGTHS, " m"),
+        by_detour=_classes(((row.shortest / row.straight, row.score) for row in rows if row.straight), DETOURS, ""),
+    )
+
+
+def kind_of(name: str) -> str:
+    """Return the kind of a thing of that name: without its number."""
+    return name.rstrip("0123456789").rstrip("_- ") or name
+
+
+def _classes(
+    values: Iterable[tuple[float, float]], edges: tuple[float, float], unit: str
+) -> dict[str, tuple[float, int]]:
+    low, high = edges
+    names = (f"< {low:g}{unit}", f"{low:g} to {high:g}{unit}", f">= {high:g}{unit}")
+    groups: dict[str, list[float]] = {name: [] for name in names}
+    for value, score in values:
+        groups[names[(value >= low) + (value >= high)]].append(score)
+    return {name: (sum(group) / len(group), len(group)) for name, group in groups.items() if group}
+
+
+def summary_table(summary: LabNavSummary) -> Table:
+    """Return the table of a summary: a row for each task."""
+    rows = [
+        (
+            f"{task.task} {task.level}",
+            str(task.episodes),
+            _interval(task.score),
+            _interval(task.success),
+            _interval(task.contacts),
+            ", ".join(f"{name} {count}" for name, count in task.endings.items()),
+        )
+        for task in summary.tasks
+    ]
+    notes = []
+    if any(task.draft for task in summary.tasks):
+        notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
+    parked = sum(task.parked for task in summary.tasks)
+    if parked:
+        notes.append(f"The evaluator stopped the robot in {parked} episodes: the policy cannot stop.")
+    if summary.labnav is not None:
+        notes.append(f"LabNav {_interval(summary.labnav, 1)}, arithmetic mean {summary.arithmetic:.1f}")
+    head = ("task", "episodes", "score", "success", "touched", "how episodes ended")
+    return Table(f"{summary.policy} ({summary.track}), suite {summary.suite}", head, tuple(rows), tuple(notes))
+
+
+def _interval(estimate: Estimate, digits: int = 3) -> str:
+    if estimate.value is None:
+        return "-"
+    if estimate.low is None or estimate.high is None:
+        return f"{estimate.value:.{digits}f}"
+    return f"{estimate.value:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"

@@ -1,0 +1,142 @@
+"""Parts that LabNav adds: the announced goal, endings by contact and by being stuck among people, contacts by name."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from laboratories import island_laboratory
+
+from labgym.envs import LabPointNavEnv
+from labgym.envs.conditions.bodies import Body
+from labgym.envs.parts.announced import AnnouncedGoalSensor
+from labgym.envs.parts.endings import StuckEnding, TouchedEnding, nearest_person
+from labgym.envs.parts.odometry import OdometrySensor
+from labgym.envs.parts.protocols import Presence
+from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
+from labgym.errors import OptionError
+
+LAYOUT = island_laboratory()
+OPTIONS = {"start": (1.5, 4.2, 0.3), "goal": (6.5, 4.0, 0.0)}
+
+
+def env(**fields):
+    return LabPointNavEnv(layout=LAYOUT, **fields)
+
+
+def test_without_drift_the_announced_goal_is_the_goal():
+    both = env(sensors=(OdometrySensor(), AnnouncedGoalSensor(), GoalSensor(name="true"), VelocitySensor()))
+    observation, _ = both.reset(seed=0, options=OPTIONS)
+    for step in range(15):
+        np.testing.assert_allclose(observation["goal"], observation["true"], atol=1e-5)
+        observation = both.step(np.array([1.0, math.sin(step)]))[0]
+
+
+def test_with_drift_it_has_the_error_of_the_odometry():
+    both = env(sensors=(OdometrySensor(heading=20.0), AnnouncedGoalSensor(), GoalSensor(name="true")))
+    observation, _ = both.reset(seed=0, options=OPTIONS)
+    goal = observation["true"]
+    start = np.array([goal[0] * goal[1], goal[0] * goal[2]])
+    for _ in range(15):
+        observation = both.step(np.array([1.0, 0.0]))[0]
+        x, y, cosine, sine = observation["odometry"]
+        away = start - (x, y)
+        assert observation["goal"][0] == pytest.approx(np.hypot(*away), abs=1e-4)
+        expected = math.atan2(away[1], away[0]) - math.atan2(sine, cosine)
+        assert math.atan2(observation["goal"][2], observation["goal"][1]) == pytest.approx(expected, abs=1e-4)
+    assert not np.allclose(observation["goal"], observation["true"], atol=1e-3)
+
+
+def test_it_needs_odometry_before_it():
+    with pytest.raises(OptionError, match="odometry sensor before it"):
+        env(sensors=(AnnouncedGoalSensor(), OdometrySensor())).reset(seed=0)
+
+
+class People:
+    """A condition with a person at a place."""
+
+    name = "people"
+
+    def __init__(self, x, y):
+        self.place = (x, y, 0.0)
+
+    def draw(self, task, rng):
+        return None
+
+    def prepare(self, task, data):
+        return task
+
+    def begin(self, state, data, rng):
+        place = self.place
+
+        class Person(Presence):
+            visible = False
+
+            @property
+            def bodies(self):
+                return (Body("person 1", None, place), Body("dog 1", None, (0.0, 0.0, 0.0)))
+
+        return Person()
+
+
+def stands(seconds, **fields):
+    """The time at which a robot that stands is stuck; None if not within `seconds`."""
+    one = env(endings=(StuckEnding(duration=2.0, **fields.pop("stuck", {})),), **fields)
+    one.reset(seed=0, options=OPTIONS)
+    for _ in range(round(10 * seconds)):
+        *_, terminated, _, info = one.step(np.zeros(2))
+        if terminated:
+            return info["time"]
+    return None
+
+
+def test_the_clock_stands_while_a_person_is_near():
+    near, far = People(1.5, 3.0), People(1.5, 2.0)
+    assert stands(5.0, conditions=[near], stuck={"people": 1.5}) is None
+    assert stands(5.0, conditions=[far], stuck={"people": 1.5}) == pytest.approx(2.0)
+    assert stands(5.0, conditions=[near]) == pytest.approx(2.0)
+
+
+def test_the_clock_stands_near_the_goal():
+    assert stands(5.0, stuck={"goal": 6.0}) is None
+    assert stands(5.0, stuck={"goal": 4.0}) == pytest.approx(2.0)
+
+
+def test_the_nearest_person_is_the_nearest_body_of_that_name():
+    one = env(conditions=[People(4.5, 8.2)])
+    one.reset(seed=0, options=OPTIONS)
+    assert nearest_person(one.state) == pytest.approx(5.0)
+    plain = env()
+    plain.reset(seed=0)
+    assert nearest_person(plain.state) == math.inf
+
+
+AGAINST = {"start": (2.0, 2.5, 0.0), "goal": (6.5, 4.0, 0.0)}
+
+
+@pytest.mark.parametrize(
+    ("ending", "ends"),
+    [(TouchedEnding(), True), (TouchedEnding(("person",)), False), (TouchedEnding(("Island",)), True)],
+)
+def test_only_the_named_things_end_a_drive(ending, ends):
+    one = env(endings=(ending,), conditions=("contacts",), measures=("outcomes", "ending", "time"))
+    one.reset(seed=0, options=AGAINST)
+    for _ in range(25):
+        *_, terminated, _, info = one.step(np.array([1.0, 0.0]))
+        if terminated:
+            break
+    assert terminated is ends
+    assert info["outcomes"]["contacts"] == ["IslandBench1800_1"]
+    assert info["ending"] == ("contact" if ends else "")
+
+
+def test_contacts_change_no_motion():
+    poses = []
+    for conditions in ((), ("contacts",)):
+        one = env(conditions=conditions)
+        one.reset(seed=0, options=AGAINST)
+        for step in range(25):
+            one.step(np.array([1.0, 0.2 * math.sin(step)]))
+        poses.append(one.state.pose)
+    assert poses[0] == poses[1]

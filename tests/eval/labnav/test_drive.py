@@ -1,0 +1,190 @@
+"""Drives under the common rules, in a room made by hand, with policies of a few lines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from laboratories import island_laboratory
+
+from labgym.envs.labnav.episodes import LabNavEpisode
+from labgym.eval.labnav.drive import drive_floor
+from labgym.policies import Policy
+
+LAYOUT = island_laboratory()
+START, GOAL = (1.5, 4.2, 0.0), (6.5, 4.2, 0.0)
+"""A free straight line of 5 m along the island."""
+LENGTH = 5.0 - 0.36
+
+
+def episode(start=START, goal=GOAL, **conditions):
+    return LabNavEpisode(
+        floor=LAYOUT.id, floor_hash=LAYOUT.hash, number=0, start=start, goal=goal, conditions=conditions, seed=3,
+        length=LENGTH,
+    )  # fmt: skip
+
+
+def driven(policy, task="aisle", level=2, one=None, **arguments):
+    conditions = {"parked": []} if task == "aisle" else {}
+    (drive,) = drive_floor(
+        policy, LAYOUT, (one or episode(**conditions),), task, level, "mine", "suite/0", 0, **arguments
+    )
+    return drive
+
+
+class Still(Policy):
+    def reset(self, episode):
+        self.start = episode
+
+    def act(self, observation):
+        return np.zeros(2)
+
+
+class Ahead(Still):
+    """Full speed ahead."""
+
+    def act(self, observation):
+        return np.array([1.0, 0.0])
+
+
+class Pursuing(Still):
+    """Full speed ahead, turning towards the goal."""
+
+    def act(self, observation):
+        return np.array([1.0, float(observation["goal"][2])])
+
+
+class Arriving(Ahead):
+    """Full speed ahead, and stops at a distance from the goal."""
+
+    def __init__(self, distance: float) -> None:
+        self.distance = distance
+
+    def stop(self, observation):
+        return float(observation["goal"][0]) <= self.distance
+
+
+@pytest.mark.parametrize("task", ["aisle", "odometry", "glass", "carry"])
+def test_a_robot_that_stands_scores_0_and_is_stuck_after_30_s(task):
+    conditions = {"parked": []} if task == "aisle" else {}
+    if task == "glass":
+        conditions = {"glass": {"panes": [], "seed": 0, "void": 0.4, "true": 0.1, "steel": 0.3}}
+    row = driven(Still(), task, one=episode(**conditions)).row
+    assert (row.score, row.success, row.ending, row.time) == (0.0, False, "stuck", 30.0)
+
+
+def test_a_robot_that_stops_at_once_is_in_the_wrong_place():
+    row = driven(Arriving(99.0)).row
+    assert (row.score, row.ending, row.stopped, row.path_length) == (0.0, "wrong place", "policy", 0.0)
+
+
+def test_the_evaluator_brakes_a_policy_that_cannot_stop():
+    row = driven(Pursuing()).row
+    assert (row.ending, row.stopped, row.contacts) == ("success", "evaluator", 0)
+    assert row.final_distance <= 0.252
+    assert row.score == pytest.approx(LENGTH / row.time)
+    # From rest and to rest at 1.5 m/s2: 2/3 s more than at full speed all the way.
+    assert row.time >= 4.74 + 0.6
+
+
+def test_stop_brakes_to_rest_before_the_distance_counts():
+    far, near = driven(Arriving(0.9)).row, driven(Arriving(0.5)).row
+    braking = 0.5 * 1.0**2 / 1.5
+    # STOP is given up to one control step, 0.1 m, after the distance; the servo lags.
+    assert 0.9 - braking - 0.15 < far.final_distance < 0.9 - braking
+    assert (far.ending, far.success) == ("wrong place", False)
+    assert (near.ending, near.success) == ("success", True)
+
+
+def test_a_declared_latency_delays_every_action():
+    class Late(Arriving):
+        latency = 0.25
+
+    prompt, late = driven(Arriving(0.9)), driven(Late(0.9))
+    assert (prompt.row.delay, late.row.delay) == (0, 3)
+    assert [pose[0] for pose in late.route[:4]] == [START[0]] * 4
+    assert late.route[4][0] > START[0]
+    # STOP comes late, too: 0.3 s at 1 m/s.
+    assert prompt.row.final_distance - late.row.final_distance == pytest.approx(0.3, abs=0.03)
+
+
+def test_a_contact_ends_the_drive_and_is_named():
+    row = driven(Ahead(), one=episode(start=(2.0, 2.5, 0.0), parked=[])).row
+    assert (row.ending, row.contact, row.score) == ("contact", "IslandBench1800_1", 0.0)
+    assert row.touched == ("IslandBench1800_1",)
+    assert row.time < 3.0
+
+
+def test_a_contact_does_not_end_a_drive_by_odometry_or_with_a_beaker():
+    row = driven(Ahead(), "odometry", one=episode(start=(2.0, 2.5, 0.0))).row
+    assert (row.ending, row.contact) == ("stuck", "")
+    assert row.contacts > 100
+    assert row.touched == ("IslandBench1800_1",)
+
+
+def test_a_parked_thing_is_in_the_way_and_on_the_map():
+    class Mapped(Ahead):
+        privileged = True
+
+        def act(self, observation):
+            assert any(one.id == "parked-1" for one in self.start.truth.layout.placements)
+            return np.array([1.0, 0.0])
+
+    thing = {"asset": "SteelDrum", "x": 4.0, "y": 4.2, "yaw": 0.0}
+    row = driven(Mapped(), one=episode(parked=[thing])).row
+    assert (row.ending, row.contact, row.track, row.error) == ("contact", "parked-1", "deployed", None)
+
+
+def test_the_goal_follows_the_odometry_and_a_wrong_one_is_lost():
+    class Watching(Ahead):
+        def __init__(self):
+            self.errors = []
+
+        def act(self, observation):
+            x, y, yaw = observation["odometry"]
+            goal = self.start.goal
+            away, bearing = math.hypot(goal[0] - x, goal[1] - y), math.atan2(goal[1] - y, goal[0] - x) - yaw
+            expected = np.array([away, math.cos(bearing), math.sin(bearing)])
+            self.errors.append(float(np.abs(observation["goal"] - expected).max()))
+            return np.array([1.0, 0.6 * float(observation["goal"][2])])
+
+        def stop(self, observation):
+            return float(observation["goal"][0]) < 0.5
+
+    policy = Watching()
+    rows = [driven(policy, "odometry", 3, episode().model_copy(update={"seed": seed})).row for seed in range(4)]
+    assert max(policy.errors) < 1e-5
+    assert {row.ending for row in rows} <= {"lost", "success", "time", "stuck"}
+    assert "lost" in {row.ending for row in rows}
+    for row in rows:
+        assert row.odometry_error > 0.0
+        assert (row.ending == "success") == (row.final_distance <= 0.36)
+
+
+def test_hard_braking_spills_and_the_score_is_that_of_the_rise():
+    row = driven(Arriving(0.5), "carry").row
+    rise = row.outcomes["payload"]["highest"]
+    # The specification's measurement: ramps of 1.5 m/s2 let a 1 L beaker rise by 12 to 16 mm.
+    assert 0.010 < rise < 0.022
+    assert row.ending == "spilt"
+    assert row.score == pytest.approx(LENGTH / row.time * min(max(2.0 - rise / 0.010, 0.0), 1.0))
+
+
+def test_an_error_of_the_policy_scores_0():
+    class Failing(Still):
+        def act(self, observation):
+            raise RuntimeError("no idea")
+
+    row = driven(Failing()).row
+    assert (row.ending, row.error, row.score) == ("error", "RuntimeError: no idea", 0.0)
+
+
+def test_equal_episodes_give_equal_rows():
+    rows = [driven(Pursuing(), "odometry", 2).row for _ in range(2)]
+    assert rows[0] == rows[1]
+
+
+def test_the_time_limit_ends_a_drive():
+    row = driven(Ahead(), one=episode(parked=[]), seconds=2.0).row
+    assert (row.ending, row.time) == ("time", 2.0)

@@ -1,0 +1,128 @@
+"""Suites by name, the evaluation in a folder, its summary, and what `labgym eval` prints."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from labgym.cli.evaluation import eval_
+from labgym.envs.labnav.drawing import draw_suite
+from labgym.envs.labnav.episodes import suite_file
+from labgym.errors import LabgymError, UnknownNameError
+from labgym.eval.labnav.cost import cost
+from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.runner import evaluate_labnav
+from labgym.eval.labnav.suites import MINI, LabNavSuite, is_labnav, load_labnav, suite_names
+from labgym.eval.labnav.summary import kind_of, summarise, summary_table
+
+PUBLISHED = [name for name in suite_names() if name.count("-") == 2 and suite_file(name).is_file()]
+
+
+@pytest.fixture(scope="module")
+def suite():
+    part = draw_suite("odometry", 2, "floors-val", 2, 1, seed=3)
+    return LabNavSuite("labnav-odometry-2", (part,), seconds=2.0)
+
+
+@pytest.fixture(scope="module")
+def report(suite, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("labnav") / "run"
+    return folder, evaluate_labnav("straight", suite, folder, progress=False)
+
+
+def test_a_finished_folder_gives_the_same_report_without_driving(suite, report, monkeypatch):
+    folder, first = report
+    monkeypatch.setattr("labgym.eval.labnav.runner.drive_floor", None)
+    again = evaluate_labnav("straight", suite, folder, progress=False)
+    assert (again.summary, again.rows) == (first.summary, first.rows)
+    rows = [LabNavRow.model_validate(json.loads(line)) for line in (folder / "episodes.jsonl").open()]
+    assert tuple(rows) == first.rows
+    assert {path.name for path in folder.iterdir()} >= {"run.json", "routes.jsonl", "times.jsonl", "summary.json"}
+
+
+def test_rows_are_of_the_episodes_and_end_by_the_suites_limit(suite, report):
+    rows = report[1].rows
+    assert [row.floor for row in rows] == list(suite.parts[0].floors)
+    assert {(row.time, row.ending, row.track, row.stopped) for row in rows} == {(2.0, "time", "mapless", "")}
+    assert [row.shortest for row in rows] == [one.length for one in suite.parts[0].episodes]
+
+
+def test_another_evaluation_is_refused_in_the_folder(suite, report):
+    with pytest.raises(LabgymError, match="holds another run"):
+        evaluate_labnav("straight", suite, report[0], seed=1, progress=False)
+
+
+def test_the_summary_counts_endings_and_has_no_figure_of_one_task(suite, report):
+    summary = report[1].summary
+    (task,) = summary.tasks
+    assert (task.episodes, task.expected, task.endings, task.draft) == (2, 2, {"time": 2}, True)
+    assert (summary.labnav, summary.arithmetic) == (None, None)
+    assert sum(count for _, count in task.by_length.values()) == 2
+    text = summary_table(summary).text()
+    assert "Draft episodes" in text
+    assert "odometry 2" in text
+
+
+def test_a_suite_of_all_tasks_has_the_figure(suite, report):
+    from labgym.eval.labnav.suites import ALL
+
+    part = suite.parts[0]
+    parts = tuple(part.model_copy(update={"task": task}) for task in ALL)
+    row = report[1].rows[0]
+    rows = [
+        row.model_copy(update={"task": task, "floor": floor, "score": 0.3, "success": True})
+        for task in ALL
+        for floor in "abc"
+    ]
+    fields = {name: getattr(report[1].summary, name) for name in ("policy", "options", "track", "sensors", "seed")}
+    summary = summarise(LabNavSuite("labnav", parts), rows, latency=0.0, **fields)
+    assert summary.labnav.value == pytest.approx(30.0)
+    assert summary.arithmetic == pytest.approx(30.0)
+    assert "LabNav 30.0" in summary_table(summary).text()
+    assert summarise(LabNavSuite(MINI, parts), rows, latency=0.0, **fields).labnav is None
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_published_episodes_are_drafts_on_floors_of_val(name):
+    (part,) = load_labnav(name).parts
+    assert (part.name, part.draft, part.split) == (name, True, "floors-val")
+    assert len(part.floors) == 10
+    assert {len(each) for each in part.floors.values()} == {3}
+    for floor in list(part.floors)[:2]:
+        part.layout(floor)
+
+
+def test_a_task_without_a_level_has_the_headlines():
+    assert load_labnav("labnav-odometry").name == "labnav-odometry-2"
+    mini = load_labnav(MINI)
+    assert mini.seconds == 60.0
+    assert {len(part.episodes) for part in mini.parts} == {3}
+
+
+@pytest.mark.parametrize("name", ["labnav-fly", "labnav-aisle-4", "labnav-", "labnav-aisle-2-1"])
+def test_a_suite_that_does_not_exist_is_refused_with_the_names(name):
+    assert is_labnav(name)
+    with pytest.raises(UnknownNameError, match="labnav-aisle"):
+        load_labnav(name)
+
+
+def test_the_cost_is_told_before_the_start(suite):
+    assert "2 episodes of at most 2 s simulated (odometry 2)" in cost(suite, "mine")
+    assert "CPU time for astar" in cost(suite, "astar")
+    assert "no figure LabNav" in cost(load_labnav("labnav"), "astar")
+
+
+def test_labnav_takes_no_layouts():
+    with pytest.raises(LabgymError, match="episodes of its own"):
+        eval_("straight", "labnav-mini", layouts=("x.json",))
+
+
+def test_kinds_of_things_have_no_number():
+    assert [kind_of(name) for name in ("SteelDrum_3", "parked-1", "person 12", "wall", "7")] == [
+        "SteelDrum",
+        "parked",
+        "person",
+        "wall",
+        "7",
+    ]
