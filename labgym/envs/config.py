@@ -133,10 +133,8 @@ class PointNavConfig:
             ("observation", self.observation, OBSERVATIONS),
             ("quality", self.quality, QUALITIES),
             ("distance_to_go", self.distance_to_go, METHODS),
-            ("drives", self.drives, DRIVES),
+            ("drives", self.drives, _drives(self.drives)),
         ):
-            if kind == "drives" and isinstance(value, str) and value.startswith(LABNAV):
-                continue
             if value not in available:
                 raise UnknownNameError(kind, value, available)
         check_physics(self.physics)
@@ -279,6 +277,11 @@ class PointNavConfig:
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
+
+
+def _drives(value: object) -> tuple[str, ...]:
+    """Return the names of drives, with that of a LabNav task if the value is one; its source checks it."""
+    return (*DRIVES, value) if isinstance(value, str) and value.startswith(LABNAV) else DRIVES
 
 
 def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:

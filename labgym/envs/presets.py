@@ -13,10 +13,11 @@ from labgym.envs.parts.goals import GoalEnding, GoalTerm
 from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.rays import LidarSensor
 from labgym.envs.parts.vectors import JointSensor, PlaceSensor, PoseSensor, VelocitySensor
+from labgym.envs.tasks import FLOORS_TRAIN
 from labgym.errors import UnknownNameError
 
-FLOORS, TRAINING = "floors-test", "floors-train"
-"""The splits of version 1 and of LabNav."""
+FLOORS = "floors-test"
+"""The split of version 1."""
 
 
 @cache
@@ -53,7 +54,7 @@ def labnav_id(task: str) -> str:
 
 
 def _labnav(task: str) -> PointNavConfig:
-    return config_of(task, HEADLINE, split=TRAINING, drives=f"labnav-{task}-{HEADLINE}")
+    return config_of(task, HEADLINE, split=FLOORS_TRAIN, drives=f"labnav-{task}-{HEADLINE}")
 
 
 def preset(name: str) -> PointNavConfig:

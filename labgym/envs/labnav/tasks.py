@@ -11,6 +11,7 @@ from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.announced import AnnouncedGoalSensor
 from labgym.envs.parts.depth_noise import RedwoodDepth
 from labgym.envs.parts.endings import REST_DISTANCE, StopEnding, StuckEnding, TouchedEnding
+from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.noise import Gaussian
 from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.parts.protocols import Ending, Sensor
@@ -26,10 +27,7 @@ PERSON_NEAR, DOCK_NEAR = 1.5, 1.0
 """Distances from a person and from a docking pose within which the clock of a stuck robot stands, meters.
 
 The second is an assumption: the specification does not say when a robot docks."""
-MEASURES = (
-    "pose", "goal", "distance", "success", "collision", "contacts", "clearance", "path_length", "layout", "protocol",
-    "pair", "time", "reward_terms", "is_success", "cost", "ending", "touched", "outcomes",
-)  # fmt: skip
+MEASURES = (*EXTENDED, "touched", "outcomes")
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ class Level:
     """
 
     conditions: tuple[Mapping[str, Any], ...] = ()
-    odometry: Mapping[str, float] = field(default_factory=dict)
+    odometry: Mapping[str, Any] = field(default_factory=dict)
     lidar: float = 0.0
     color: float = 0.0
     redwood: bool = False

@@ -20,6 +20,7 @@ from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose, State
 from labgym.eval.driving.drive import Route, episode_rng
+from labgym.eval.driving.navigation_metrics import spl
 from labgym.eval.labnav import scores
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import (
@@ -87,7 +88,17 @@ def drive_floor(
     """
     tasks = EpisodeTasks(layout, tuple(episodes))
     delay = delay_of(driver.latency)
-    config = config_of(task, level, driver.observation, stop=False, delay=delay, tasks=tasks, exact=True)
+    config = config_of(
+        task,
+        level,
+        driver.observation,
+        stop=False,
+        delay=delay,
+        tasks=tasks,
+        exact=True,
+        rewards=("time",),
+        measures=("touched",),
+    )
     env = LabPointNavEnv(config=config)
     try:
         drives = []
@@ -283,7 +294,7 @@ def score_of(row: LabNavRow, state: State) -> float:
         return scores.carry(row.success, row.shortest, row.time, rise, freeboard)
     if row.task == "dock":
         return scores.dock(row.success, row.final_distance, row.final_heading)
-    return scores.spl(row.success, row.shortest, row.path_length)
+    return spl(row.success, row.shortest, row.path_length)
 
 
 def _plain(value: Any) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from labgym.documents import canonical_hash
-from labgym.envs.labnav.episodes import LabNavEpisodes, published_episodes
+from labgym.envs.labnav.episodes import LabNavEpisodes, published_episodes, suite_file
 from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS, task_of
 from labgym.errors import UnknownNameError
 
@@ -70,7 +70,8 @@ def load_labnav(name: str) -> LabNavSuite:
         DocumentError: its file is broken.
     """
     if name in (PREFIX, MINI):
-        parts = tuple(published_episodes(task, HEADLINE) for task in TASKS)
+        tasks = [task for task in TASKS if suite_file(f"{task}-{HEADLINE}").is_file()]
+        parts = tuple(published_episodes(task, HEADLINE) for task in tasks)
         if name == PREFIX:
             return LabNavSuite(name, parts)
         return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1) for part in parts), MINI_SECONDS)

@@ -36,14 +36,14 @@ def odometry():
     return draw_floor(FLOOR, "odometry", 2, 3, 14, attempts=100)
 
 
-def document(episodes, **changes):
+def document(drawn, **changes):
     data = {
         "schema": LabNavEpisodes.SCHEMA,
         "task": "odometry",
         "level": 2,
         "split": "floors-val",
         "seed": 14,
-        "episodes": [each.model_dump(mode="json") for each in episodes],
+        "episodes": [each.model_dump(mode="json") for each in drawn],
     }
     return {**data, **changes}
 
