@@ -75,7 +75,7 @@ def eval_(
         return DONE
     if is_labnav(suite):
         if layouts or protocol or repeats is not None or jitter:
-            raise OptionError(f"suite {suite!r} has episodes of its own: leave out layouts, protocol, repeats, jitter")
+            raise OptionError(f"suite {suite!r} has fixed episodes: leave out layouts, protocol, repeats, jitter")
         return _eval_labnav(policy, suite, seed, out, options, fresh, execution, limits, kernels)
     if protocol is not None and not layouts:
         raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")

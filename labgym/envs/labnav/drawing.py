@@ -90,10 +90,13 @@ class Drawer:
         return None
 
     def _length(self, paths: ShortestPaths, pair: GoalPair) -> float:
-        """Return L*, or inf where the goal is too far for it or out of reach."""
-        if math.dist(pair.start[:2], pair.goal[:2]) > self._level.lengths[1] + self._task.radius:
+        """Return L*, or inf for a drive whose length cannot be one of the level."""
+        low, high = self._level.lengths
+        if math.dist(pair.start[:2], pair.goal[:2]) > high + self._task.radius:
             return math.inf
-        if not paths.connected(pair.start, pair.goal):
+        path = paths.path(pair.start, pair.goal)
+        # The way to the goal, less the radius, is a way to the disc.
+        if path is None or path.length - self._task.radius < low:
             return math.inf
         return length_to_disc(paths, pair.start, pair.goal, self._task.radius)
 

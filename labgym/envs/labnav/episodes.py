@@ -180,7 +180,7 @@ def published_episodes(task: str, level: int) -> LabNavEpisodes:
     """Return the published episodes of a task at a level.
 
     Raises:
-        UnknownNameError: there are none.
+        UnknownNameError: they are not published.
         DocumentError: the file is broken.
     """
     path = suite_file(f"{task}-{level}")

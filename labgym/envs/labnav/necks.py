@@ -40,7 +40,7 @@ def neck_things(
 ) -> tuple[ParkedThing, ...] | None:
     """Return things that make a neck on every route of a pair; None if none were found.
 
-    A thing is parked beside the shortest route of the wider disc, so that the narrower one still passes, until no route
+    A thing is parked next to the shortest route of the wider disc, so that the narrower one still passes, until no route
     of the wider disc is left.
 
     Args:
@@ -75,7 +75,7 @@ def _parked(
     neck: tuple[float, float],
     rng: np.random.Generator,
 ) -> ParkedThing | None:
-    """Return a thing beside a route that changes it, and leaves a way for the narrower disc."""
+    """Return a thing next to a route that changes it, and leaves a way for the narrower disc."""
     passing, stopped = neck
     here = with_things(layout, things)
     room = ShortestPaths(here, passing)

@@ -32,7 +32,7 @@ MEASURES = (*EXTENDED, "touched", "outcomes")
 
 @dataclass(frozen=True)
 class Level:
-    """What a level of a task has in its episodes.
+    """Properties of the episodes of a task at a level.
 
     Attributes:
         conditions: conditions in their order, as plain data.

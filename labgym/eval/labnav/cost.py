@@ -1,4 +1,4 @@
-"""What an evaluation costs, before it starts."""
+"""The cost of an evaluation, printed before it starts."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def drive_floor(
     """Drive episodes of a task on one floor.
 
     Args:
-        driver: the policy, in a process of its own or in this one.
+        driver: the policy, in a separate process or in this one.
         layout: the floor, as published.
         episodes: on it. task, level: of LabNav.
         label: name of the policy in the rows. suite: name and version of the suite.

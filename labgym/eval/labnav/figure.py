@@ -30,7 +30,7 @@ def geometric(scores: Sequence[float]) -> float:
     """Return the figure of task means in [0, 1]: 0 to 100.
 
     Raises:
-        OptionError: there are none.
+        OptionError: the sequence is empty.
     """
     return 100.0 * (math.exp(_mean([math.log(score + FLOOR) for score in scores])) - FLOOR)
 
@@ -39,7 +39,7 @@ def arithmetic(scores: Sequence[float]) -> float:
     """Return 100 times the mean of task means.
 
     Raises:
-        OptionError: there are none.
+        OptionError: the sequence is empty.
     """
     return 100.0 * _mean(scores)
 

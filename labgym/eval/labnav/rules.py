@@ -84,7 +84,7 @@ class Parking:
 
 @dataclass(frozen=True)
 class Finish:
-    """What is known when a drive is over.
+    """The facts about a drive that is over.
 
     Attributes:
         rule: name of the ending that ended it, "" if the robot was parked or the time was over.

@@ -114,7 +114,7 @@ def test_the_cost_is_told_before_the_start(suite):
 
 
 def test_labnav_takes_no_layouts():
-    with pytest.raises(LabgymError, match="episodes of its own"):
+    with pytest.raises(LabgymError, match="fixed episodes"):
         eval_("straight", "labnav-mini", layouts=("x.json",))
 
 
