@@ -40,8 +40,8 @@ def neck_things(
 ) -> tuple[ParkedThing, ...] | None:
     """Return things that make a neck on every route of a pair; None if none were found.
 
-    A thing is parked next to the shortest route of the wider disc, so that the narrower one still passes, until no route
-    of the wider disc is left.
+    A thing is parked next to the shortest route of the wider disc, so that the narrower one still passes, until no
+    route of the wider disc is left.
 
     Args:
         layout: the floor. pair: the drive.
