@@ -71,8 +71,11 @@ def test_the_ids_are_those_of_the_documentation() -> None:
     assert IDS == [
         "LabNavAisle-v0",
         "LabNavCarry-v0",
+        "LabNavDock-v0",
         "LabNavGlass-v0",
+        "LabNavMoved-v0",
         "LabNavOdometry-v0",
+        "LabNavPeople-v0",
         "LabPointNav-v0",
         "LabPointNav-v1",
         "LabPointNavDepth-v1",

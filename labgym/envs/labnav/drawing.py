@@ -17,6 +17,7 @@ from labgym.envs.labnav.necks import has_neck, neck_things
 from labgym.envs.labnav.tasks import Level, config_of, task_of
 from labgym.envs.parts.protocols import Condition
 from labgym.envs.tasks import Task
+from labgym.errors import OptionError
 from labgym.layouts import Layout, load_published, published
 from labgym.layouts.drives import entry_poses, places_of_work
 from labgym.navigation import PLANNING_RADIUS, GoalPair, Pose, ShortestPaths
@@ -114,7 +115,10 @@ class Drawer:
             name = condition.name
             drawn = task.conditions.get(name)
             if drawn is None:
-                drawn = condition.draw(true, stream(own, f"condition {name}"))
+                try:
+                    drawn = condition.draw(true, stream(own, f"condition {name}"))
+                except OptionError:  # a station that cannot move
+                    return None
             if drawn is not None:
                 data[name] = drawn
             true = condition.prepare(true, drawn)
@@ -128,7 +132,8 @@ class Drawer:
 def _complete(level: Level, data: Mapping[str, Any]) -> bool:
     """Whether the conditions could place all that the level has."""
     panes = sum(int(each.get("panes", 1)) for each in level.conditions if each["kind"] == "glass")
-    return not panes or len(data["glass"]["panes"]) == panes
+    moved = any(each["kind"] == "changes" for each in level.conditions)
+    return (not panes or len(data["glass"]["panes"]) == panes) and (not moved or bool(data["changes"]))
 
 
 def draw_floor(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from labgym.envs.config import PointNavConfig
 from labgym.envs.parts.actions import VelocityActions
-from labgym.envs.parts.announced import AnnouncedGoalSensor
+from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
 from labgym.envs.parts.depth_noise import RedwoodDepth
 from labgym.envs.parts.endings import REST_DISTANCE, StopEnding, StuckEnding, TouchedEnding
 from labgym.envs.parts.measures import EXTENDED
@@ -16,6 +17,7 @@ from labgym.envs.parts.noise import Gaussian
 from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.parts.protocols import Ending, Sensor
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
+from labgym.envs.parts.slipping import SlippingActions
 from labgym.envs.parts.vectors import VelocitySensor
 from labgym.errors import OptionError, UnknownNameError
 
@@ -39,6 +41,7 @@ class Level:
         odometry: errors of the odometry, by the arguments of `OdometrySensor`.
         lidar, color: standard deviations of the ranges, meters, and of the colors, of 255. redwood: whether depth
             images have the errors of Redwood.
+        slip: `scale` and `veer` of `SlippingActions`; None for wheels that obey exactly.
         lengths: least and greatest length L* of the shortest path, meters.
         detour: least ratio of L* to the straight distance.
         neck: radii of a disc that reaches the goal and of one that does not, meters; None without a neck.
@@ -49,6 +52,7 @@ class Level:
     lidar: float = 0.0
     color: float = 0.0
     redwood: bool = False
+    slip: tuple[float, float] | None = None
     lengths: tuple[float, float] = (8.0, 25.0)
     detour: float = 1.0
     neck: tuple[float, float] | None = None
@@ -92,14 +96,30 @@ def _aisle(reaches: float, stops: float) -> Level:
     return Level(({"kind": "parked"},), detour=1.3, neck=(reaches, stops))
 
 
-def _odometry(factor: float) -> Level:
+def _odometry(factor: float, slip: float) -> Level:
     # RoboTHOR's 5 mm and 0.5 degrees for 0.25 m, and 0.5 degrees for a turn of 30 degrees, as variances that add.
     errors = {"along": 0.01 * factor, "heading": 1.0 * factor, "turning": 1.732 * factor}
-    return Level(odometry=errors, **NOISE)
+    return Level(odometry=errors, slip=(0.03 * slip, 2.0 * slip), **NOISE)
 
 
 def _carry(freeboard: float) -> Level:
-    return Level(({"kind": "payload", "beaker": {"freeboard": freeboard}},))
+    return Level(({"kind": "payload", "beaker": {"freeboard": freeboard}}, _people(20.0)))
+
+
+def _people(area: float, group: int = 1) -> dict[str, Any]:
+    return {"kind": "people", "density": 1.0 / area, "group": group}
+
+
+def _crowd(area: float, group: int = 1) -> Level:
+    return Level((_people(area, group),), lengths=(4.0, 25.0))
+
+
+def _moved(**changes: Any) -> Level:
+    return Level(({"kind": "changes", **changes},), lengths=(4.0, 25.0))
+
+
+def _dock(distance: float, degrees: float) -> Level:
+    return Level(({"kind": "station", "distance": distance, "angle": math.radians(degrees)},), lengths=(4.0, 25.0))
 
 
 def _glass(panes: int, framed: bool) -> Level:
@@ -115,10 +135,27 @@ TASKS: dict[str, LabNavTask] = {
             {1: _aisle(0.40, 0.45), 2: _aisle(0.35, 0.40), 3: _aisle(0.31, 0.35)},
         ),
         LabNavTask(
+            "moved",
+            "drive by a map from before things moved",
+            {1: _moved(most=1), 2: _moved(), 3: _moved(late=True)},
+        ),
+        LabNavTask(
+            "people",
+            "drive among people, half of whom do not see the robot",
+            {1: _crowd(20.0), 2: _crowd(8.0), 3: _crowd(8.0, group=3)},
+            touched=("person",),
+        ),
+        LabNavTask(
             "odometry",
             "find a goal that is announced once, by wheels and sensors that err",
-            {1: _odometry(0.5), 2: _odometry(1.0), 3: _odometry(5.0)},
+            {1: _odometry(0.5, 0.5), 2: _odometry(1.0, 1.0), 3: _odometry(5.0, 2.0)},
             touched=None,
+        ),
+        LabNavTask(
+            "dock",
+            "dock at a station that is off its mapped pose",
+            {1: _dock(0.05, 3.0), 2: _dock(0.10, 6.0), 3: _dock(0.15, 9.0)},
+            docks=True,
         ),
         LabNavTask(
             "glass",
@@ -157,7 +194,8 @@ def sensors_of(level: Level, observation: str) -> tuple[Sensor, ...]:
         "depth": (DepthSensor(noise=depth),),
         "rgbd": (ColorSensor(noise=color), DepthSensor(noise=depth)),
     }
-    return (OdometrySensor(**level.odometry), AnnouncedGoalSensor(), VelocitySensor(), *seen[observation])
+    velocity = OdometryVelocitySensor() if level.odometry else VelocitySensor()
+    return (OdometrySensor(**level.odometry), AnnouncedGoalSensor(), velocity, *seen[observation])
 
 
 def endings_of(task: LabNavTask, stop: bool) -> tuple[Ending, ...]:
@@ -192,7 +230,9 @@ def config_of(
     values: dict[str, Any] = {
         "observation": observation,
         "sensors": sensors_of(number, observation),
-        "actions": VelocityActions(stop=stop, delay=delay),
+        "actions": (
+            SlippingActions(stop, delay, *number.slip) if number.slip else VelocityActions(stop=stop, delay=delay)
+        ),
         "endings": endings_of(task, stop),
         "conditions": ({"kind": "contacts"}, *number.conditions),
         "disc": task.radius,

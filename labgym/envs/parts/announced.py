@@ -1,4 +1,4 @@
-"""The goal as an agent knows it: announced once, at the start, and then followed by odometry."""
+"""The goal and the velocity as an agent knows them by its odometry."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from labgym.envs.parts.kinds import noises, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.odometry import RECKONED
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
-from labgym.envs.parts.vectors import GOAL_RANGE
+from labgym.envs.parts.vectors import GOAL_RANGE, VelocitySensor
 from labgym.envs.state import Pose, State
 from labgym.errors import OptionError
 from labgym.geometry import rotate, wrap_angle
@@ -52,6 +52,47 @@ class AnnouncedGoalSensor(Sensor):
         away, bearing = math.hypot(x - rx, y - ry), math.atan2(y - ry, x - rx) - yaw
         polar = np.array([min(away, self.reach), math.cos(bearing), math.sin(bearing)], np.float32)
         return disturbed(polar, self, state, rng) if self.noise else polar
+
+
+@dataclass
+class OdometryVelocitySensor(Sensor):
+    """The mean velocity since the last reading, by odometry: as `VelocitySensor`, with the errors of the odometry.
+
+    It needs an odometry sensor before it. Readings that are added up give its pose.
+    """
+
+    name: str = "velocity"
+    noise: tuple[Noise, ...] = ()
+    kind: str = field(default="odometry_velocity", init=False)
+
+    def __post_init__(self) -> None:
+        noises(self)
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """The limits of the robot of version 0."""
+        return VelocitySensor().space
+
+    def reset(self, state: State, rng: np.random.Generator) -> None:  # noqa: ARG002
+        """Begin at the origin."""
+        self._last: Pose = (0.0, 0.0, 0.0)
+        self._time = state.time
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+        """Return forward velocity and turn rate.
+
+        Raises:
+            OptionError: no odometry sensor has been read before.
+        """
+        if RECKONED not in state.views:
+            raise OptionError("sensor 'odometry_velocity' needs an odometry sensor before it in `sensors`")
+        (x0, y0, yaw0), (x, y, yaw) = self._last, state.views[RECKONED]
+        seconds = state.time - self._time
+        self._last, self._time = (x, y, yaw), state.time
+        ahead = rotate(x - x0, y - y0, -(yaw0 + wrap_angle(yaw - yaw0) / 2.0))[0]
+        twist = (ahead / seconds, wrap_angle(yaw - yaw0) / seconds) if seconds > 0.0 else (0.0, 0.0)
+        reading = np.clip(twist, VelocitySensor.low, VelocitySensor.high).astype(np.float32)
+        return disturbed(reading, self, state, rng) if self.noise else reading
 
 
 def announced_goal(state: State) -> Pose:

@@ -14,7 +14,7 @@ from labgym.envs.conditions.station import Station
 from labgym.envs.conditions.wet import WetFloor
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.actuation import ActuationNoise, LoCoBotActuation, RoboThorActuation
-from labgym.envs.parts.announced import AnnouncedGoalSensor
+from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
 from labgym.envs.parts.appearance import AppearanceRandomization
 from labgym.envs.parts.depth_noise import RedwoodDepth, RimOcclusion
 from labgym.envs.parts.discrete import DiscreteActions
@@ -53,6 +53,7 @@ from labgym.envs.parts.rewards import (
     TimeTerm,
 )
 from labgym.envs.parts.robots import DifferentialDrive, HolonomicDrive
+from labgym.envs.parts.slipping import SlippingActions
 from labgym.envs.parts.vectors import GoalSensor, JointSensor, PlaceSensor, PoseSensor, VelocitySensor
 from labgym.envs.parts.wheels import WheeledDrive
 
@@ -62,6 +63,7 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
         (
             GoalSensor,
             AnnouncedGoalSensor,
+            OdometryVelocitySensor,
             VelocitySensor,
             PoseSensor,
             PlaceSensor,
@@ -94,7 +96,7 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
         (TouchEnding, RestEnding, StopEnding, ContactEnding, TouchedEnding, StuckEnding, GoalEnding),
     ),
     "measure": (Measure, (NamedMeasure,)),
-    "actions": (Actions, (VelocityActions, DiscreteActions)),
+    "actions": (Actions, (VelocityActions, SlippingActions, DiscreteActions)),
     "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
     "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive, MjcfRobot)),
     "condition": (Condition, (Contacts, Parked, Payload, Glass, WetFloor, Changes, Station, People)),

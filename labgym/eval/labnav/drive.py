@@ -292,6 +292,12 @@ def score_of(row: LabNavRow, state: State) -> float:
         freeboard = beaker_of(state.conditions["payload"]).freeboard
         rise = float(outcomes["payload"]["highest"])
         return scores.carry(row.success, row.shortest, row.time, rise, freeboard)
+    if row.task == "people":
+        return scores.people(row.success, row.shortest, row.time, float(outcomes["people"]["close_seconds"]))
+    if row.task == "moved":
+        pushed = outcomes["changes"]["pushed"].values()
+        pushes = [(float(each["mass"]), float(each["way"])) for each in pushed]
+        return scores.moved(row.success, row.shortest, row.path_length, pushes)
     if row.task == "dock":
         return scores.dock(row.success, row.final_distance, row.final_heading)
     return spl(row.success, row.shortest, row.path_length)
