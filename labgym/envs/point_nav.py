@@ -208,8 +208,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `LabProtocolNav-v1` (6000): version 1 with all drives of a protocol in one episode: where a goal is reached, the
       next drive begins. Further info: `leg`, the drive in progress, from 0, and `legs`, their number; the other entries
       are those of the drive in progress. The options "start" and "goal" do not exist.
-    - `LabNavAisle-v0`, `LabNavOdometry-v0`, `LabNavGlass-v0`, `LabNavCarry-v0` (1200): the tasks of LabNav at level 2,
-      on training floors; docs/labnav.md describes them. The action has a third component, above 0 for STOP.
+    - `LabNavAisle-v0`, `LabNavMoved-v0`, `LabNavPeople-v0`, `LabNavOdometry-v0`, `LabNavDock-v0`, `LabNavGlass-v0`,
+      `LabNavCarry-v0` (1200): the tasks of LabNav at level 2, on training floors; docs/labnav.md describes them. The
+      action has a third component, above 0 for STOP.
 
     ## Versions
 

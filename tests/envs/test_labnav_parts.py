@@ -10,10 +10,11 @@ from laboratories import island_laboratory
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.conditions.bodies import Body
-from labgym.envs.parts.announced import AnnouncedGoalSensor
+from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
 from labgym.envs.parts.endings import StuckEnding, TouchedEnding, nearest_person
 from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.parts.protocols import Presence
+from labgym.envs.parts.slipping import SlippingActions
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.errors import OptionError
 
@@ -140,3 +141,39 @@ def test_contacts_change_no_motion():
             one.step(np.array([1.0, 0.2 * math.sin(step)]))
         poses.append(one.state.pose)
     assert poses[0] == poses[1]
+
+
+def test_velocities_by_odometry_add_up_to_its_pose():
+    one = env(sensors=(OdometrySensor(along=0.02, heading=3.0, turning=3.0), OdometryVelocitySensor()))
+    observation, _ = one.reset(seed=0, options=OPTIONS)
+    x = y = yaw = 0.0
+    for step in range(30):
+        observation = one.step(np.array([0.6, math.sin(step)]))[0]
+        v, w = (float(each) for each in observation["velocity"])
+        x += 0.1 * v * math.cos(yaw + 0.05 * w)
+        y += 0.1 * v * math.sin(yaw + 0.05 * w)
+        yaw += 0.1 * w
+    np.testing.assert_allclose(observation["odometry"][:2], (x, y), atol=0.02)
+    assert math.atan2(observation["odometry"][3], observation["odometry"][2]) == pytest.approx(yaw, abs=0.01)
+
+
+def test_wheels_slip_by_the_deviations_and_agents_cannot_tell_from_their_commands():
+    actions, state = SlippingActions(scale=0.05, veer=4.0), env()
+    state.reset(seed=0)
+    actions.space(state.state.robot)
+    drawn = []
+    for seed in range(2000):
+        actions.reset(state.state, np.random.default_rng(seed))
+        ((v, w),) = actions.commands(np.array([1.0, 0.0]), state.state, None)
+        ((_, turn),) = actions.commands(np.array([0.0, 1.0]), state.state, None)
+        drawn.append((v, w / v, turn))
+    v, veer, turn = np.array(drawn).T
+    assert (v.mean(), v.std()) == pytest.approx((1.0, 0.05), rel=0.06)
+    assert turn.mean() == pytest.approx(1.5, rel=0.01)
+    assert turn.std() == pytest.approx(1.5 * 0.05, rel=0.06)
+    assert np.degrees(np.median(np.abs(veer))) == pytest.approx(0.6745 * 4.0, rel=0.06)
+
+
+def test_slipping_needs_a_robot_that_drives_forward_and_turns():
+    with pytest.raises(OptionError, match="expected forward, turn"):
+        env(actions={"kind": "slipping"}, robot="holonomic")

@@ -9,7 +9,9 @@ import pytest
 from laboratories import island_laboratory
 
 from labgym.envs.labnav.episodes import LabNavEpisode
+from labgym.envs.labnav.tasks import TASKS
 from labgym.eval.labnav.drive import drive_floor
+from labgym.navigation import goal_pose
 from labgym.policies import Policy
 
 LAYOUT = island_laboratory()
@@ -25,11 +27,23 @@ def episode(start=START, goal=GOAL, **conditions):
     )  # fmt: skip
 
 
+NOTHING = {
+    "aisle": {"parked": []},
+    "carry": {"people": {}},
+    "people": {"people": {}},
+    "moved": {"changes": []},
+    "glass": {"glass": {"panes": [], "seed": 0, "void": 0.4, "true": 0.1, "steel": 0.3}},
+    "dock": {"station": {"station": "ValidationPlatform_1", "shift": [0.0, 0.0, 0.0]}},
+}
+"""Data of the conditions of each task, without people, panes and changes."""
+DOCK = goal_pose(LAYOUT.box("ValidationPlatform_1"))
+"""The docking pose of a device."""
+
+
 def driven(policy, task="aisle", level=2, one=None, **arguments):
-    conditions = {"parked": []} if task == "aisle" else {}
-    (drive,) = drive_floor(
-        policy, LAYOUT, (one or episode(**conditions),), task, level, "mine", "suite/0", 0, **arguments
-    )
+    goal = DOCK if task == "dock" else GOAL
+    episodes = (one or episode(goal=goal, **NOTHING.get(task, {})),)
+    (drive,) = drive_floor(policy, LAYOUT, episodes, task, level, "mine", "suite/0", 0, **arguments)
     return drive
 
 
@@ -65,12 +79,9 @@ class Arriving(Ahead):
         return float(observation["goal"][0]) <= self.distance
 
 
-@pytest.mark.parametrize("task", ["aisle", "odometry", "glass", "carry"])
+@pytest.mark.parametrize("task", TASKS)
 def test_a_robot_that_stands_scores_0_and_is_stuck_after_30_s(task):
-    conditions = {"parked": []} if task == "aisle" else {}
-    if task == "glass":
-        conditions = {"glass": {"panes": [], "seed": 0, "void": 0.4, "true": 0.1, "steel": 0.3}}
-    row = driven(Still(), task, one=episode(**conditions)).row
+    row = driven(Still(), task).row
     assert (row.score, row.success, row.ending, row.time) == (0.0, False, "stuck", 30.0)
 
 
@@ -117,10 +128,10 @@ def test_a_contact_ends_the_drive_and_is_named():
 
 
 def test_a_contact_does_not_end_a_drive_by_odometry_or_with_a_beaker():
-    row = driven(Ahead(), "odometry", one=episode(start=(2.0, 2.5, 0.0))).row
-    assert (row.ending, row.contact) == ("stuck", "")
-    assert row.contacts > 100
-    assert row.touched == ("IslandBench1800_1",)
+    row = driven(Ahead(), "odometry", one=episode(start=(2.0, 2.5, 0.0)), seconds=6.0).row
+    assert (row.ending, row.contact) == ("time", "")
+    assert row.contacts > 10
+    assert "IslandBench1800_1" in row.touched
 
 
 def test_a_parked_thing_is_in_the_way_and_on_the_map():
@@ -155,7 +166,7 @@ def test_the_goal_follows_the_odometry_and_a_wrong_one_is_lost():
     policy = Watching()
     rows = [driven(policy, "odometry", 3, episode().model_copy(update={"seed": seed})).row for seed in range(4)]
     assert max(policy.errors) < 1e-5
-    assert {row.ending for row in rows} <= {"lost", "success", "time", "stuck"}
+    assert {row.ending for row in rows} <= {"lost", "success", "time", "stuck", "wrong place"}
     assert "lost" in {row.ending for row in rows}
     for row in rows:
         assert row.odometry_error > 0.0
@@ -169,6 +180,40 @@ def test_hard_braking_spills_and_the_score_is_that_of_the_rise():
     assert 0.010 < rise < 0.022
     assert row.ending == "spilt"
     assert row.score == pytest.approx(LENGTH / row.time * min(max(2.0 - rise / 0.010, 0.0), 1.0))
+
+
+class Careful(Still):
+    """Slower and slower towards the goal."""
+
+    def act(self, observation):
+        away, _, side = (float(each) for each in observation["goal"])
+        return np.array([min(1.0, 0.6 * away), 1.5 * side])
+
+
+def docking(shift):
+    data = {"station": {"station": "ValidationPlatform_1", "shift": shift}}
+    return driven(Careful(), "dock", one=episode(goal=DOCK, **data)).row
+
+
+def test_the_evaluator_parks_at_the_mapped_pose_and_the_score_is_that_of_the_true_one():
+    there, off = docking([0.0, 0.0, 0.0]), docking([-0.06, 0.03, 0.0])
+    assert (there.ending, there.stopped) == ("success", "evaluator")
+    assert there.final_distance <= 0.05
+    assert abs(there.final_heading) <= 0.02
+    assert off.final_distance == pytest.approx(math.hypot(0.06, 0.03), abs=there.final_distance + 1e-3)
+    for row in (there, off):
+        error = max(row.final_distance / 0.1, abs(row.final_heading) / 0.1)
+        assert row.score == pytest.approx(max(0.0, -math.log10(error)))
+    # At rest for 1 s.
+    assert there.time >= 1.0 + 4.0
+
+
+def test_people_are_met_and_their_touch_ends_a_drive():
+    person = {"start": [4.0, 4.2], "yields": False, "group": 0, "stops": [[4.0, 4.2, 0.0, 600.0]]}
+    row = driven(Ahead(), "people", one=episode(people={"people": [person]})).row
+    assert (row.ending, row.contact, row.score) == ("contact", "person 1", 0.0)
+    # Radii of 0.27 and 0.3 m; the control step of 0.1 s goes on to its end.
+    assert 0.46 < row.outcomes["people"]["least_distance"] < 0.57
 
 
 def test_an_error_of_the_policy_scores_0():
