@@ -26,4 +26,4 @@ def cost(suite: LabNavSuite, policy: str) -> str:
 
 
 def _hours(seconds: float) -> str:
-    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+    return f"{max(1.0, seconds / 60.0):.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
