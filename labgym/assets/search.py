@@ -40,7 +40,7 @@ def normalise(text: str) -> str:
 
     "Büchner funnel", "buchner-funnel" and "BuchnerFunnel" become the same string, "H₂SO₄" becomes "h2so4".
     """
-    folded = unicodedata.normalize("NFKD", text[:MAX_QUERY].translate(_SPELLINGS)).casefold()
+    folded = unicodedata.normalize("NFKD", text[:MAX_QUERY]).casefold().translate(_SPELLINGS)
     plain = _SEPARATORS.sub("", "".join(char for char in folded if not unicodedata.combining(char)))
     for variant, usual in _VARIANTS:
         plain = plain.replace(variant, usual)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from labgym.assets import Catalog
@@ -99,6 +99,8 @@ def test_any_text_finds_an_asset_or_is_refused(text):
         assert CATALOG.find(text).name in CATALOG
 
 
+@example("𝛂")
+@example("Άλφα")
 @given(st.text(max_size=60))
 def test_normalising_twice_changes_nothing(text):
     assert normalise(normalise(text)) == normalise(text)
