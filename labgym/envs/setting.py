@@ -21,7 +21,7 @@ from labgym.errors import OptionError, UnknownNameError
 
 @dataclass
 class Setting:
-    """The setting of one episode. What is changed here belongs to this episode alone.
+    """The setting of one episode. Changes here affect this episode alone.
 
     Attributes:
         assembly: the robot in the layout, compiled; None with the planar kernel. Read `models` to change it.

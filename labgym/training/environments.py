@@ -116,5 +116,5 @@ def _is_goal(config: PointNavConfig) -> bool:
 
 def _single(environment: str, options: Mapping[str, Any]) -> gym.Env[Any, Any]:
     # From its description, an older version is made without Gymnasium's warning.
-    made = gym.make(gym.spec(environment), disable_env_checker=True, **options)
-    return StartFrame(made) if _is_goal(_config(environment, options)) else made
+    single = gym.make(gym.spec(environment), disable_env_checker=True, **options)
+    return StartFrame(single) if _is_goal(_config(environment, options)) else single

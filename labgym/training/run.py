@@ -63,11 +63,13 @@ def training_environments(hyperparameters: Hyperparameters, settings: RunSetting
         LabgymError: as `make_environments`.
     """
     options = hyperparameters.environment_options()
-    made = make_environments(hyperparameters.environment, hyperparameters.n_envs, settings.vectorization, **options)
+    environments = make_environments(
+        hyperparameters.environment, hyperparameters.n_envs, settings.vectorization, **options
+    )
     try:
-        yield _normalized(made, hyperparameters)
+        yield _normalized(environments, hyperparameters)
     finally:
-        made.close()
+        environments.close()
 
 
 @contextmanager
@@ -75,14 +77,14 @@ def evaluation_environments(hyperparameters: Hyperparameters, settings: RunSetti
     """Yield the environments to evaluate in; they take the statistics of the training and do not change them."""
     options = hyperparameters.environment_options(evaluation=True)
     count = min(hyperparameters.n_envs, hyperparameters.n_eval_episodes, EVALUATION_ENVS)
-    made = make_environments(hyperparameters.environment, count, settings.vectorization, **options)
+    environments = make_environments(hyperparameters.environment, count, settings.vectorization, **options)
     try:
-        normalized = _normalized(made, hyperparameters)
+        normalized = _normalized(environments, hyperparameters)
         if isinstance(normalized, VecNormalize):
             normalized.training, normalized.norm_reward = False, False
         yield normalized
     finally:
-        made.close()
+        environments.close()
 
 
 def _normalized(environments: VecEnv, hyperparameters: Hyperparameters) -> VecEnv:

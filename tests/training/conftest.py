@@ -14,7 +14,7 @@ SIZES = {"goal": 3, "lidar": 180, "velocity": 2}
 
 
 class Blank(gym.Env):
-    """Random observations in spaces of their own."""
+    """Random observations in given spaces."""
 
     def __init__(self, space: gym.Space) -> None:
         self.observation_space = space

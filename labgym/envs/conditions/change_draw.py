@@ -30,7 +30,7 @@ ASSETS = {"stool": ("LabStool",), "trolley": ("ServiceTrolley",), "carton": ("Ca
 MASSES = {"LabStool": 8.0, "ServiceTrolley": 30.0, "Carton": 8.0, "SmallCarton": 4.0}
 """Masses of things, kg."""
 ALREADY = 0.5
-"""Probability that a thing of the map was moved where there is one, instead of another one brought in."""
+"""Probability that a change moves a thing of the map, if there is one, and does not add another."""
 STUCK = 0.5
 """Probability that a carton is fixed (too heavy to push)."""
 TRIES = 24

@@ -1,4 +1,4 @@
-"""Changes of a floor against its map, as plain data: what was added or moved, what stands open, which door is shut."""
+"""Changes between a floor and its map, as plain data: added, moved and opened things, and shut doors."""
 
 from __future__ import annotations
 
@@ -138,9 +138,9 @@ def _turn(layout: Layout, walls: list[Any], change: Turned) -> None:
         if not way.exit and way.opening.kind == "door"
     }
     if (change.wall, change.opening) not in interior:
-        known = ", ".join(f"({wall}, {opening})" for wall, opening in sorted(interior)[:8]) or "none"
+        doors = ", ".join(f"({wall}, {opening})" for wall, opening in sorted(interior)[:8]) or "none"
         raise OptionError(
-            f"no door between rooms is opening {change.opening} of wall {change.wall}; there are: {known}"
+            f"no door between rooms is opening {change.opening} of wall {change.wall}; there are: {doors}"
         )
     wall = walls[change.wall]
     openings = list(wall.openings)

@@ -53,7 +53,7 @@ class Walker:
         x, y, vx, vy: center and velocity in the room frame, m and m/s. yaw: heading, radians.
         walked: way so far, meters.
         stop: index of the stop to which the person walks, or at which they stand. standing: which of the two.
-        waiting: time left to stand, seconds. held: time waited for the group, seconds.
+        waiting: time left to stand, seconds. group_wait: time waited for the group, seconds.
         path: the way to the stop; none before it is planned. passed: number of its points that are passed.
         to_go: way to go at the latest progress, meters. stalled: time since then, seconds.
     """
@@ -67,7 +67,7 @@ class Walker:
     stop: int = 0
     standing: bool = False
     waiting: float = 0.0
-    held: float = 0.0
+    group_wait: float = 0.0
     path: tuple[Vector, ...] = ()
     passed: int = 0
     to_go: float = math.inf
@@ -174,15 +174,15 @@ class Crowd:
         walker = self.walkers[number]
         group = [k for k, other in enumerate(self._groups) if other == self._groups[number]]
         together = all(self.walkers[k].standing for k in group)
-        walker.held += 0.0 if together else DT
-        if together or walker.held > PATIENCE:
+        walker.group_wait += 0.0 if together else DT
+        if together or walker.group_wait > PATIENCE:
             walker.waiting -= DT
         if walker.waiting <= 0.0:
             self._go_on(number)
 
     def _stand(self, number: int) -> None:
         walker = self.walkers[number]
-        walker.standing, walker.held = True, 0.0
+        walker.standing, walker.group_wait = True, 0.0
         walker.waiting = self._stops[number][walker.stop][3]
 
     def _go_on(self, number: int) -> None:

@@ -51,7 +51,7 @@ class Glass(Condition):
     Attributes:
         panes: number of panes that are drawn. framed: whether they have a frame.
         void, true: shares of the places on glass at which a depth camera reads 0 and the glass; at the others it reads
-            what is behind. steel: share of the places on polished steel at which it reads 0.
+            the scene behind it. steel: share of the places on polished steel at which it reads 0.
         width: greatest width of the panes that are drawn, meters.
     """
 
@@ -178,10 +178,10 @@ class GlassRays:
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """Return the distances that the sensor reads, 0 for nothing read, and the faces that are there."""
         distances, faces = self._source.cast(origins, directions, max_range)
-        known = (faces >= 0) & (faces < len(self._glass))
-        index = np.where(known, faces, 0)
-        glass = np.flatnonzero(known & self._glass[index])
-        steel = np.flatnonzero(known & self._steel[index]) if not self._lidar else np.zeros(0, dtype=np.int64)
+        of_scene = (faces >= 0) & (faces < len(self._glass))
+        index = np.where(of_scene, faces, 0)
+        glass = np.flatnonzero(of_scene & self._glass[index])
+        steel = np.flatnonzero(of_scene & self._steel[index]) if not self._lidar else np.zeros(0, dtype=np.int64)
         if not len(glass) and not len(steel):
             return distances, faces
         distances = distances.copy()
@@ -191,8 +191,8 @@ class GlassRays:
             distances[steel[share < self._data["steel"]]] = 0.0
         if len(glass):
             if self._lidar:
-                seen = np.abs(self._cosines(faces[glass], along[glass])) >= NORMAL
-                through, void = glass[~seen], glass[:0]
+                near_normal = np.abs(self._cosines(faces[glass], along[glass])) >= NORMAL
+                through, void = glass[~near_normal], glass[:0]
             else:
                 share = self._shares(faces[glass], starts[glass], along[glass], distances[glass])
                 void = glass[share < self._data["void"]]

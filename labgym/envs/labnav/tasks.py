@@ -189,13 +189,13 @@ def sensors_of(level: Level, observation: str) -> tuple[Sensor, ...]:
     lidar = (Gaussian(level.lidar),) if level.lidar else ()
     depth = (RedwoodDepth(),) if level.redwood else ()
     color = (Gaussian(level.color),) if level.color else ()
-    seen: dict[str, tuple[Sensor, ...]] = {
+    by_observation: dict[str, tuple[Sensor, ...]] = {
         "lidar": (LidarSensor(noise=lidar),),
         "depth": (DepthSensor(noise=depth),),
         "rgbd": (ColorSensor(noise=color), DepthSensor(noise=depth)),
     }
     velocity = OdometryVelocitySensor() if level.odometry else VelocitySensor()
-    return (OdometrySensor(**level.odometry), AnnouncedGoalSensor(), velocity, *seen[observation])
+    return (OdometrySensor(**level.odometry), AnnouncedGoalSensor(), velocity, *by_observation[observation])
 
 
 def endings_of(task: LabNavTask, stop: bool) -> tuple[Ending, ...]:

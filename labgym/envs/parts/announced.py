@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +12,7 @@ from labgym.envs.parts.kinds import noises, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.odometry import RECKONED
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
-from labgym.envs.parts.vectors import GOAL_RANGE, VelocitySensor
+from labgym.envs.parts.vectors import GOAL_RANGE, VelocitySensor, polar, polar_space
 from labgym.envs.state import Pose, State
 from labgym.errors import OptionError
 from labgym.geometry import rotate, wrap_angle
@@ -38,7 +37,7 @@ class AnnouncedGoalSensor(Sensor):
     @property
     def space(self) -> spaces.Space[Any]:
         """Distance in [0, reach], cosine and sine in [-1, 1]."""
-        return spaces.Box(np.array([0, -1, -1], np.float32), np.array([self.reach, 1, 1], np.float32))
+        return polar_space(self.reach)
 
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return distance, cosine and sine.
@@ -48,10 +47,8 @@ class AnnouncedGoalSensor(Sensor):
         """
         if RECKONED not in state.views:
             raise OptionError("sensor 'announced_goal' needs an odometry sensor before it in `sensors`")
-        (x, y, _), (rx, ry, yaw) = announced_goal(state), state.views[RECKONED]
-        away, bearing = math.hypot(x - rx, y - ry), math.atan2(y - ry, x - rx) - yaw
-        polar = np.array([min(away, self.reach), math.cos(bearing), math.sin(bearing)], np.float32)
-        return disturbed(polar, self, state, rng) if self.noise else polar
+        goal = polar(announced_goal(state), state.views[RECKONED], self.reach)
+        return disturbed(goal, self, state, rng) if self.noise else goal
 
 
 @dataclass

@@ -125,10 +125,10 @@ def _limits(value: Any) -> dict[str, float]:
         value = {name: getattr(value, name) for name in LIMITS if getattr(value, name) != getattr(ROBOT, name)}
     if not isinstance(value, Mapping):
         raise OptionError(f"size of the robot is a {type(value).__name__}, expected a mapping of limits")
-    known = [each.name for each in fields(RobotSpec) if each.name in LIMITS]
+    limits = [each.name for each in fields(RobotSpec) if each.name in LIMITS]
     for name in value:
-        if name not in known:
-            raise UnknownNameError("limit of a robot from a file", name, known)
+        if name not in limits:
+            raise UnknownNameError("limit of a robot from a file", name, limits)
     return dict(value)
 
 

@@ -226,7 +226,7 @@ class Presence(Protocol):
         return
 
     def rays(self, source: RaySource, geometry: Geometry, state: State) -> RaySource:  # noqa: ARG002
-        """Return what sensors cast rays against, for what they would cast rays against without this condition."""
+        """Return the scene that sensors cast rays against, given the scene without this condition."""
         return source
 
     @property

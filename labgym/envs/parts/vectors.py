@@ -32,6 +32,18 @@ def _within(x: float, y: float, reach: float) -> tuple[float, float]:
     return min(max(x, -reach), reach), min(max(y, -reach), reach)
 
 
+def polar_space(reach: float) -> spaces.Box:
+    """Return the space of goals in polar form: distance in [0, reach], cosine and sine in [-1, 1]."""
+    return spaces.Box(np.array([0, -1, -1], np.float32), np.array([reach, 1, 1], np.float32))
+
+
+def polar(goal: Pose, pose: Pose, reach: float) -> Reading:
+    """Return the distance to a goal, at most `reach` meters, and cosine and sine of its bearing from a pose, (3,)."""
+    dx, dy = goal[0] - pose[0], goal[1] - pose[1]
+    bearing = math.atan2(dy, dx) - pose[2]
+    return np.array([min(math.hypot(dx, dy), reach), math.cos(bearing), math.sin(bearing)], np.float32)
+
+
 @dataclass(frozen=True)
 class GoalSensor(Sensor):
     """The goal in polar form, as the robot sees it: (3,) float32.
@@ -51,15 +63,12 @@ class GoalSensor(Sensor):
     @property
     def space(self) -> spaces.Space[Any]:
         """Distance in [0, reach], cosine and sine in [-1, 1]."""
-        return spaces.Box(np.array([0, -1, -1], np.float32), np.array([self.reach, 1, 1], np.float32))
+        return polar_space(self.reach)
 
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return distance, cosine and sine."""
-        x, y, yaw = state.pose
-        dx, dy = state.pair.goal[0] - x, state.pair.goal[1] - y
-        bearing = math.atan2(dy, dx) - yaw
-        polar = np.array([min(math.hypot(dx, dy), self.reach), math.cos(bearing), math.sin(bearing)], np.float32)
-        return disturbed(polar, self, state, rng) if self.noise else polar
+        goal = polar(state.pair.goal, state.pose, self.reach)
+        return disturbed(goal, self, state, rng) if self.noise else goal
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,10 @@ def mode_of(mode: AutoresetMode | str) -> AutoresetMode:
         OptionError: not NEXT_STEP or SAME_STEP.
     """
     modes = {each.value: each for each in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)}
-    known = modes.get(mode.value if isinstance(mode, AutoresetMode) else mode)
-    if known is None:
+    autoreset = modes.get(mode.value if isinstance(mode, AutoresetMode) else mode)
+    if autoreset is None:
         raise OptionError(f"autoreset_mode is {str(mode)[:40]!r}, expected NEXT_STEP or SAME_STEP")
-    return known
+    return autoreset
 
 
 def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:

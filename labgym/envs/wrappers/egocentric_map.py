@@ -100,8 +100,8 @@ class _Map:
         dx = ((np.arange(width) + column + 0.5) * side - x)[None, :]
         turns = (np.arctan2(dy, dx) - yaw + math.pi) / (2.0 * math.pi) * len(ranges)
         before = np.floor(turns).astype(np.int64)
-        seen = np.minimum(ranges[before % len(ranges)], ranges[(before + 1) % len(ranges)])
-        cells[np.hypot(dx, dy) <= np.minimum(seen - side * math.sqrt(0.5), radius)] = FREE
+        nearer = np.minimum(ranges[before % len(ranges)], ranges[(before + 1) % len(ranges)])
+        cells[np.hypot(dx, dy) <= np.minimum(nearer - side * math.sqrt(0.5), radius)] = FREE
         hits = ranges < min(reach, radius)
         bearing = yaw - math.pi + 2.0 * math.pi / len(ranges) * np.flatnonzero(hits)
         rows = np.floor((y + ranges[hits] * np.sin(bearing)) / side).astype(np.int64) - row

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CHANGED, GONE = "#e0561b", "#2f6fb7"
-"""Colors of what is there and not on the map, and of what is on the map and not there."""
+"""Colors of things that the map lacks, and of things on the map that are gone."""
 PUSHED = "#f5b041"
 """Fill of things that the robot can push."""
 LEGEND = ((CHANGED, "not on the map"), (PUSHED, "not on the map; can be pushed"), (GONE, "on the map only"))
@@ -78,9 +78,9 @@ def draw_changes(axes: Axes, before: Layout, after: Layout, pushable: Sequence[s
             outline = after.box(placement.id).corners()
             look: dict[str, Any] = {"facecolor": fill, "edgecolor": CHANGED, "linewidth": 1.6, "alpha": 0.85}
             axes.add_patch(Polygon(outline, zorder=ON_TOP + 1, **look))
-        known = [] if then is None or _pose(then) != _pose(placement) else before.open_parts(placement.id)
+        open_before = [] if then is None or _pose(then) != _pose(placement) else before.open_parts(placement.id)
         for part in after.open_parts(placement.id):
-            if part not in known:
+            if part not in open_before:
                 axes.add_patch(Polygon(part.corners(), facecolor=CHANGED, edgecolor=CHANGED, zorder=ON_TOP + 1))
     _draw_doors(axes, before, after)
 

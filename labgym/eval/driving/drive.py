@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -115,6 +116,20 @@ def drive_pair(
     return drive
 
 
+@contextmanager
+def policy_errors() -> Iterator[None]:
+    """Turn whatever a policy raises into a `PolicyError` of one line."""
+    try:
+        yield
+    except PolicyError:
+        raise
+    except InvalidActionError as error:
+        raise PolicyError(str(error)) from error
+    except (Exception, SystemExit) as error:
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise PolicyError(reason[:500]) from error
+
+
 class _Episode:
     """An episode in progress."""
 
@@ -176,14 +191,8 @@ class _Episode:
         """Call the policy and add the elapsed time to the planning time."""
         begin = time.perf_counter()
         try:
-            return call(argument)
-        except PolicyError:
-            raise
-        except InvalidActionError as error:
-            raise PolicyError(str(error)) from error
-        except (Exception, SystemExit) as error:
-            reason = " ".join(f"{type(error).__name__}: {error}".split())
-            raise PolicyError(reason[:500]) from error
+            with policy_errors():
+                return call(argument)
         finally:
             self._seconds += time.perf_counter() - begin
 

@@ -19,7 +19,7 @@ from labgym.envs.parts.endings import TouchedEnding, nearest_person
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose, State
-from labgym.eval.driving.drive import Route, episode_rng
+from labgym.eval.driving.drive import Route, episode_rng, policy_errors
 from labgym.eval.driving.navigation_metrics import spl
 from labgym.eval.labnav import scores
 from labgym.eval.labnav.row import LabNavRow
@@ -37,7 +37,7 @@ from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, GroundTruth, Policy
 from labgym.policies.policy import PolicyError
 from labgym.policies.process import PolicyProcess
-from labgym.policies.process.episode import InvalidActionError, decision
+from labgym.policies.process.episode import decision
 
 LabNavDriver = PolicyProcess | Policy
 AT_REST = 0.05
@@ -187,14 +187,8 @@ class _Drive:
         """Call the policy and add the elapsed time of its actions."""
         begin = time.perf_counter()
         try:
-            return call(argument)
-        except PolicyError:
-            raise
-        except InvalidActionError as error:
-            raise PolicyError(str(error)) from error
-        except (Exception, SystemExit) as error:
-            reason = " ".join(f"{type(error).__name__}: {error}".split())
-            raise PolicyError(reason[:500]) from error
+            with policy_errors():
+                return call(argument)
         finally:
             if self._actions:
                 self._seconds += time.perf_counter() - begin

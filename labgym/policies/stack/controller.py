@@ -144,12 +144,12 @@ class Controller:
         arcs = np.stack(np.meshgrid(speeds, rates, indexing="ij"), axis=-1).reshape(-1, 2)
         spins = np.array([[0.0, 0.0], [0.0, 1.0], [0.0, -1.0], [-0.15, 0.0], [-0.3, 0.0], [-0.3, 0.5], [-0.3, -0.5]])
         steady = np.repeat(np.concatenate([arcs, spins])[:, None, :], options.horizon, axis=1)
-        wanted = np.concatenate([before[None], steady, noisy])
-        wanted[..., 0] = np.clip(
-            wanted[..., 0], -min(self.limits.reverse, fastest), max(min(fastest, robot.v_max), 0.0)
+        commands = np.concatenate([before[None], steady, noisy])
+        commands[..., 0] = np.clip(
+            commands[..., 0], -min(self.limits.reverse, fastest), max(min(fastest, robot.v_max), 0.0)
         )
-        wanted[..., 1] = np.clip(wanted[..., 1], -robot.w_max, robot.w_max)
-        return limited(wanted, velocity, self.limits, robot.control_dt)
+        commands[..., 1] = np.clip(commands[..., 1], -robot.w_max, robot.w_max)
+        return limited(commands, velocity, self.limits, robot.control_dt)
 
     def _cost(
         self,
@@ -191,15 +191,15 @@ class Controller:
         return np.asarray(cost)
 
 
-def limited(wanted: Array, velocity: tuple[float, float], limits: MotionLimits, dt: float) -> Array:
+def limited(commands: Array, velocity: tuple[float, float], limits: MotionLimits, dt: float) -> Array:
     """Return sequences (n, steps, 2) whose velocities change within the accelerations, beginning at `velocity`."""
     step = np.array([limits.acceleration, limits.turn_acceleration]) * dt
     slower = np.array([limits.braking, limits.turn_acceleration]) * dt
-    last = np.broadcast_to(np.array(velocity), wanted[:, 0].shape)
-    driven = np.empty_like(wanted)
-    for k in range(wanted.shape[1]):
+    last = np.broadcast_to(np.array(velocity), commands[:, 0].shape)
+    driven = np.empty_like(commands)
+    for k in range(commands.shape[1]):
         # Backwards it speeds up by what braking allows: nothing is gained by a third limit.
-        last = np.clip(wanted[:, k], last - slower, last + step)
+        last = np.clip(commands[:, k], last - slower, last + step)
         driven[:, k] = last
     return driven
 
