@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from labgym.envs.conditions.beaker import Beaker
     from labgym.layouts import Layout
     from labgym.navigation import GoalPair, Pose
+    from labgym.policies.foreknowledge import Foreknowledge
 
 Observation = Mapping[str, NDArray[Any]]
 Sensors = Literal["lidar", "depth", "rgbd"]
@@ -54,6 +55,7 @@ class EpisodeStart:
         task: name of the LabNav task, such as "dock"; "" elsewhere.
         heading: heading that the robot must have at the goal, radians in the start frame; None if any will do.
         beaker: the liquid that the robot carries; None without one.
+        world: the world as it is and will be; None unless the policy foresees it, in the privileged track of LabNav.
         goal_kind: kind of the goal. Instead of `goal`, observations have `goal_image`, uint8 (72, 128, 3), for "image",
             and nothing for "none". Only `labgym serve` has other goals than points.
     """
@@ -65,6 +67,7 @@ class EpisodeStart:
     task: str = ""
     heading: float | None = None
     beaker: Beaker | None = None
+    world: Foreknowledge | None = None
     goal_kind: GoalKind = "point"
 
 
@@ -80,6 +83,8 @@ class Policy(ABC):
         name: shown in reports; the class's name by default.
         observation: the sensors: "lidar", "depth" or "rgbd".
         privileged: whether the policy receives the map; reports show it.
+        foresees: whether the policy receives the world as it is and will be (`EpisodeStart.world`). Only LabNav hands
+            it out, to built-in policies, which then run in the evaluator's process.
         exclusive: whether only one instance may drive at a time, because all would share one state: a server's.
         goal_kinds: the kinds of goal that the policy can drive to; `labgym serve` refuses requests with others.
         latency: declared time from an observation to its action, seconds; LabNav delays actions by it.
@@ -89,6 +94,7 @@ class Policy(ABC):
     name: ClassVar[str]
     observation: ClassVar[Sensors] = "lidar"
     privileged: ClassVar[bool] = False
+    foresees: ClassVar[bool] = False
     exclusive: ClassVar[bool] = False
     goal_kinds: ClassVar[tuple[GoalKind, ...]] = ("point",)
     latency: ClassVar[float] = 0.0

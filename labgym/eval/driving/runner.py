@@ -122,6 +122,8 @@ def evaluate(
         label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
         if driver.exclusive and not here:
             raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with workers=1")
+        if driver.foresees:
+            raise OptionError(f"policy {label!r} foresees the world, which only LabNav hands out: choose labnav-TASK")
         if executor.kind == "dask":
             source = source.portable(driver.files())
         run = _Run(

@@ -22,6 +22,7 @@ from labgym.envs.state import Pose, State
 from labgym.eval.driving.drive import Route, episode_rng, policy_errors
 from labgym.eval.driving.navigation_metrics import spl
 from labgym.eval.labnav import scores
+from labgym.eval.labnav.foresight import TrueWorld, track_of
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import (
     STAY,
@@ -207,6 +208,7 @@ class _Drive:
             task=self._task.name,
             heading=self._goal[2] if self._task.docks else None,
             beaker=None if payload is None else beaker_of(payload),
+            world=TrueWorld(state, self._task.radius) if self._driver.foresees else None,
         )
 
     def _note(self, observation: Mapping[str, Any], state: State) -> None:
@@ -248,7 +250,7 @@ class _Drive:
             floor_hash=episode.floor_hash,
             number=episode.number,
             policy=label,
-            track="deployed" if self._driver.privileged else "mapless",
+            track=track_of(self._driver),
             seed=self._seed,
             score=0.0,
             success=success,

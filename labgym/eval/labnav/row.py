@@ -10,8 +10,8 @@ from labgym.documents import Record
 from labgym.eval.driving.episode_row import Count, Length, Pose, Share
 from labgym.eval.labnav.rules import Ending
 
-Track = Literal["deployed", "mapless"]
-"""What a policy knows: the old map, or no map."""
+Track = Literal["deployed", "mapless", "privileged"]
+"""What a policy knows: the old map, no map, or the world as it is and will be."""
 
 
 class LabNavRow(Record):

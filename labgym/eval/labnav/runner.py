@@ -21,7 +21,8 @@ from labgym.eval.driving.runner import (
     policy_source,
 )
 from labgym.eval.driving.shard import policy_process
-from labgym.eval.labnav.drive import LabNavDrive, drive_floor
+from labgym.eval.labnav.drive import LabNavDrive, LabNavDriver, drive_floor
+from labgym.eval.labnav.foresight import check_foresight, track_of
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, summarise
@@ -70,7 +71,8 @@ def evaluate_labnav(
 ) -> LabNavReport:
     """Drive a policy through the episodes of a LabNav suite and return the results.
 
-    The policy runs in a separate process, and each episode in a fresh copy of it. Apart from the measured times, the
+    The policy runs in a separate process, and each episode in a fresh copy of it; a built-in policy that foresees the
+    world runs in this one. Apart from the measured times, the
     results do not depend on the executor or on interruptions.
 
     Args:
@@ -102,6 +104,8 @@ def evaluate_labnav(
         label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
         if driver.exclusive and not here:
             raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with workers=1")
+        if driver.foresees:
+            check_foresight(source)
         if executor.kind == "dask":
             source = source.portable(driver.files())
         run = _Run(source, driver, label, suite, seed, limits, mode.kind)
@@ -169,7 +173,7 @@ class _Run:
         self._fields = {
             "policy": label,
             "options": source.options,
-            "track": "deployed" if driver.privileged else "mapless",
+            "track": track_of(driver),
             "sensors": driver.observation,
             "seed": seed,
             "latency": driver.latency,
@@ -214,10 +218,23 @@ def drive_shard(
         policy, files, limits, kernels, label: as for `labgym.eval.driving.shard.drive_shard`.
         layout, episodes, task, level, suite, seed, seconds: as for `drive_floor`.
     """
-    driver = policy_process(policy, files, limits, kernels)
+    driver = _driver(policy, files, limits, kernels)
     drives = drive_floor(driver, layout, episodes, task, level, label, suite, seed, seconds)
     folder = f"{SHARDS}/labnav-{task}-{level}/{layout.id}"
     return ShardOutput({f"{folder}/{name}": content for name, content in drive_files(drives).items()})
+
+
+def _driver(source: PolicySource, files: str, limits: ProcessLimits | None, kernels: str) -> LabNavDriver:
+    """Return a policy in its own process or, if it foresees the world, in this one.
+
+    Raises:
+        OptionError: it foresees the world and is not built in.
+    """
+    process = policy_process(source, files, limits, kernels)
+    if not process.foresees:
+        return process
+    check_foresight(source)
+    return source.make()
 
 
 def drive_files(drives: Iterable[LabNavDrive]) -> dict[str, bytes]:

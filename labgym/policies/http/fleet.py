@@ -41,7 +41,7 @@ class Fleet:
         self._seed = np.random.SeedSequence(seed)
         self._intrinsic: NDArray[np.float64] | None = None
         first = make()
-        if first.privileged:
+        if first.privileged or first.foresees:
             raise LabgymError(f"policy {first.name!r} cannot be served: it needs the map, which clients do not send")
         self.name, self._kinds = first.name, tuple(first.goal_kinds)
         served = ServedPolicy(first, self._seed.spawn(1)[0])

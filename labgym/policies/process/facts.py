@@ -33,7 +33,7 @@ class PolicyFacts(Record):
     """Declarations of a policy.
 
     Attributes:
-        name, observation, privileged, exclusive, stops, latency: the attributes of `Policy`.
+        name, observation, privileged, foresees, exclusive, stops, latency: the attributes of `Policy`.
         files: absolute paths of `Policy.files()`.
         single_use: whether its process cannot be forked, because it has several threads or children, so that each
             episode loads the policy anew.
@@ -43,6 +43,7 @@ class PolicyFacts(Record):
     name: Annotated[str, Field(min_length=1, max_length=200)]
     observation: Sensors
     privileged: bool
+    foresees: bool = False
     exclusive: bool
     stops: bool = False
     latency: Annotated[float, Field(ge=0.0, le=MAX_LATENCY)] = 0.0
@@ -61,6 +62,7 @@ def facts_of(policy: Policy, single_use: bool) -> PolicyFacts:
         name=_one_line(str(policy.name), 200),
         observation=policy.observation,
         privileged=bool(policy.privileged),
+        foresees=bool(policy.foresees),
         exclusive=bool(policy.exclusive),
         stops=bool(policy.stops),
         latency=declared_latency(policy),

@@ -58,7 +58,7 @@ class PolicyProcess:
             `KernelMode`; None takes the default mode's. Numerical libraries are limited to one thread.
 
     Attributes:
-        name, observation, privileged, exclusive, stops, latency: as `Policy` declares them.
+        name, observation, privileged, foresees, exclusive, stops, latency: as `Policy` declares them.
         kernels: the numerical kernels of the process.
 
     Raises:
@@ -98,6 +98,11 @@ class PolicyProcess:
     def privileged(self) -> bool:
         """Whether the policy receives the map."""
         return self._facts.privileged
+
+    @property
+    def foresees(self) -> bool:
+        """Whether the policy asks for the world as it is and will be, which no separate process receives."""
+        return self._facts.foresees
 
     @property
     def exclusive(self) -> bool:
@@ -170,6 +175,8 @@ class PolicyProcess:
     def _check_knowledge(self, episode: EpisodeStart) -> None:
         if episode.truth is not None and not self.privileged:
             raise LabgymError(f"policy {self.name!r} is not privileged and must not receive the map")
+        if episode.world is not None:
+            raise LabgymError(f"policy {self.name!r} runs in a separate process, which must not receive the world")
 
     def _running(self) -> _LoadedProcess:
         if self._process is None:

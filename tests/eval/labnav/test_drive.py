@@ -233,3 +233,52 @@ def test_equal_episodes_give_equal_rows():
 def test_the_time_limit_ends_a_drive():
     row = driven(Ahead(), one=episode(parked=[]), seconds=2.0).row
     assert (row.ending, row.time) == ("time", 2.0)
+
+
+def test_the_world_is_handed_to_policies_that_foresee_it_and_to_no_others():
+    class Knowing(Still):
+        foresees = True
+
+        def act(self, observation):
+            world = self.start.world
+            self.goal, self.radius, self.floor = world.goal, world.radius, world.solids()
+            self.poses = [*getattr(self, "poses", ()), world.pose]
+            return np.array([1.0, 0.0])
+
+        def stop(self, observation):
+            return self.start.world.time >= 1.0
+
+    class Mapped(Still):
+        privileged = True
+
+    knowing, thing = Knowing(), {"asset": "SteelDrum", "x": 4.0, "y": 3.0, "yaw": 0.0}
+    drive = driven(knowing, one=episode(parked=[thing]))
+    assert (drive.row.track, drive.row.error) == ("privileged", None)
+    assert (knowing.goal, knowing.radius, knowing.start.truth) == (GOAL, TASKS["aisle"].radius, None)
+    assert any(one.id == "parked-1" for one in knowing.floor.placements)
+    np.testing.assert_allclose(knowing.poses, drive.route[:10], atol=6e-4)
+    for other in (Still(), Mapped()):
+        driven(other, seconds=0.5)
+        assert other.start.world is None
+
+
+def test_the_futures_of_the_world_are_what_then_happens():
+    class Knowing(Still):
+        foresees = True
+
+        def act(self, observation):
+            world = self.start.world
+            if world.time == 0.0:
+                self.times = [0.1 * k for k in range(1, 31)]
+                self.expected = world.people(self.times)
+                self.seen = []
+            else:
+                self.seen.append(world.people([world.time])[0])
+            return np.zeros(2)
+
+    walker = {"start": [2.0, 1.0], "group": 0, "yields": True, "stops": [[7.0, 1.0, 0.0, 2.0], [2.0, 1.0, 0.0, 2.0]]}
+    people = {"people": {"people": [walker], "speed": 1.0, "model": "orca"}}
+    knowing = Knowing()
+    driven(knowing, "people", one=episode(**people), seconds=3.1)
+    np.testing.assert_allclose(knowing.seen, knowing.expected, atol=1e-9)
+    assert knowing.expected[-1, 0, 0] - knowing.expected[0, 0, 0] > 1.0

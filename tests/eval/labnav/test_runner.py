@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
+from laboratories import island_laboratory
 
 from labgym.cli.evaluation import eval_
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import suite_file
-from labgym.errors import LabgymError, UnknownNameError
+from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.eval.driving.runner import evaluate
 from labgym.eval.labnav.cost import cost
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import MINI, LabNavSuite, is_labnav, load_labnav, suite_names
 from labgym.eval.labnav.summary import kind_of, summarise, summary_table
+from labgym.policies import Policy
 
 PUBLISHED = [name for name in suite_names() if name.count("-") == 2 and suite_file(name).is_file()]
 
@@ -126,3 +130,20 @@ def test_kinds_of_things_have_no_number():
         "wall",
         "7",
     ]
+
+
+class Oracle(Policy):
+    foresees = True
+
+    def reset(self, episode):
+        pass
+
+    def act(self, observation):
+        return np.zeros(2)
+
+
+def test_only_built_in_policies_foresee_the_world_and_only_in_labnav(suite):
+    with pytest.raises(OptionError, match="'Oracle' declares `foresees`"):
+        evaluate_labnav(Oracle(), suite, progress=False)
+    with pytest.raises(OptionError, match="only LabNav hands out"):
+        evaluate(Oracle(), [island_laboratory()], progress=False)

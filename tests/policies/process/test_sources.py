@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from laboratories import small_laboratory
 
+from labgym.errors import LabgymError
 from labgym.eval.driving.drive import drive_layout
 from labgym.policies import EpisodeStart, Policy, make_policy
 from labgym.policies.http.server import NavigationServer
@@ -117,5 +118,15 @@ def test_a_policy_without_privileges_is_not_sent_the_map():
     try:
         with pytest.raises(Exception, match="not privileged"):
             process.reset(EpisodeStart(goal=(1.0, 0.0), rng=np.random.default_rng(0), truth=truth))  # type: ignore[arg-type]
+    finally:
+        process.close()
+
+
+def test_no_separate_process_is_sent_the_world():
+    process = PolicyProcess(PolicySource.named("straight"))
+    assert not process.foresees
+    try:
+        with pytest.raises(LabgymError, match="must not receive the world"):
+            process.reset(EpisodeStart(goal=(1.0, 0.0), rng=np.random.default_rng(0), world=object()))  # type: ignore[arg-type]
     finally:
         process.close()

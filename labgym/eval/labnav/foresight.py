@@ -1,0 +1,85 @@
+"""The privileged track: the world as the simulation knows it, for built-in policies in the evaluator's process."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.conditions.people import Walking
+from labgym.envs.state import Pose, State
+from labgym.errors import OptionError
+from labgym.eval.labnav.row import Track
+from labgym.layouts import Layout
+from labgym.policies import Policy
+from labgym.policies.foreknowledge import Foreknowledge, RobotPath
+from labgym.policies.process import PolicyProcess, PolicySource
+from labgym.policies.registry import BUILT_IN
+
+
+class TrueWorld(Foreknowledge):
+    """The world of a state.
+
+    Args:
+        state: of the episode in progress. radius: of the success disc, meters.
+    """
+
+    def __init__(self, state: State, radius: float) -> None:
+        self._state, self._radius = state, radius
+
+    @property
+    def time(self) -> float:
+        """Time of the episode, seconds."""
+        return self._state.time
+
+    @property
+    def pose(self) -> Pose:
+        """The pose of the robot."""
+        return self._state.pose
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """The forward velocity, m/s, and the turn rate, rad/s."""
+        return self._state.velocity
+
+    @property
+    def goal(self) -> Pose:
+        """The goal pose."""
+        return self._state.goal
+
+    @property
+    def radius(self) -> float:
+        """Radius of the success disc, meters."""
+        return self._radius
+
+    def solids(self) -> Layout:
+        """Return the true floor."""
+        return self._state.task.layout
+
+    def people(self, times: Sequence[float], path: RobotPath | None = None) -> NDArray[np.float64]:
+        """Return where people will be, (t, n, 2) meters."""
+        walking = self._state.presences.get("people")
+        if not isinstance(walking, Walking):
+            return np.zeros((len(times), 0, 2))
+        return walking.futures(times, path)
+
+
+def track_of(driver: PolicyProcess | Policy) -> Track:
+    """Return the track of a policy by what it receives: the world, the old map, or no map."""
+    if driver.foresees:
+        return "privileged"
+    return "deployed" if driver.privileged else "mapless"
+
+
+def check_foresight(source: PolicySource) -> None:
+    """Refuse a policy that foresees the world and is not built in: it would run in the evaluator's process.
+
+    Raises:
+        OptionError: the policy is an object, or a class or file of somebody else.
+    """
+    if source.pickled is not None or source.name not in BUILT_IN:
+        raise OptionError(
+            f"policy {source.name!r} declares `foresees`: the privileged track runs in the evaluator's process and is "
+            "open to built-in policies by name only, such as 'clairvoyant'; remove the declaration"
+        )
