@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from labgym.errors import OptionError
+from labgym.navigation.compiled_search import Search
 from labgym.navigation.occupancy import OccupancyGrid
 
 Point = tuple[float, float]
@@ -18,7 +20,11 @@ DIAGONAL = math.sqrt(2.0)
 
 
 def astar(
-    grid: OccupancyGrid, start: Point, goal: Point, costs: NDArray[np.float64] | None = None
+    grid: OccupancyGrid,
+    start: Point,
+    goal: Point,
+    costs: NDArray[np.float64] | None = None,
+    search: Search | None = None,
 ) -> NDArray[np.float64] | None:
     """Return a shortest path between the cells of two points, or None if no path exists.
 
@@ -31,6 +37,7 @@ def astar(
         goal: (x, y), meters.
         costs: (ny, nx), cost per meter through each cell, at least 1; a step costs its length times the mean of its two
             cells. None stands for 1 everywhere.
+        search: `labgym.navigation.compiled_search.compiled_search()` for many searches; the path is the same.
 
     Returns:
         (n, 2) room coordinates of the cell centers from start to goal, both included (n = 1 if it is the same cell).
@@ -43,14 +50,18 @@ def astar(
     if not grid.connected(start, goal):
         return None
     width = grid.shape[1] + 2
-    blocked = np.pad(grid.occupied, 1, constant_values=True).ravel().tolist()
+    blocked = np.pad(grid.occupied, 1, constant_values=True).ravel()
     (r0, c0), (r1, c1) = grid.cell_of(*start), grid.cell_of(*goal)
     source, target = (r0 + 1) * width + c0 + 1, (r1 + 1) * width + c1 + 1
-    prices = np.pad(np.ones(grid.shape) if costs is None else costs, 1, constant_values=1.0).ravel().tolist()
-    predecessors = _search(blocked, prices, width, source, target)
+    prices = np.pad(np.ones(grid.shape) if costs is None else costs, 1, constant_values=1.0).ravel()
+    predecessors: Any
+    if search is None:
+        predecessors = _search(blocked.tolist(), prices.tolist(), width, source, target)
+    else:
+        predecessors = search(blocked, prices, width, source, target)
     cells = [target]
     while cells[-1] != source:
-        cells.append(predecessors[cells[-1]])
+        cells.append(int(predecessors[cells[-1]]))
     rows, columns = np.divmod(np.array(cells[::-1]), width)
     xs, ys = grid.centres()
     return np.column_stack([xs[columns - 1], ys[rows - 1]])

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 TOUCHING = 1e-14
 """Least length of an edge, meters: SciPy drops explicit zeros, so contacts that coincide need a length."""
+GOALS = 256
+"""Number of goals whose tangents are kept."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +90,7 @@ class TangentGraph:
         self.nodes = self._nodes(stacked([a for a, _ in pairs] + [b for _, b in pairs]))
         self._order = np.argsort(self.nodes.place, kind="stable")
         self._line = self.nodes.place[self._order]
+        self._goals: dict[bytes, Nodes] = {}
         half = np.arange(len(self.nodes) // 2)
         self.edges = self._joined([self._segments(half, half + len(half)), self._along_arcs(self._order, self.nodes)])
 
@@ -97,6 +100,16 @@ class TangentGraph:
         contacts = contacts.at(self.arcs.of(self.corners, contacts)[0] >= 0)
         ends = self._points(contacts)
         return self._nodes(contacts.at(self.space.joins(np.broadcast_to(point, ends.shape), ends)))
+
+    def _from_goal(self, goal: Array) -> Nodes:
+        """Return `visible_from` a goal; people walk to the same ones again and again."""
+        key = goal.tobytes()
+        near = self._goals.get(key)
+        if near is None:
+            if len(self._goals) >= GOALS:
+                self._goals.clear()
+            near = self._goals[key] = self.visible_from(goal)
+        return near
 
     def groups(self, point: Array) -> NDArray[np.int32]:
         """Return the groups of arcs, joined by segments, that are visible from a free point (2,), ascending.
@@ -132,7 +145,7 @@ class TangentGraph:
 
     def trail(self, start: Array, goal: Array) -> tuple[Nodes, float] | None:
         """Return the contacts of a shortest path with at least one contact and its length; None if none exists."""
-        near_start, near_goal = self.visible_from(start), self.visible_from(goal)
+        near_start, near_goal = self.visible_from(start), self._from_goal(goal)
         s, g, m = len(near_start), len(near_goal), len(self.nodes)
         extra = self._nodes(stacked([near_start.contacts, near_goal.contacts]))
         number = m + np.arange(s + g)

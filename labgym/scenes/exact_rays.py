@@ -104,17 +104,20 @@ class ExactRayScene(RayScene):
 
     def _settled(self, rivals: Rivals, faces: Faces, start: Array, along: Array) -> Faces:
         """Return the lowest of the faces that each ray hits at one point: its face and the rivals of that face."""
+        if not len(faces):
+            return faces
         ray, other = rivals.of(faces)
         here = self._ranges(faces, start, along)
         there = self._ranges(other, start[ray], along[ray])
         with np.errstate(invalid="ignore"):
-            level = np.abs(there - here[ray]) < LEVEL
+            level = np.flatnonzero(np.abs(there - here[ray]) < LEVEL)
+            ray, other, there = ray[level], other[level], there[level]
             point = start[ray] + there[:, None] * along[ray] - self._start[other]
             first, second = (side[other] for side in self._sides)
             normal = self._normal[other]
             area = _dot(normal, normal)
             u, v = _dot(_cross(point, second), normal) / area, _dot(_cross(first, point), normal) / area
-            candidate = level & (np.minimum(np.minimum(u, v), 1.0 - u - v) >= INSIDE)
+            candidate = np.minimum(np.minimum(u, v), 1.0 - u - v) >= INSIDE
         settled = faces.copy()
         np.minimum.at(settled, ray[candidate], other[candidate].astype(np.int32))
         return settled

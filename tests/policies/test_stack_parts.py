@@ -269,10 +269,10 @@ def test_clusters_are_separated_by_gaps_and_not_wider_than_a_person():
 def test_only_motion_can_touch_a_person():
     person = Person((1.0, 0.0), (-1.0, 0.0), True)
     stay = np.zeros((1, 15, 2))
-    resting = approach_cost(person, (0.0, 0.0), stay, np.zeros((1, 15), dtype=bool), 0.1)
-    driving = approach_cost(person, (0.0, 0.0), stay, np.ones((1, 15), dtype=bool), 0.1)
+    resting = approach_cost((person,), (0.0, 0.0), stay, np.zeros((1, 15), dtype=bool), 0.1)
+    driving = approach_cost((person,), (0.0, 0.0), stay, np.ones((1, 15), dtype=bool), 0.1)
     assert driving[0] > resting[0] + 50.0
-    away = approach_cost(Person((9.0, 0.0), (0.0, 0.0), False), (0.0, 0.0), stay, np.ones((1, 15), dtype=bool), 0.1)
+    away = approach_cost((Person((9.0, 0.0), (0.0, 0.0), False),), (0.0, 0.0), stay, np.ones((1, 15), dtype=bool), 0.1)
     assert away[0] == 0.0
 
 

@@ -80,12 +80,21 @@ class BodyRays:
         distances, faces = self._source.cast(origins, directions, max_range)
         distances, faces = distances.copy(), faces.copy()
         starts, along = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
-        pairs = _towards(starts, along, self._bodies, np.minimum(distances, max_range))
+        within = _within(starts, along, self._bodies, max_range)
+        if not within:
+            return distances, faces
+        pairs = dict(
+            zip(
+                within,
+                _towards(starts, along, [self._bodies[k] for k in within], np.minimum(distances, max_range)),
+                strict=True,
+            )
+        )
         # One cast for all bodies of a shape.
         shapes: dict[int, list[int]] = {}
-        for number, body in enumerate(self._bodies):
+        for number in within:
             if len(pairs[number]):
-                shapes.setdefault(id(body.shape), []).append(number)
+                shapes.setdefault(id(self._bodies[number].shape), []).append(number)
         for numbers in shapes.values():
             framed = [_in_frame(starts[pairs[k]], along[pairs[k]], self._bodies[k].pose) for k in numbers]
             there, hit = self._bodies[numbers[0]].shape.rays.cast(
@@ -124,6 +133,27 @@ class BodyRays:
             if inside.any():
                 shares.append((body, faces[inside] - first, inside))
         return shares
+
+
+def _within(starts: Array, along: Array, bodies: Sequence[Body], max_range: float) -> list[int]:
+    """Return the numbers of the bodies that rays may meet: within reach of their origins, and at their level.
+
+    It leaves out only bodies that `_towards` leaves out, too.
+    """
+    if not len(starts):
+        return []
+    (x0, y0, z0), (x1, y1, z1) = starts.min(axis=0).tolist(), starts.max(axis=0).tolist()
+    level = not along[:, 2].any()
+    numbers = []
+    for number, body in enumerate(bodies):
+        x, y, _ = body.pose
+        low, high = body.shape.heights
+        reach = max_range + body.shape.radius + 1e-6
+        if level and (z1 < low or z0 > high):
+            continue
+        if math.hypot(max(x0 - x, x - x1, 0.0), max(y0 - y, y - y1, 0.0)) <= reach:
+            numbers.append(number)
+    return numbers
 
 
 def _towards(

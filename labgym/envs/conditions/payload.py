@@ -59,26 +59,36 @@ class Slosh(Presence):
     ) -> None:
         self._beaker = beaker
         self._last = _in_room(pose, velocity, sideways)
-        self._state = np.zeros((2, 2))
-        self._step: tuple[float, Array, Array] | None = None
+        self._state = (0.0, 0.0, 0.0, 0.0)
+        self._step: tuple[float, tuple[float, ...]] | None = None
         self._highest = 0.0
 
     def substep(self, motion: Motion) -> str:
         """Advance the liquid by one physics step."""
         now = _in_room(motion.pose, motion.velocity, motion.sideways)
         if self._step is None or self._step[0] != motion.dt:
-            self._step = (motion.dt, *propagator(self._beaker.frequency, self._beaker.damping, motion.dt))
-        _, transition, response = self._step
-        acceleration = (now - self._last) / motion.dt
+            transition, response = propagator(self._beaker.frequency, self._beaker.damping, motion.dt)
+            self._step = motion.dt, (*transition.ravel().tolist(), *response.tolist())
+        a, b, c, d, e, f = self._step[1]
+        (x, y), (last_x, last_y) = now, self._last
+        ax, ay = (x - last_x) / motion.dt, (y - last_y) / motion.dt
         self._last = now
-        self._state = transition @ self._state - np.outer(response, acceleration)
+        # Written out: products of matrices may be rounded differently on another processor.
+        qx, qy, rate_x, rate_y = self._state
+        self._state = (
+            a * qx + b * rate_x - e * ax,
+            a * qy + b * rate_y - e * ay,
+            c * qx + d * rate_x - f * ax,
+            c * qy + d * rate_y - f * ay,
+        )
         self._highest = max(self._highest, self.rise)
         return ""
 
     @property
     def rise(self) -> float:
         """The rise of the liquid at the wall, meters."""
-        return self._beaker.rise(float(np.hypot(*self._state[0])))
+        qx, qy, _, _ = self._state
+        return self._beaker.rise(math.sqrt(qx * qx + qy * qy))
 
     @property
     def outcome(self) -> dict[str, Any]:
@@ -122,7 +132,7 @@ def beaker_of(value: Any) -> Beaker:
     return Beaker(**value)
 
 
-def _in_room(pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float) -> Array:
-    """Return the velocity of the base in the room frame, (2,) m/s."""
+def _in_room(pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float) -> tuple[float, float]:
+    """Return the velocity of the base in the room frame, m/s."""
     cosine, sine = math.cos(pose[2]), math.sin(pose[2])
-    return np.array([cosine * velocity[0] - sine * sideways, sine * velocity[0] + cosine * sideways])
+    return cosine * velocity[0] - sine * sideways, sine * velocity[0] + cosine * sideways

@@ -15,6 +15,7 @@ from labgym.envs.conditions.cast import MOST, Cast, Model, cast_of
 from labgym.envs.conditions.casting import draw_cast
 from labgym.envs.conditions.crowd import DT, RADIUS, REST, Crowd
 from labgym.envs.conditions.figures import figure
+from labgym.envs.conditions.half_planes import Vector
 from labgym.envs.conditions.orca import Disc
 from labgym.envs.parts.endings import RestEnding
 from labgym.envs.parts.kinds import count, positive
@@ -102,8 +103,13 @@ class Walking(Presence):
         self._met: set[int] = set()
         self._robot = _disc(state.pose, state.velocity, state.sideways, self._radius)
         self._places = self._next = self._crowd.places
+        self._shown: tuple[list[Vector], Sequence[Body]] | None = None
         self._advance()
         self._measure(0.0)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Shapes hold ray scenes, which cannot be pickled; the bodies are made again when they are needed.
+        return self.__dict__ | {"_shown": None}
 
     @property
     def visible(self) -> bool:  # type: ignore[override]
@@ -136,11 +142,14 @@ class Walking(Presence):
     @property
     def bodies(self) -> Sequence[Body]:
         """A torso and two legs for each person."""
+        if self._shown is not None and self._shown[0] is self._places:
+            return self._shown[1]
         bodies: list[Body] = []
         for number, (walker, (x, y)) in enumerate(zip(self._crowd.walkers, self._places, strict=True)):
             moving = walker.vx * walker.vx + walker.vy * walker.vy > 0.01
             left = math.dist((x, y), self._next[number])
             bodies += figure(number, x, y, walker.yaw, walker.walked - left, moving)
+        self._shown = self._places, bodies
         return bodies
 
     @property

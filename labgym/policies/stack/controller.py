@@ -166,8 +166,8 @@ class Controller:
         count, steps = sequences.shape[:2]
         clearance = costmap.clearance(poses[..., :2].reshape(-1, 2)).reshape(count, steps)
         moving = np.abs(sequences[..., 0]) > 0.02
-        lack = np.clip((options.comfort - clearance) / (options.comfort - options.tight), 0.0, 2.0)
-        steep = np.clip((options.tight - clearance) / (options.tight - options.contact), 0.0, 1.0)
+        lack = np.minimum(np.maximum((options.comfort - clearance) / (options.comfort - options.tight), 0.0), 2.0)
+        steep = np.minimum(np.maximum((options.tight - clearance) / (options.tight - options.contact), 0.0), 1.0)
         start = float(clearance[:, 0].max(initial=0.0))
         touching = moving & (clearance < min(options.contact, start - 0.005))
         soonest = np.where(touching.any(axis=1), steps - np.argmax(touching, axis=1), 0)
@@ -175,7 +175,7 @@ class Controller:
         cost += np.where(soonest > 0, 100.0 + 10.0 * soonest, 0.0)
         ahead, left = path
         end = poses[:, -1]
-        away = np.linalg.norm(end[:, None, :2] - ahead[None], axis=2)
+        away = np.hypot(end[:, None, 0] - ahead[:, 0], end[:, None, 1] - ahead[:, 1])
         total = left[None] + options.detour * away
         nearest = np.argmin(total, axis=1)
         cost += options.progress * total[np.arange(count), nearest]
@@ -186,9 +186,7 @@ class Controller:
         cost += 2.0 * (changes[..., 0] ** 2).sum(axis=1) + 0.3 * (changes[..., 1] ** 2).sum(axis=1)
         slip = np.abs(sequences[..., 0] * sequences[..., 1]) - self.limits.lateral
         cost += 30.0 * np.maximum(slip, 0.0).sum(axis=1)
-        for person in people:
-            cost += approach_cost(person, pose[:2], poses[..., :2], moving, dt)
-        return np.asarray(cost)
+        return np.asarray(cost + approach_cost(people, pose[:2], poses[..., :2], moving, dt))
 
 
 def limited(commands: Array, velocity: tuple[float, float], limits: MotionLimits, dt: float) -> Array:
@@ -199,7 +197,7 @@ def limited(commands: Array, velocity: tuple[float, float], limits: MotionLimits
     driven = np.empty_like(commands)
     for k in range(commands.shape[1]):
         # Backwards it speeds up by what braking allows: nothing is gained by a third limit.
-        last = np.clip(commands[:, k], last - slower, last + step)
+        last = np.minimum(np.maximum(commands[:, k], last - slower), last + step)
         driven[:, k] = last
     return driven
 
@@ -227,7 +225,7 @@ def visible(plan: Plan, pose: Pose, costmap: Costmap) -> tuple[Array, Array]:
     share = np.linspace(0.0, 1.0, SAMPLES)
     samples = start + share[None, :, None] * (points[:, None] - start)
     clear = costmap.clearance(samples.reshape(-1, 2)).reshape(samples.shape[:2]) > THROUGH
-    clear |= np.linalg.norm(samples - start, axis=2) < NEAR
+    clear |= np.hypot(samples[..., 0] - start[0], samples[..., 1] - start[1]) < NEAR
     hidden = np.asarray(~clear.all(axis=1))
     hidden[:FIRST] = False
     count = int(np.argmax(hidden)) if hidden.any() else len(points)

@@ -30,8 +30,12 @@ VIEW = 6.0
 """Returns beyond this distance neither mark nor clear, meters."""
 WINDOW = 4.0
 """Half side of the window around the robot in which distances to marks are computed for the controller, meters."""
+DRIFT = 0.5
+"""Way of the robot after which the window is moved, meters."""
 FAR = 3.0
 """Distance that stands for no mark within the window, meters."""
+CARE = 0.6
+"""Distance beyond which returns of the present scan do not count, meters."""
 
 
 class Costmap:
@@ -54,8 +58,9 @@ class Costmap:
         self._static, self._seen, self._exact, self._clearing = static, seen, exact, clearing
         self._loose: cKDTree | None = None
         self.evidence: NDArray[np.int16] = np.zeros(static.values.shape, np.int16)
+        self._marks: Index = np.empty(0, dtype=np.intp)
         self._near = np.full((1, 1), FAR, dtype=np.float32)
-        self._corner = (0, 0)
+        self._corner, self._middle, self._stale = (0, 0), (math.inf, math.inf), True
 
     def observe(self, pose: Pose, ranges: Array, points: Array, ignored: NDArray[np.bool_]) -> Array:
         """Mark and clear by a scan, and return the new obstacles, (m, 2) meters in the map's frame.
@@ -66,30 +71,34 @@ class Costmap:
             points: (n, 2) returns in the map's frame, meters.
             ignored: (n,) whether a return belongs to something that moves and must not mark.
         """
-        if self._clearing:
+        if self._clearing and len(self._marks):
             self._clear(pose, ranges)
         near = np.hypot(points[:, 0] - pose[0], points[:, 1] - pose[1]) < VIEW
-        off = self._seen.at(points)
-        new = points[near & ~ignored & (off > UNEXPLAINED)]
-        loose = points[near & ~ignored & (off > OFF)] if self._exact else new
+        off = np.where(near & ~ignored, self._seen.at(points), -math.inf)
+        new = points[off > UNEXPLAINED]
+        loose = points[off > OFF] if self._exact else new
         self._loose = cKDTree(loose) if len(loose) else None
-        rows, columns = self._cells(new)
-        fresh = self.evidence[rows, columns] <= 0
-        hits = np.zeros_like(self.evidence)
-        hits[rows, columns] = HIT
-        self.evidence = np.minimum(self.evidence + hits, MOST).astype(np.int16)
+        evidence = self.evidence.reshape(-1)
+        cells = self._flat(new)
+        fresh = evidence[cells] <= 0
+        hit = np.unique(cells)
+        evidence[hit] = np.minimum(evidence[hit] + HIT, MOST)
+        self._remember(np.union1d(self._marks, hit))
         self._look(pose)
         return np.asarray(new[fresh])
 
     def clearance(self, points: Array) -> Array:
         """Return the distance from points (n, 2) near the robot to the nearest obstacle, (n,) meters."""
-        rows, columns = self._cells(points)
-        ny, nx = self._near.shape
-        rows, columns = np.clip(rows - self._corner[0], 0, ny - 1), np.clip(columns - self._corner[1], 0, nx - 1)
-        least = np.minimum(self._static.at(points), self._near[rows, columns])
+        least = self._static.at(points)
+        if len(self._marks):
+            rows, columns = self._cells(points)
+            ny, nx = self._near.shape
+            rows = np.minimum(np.maximum(rows - self._corner[0], 0), ny - 1)
+            columns = np.minimum(np.maximum(columns - self._corner[1], 0), nx - 1)
+            least = np.minimum(least, self._near[rows, columns])
         if self._loose is None:
             return np.asarray(least)
-        return np.asarray(np.minimum(least, self._loose.query(points, distance_upper_bound=FAR)[0]))
+        return np.asarray(np.minimum(least, self._loose.query(points, distance_upper_bound=CARE)[0]))
 
     def everywhere(self, marks: bool = True) -> tuple[OccupancyGrid, Array]:
         """Return the occupied cells, and the clearance at the center of every cell, (ny, nx) meters.
@@ -104,43 +113,56 @@ class Costmap:
 
     def forget(self, pose: Pose, radius: float) -> None:
         """Remove the marks within a radius of the robot, meters."""
-        rows, columns = np.nonzero(self.evidence > 0)
-        x, y = self._places(rows, columns).T
+        x, y = self._places(self._marks).T
         near = np.hypot(x - pose[0], y - pose[1]) < radius
-        self.evidence[rows[near], columns[near]] = 0
+        self.evidence.reshape(-1)[self._marks[near]] = 0
+        self._remember(self._marks)
         self._look(pose)
 
     def _clear(self, pose: Pose, ranges: Array) -> None:
         """Take evidence from the marked cells that the rays around them pass."""
-        rows, columns = np.nonzero(self.evidence > 0)
-        local = to_local(self._places(rows, columns), pose)
+        local = to_local(self._places(self._marks), pose)
         away = np.hypot(local[:, 0], local[:, 1])
         bearing = np.arctan2(local[:, 1], local[:, 0])
         ray = np.round((bearing + math.pi) / (2.0 * math.pi) * LIDAR_RAYS).astype(np.intp)
         least = np.min([ranges[(ray + offset) % LIDAR_RAYS] for offset in (-1, 0, 1)], axis=0)
         passed = (least > away + BEHIND) & (away < min(VIEW, RANGE))
-        self.evidence[rows[passed], columns[passed]] -= MISS
+        self.evidence.reshape(-1)[self._marks[passed]] -= MISS
+
+    def _remember(self, marks: Index) -> None:
+        """Keep those of some cells that are marked."""
+        marks = marks[self.evidence.reshape(-1)[marks] > 0]
+        self._stale = self._stale or not np.array_equal(marks, self._marks)
+        self._marks = marks
 
     def _look(self, pose: Pose) -> None:
-        """Compute the distances to the marks around a pose."""
+        """Compute the distances to the marks around a pose, if they or the pose have changed enough."""
+        if not self._stale and math.dist(pose[:2], self._middle) < DRIFT:
+            return
         step = self._static.resolution
         (row,), (column,) = self._cells(np.array([pose[:2]]))
         half = round(WINDOW / step)
         top, left = max(0, int(row) - half), max(0, int(column) - half)
         marked = self.evidence[top : int(row) + half, left : int(column) + half] > 0
-        self._corner = top, left
+        self._corner, self._middle, self._stale = (top, left), pose[:2], False
         self._near = _distances(marked, step)
 
     def _cells(self, points: Array) -> tuple[Index, Index]:
         """Return rows and columns of the cells that contain points (n, 2)."""
         ny, nx = self._static.values.shape
         x0, y0 = self._static.origin
-        columns = np.clip(np.round((points[:, 0] - x0) / self._static.resolution), 0, nx - 1).astype(np.intp)
-        rows = np.clip(np.round((points[:, 1] - y0) / self._static.resolution), 0, ny - 1).astype(np.intp)
-        return rows, columns
+        columns = np.rint((points[:, 0] - x0) / self._static.resolution).astype(np.intp)
+        rows = np.rint((points[:, 1] - y0) / self._static.resolution).astype(np.intp)
+        return np.minimum(np.maximum(rows, 0), ny - 1), np.minimum(np.maximum(columns, 0), nx - 1)
 
-    def _places(self, rows: Index, columns: Index) -> Array:
+    def _flat(self, points: Array) -> Index:
+        """Return the numbers of the cells that contain points (n, 2), row by row."""
+        rows, columns = self._cells(points)
+        return rows * self._static.values.shape[1] + columns
+
+    def _places(self, cells: Index) -> Array:
         """Return the centers of cells, (n, 2) meters."""
+        rows, columns = np.divmod(cells, self._static.values.shape[1])
         x0, y0 = self._static.origin
         step = self._static.resolution
         return np.column_stack([x0 + step * columns, y0 + step * rows])

@@ -50,20 +50,26 @@ class DistanceField:
 
     def at(self, points: Array) -> Array:
         """Return the interpolated distances at points (n, 2), (n,) meters; outside, that of the nearest node."""
-        return self.with_gradient(points)[0]
+        (a, b, c, d), fx, fy = self._corners(points)
+        low = a + (b - a) * fx
+        return np.asarray(low + (c + (d - c) * fx - low) * fy)
 
     def with_gradient(self, points: Array) -> tuple[Array, Array]:
         """Return the interpolated distances (n,) and their derivatives (n, 2) at points (n, 2)."""
-        ny, nx = self.values.shape
-        u = np.clip((points[:, 0] - self.origin[0]) / self.resolution, 0.0, nx - 1.0 - 1e-9)
-        v = np.clip((points[:, 1] - self.origin[1]) / self.resolution, 0.0, ny - 1.0 - 1e-9)
-        column, row = u.astype(np.intp), v.astype(np.intp)
-        fx, fy = u - column, v - row
-        flat, corner = self.values.ravel(), row * nx + column
-        a, b, c, d = flat[corner], flat[corner + 1], flat[corner + nx], flat[corner + nx + 1]
+        (a, b, c, d), fx, fy = self._corners(points)
         low, high = a + (b - a) * fx, c + (d - c) * fx
         along_x = ((b - a) * (1.0 - fy) + (d - c) * fy) / self.resolution
         return low + (high - low) * fy, np.column_stack([along_x, (high - low) / self.resolution])
+
+    def _corners(self, points: Array) -> tuple[tuple[Array, Array, Array, Array], Array, Array]:
+        """Return the values at the four nodes around points (n, 2), and the places in between, in [0, 1)."""
+        ny, nx = self.values.shape
+        u = np.minimum(np.maximum((points[:, 0] - self.origin[0]) / self.resolution, 0.0), nx - 1.0 - 1e-9)
+        v = np.minimum(np.maximum((points[:, 1] - self.origin[1]) / self.resolution, 0.0), ny - 1.0 - 1e-9)
+        column, row = u.astype(np.intp), v.astype(np.intp)
+        flat, corner = self.values.ravel(), row * nx + column
+        nodes = flat.take(corner), flat.take(corner + 1), flat.take(corner + nx), flat.take(corner + nx + 1)
+        return nodes, u - column, v - row
 
 
 def _lower(values: Array, box: OrientedBox, origin: tuple[float, float], resolution: float) -> None:

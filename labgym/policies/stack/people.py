@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -174,22 +175,31 @@ def clusters(points: Array) -> list[NDArray[np.intp]]:
 
 
 def approach_cost(
-    person: Person, here: tuple[float, float], places: Array, moving: NDArray[np.bool_], dt: float
+    people: Sequence[Person], here: tuple[float, float], places: Array, moving: NDArray[np.bool_], dt: float
 ) -> Array:
-    """Return what sequences of places (n, steps, 2) from `here` cost for a person who goes on as before, (n,).
+    """Return what sequences of places (n, steps, 2) from `here` cost for people who go on as before, (n,).
 
     A robot at rest is not run into: only motion can touch. Nearness costs at rest too, in proportion to its time.
     """
-    times = dt * np.arange(1, places.shape[1] + 1)
-    future = np.array(person.place) + times[:, None] * np.array(person.velocity)
-    away = np.linalg.norm(places - future, axis=2)
-    touch = TOUCH + (ERROR + SPREAD * np.minimum(times, 1.5) if person.walking else np.zeros(len(times)))
-    # A person who is nearer already can be left.
-    near_by = math.dist(person.place, here) - 0.01
-    touching = moving & (away < np.minimum(touch, near_by))
-    steps = touching.sum(axis=1)
-    near = np.clip((PERSONAL - away) / (PERSONAL - TOUCH), 0.0, 1.0)
-    return np.asarray(np.where(steps > 0, 60.0 + 8.0 * steps, 0.0) + 6.0 * dt * near.sum(axis=1))
+    steps = places.shape[1]
+    times = dt * np.arange(1, steps + 1)
+    reach = float(np.abs(places - np.array(here)).max(initial=0.0)) * math.sqrt(2.0) + PERSONAL
+    cost = np.zeros(len(places))
+    for person in people:
+        speed = math.hypot(*person.velocity)
+        # Those who are too far away to matter within the time of the sequences cost nothing.
+        if math.dist(person.place, here) > reach + speed * times[-1]:
+            continue
+        dx = places[..., 0] - (person.place[0] + times * person.velocity[0])
+        dy = places[..., 1] - (person.place[1] + times * person.velocity[1])
+        away = np.sqrt(dx * dx + dy * dy)
+        touch = TOUCH + (ERROR + SPREAD * np.minimum(times, 1.5) if person.walking else np.zeros(steps))
+        # A person who is nearer already can be left.
+        near_by = math.dist(person.place, here) - 0.01
+        count = (moving & (away < np.minimum(touch, near_by))).sum(axis=1)
+        near = np.minimum(np.maximum((PERSONAL - away) / (PERSONAL - TOUCH), 0.0), 1.0)
+        cost += np.where(count > 0, 60.0 + 8.0 * count, 0.0) + 6.0 * dt * near.sum(axis=1)
+    return cost
 
 
 def _center(points: Array, pose: Pose) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.navigation import Pose
+from labgym.navigation.compiled_search import compiled_search
 from labgym.policies.grid_planner import GridPlanner, PlannerOptions
 from labgym.policies.stack.costmap import Costmap
 
@@ -20,7 +21,7 @@ BLOCKED = 0.265
 """A path with less clearance than this is blocked, meters."""
 SPACING = 0.05
 """Distance between the points of a plan, meters."""
-LOOK = 6.0
+LOOK = 4.0
 """Length of the path ahead that is checked, meters."""
 
 
@@ -81,7 +82,7 @@ def planned(costmap: Costmap, start: Pose, goal: tuple[float, float]) -> Plan | 
         grid, clearance = costmap.everywhere(marks)
         for radius in RADII:
             options = PlannerOptions(radius, COMFORT, AVERSION, SNAP)
-            path = GridPlanner(grid, options, clearance=clearance).plan(start[:2], goal)
+            path = GridPlanner(grid, options, clearance=clearance, search=compiled_search()).plan(start[:2], goal)
             if path is not None:
                 return Plan(path)
     return None
