@@ -11,6 +11,7 @@ from scipy.sparse import lil_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from labgym.navigation import OccupancyGrid, astar, distance_field, occupancy
+from labgym.navigation.compiled_search import compiled_search
 
 grids = st.builds(
     lambda seed, share: OccupancyGrid(np.random.default_rng(seed).random((14, 19)) < share, 0.05, (0.3, -0.2)),
@@ -44,6 +45,18 @@ def test_astar_is_as_short_as_dijkstra_on_the_same_moves(grid, start, goal):
     assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() == pytest.approx(expected, abs=1e-9)
     assert path[0] == pytest.approx(grid.centre_of(*start))
     assert path[-1] == pytest.approx(grid.centre_of(*goal))
+
+
+@settings(max_examples=60, deadline=None)
+@given(grid=grids, start=cells, goal=cells, seed=st.integers(0, 1000))
+def test_the_compiled_search_returns_the_same_path(grid, start, goal, seed):
+    pytest.importorskip("numba")
+    costs = 1.0 + np.random.default_rng(seed).integers(0, 3, grid.shape) / 2.0
+    ends = grid.centre_of(*start), grid.centre_of(*goal)
+    plain, compiled = astar(grid, *ends, costs), astar(grid, *ends, costs, compiled_search())
+    assert (plain is None) == (compiled is None)
+    if plain is not None:
+        assert np.array_equal(plain, compiled)
 
 
 @settings(max_examples=60, deadline=None)

@@ -103,3 +103,23 @@ def test_clearance_is_the_distance_to_the_nearest_side():
     assert field[80, 80] == 0.0
     corner = math.hypot(3.0 - 2.525, 2.0 - 1.525)
     assert corner - 1e-6 <= field[30, 50] <= corner + 0.0105
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 1000))
+def test_a_straight_piece_costs_its_length_times_the_mean_price_along_it(seed):
+    rng = np.random.default_rng(seed)
+    blocks = [(x, y, x + 0.3, y + 0.4) for x, y in rng.uniform(0.5, 7.0, (6, 2))]
+    planner = GridPlanner(grid_of(*blocks))
+    start, ends = rng.uniform(0.2, 7.8, 2), rng.uniform(0.2, 7.8, (30, 2))
+    costs = planner._straight_costs(start, ends)
+    count = max(2, math.ceil(np.linalg.norm(ends - start, axis=1).max() / (RESOLUTION / 2.0)))
+    for end, cost in zip(ends, costs, strict=True):
+        points = start + np.linspace(0.0, 1.0, count)[:, None] * (end - start)
+        free = all(planner.free.free(*point) for point in points)
+        if math.isinf(cost):
+            assert not free
+        else:
+            prices = [planner._costs[planner.free.cell_of(*point)] for point in points]
+            assert cost == pytest.approx(math.dist(start, end) * np.mean(prices))
+            assert free

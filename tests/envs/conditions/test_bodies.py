@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from laboratories import island_laboratory
 
-from labgym.envs.conditions.bodies import Body, BodyRays, Shape
+from labgym.envs.conditions.bodies import Body, BodyRays, Shape, _towards, _within
 from labgym.scenes import RayScene
 from labgym.scenes.mesh import ROOM, SceneMesh
 
@@ -80,3 +80,15 @@ def test_a_scene_without_bodies_is_the_scene():
     origins = np.broadcast_to((1.0, 4.0, 0.25), directions.shape)
     for mine, theirs in zip(rays.cast(origins, directions), SCENE.cast(origins, directions), strict=True):
         np.testing.assert_array_equal(mine, theirs)
+
+
+def test_bodies_out_of_reach_and_off_the_level_are_left_out_and_nothing_else():
+    rng = np.random.default_rng(3)
+    bodies = [Body("box", BOX, tuple(pose)) for pose in rng.uniform((-9.0, -9.0, -3.0), (9.0, 9.0, 3.0), (200, 3))]
+    for height, tilt in ((0.25, 0.0), (1.2, 0.0), (1.2, 0.3)):
+        along = ring() @ trimesh.transformations.rotation_matrix(tilt, (0, 1, 0))[:3, :3].T
+        starts = np.broadcast_to((0.5, -0.3, height), along.shape)
+        passed = _towards(starts, along, bodies, np.full(len(along), 5.0))
+        within = set(_within(starts, along, bodies, 5.0))
+        assert {number for number, rays in enumerate(passed) if len(rays)} <= within
+        assert len(within) < len(bodies)
