@@ -136,7 +136,7 @@ class GridPlanner:
             places = start[axis] + share * (ends[:, axis] - start[axis])[:, None]
             index = np.floor((places - self._grid.origin[axis]) / self._grid.resolution).astype(np.intp)
             cells.append(np.minimum(np.maximum(index, 0), most))
-        return self._prices[cells[1], cells[0]]
+        return np.asarray(self._prices[cells[1], cells[0]])
 
 
 def clearance_field(grid: OccupancyGrid) -> Array:

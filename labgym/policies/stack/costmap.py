@@ -158,7 +158,7 @@ class Costmap:
     def _flat(self, points: Array) -> Index:
         """Return the numbers of the cells that contain points (n, 2), row by row."""
         rows, columns = self._cells(points)
-        return rows * self._static.values.shape[1] + columns
+        return np.asarray(rows * self._static.values.shape[1] + columns)
 
     def _places(self, cells: Index) -> Array:
         """Return the centers of cells, (n, 2) meters."""
