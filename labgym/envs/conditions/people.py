@@ -108,7 +108,7 @@ class Walking(Presence):
         self._measure(0.0)
 
     def __getstate__(self) -> dict[str, Any]:
-        # Shapes hold ray scenes, which cannot be pickled; the bodies are made again when they are needed.
+        # Shapes hold ray scenes, which cannot be pickled; the bodies follow from the rest.
         return self.__dict__ | {"_shown": None}
 
     @property
