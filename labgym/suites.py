@@ -145,6 +145,22 @@ class Suite(Document):
         name = f"{self.name[:40]}-{repeats}x" + ("" if jitter is None else f"-{canonical_hash(dict(jitter))[:6]}")
         return self.model_copy(update={"name": name, "repeats": repeats, "jitter": jitter})
 
+    def first(self, layouts: Sequence[Layout], count: int = 1) -> Suite:
+        """Return the suite with the first drives of each layout only, and a name that says so.
+
+        Args:
+            layouts: the suite's layouts. count: number of drives.
+
+        Raises:
+            OptionError: `count` is not a positive whole number.
+            LabgymError: as `pairs`.
+        """
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise OptionError(f"count is {count!r}, expected a whole number of at least 1")
+        drives = {layout.id: tuple(map(SuiteDrive.of, self.pairs(layout)[:count])) for layout in layouts}
+        name = f"{self.name[:40]}-first" + ("" if count == 1 else str(count))
+        return self.model_copy(update={"name": name, "layouts": tuple(drives), "drives": drives})
+
     def pairs(self, layout: Layout) -> tuple[GoalPair, ...]:
         """Return the drives of a layout, numbered from 0.
 

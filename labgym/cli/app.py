@@ -33,6 +33,7 @@ from labgym.cli.engineering import compile_, move, outline, view
 from labgym.cli.evaluation import compare, coverage, eval_, report
 from labgym.cli.imports import import_app
 from labgym.cli.layouts import generate
+from labgym.cli.leaderboard import leaderboard
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, written
 from labgym.cli.protocols import protocols_app
 from labgym.cli.repairs import repair
@@ -112,6 +113,7 @@ app.command(import_app, name="import", help="Read laboratories that other progra
 
 
 app.command(name="eval")(eval_)
+app.command(leaderboard)
 
 
 @app.command

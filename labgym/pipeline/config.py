@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +14,8 @@ from labgym.errors import MissingDependencyError, OptionError
 
 SHOWN = ("astar", "online_map", "navdp", "iplanner", "ppo", "straight")
 """Policies that a run evaluates by default."""
+LABNAV = ("blind", "bug2", "astar", "online_map", "ppo", "stack")
+"""Policies that drive the small suite of LabNav by default."""
 
 _Text = Annotated[str | None, arg(metavar="STR", help_behavior_hint="")]
 _Texts = Annotated[tuple[str, ...], arg(metavar="STR [STR ...]", help_behavior_hint="")]
@@ -32,6 +35,7 @@ class RunConfig:
             and straight, except those whose dependencies are not installed.
         workers: Number of processes; 0 uses all cores.
         views: Number of layouts that are also rendered.
+        full: Drive every goal pair of the layouts instead of the first one of each.
         fresh: Rename the folder to NAME.old-1 and so on, and start anew.
     """
 
@@ -43,6 +47,7 @@ class RunConfig:
     policies: _Texts = ()
     workers: int = 0
     views: int = 6
+    full: bool = False
     fresh: bool = False
 
     @property
@@ -56,14 +61,19 @@ class RunConfig:
         """Number of worker processes."""
         return self.workers or len(os.sched_getaffinity(0))
 
-    def runnable(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    @property
+    def labnav(self) -> bool:
+        """Whether the run drives the small suite of LabNav: if it shows the published layouts, all of them."""
+        return self.seed is None and not self.protocols
+
+    def runnable(self, default: Sequence[str] = SHOWN) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return the policies to evaluate, and for each default policy that is left out the reason."""
         from labgym.policies import make_policy
 
         if self.policies:
             return self.policies, ()
         installed, reasons = [], []
-        for policy in SHOWN:
+        for policy in default:
             try:
                 make_policy(policy).close()
                 installed.append(policy)

@@ -53,16 +53,21 @@ def render_views(results: ResultsFolder, executor: ExecutorOptions, folder: RunF
 
 
 def write_results(
-    results: ResultsFolder, pictures: dict[str, Path], views: dict[str, Path]
+    results: ResultsFolder, pictures: dict[str, Path], views: dict[str, Path], first: tuple[Table, ...] = ()
 ) -> tuple[tuple[Table, ...], list[Path]]:
-    """Write the tables as text and Markdown, and the report; return the tables and the paths."""
-    tables = result_tables(results)
+    """Write the tables as text and Markdown, and the report; return the tables and the paths.
+
+    Args:
+        results: the results. pictures, views: by layout id.
+        first: tables that come before those of the results.
+    """
+    tables = (*first, *result_tables(results))
     text = "\n\n\n".join(table.text() for table in tables) + "\n"
     markdown = "\n\n".join(f"**{escape(table.title, quote=False)}**\n\n{table.markdown()}" for table in tables) + "\n"
     paths = [
         write_text(results.folder / "tables.txt", text),
         write_text(results.folder / "tables.md", markdown),
-        write_report(run_report(results, pictures, views), results.folder / "report.html"),
+        write_report(run_report(results, pictures, views, first), results.folder / "report.html"),
     ]
     return tables, paths
 

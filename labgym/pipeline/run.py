@@ -11,11 +11,16 @@ from labgym.eval.driving.folders import folder_name
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts.batch import catalog_digest
-from labgym.pipeline.config import RunConfig
+from labgym.pipeline.config import LABNAV, RunConfig
 from labgym.pipeline.drawing_stage import PICTURES, VIEWS, draw_pictures, render_views, write_results
+from labgym.pipeline.labnav_stage import drive_mini, published_tables
 from labgym.pipeline.layout_stage import SPLIT, LayoutJob, layout_jobs, make_layouts
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity
+from labgym.suites import load_suite, suite_of
 from labgym.table import Table
+
+DRIVES = "navigation"
+"""Folder of the evaluations of a run."""
 
 
 @dataclass(frozen=True)
@@ -53,28 +58,38 @@ def run_pipeline(config: RunConfig, executor: ExecutorOptions | None = None) -> 
     """
     config.check()
     policies, left_out = config.runnable()
+    rivals, also_out = config.runnable(LABNAV) if config.labnav else ((), ())
     jobs = layout_jobs(config.seed, config.profile, config.protocols)
     here = ExecutorOptions(workers=config.processes)
     executor = executor or here
     with RunFolder.open(config.folder, _identity(config, jobs), config.fresh) as folder:
         layouts = make_layouts(jobs, folder, executor)
-        suite = SPLIT if config.seed is None and not config.protocols else layouts
+        suite = load_suite(SPLIT) if config.labnav else suite_of(layouts)
+        chosen = suite if config.full else suite.first(layouts)
+        given = () if config.labnav else layouts
         reports = [
-            evaluate(policy, suite, out=folder.path / "navigation" / folder_name(policy), executor=executor)
+            evaluate(policy, chosen, out=folder.path / DRIVES / folder_name(policy), executor=executor, layouts=given)
             for policy in policies
         ]
+        if config.labnav:
+            drive_mini(rivals, folder, executor)
         results = ResultsFolder.read(folder.path, [report.summary.policy for report in reports])
         pictures = draw_pictures(results, here, folder)
         render_views(results, here, folder, config.views)
         folder.finish({}, unlisted=(PICTURES, VIEWS))
-        tables, paths = _write(results, pictures)
+        tables, paths, differing = _write(results, pictures)
     problems = tuple(
         f"policy {report.summary.policy}: {report.summary.errors} episodes failed"
         for report in reports
         if report.summary.errors
     )
-    places = tuple(config.folder / name for name in ("navigation", "layouts", "scenes"))
-    return RunOutcome(tables, (*places, *paths), (*problems, *results.problems), left_out)
+    places = tuple(config.folder / name for name in (DRIVES, "layouts", "scenes"))
+    return RunOutcome(
+        tables,
+        (*places, *paths),
+        (*problems, *results.problems, *differing),
+        tuple(dict.fromkeys((*left_out, *also_out))),
+    )
 
 
 def report_folder(folder: Path, others: Sequence[Path] = (), processes: int = 1) -> RunOutcome:
@@ -89,7 +104,8 @@ def report_folder(folder: Path, others: Sequence[Path] = (), processes: int = 1)
         DocumentError: the folder holds no results, or a file in it is broken.
     """
     results = ResultsFolder.read(folder, others=others)
-    return RunOutcome(*_write(results, draw_pictures(results, ExecutorOptions(workers=processes))), results.problems)
+    tables, paths, differing = _write(results, draw_pictures(results, ExecutorOptions(workers=processes)))
+    return RunOutcome(tables, paths, (*results.problems, *differing))
 
 
 def _identity(config: RunConfig, jobs: Sequence[LayoutJob]) -> RunIdentity:
@@ -100,11 +116,16 @@ def _identity(config: RunConfig, jobs: Sequence[LayoutJob]) -> RunIdentity:
         protocols={job.protocol.id: canonical_hash(job.protocol.to_json()) for job in jobs},
         layouts={job.id: job.published for job in jobs},
         catalog=catalog_digest(),
+        full=config.full,
     )
 
 
-def _write(results: ResultsFolder, pictures: dict[str, Path]) -> tuple[tuple[Table, ...], tuple[Path, ...]]:
+def _write(
+    results: ResultsFolder, pictures: dict[str, Path]
+) -> tuple[tuple[Table, ...], tuple[Path, ...], tuple[str, ...]]:
+    """Write tables and report; return the tables, the paths, and what differs from the published results."""
     views = {path.stem: path for path in sorted((results.folder / VIEWS).glob("*.png"))}
-    tables, paths = write_results(results, pictures, views)
+    published, differing = published_tables(results.folder)
+    tables, paths = write_results(results, pictures, views, published)
     folders = sorted({path.parent for path in (*pictures.values(), *views.values())})
-    return tables, (*folders, *paths)
+    return tables, (*folders, *paths), differing

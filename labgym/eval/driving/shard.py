@@ -45,13 +45,15 @@ def drive_shard(
     return ShardOutput({shard_file(layout.id, name): content for name, content in drive_files(drives).items()})
 
 
-def policy_process(source: PolicySource, files: str, limits: ProcessLimits | None, kernels: str) -> PolicyProcess:
-    """Return the process of a policy in this worker.
+def policy_process(
+    source: PolicySource, files: str, limits: ProcessLimits | None, kernels: str, most: int = 1
+) -> PolicyProcess:
+    """Return the process of a policy in this worker, which keeps `most` of them.
 
     Raises:
         LabgymError: the policy's files are not those of the digest.
     """
-    process = shared_process(source, limits, kernel_mode(kernels).environment)
+    process = shared_process(source, limits, kernel_mode(kernels).environment, most)
     # A pickled object contains the weights that it has read.
     if source.pickled is None and (own := files_digest(process.files())) != files:
         raise LabgymError(

@@ -243,13 +243,14 @@ def drive_files(drives: Iterable[LabNavDrive]) -> dict[str, bytes]:
     routes = (LabNavRoute(key=one.row.key, poses=one.route) for one in drives)
     times = (LabNavTime(key=one.row.key, planning_ms=one.planning_ms, slow=one.slow) for one in drives)
     return {
-        EPISODES: b"".join(_line(one.row) for one in drives),
-        ROUTES: b"".join(map(_line, routes)),
-        TIMES: b"".join(map(_line, times)),
+        EPISODES: b"".join(record_line(one.row) for one in drives),
+        ROUTES: b"".join(map(record_line, routes)),
+        TIMES: b"".join(map(record_line, times)),
     }
 
 
-def _line(record: Record) -> bytes:
+def record_line(record: Record) -> bytes:
+    """Return a record as a line of JSON."""
     return json.dumps(record.model_dump(mode="json"), allow_nan=False).encode() + b"\n"
 
 

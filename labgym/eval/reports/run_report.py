@@ -35,20 +35,23 @@ def _navigation(evaluations: Sequence[Evaluation]) -> Table:
     return leaderboard(evaluations)
 
 
-def run_report(results: ResultsFolder, pictures: Mapping[str, Path], views: Mapping[str, Path]) -> Report:
+def run_report(
+    results: ResultsFolder, pictures: Mapping[str, Path], views: Mapping[str, Path], first: Sequence[Table] = ()
+) -> Report:
     """Return the report on a folder of results.
 
     Args:
         results: the results.
         pictures: top-down pictures, PNG, by layout id.
         views: rendered views, PNG, by layout id.
+        first: tables that come before those of the results.
     """
     plans = {name: Picture(name, path.read_bytes()) for name, path in pictures.items()}
     return Report(
         title=f"labgym: {results.folder.resolve().name}",
         subtitle="Laboratories generated from chemistry protocols, and robot navigation in them",
         tiles=_tiles(results),
-        tables=result_tables(results),
+        tables=(*first, *result_tables(results)),
         views=tuple(Picture(_view_caption(results, name), path.read_bytes()) for name, path in views.items()),
         cards=tuple(_card(results, layout, plans.get(layout.id)) for layout in results.layouts),
         provenance=_provenance(results),

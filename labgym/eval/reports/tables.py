@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Protocol
 
-from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.layout_report import LayoutSummary
 from labgym.layouts.rules.thresholds import VERSION_2
@@ -140,7 +141,26 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
     )
 
 
-def leaderboard(evaluations: Sequence[Evaluation]) -> Table:
+class TableRow(Protocol):
+    """The results of a policy on a suite: an `Evaluation`, or a published result."""
+
+    @property
+    def name(self) -> str:
+        """Name of the policy."""
+        ...
+
+    @property
+    def summary(self) -> NavigationSummary:
+        """The summary."""
+        ...
+
+    @property
+    def metrics(self) -> Mapping[str, Estimate]:
+        """Its metrics, and the planning time if it was measured."""
+        ...
+
+
+def leaderboard(evaluations: Sequence[TableRow]) -> Table:
     """Return a table with one row per policy, followed by the rows of the paper's table.
 
     Args:

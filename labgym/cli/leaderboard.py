@@ -1,0 +1,37 @@
+"""The command that shows the published results, and adds some."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from labgym.cli.outcome import DONE, written
+
+
+def leaderboard(
+    add: Annotated[tuple[Path, ...], arg(metavar="FOLDER [FOLDER ...]", help_behavior_hint="")] = (),
+) -> int:
+    """Show the published results of LabNav and of lab30.
+
+    Args:
+        add: Folders of complete evaluations (labgym eval --suite labnav, or --suite lab30) to write among the published
+            results of this installation first.
+    """
+    from labgym.documents import read_json
+    from labgym.eval.driving.files import SUMMARY
+    from labgym.eval.labnav.summary import LabNavSummary
+    from labgym.eval.leaderboard.lab30 import publish_lab30, published_lab30
+    from labgym.eval.leaderboard.labnav import publish, published_results
+    from labgym.eval.leaderboard.tables import published_table
+    from labgym.eval.reports.tables import leaderboard as lab30_table
+
+    for folder in add:
+        data = read_json(folder / SUMMARY)
+        of_labnav = isinstance(data, dict) and data.get("schema") == LabNavSummary.SCHEMA
+        written(publish(folder) if of_labnav else publish_lab30(folder))
+    results, lab30 = published_results(), published_lab30()
+    for table in (*([published_table(results)] if results else []), *([lab30_table(lab30)] if lab30 else [])):
+        print(f"\n{table.text()}\n")
+    return DONE

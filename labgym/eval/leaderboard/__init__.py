@@ -1,0 +1,1 @@
+"""The published results: tables, and rows that a run is checked against."""

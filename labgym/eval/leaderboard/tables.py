@@ -1,0 +1,60 @@
+"""The published tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from labgym.eval.driving.intervals import Estimate
+from labgym.eval.labnav.suites import ALL
+from labgym.eval.leaderboard.labnav import LabNavResult
+from labgym.table import Table, number
+
+
+def published_table(results: Sequence[LabNavResult]) -> Table:
+    """Return the published results of LabNav, a row for each policy.
+
+    Args:
+        results: at least one, in the order of the rows.
+    """
+    rows = []
+    for result in results:
+        summary = result.summary
+        scores = {task.task: task.score.value for task in summary.tasks}
+        rows.append(
+            (
+                summary.policy,
+                "map, people" if summary.track == "privileged" else "old map" if summary.track == "deployed" else "-",
+                _figure(summary.labnav),
+                number(summary.arithmetic, 1),
+                *(number(scores.get(task), 2) for task in ALL),
+                number(_touched(result), 2),
+            )
+        )
+    first = results[0].summary
+    counts = sorted({task.episodes for one in results for task in one.summary.tasks})
+    episodes = f"{counts[0]} episodes" if len(counts) == 1 else f"{counts[0]} to {counts[-1]} episodes"
+    return Table(
+        title=f"LabNav, suite {first.tasks[0].suite.rpartition('/')[2]}, {episodes} per task",
+        columns=("Policy", "Knows", "LabNav ↑", "Mean ↑", *(f"{task} ↑" for task in ALL), "Touched ↓"),
+        rows=tuple(rows),
+        notes=(
+            "LabNav is 100 (exp(mean ln(s + 0.05)) - 0.05) over the eight mean scores s, with its 95% interval over "
+            "floors; Mean is 100 times their arithmetic mean.",
+            "Touched: share of episodes with a contact.",
+        ),
+    )
+
+
+def _figure(estimate: Estimate | None) -> str:
+    if estimate is None:
+        return "-"
+    if estimate.low is None or estimate.high is None:
+        return number(estimate.value, 1)
+    return f"{number(estimate.value, 1)} [{estimate.low:.1f}, {estimate.high:.1f}]"
+
+
+def _touched(result: LabNavResult) -> float | None:
+    """Return the share of episodes with a contact, over all tasks."""
+    tasks = [task for task in result.summary.tasks if task.contacts.value is not None]
+    count = sum(task.episodes for task in tasks)
+    return sum((task.contacts.value or 0.0) * task.episodes for task in tasks) / count if count else None
