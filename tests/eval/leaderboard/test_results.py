@@ -1,0 +1,116 @@
+"""Published results: made of evaluations, shown as tables, and compared with rows that a run drives."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from labgym.cli import main
+from labgym.envs.labnav.drawing import draw_suite
+from labgym.errors import DocumentError
+from labgym.eval.driving.runner import evaluate
+from labgym.eval.labnav.runner import evaluate_labnav
+from labgym.eval.labnav.suites import LabNavSuite
+from labgym.eval.labnav.together import drive_together
+from labgym.eval.leaderboard import lab30, labnav
+from labgym.eval.leaderboard.check import agreement
+from labgym.eval.leaderboard.labnav import LabNavResult, Outcome, published_results
+from labgym.eval.leaderboard.tables import published_table
+from labgym.eval.reports.tables import leaderboard
+from labgym.runs import ExecutorOptions
+
+SECONDS = 2.0
+
+
+@pytest.fixture(scope="module")
+def suite():
+    return LabNavSuite("labnav-odometry-2", (draw_suite("odometry", 2, "floors-val", 1, 1, seed=3),), SECONDS)
+
+
+@pytest.fixture(scope="module")
+def folder(suite, tmp_path_factory):
+    place = tmp_path_factory.mktemp("run") / "straight"
+    evaluate_labnav("straight", suite, place, progress=False)
+    return place
+
+
+def test_policies_that_share_worlds_drive_as_each_alone(suite, folder):
+    driven = drive_together(["still", "straight"], suite, None, ExecutorOptions(), progress=False)
+    assert driven.rows["straight"] == evaluate_labnav("straight", suite, folder, progress=False).rows
+    assert set(driven.rows) == {"still", "straight"}
+    assert [route.poses[0] for route in driven.routes["still"].values()] == [
+        route.poses[-1] for route in driven.routes["still"].values()
+    ]
+
+
+def test_a_result_keeps_the_outcome_of_every_episode(folder, tmp_path):
+    path = labnav.publish(folder, tmp_path)
+    assert path.name == "straight.json"
+    result = LabNavResult.load(path)
+    (row,) = labnav.read_rows(folder / "episodes.jsonl")
+    assert result.by_key == {row.key: Outcome.of(row)}
+    (line,) = published_table([result]).rows
+    assert line[:2] == ("straight", "-")
+
+
+def test_an_incomplete_evaluation_is_not_published(folder, tmp_path):
+    summary = json.loads((folder / "summary.json").read_text())
+    summary["tasks"][0]["expected"] = 7
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    with pytest.raises(DocumentError, match="holds 1 of 7 episodes of odometry"):
+        labnav.publish(tmp_path, tmp_path / "place")
+    assert not (tmp_path / "place").exists()
+
+
+def test_rows_agree_with_published_drives_that_the_shorter_limit_cuts_off(folder):
+    (row,) = labnav.read_rows(folder / "episodes.jsonl")
+    longer = Outcome(key=row.key, score=0.8, ending="success", time=40.0)
+    assert agreement([row], {row.key: longer}, SECONDS).equal == 1
+    assert agreement([row], {row.key: Outcome.of(row)}, SECONDS).equal == 1
+    assert agreement([row], {}, SECONDS).compared == 0
+
+
+@pytest.mark.parametrize("change", [{"score": 0.5}, {"time": 1.9}, {"ending": "contact"}])
+def test_a_row_that_differs_is_named(folder, change):
+    (row,) = labnav.read_rows(folder / "episodes.jsonl")
+    expected = Outcome.of(row).model_copy(update=change)
+    result = agreement([row], {row.key: expected}, SECONDS)
+    assert (result.equal, result.compared) == (0, 1)
+    assert row.key in result.differing[0]
+
+
+def test_results_of_lab30_give_the_table_of_their_evaluation(tmp_path):
+    from labgym.layouts import load_published
+    from labgym.suites import load_suite
+
+    test = load_suite("lab30")
+    first = test.first([load_published("test", "test-sub_02")])
+    evaluate("straight", first, out=tmp_path / "run", progress=False)
+    result = lab30.Lab30Result.load(lab30.publish_lab30(tmp_path / "run", tmp_path))
+    assert leaderboard([result]).rows[0][:2] == ("straight", "lidar")
+    assert result.planning is not None
+
+
+def test_the_first_drives_of_a_suite_are_driven_as_in_the_suite(tmp_path):
+    from labgym.layouts import load_published
+    from labgym.suites import load_suite
+
+    layout = load_published("test", "test-sub_02")
+    test = load_suite("lab30")
+    whole = evaluate("astar", test.model_copy(update={"layouts": (layout.id,)}), progress=False).rows
+    (first,) = evaluate("astar", test.first([layout]), progress=False).rows
+    assert first.model_copy(update={"suite": whole[0].suite}) == whole[0]
+
+
+def test_the_command_shows_what_is_published(capsys):
+    assert main(["leaderboard"]) == 0
+    printed = capsys.readouterr().out
+    assert all(result.summary.policy in printed for result in published_results())
+
+
+def test_the_command_names_a_folder_without_results(tmp_path, capsys):
+    assert main(["leaderboard", "--add", str(tmp_path)]) == 2
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert "summary.json" in message
