@@ -9,6 +9,9 @@ from labgym.eval.labnav.suites import ALL
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
 
+KNOWLEDGE = {"privileged": "everything", "deployed": "old map", "mapless": "-"}
+"""What the policies of a track know besides their sensors."""
+
 
 def published_table(results: Sequence[LabNavResult]) -> Table:
     """Return the published results of LabNav, a row for each policy.
@@ -23,7 +26,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
         rows.append(
             (
                 summary.policy,
-                "map, people" if summary.track == "privileged" else "old map" if summary.track == "deployed" else "-",
+                KNOWLEDGE[summary.track],
                 _figure(summary.labnav),
                 number(summary.arithmetic, 1),
                 *(number(scores.get(task), 2) for task in ALL),
