@@ -27,6 +27,7 @@ for _name, _steps in (
     ("LabNavOdometry-v0", 1200),
     ("LabNavGlass-v0", 1200),
     ("LabNavCarry-v0", 1200),
+    ("LabNavShift-v0", 12000),
 ):
     _goals = _name == "LabPointNavGoal-v1"
     register(

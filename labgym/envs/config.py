@@ -79,6 +79,7 @@ class PointNavConfig:
         weights: weights of the usual reward. distance_to_go: how it measures progress.
         rewards: the terms of the reward, instead of the usual ones.
         endings: the rules that end an episode; by default success within 0.5 m of the goal.
+        onward: names of endings after whose failure the next drive of an episode begins; after other failures it ends.
         disc: radius of the disc around the goal at which `shortest_path_length` ends, meters.
         actions: how an action becomes commands.
         robot: the robot. physics: its physics, "mujoco" or "planar". control_dt: duration of a control step, seconds.
@@ -112,6 +113,7 @@ class PointNavConfig:
     sensors: Any = None
     rewards: Any = None
     endings: Any = (TouchEnding(),)
+    onward: tuple[str, ...] = ()
     actions: Any = "velocity"
     robot: Any = "differential"
     physics: str = "mujoco"
@@ -160,6 +162,9 @@ class PointNavConfig:
             self._set("rewards", parts_of(self.rewards, "reward term"))
         checked_terms(self.reward_terms)
         self._set("endings", parts_of(self.endings, "ending"))
+        if isinstance(self.onward, str) or not all(isinstance(name, str) for name in self.onward):
+            raise OptionError(f"onward is {str(self.onward)[:60]!r}, expected a list of names of endings")
+        self._set("onward", tuple(self.onward))
         self._set("actions", part_of(self.actions, "actions"))
         self._set("robot", part_of(self.robot, "robot"))
         check_size(self.robot.size)

@@ -130,6 +130,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `sensors` (None): the entries of the observation, instead of those of `observation`.
     - `rewards` (None): the terms of the reward, instead of those of `weights`.
     - `endings` (`[TouchEnding(0.5)]`): the rules that end an episode; the first that gives a verdict decides.
+    - `onward` (()): names of endings after whose failure the next drive of the episode begins, if there is one.
     - `measures`: the entries of the info; by default those listed below.
     - `actions` ("velocity"): how an action becomes commands. `physics` ("mujoco"): "planar" is the compiled kernel
       (extra `fast`), which docs/performance.md compares with MuJoCo.
@@ -328,6 +329,24 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._show(state)
         return self._observation(state), reward, self._terminated, self._truncated, self._info(state)
 
+    def next_drive(self) -> Observation:
+        """Begin the next drive of the episode from where the robot is, whatever became of this one.
+
+        Returns:
+            the observation, with the goal of the next drive.
+
+        Raises:
+            ResetNeeded: before the first `reset`.
+            OptionError: this drive is the last one.
+        """
+        episode = self._running()
+        if episode.last:
+            raise OptionError("this drive is the last one of the episode: call reset()")
+        self._terminated = self._truncated = False
+        episode.go_on()
+        self._begin_drive(episode.state)
+        return self._observation(episode.state)
+
     def render(self) -> NDArray[Any] | None:
         """Return the image of the render mode; None without one, or if a window shows it."""
         if self.render_mode is None:
@@ -403,7 +422,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
 
     def _end_drive(self, episode: Episode) -> None:
         """End the episode, or begin the next drive of a task that has one."""
-        if episode.state.success and not episode.last:
+        onward = episode.state.success or episode.state.ending in self._config.onward
+        if onward and not episode.last:
             episode.go_on()
             self._begin_drive(episode.state)
         else:

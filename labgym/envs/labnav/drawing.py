@@ -12,7 +12,7 @@ import numpy as np
 
 from labgym.envs.conditions.parked import plain_things
 from labgym.envs.episode import stream
-from labgym.envs.labnav.episodes import Draws, LabNavEpisode, LabNavEpisodes, Split
+from labgym.envs.labnav.episodes import Draws, LabNavEpisode, LabNavEpisodes, LabNavLeg, Split
 from labgym.envs.labnav.necks import has_neck, neck_things
 from labgym.envs.labnav.tasks import Level, config_of, task_of
 from labgym.envs.parts.protocols import Condition
@@ -39,12 +39,12 @@ class Drawn:
     """A drive that was accepted.
 
     Attributes:
-        task: before the conditions. conditions: their data by name. length: L* on the true floor, meters.
+        task: before the conditions. conditions: their data by name. lengths: L* of each drive on the true floor, meters.
     """
 
     task: Task
     conditions: dict[str, Any]
-    length: float
+    lengths: tuple[float, ...]
 
 
 class Drawer:
@@ -125,8 +125,11 @@ class Drawer:
         if not _complete(self._level, data):
             return None
         paths = self._paths if true.layout is self._layout else ShortestPaths(true.layout, PLANNING_RADIUS)
-        length = self._length(paths, true.pair)
-        return Drawn(task, data, round(length, 6)) if self._suits(length, true.pair) else None
+        pairs = (true.pair, *true.following)
+        lengths = [self._length(paths, pair) for pair in pairs]
+        if not all(self._suits(length, pair) for length, pair in zip(lengths, pairs, strict=True)):
+            return None
+        return Drawn(task, data, tuple(round(length, 6) for length in lengths))
 
 
 def _complete(level: Level, data: Mapping[str, Any]) -> bool:
@@ -149,7 +152,9 @@ def draw_floor(
         seed: random seed of the draw.
         attempts: number of drives to draw at most.
     """
-    drawer = Drawer(layout, task, level)
+    from labgym.envs.labnav.shifts import drawer_of
+
+    drawer = drawer_of(layout, task, level)
     rng = np.random.default_rng([seed, int(layout.hash[:16], 16), zlib.crc32(task.encode()), level])
     episodes: list[LabNavEpisode] = []
     drawn = 0
@@ -159,6 +164,10 @@ def draw_floor(
         if one is None:
             continue
         pair = one.task.pair
+        following = tuple(
+            LabNavLeg(goal=each.goal, location=each.goal_location, length=length)
+            for each, length in zip(one.task.following, one.lengths[1:], strict=True)
+        )
         episode = LabNavEpisode(
             floor=layout.id,
             floor_hash=layout.hash,
@@ -169,7 +178,8 @@ def draw_floor(
             goal_location=pair.goal_location,
             conditions=one.conditions,
             seed=int(rng.integers(2**53)),
-            length=one.length,
+            length=one.lengths[0],
+            following=following,
         )
         episodes.append(episode)
     return tuple(episodes), Draws(drawn=drawn, accepted=len(episodes))

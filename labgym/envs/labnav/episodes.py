@@ -12,9 +12,11 @@ from pydantic import Field, model_validator
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record, canonical_hash
+from labgym.envs.conditions.leg_payload import MOST_LEGS
 from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.layouts import Layout, load_published
+from labgym.layouts.floor.fields import Growing
 from labgym.navigation import GoalPair
 from labgym.navigation.goals import ANYWHERE
 from labgym.suites import Coordinate
@@ -26,7 +28,20 @@ EpisodePose = tuple[Coordinate, Coordinate, Angle]
 Split = Literal["floors-val", "floors-seen", "floors-test"]
 
 
-class LabNavEpisode(Record):
+class LabNavLeg(Record):
+    """A later drive of an episode.
+
+    Attributes:
+        goal: pose (x, y, yaw) in the room frame, meters and radians. location: name of the place.
+        length: L* from the goal before, meters.
+    """
+
+    goal: EpisodePose
+    location: Annotated[str, Field(max_length=100)] = ANYWHERE
+    length: Annotated[float, Field(gt=0.0, le=1000.0)]
+
+
+class LabNavEpisode(Growing):
     """An episode.
 
     Attributes:
@@ -37,7 +52,10 @@ class LabNavEpisode(Record):
         conditions: data of the conditions by name.
         seed: of the environment: errors of sensors, and what conditions draw on the way.
         length: L*, the shortest path of the 0.30 m disc to the success disc on the true floor, meters.
+        following: the drives after the first one, in their order.
     """
+
+    ADDED: ClassVar[frozenset[str]] = frozenset({"following"})
 
     floor: Annotated[str, Field(max_length=100)]
     floor_hash: Hash
@@ -49,6 +67,7 @@ class LabNavEpisode(Record):
     conditions: Annotated[dict[str, Any], Field(default_factory=dict, max_length=16)]
     seed: Annotated[int, Field(ge=0, le=2**53)]
     length: Annotated[float, Field(gt=0.0, le=1000.0)]
+    following: Annotated[tuple[LabNavLeg, ...], Field(max_length=MOST_LEGS - 1)] = ()
 
     @property
     def key(self) -> str:
@@ -60,9 +79,23 @@ class LabNavEpisode(Record):
         """The drive."""
         return GoalPair(self.number, self.start, self.goal, self.start_location, self.goal_location)
 
+    @property
+    def pairs(self) -> tuple[GoalPair, ...]:
+        """All drives, each from the goal before."""
+        pairs = [self.pair]
+        for leg in self.following:
+            last = pairs[-1]
+            pairs.append(GoalPair(last.index + 1, last.goal, leg.goal, last.goal_location, leg.location))
+        return tuple(pairs)
+
+    @property
+    def lengths(self) -> tuple[float, ...]:
+        """L* of all drives, meters."""
+        return (self.length, *(leg.length for leg in self.following))
+
     def task(self, layout: Layout) -> Task:
         """Return the task on the floor, as it is before the conditions."""
-        return Task(layout, layout.protocol, self.pair, conditions=self.conditions)
+        return Task(layout, layout.protocol, self.pair, self.pairs[1:], conditions=self.conditions)
 
 
 class Draws(Record):
@@ -136,10 +169,12 @@ class LabNavEpisodes(Document):
             raise DocumentError(self.name, f"episodes of {floor}", f"their floor has the hash {expected[:12]}")
         return layout
 
-    def first(self, floors: int | None, per_floor: int) -> LabNavEpisodes:
-        """Return the episodes of the first floors, at most `per_floor` on each."""
+    def first(self, floors: int | None, per_floor: int, goals: int | None = None) -> LabNavEpisodes:
+        """Return the episodes of the first floors, at most `per_floor` on each, with their first goals."""
         names = list(self.floors)[:floors]
         chosen = tuple(each for name in names for each in self.floors[name][:per_floor])
+        if goals is not None:
+            chosen = tuple(one.model_copy(update={"following": one.following[: goals - 1]}) for one in chosen)
         return self.model_copy(update={"episodes": chosen})
 
 
@@ -192,5 +227,5 @@ def published_episodes(task: str, level: int) -> LabNavEpisodes:
 
 
 def straight(episode: LabNavEpisode) -> float:
-    """Return the straight distance from start to goal, meters."""
-    return math.dist(episode.start[:2], episode.goal[:2])
+    """Return the straight distance from start to goal, meters; of several drives the sum."""
+    return math.fsum(math.dist(pair.start[:2], pair.goal[:2]) for pair in episode.pairs)

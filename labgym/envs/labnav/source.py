@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from labgym.envs.labnav.drawing import Drawer
+from labgym.envs.labnav.shifts import drawer_of
 from labgym.envs.labnav.tasks import task_of
 from labgym.envs.parts.protocols import Tasks
+from labgym.envs.protocol_tasks import ProtocolTasks
 from labgym.envs.tasks import Task
 from labgym.errors import UnknownNameError
 
@@ -26,7 +28,7 @@ class LabNavTasks:
     the conditions of the task. The same happens where the options name a drive, by "pair", "start" or "goal".
 
     Args:
-        source: chooses the layouts.
+        source: chooses the layouts. In `shift` its protocol, from a pair on, takes the place of a single drive.
         name: task and level, such as "labnav-aisle-2".
 
     Raises:
@@ -35,11 +37,12 @@ class LabNavTasks:
 
     def __init__(self, source: Tasks, name: str) -> None:
         task, _, level = name.removeprefix(PREFIX).partition("-")
-        self._source, self._task = source, task
+        self._task = task
         if not level.isdecimal():
             raise UnknownNameError("LabNav task and level", name, [f"{PREFIX}{task}-{one}" for one in (1, 2, 3)])
         self._level = int(level)
-        task_of(task).level(self._level)
+        chain = task_of(task).level(self._level) and task_of(task).chain
+        self._source: Tasks = ProtocolTasks(source) if chain else source
         self._drawer: tuple[str, Drawer] | None = None
 
     def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:
@@ -48,7 +51,7 @@ class LabNavTasks:
         if any(options.get(name) is not None for name in ("pair", "start", "goal")):
             return task
         if self._drawer is None or self._drawer[0] != task.layout.hash:
-            self._drawer = task.layout.hash, Drawer(task.layout, self._task, self._level)
+            self._drawer = task.layout.hash, drawer_of(task.layout, self._task, self._level)
         for _ in range(ATTEMPTS):
             drawn = self._drawer[1].draw(rng)
             if drawn is not None:

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from labgym.envs.config import PointNavConfig
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
 from labgym.envs.parts.depth_noise import RedwoodDepth
-from labgym.envs.parts.endings import REST_DISTANCE, StopEnding, StuckEnding, TouchedEnding
+from labgym.envs.parts.endings import (
+    REST_DISTANCE,
+    LimitEnding,
+    SpillEnding,
+    StopEnding,
+    StuckEnding,
+    TouchedEnding,
+)
 from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.noise import Gaussian
 from labgym.envs.parts.odometry import OdometrySensor
@@ -30,6 +37,8 @@ PERSON_NEAR, DOCK_NEAR = 1.5, 1.0
 
 The second is an assumption: the specification does not say when a robot docks."""
 MEASURES = (*EXTENDED, "touched", "outcomes")
+ONWARD = ("stop", "stuck", "spill", "time")
+"""Endings of a drive of `shift` after which the next one begins."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +54,7 @@ class Level:
         lengths: least and greatest length L* of the shortest path, meters.
         detour: least ratio of L* to the straight distance.
         neck: radii of a disc that reaches the goal and of one that does not, meters; None without a neck.
+        goals, rooms: least and greatest number of goals in a row, and of rooms in which they are.
     """
 
     conditions: tuple[Mapping[str, Any], ...] = ()
@@ -56,6 +66,8 @@ class Level:
     lengths: tuple[float, float] = (8.0, 25.0)
     detour: float = 1.0
     neck: tuple[float, float] | None = None
+    goals: tuple[int, int] = (1, 1)
+    rooms: tuple[int, int] = (1, 1)
 
 
 @dataclass(frozen=True)
@@ -68,6 +80,7 @@ class LabNavTask:
         touched: beginnings of the names of things whose touch ends a drive; empty for all, None for none.
         radius: of the success disc, meters.
         docks: whether the robot must stand at the heading of the goal.
+        chain: whether an episode has several goals in a row.
     """
 
     name: str
@@ -76,6 +89,7 @@ class LabNavTask:
     touched: tuple[str, ...] | None = ()
     radius: float = REST_DISTANCE
     docks: bool = False
+    chain: bool = False
 
     def level(self, number: int) -> Level:
         """Return a level.
@@ -120,6 +134,14 @@ def _moved(**changes: Any) -> Level:
 
 def _dock(distance: float, degrees: float) -> Level:
     return Level(({"kind": "station", "distance": distance, "angle": math.radians(degrees)},), lengths=(4.0, 25.0))
+
+
+def _shift(drift: Level, changes: Level, freeboard: float, people: Level | None) -> Level:
+    """Return a level of `shift` with the errors, changes and people of levels of other tasks."""
+    payload = {"kind": "leg_payload", "beaker": {"freeboard": freeboard}}
+    crowd = () if people is None else people.conditions
+    conditions = (*changes.conditions, payload, *crowd)
+    return replace(drift, conditions=conditions, lengths=(0.5, 60.0), detour=0.0, goals=(5, 10), rooms=(2, 4))
 
 
 def _glass(panes: int, framed: bool) -> Level:
@@ -168,6 +190,18 @@ TASKS: dict[str, LabNavTask] = {
             {1: _carry(0.020), 2: _carry(0.010), 3: _carry(0.005)},
             touched=("person",),
         ),
+        LabNavTask(
+            "shift",
+            "drive to all places of a protocol, without a reset",
+            {
+                1: _shift(_odometry(0.5, 0.5), _moved(most=1), 0.020, None),
+                2: _shift(_odometry(0.5, 0.5), _moved(most=1), 0.020, _crowd(20.0)),
+                3: _shift(_odometry(1.0, 1.0), _moved(), 0.010, _crowd(8.0)),
+            },
+            touched=("person",),
+            docks=True,
+            chain=True,
+        ),
     )
 }
 """The tasks whose conditions exist, by name."""
@@ -199,11 +233,12 @@ def sensors_of(level: Level, observation: str) -> tuple[Sensor, ...]:
 
 
 def endings_of(task: LabNavTask, stop: bool) -> tuple[Ending, ...]:
-    """Return the endings of a task: contact, STOP if the action has it, stuck."""
+    """Return the endings of a task: contact, STOP if the action has it, stuck; of a drive of a chain also others."""
     touched = () if task.touched is None else (TouchedEnding(task.touched, pushable=False),)
     stopped = (StopEnding(task.radius),) if stop else ()
     stuck = StuckEnding(people=PERSON_NEAR, goal=DOCK_NEAR if task.docks else 0.0)
-    return (*touched, *stopped, stuck)
+    chained = (SpillEnding(), LimitEnding(SECONDS)) if task.chain else ()
+    return (*touched, *stopped, stuck, *chained)
 
 
 def config_of(
@@ -234,9 +269,10 @@ def config_of(
             SlippingActions(stop, delay, *number.slip) if number.slip else VelocityActions(stop=stop, delay=delay)
         ),
         "endings": endings_of(task, stop),
+        "onward": ONWARD if task.chain else (),
         "conditions": ({"kind": "contacts"}, *number.conditions),
         "disc": task.radius,
         "distance_to_go": "exact",
-        "measures": MEASURES,
+        "measures": (*MEASURES, "leg", "legs") if task.chain else MEASURES,
     }
     return PointNavConfig(**(values | fields))

@@ -93,7 +93,11 @@ class OdometryVelocitySensor(Sensor):
 
 
 def announced_goal(state: State) -> Pose:
-    """Return the announced goal pose of a drive in the frame of its start: meters and radians."""
-    pair = state.pair if state.task.announced is None or state.leg else state.task.announced
-    (x, y, yaw), goal = pair.start, pair.goal
+    """Return the announced goal pose of the drive in progress, in the frame of the episode's start: meters and radians.
+
+    The goals of later drives are in that frame, too, so that the errors of the odometry add up over all drives.
+    """
+    task = state.task
+    first = task.pair if task.announced is None else task.announced
+    (x, y, yaw), goal = first.start, state.pair.goal if state.leg else first.goal
     return *rotate(goal[0] - x, goal[1] - y, -yaw), wrap_angle(goal[2] - yaw)

@@ -7,6 +7,7 @@ from typing import Any
 from labgym.envs.conditions.changes import Changes
 from labgym.envs.conditions.contacts import Contacts
 from labgym.envs.conditions.glass import Glass
+from labgym.envs.conditions.leg_payload import LegPayload
 from labgym.envs.conditions.parked import Parked
 from labgym.envs.conditions.payload import Payload
 from labgym.envs.conditions.people import People
@@ -18,7 +19,16 @@ from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySen
 from labgym.envs.parts.appearance import AppearanceRandomization
 from labgym.envs.parts.depth_noise import RedwoodDepth, RimOcclusion
 from labgym.envs.parts.discrete import DiscreteActions
-from labgym.envs.parts.endings import ContactEnding, RestEnding, StopEnding, StuckEnding, TouchedEnding, TouchEnding
+from labgym.envs.parts.endings import (
+    ContactEnding,
+    LimitEnding,
+    RestEnding,
+    SpillEnding,
+    StopEnding,
+    StuckEnding,
+    TouchedEnding,
+    TouchEnding,
+)
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
 from labgym.envs.parts.maps import OccupancySensor, SegmentationSensor
 from labgym.envs.parts.measures import NamedMeasure
@@ -93,13 +103,23 @@ ROLES: dict[str, tuple[Any, tuple[type[Any], ...]]] = {
     ),
     "ending": (
         Ending,
-        (TouchEnding, RestEnding, StopEnding, ContactEnding, TouchedEnding, StuckEnding, GoalEnding),
+        (
+            TouchEnding,
+            RestEnding,
+            StopEnding,
+            ContactEnding,
+            TouchedEnding,
+            StuckEnding,
+            LimitEnding,
+            SpillEnding,
+            GoalEnding,
+        ),
     ),
     "measure": (Measure, (NamedMeasure,)),
     "actions": (Actions, (VelocityActions, SlippingActions, DiscreteActions)),
     "actuation noise": (ActuationNoise, (LoCoBotActuation, RoboThorActuation)),
     "robot": (Robot, (DifferentialDrive, HolonomicDrive, WheeledDrive, MjcfRobot)),
-    "condition": (Condition, (Contacts, Parked, Payload, Glass, WetFloor, Changes, Station, People)),
+    "condition": (Condition, (Contacts, Parked, Payload, LegPayload, Glass, WetFloor, Changes, Station, People)),
     "randomization": (
         Randomization,
         (

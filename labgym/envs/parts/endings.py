@@ -125,6 +125,39 @@ class TouchedEnding(Ending):
         return "failure" if self.counted(state) else None
 
 
+@dataclass
+class LimitEnding(Ending):
+    """Failure when a drive has taken `duration` seconds."""
+
+    duration: float = 120.0
+    name: str = "time"
+    kind: str = field(default="limit", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "duration")
+
+    def reset(self, state: State) -> None:
+        """Begin a drive."""
+        self._since = state.time
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return "failure" when the time is over."""
+        return "failure" if state.time - self._since >= self.duration - 1e-9 else None
+
+
+@dataclass(frozen=True)
+class SpillEnding(Ending):
+    """Failure when liquid has been spilt; it needs the condition "payload"."""
+
+    name: str = "spill"
+    kind: str = field(default="spill", init=False)
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return "failure" once the liquid has risen above the rim."""
+        payload = state.presences.get("payload")
+        return "failure" if payload is not None and payload.outcome["spilt"] else None
+
+
 PERSON = "person"
 """Beginning of the names of people among the bodies of conditions."""
 
