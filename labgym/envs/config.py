@@ -162,9 +162,7 @@ class PointNavConfig:
             self._set("rewards", parts_of(self.rewards, "reward term"))
         checked_terms(self.reward_terms)
         self._set("endings", parts_of(self.endings, "ending"))
-        if isinstance(self.onward, str) or not all(isinstance(name, str) for name in self.onward):
-            raise OptionError(f"onward is {str(self.onward)[:60]!r}, expected a list of names of endings")
-        self._set("onward", tuple(self.onward))
+        self._set("onward", _names("onward", self.onward))
         self._set("actions", part_of(self.actions, "actions"))
         self._set("robot", part_of(self.robot, "robot"))
         check_size(self.robot.size)
@@ -331,6 +329,13 @@ def _named(measures: Any) -> Any:
     if not isinstance(measures, list | tuple):
         return measures
     return [NamedMeasure(each) if isinstance(each, str) and ":" not in each else each for each in measures]
+
+
+def _names(field: str, value: Any) -> tuple[str, ...]:
+    """Return a list of names as a tuple."""
+    if not isinstance(value, list | tuple) or not all(isinstance(name, str) for name in value):
+        raise OptionError(f"{field} is {str(value)[:60]!r}, expected a list of names")
+    return tuple(value)
 
 
 def _check_pixels(width: object, height: object) -> None:

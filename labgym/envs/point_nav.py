@@ -24,6 +24,7 @@ from labgym.envs.tasks import Task
 from labgym.envs.view import ChaseView
 from labgym.envs.window import Window
 from labgym.envs.world import world_of
+from labgym.errors import OptionError
 
 Observation = dict[str, Any]
 
@@ -142,7 +143,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       see them where they are. `loose` (False): objects on surfaces, too. Progress, shortest paths and the sensor
       "occupancy" are those of the layout as it was. MuJoCo only, without exact readings.
     - `conditions` (()): what is in the episodes beyond their layouts: "payload" (a beaker of liquid on the deck),
-      "glass" (panes that are on no map, and what sensors see of glass and steel), "wet_floor" (slippery zones),
+      "leg_payload" (the same in some drives of several), "glass" (panes that are on no map, and what sensors see of glass and steel), "wet_floor" (slippery zones),
       "changes" (things that stand in the way, some of which can be pushed, and open drawers and shut doors that are not
       on the map), "station" (the furniture at the goal stands off its place on the map), "people" (who walk between
       workplaces); see docs/conditions.md.
@@ -212,6 +213,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `LabNavAisle-v0`, `LabNavMoved-v0`, `LabNavPeople-v0`, `LabNavOdometry-v0`, `LabNavDock-v0`, `LabNavGlass-v0`,
       `LabNavCarry-v0` (1200): the tasks of LabNav at level 2, on training floors; docs/labnav.md describes them. The
       action has a third component, above 0 for STOP.
+    - `LabNavShift-v0` (12000): likewise, with all drives of a shift in one episode, and the further info `leg` and
+      `legs`. The next drive begins after STOP, after 30 s without progress, after a spill, and after 120 s; touching a
+      person ends the episode.
 
     ## Versions
 

@@ -76,6 +76,7 @@ def test_the_ids_are_those_of_the_documentation() -> None:
         "LabNavMoved-v0",
         "LabNavOdometry-v0",
         "LabNavPeople-v0",
+        "LabNavShift-v0",
         "LabPointNav-v0",
         "LabPointNav-v1",
         "LabPointNavDepth-v1",
@@ -188,7 +189,7 @@ def test_a_bad_argument_is_refused_when_the_environment_is_made(name: str, argum
 
 @pytest.mark.parametrize("name", IDS)
 def test_steps_after_the_end_pay_nothing(name: str, path: str) -> None:
-    env = make(name, path, endings=[{"kind": "stuck", "duration": 0.1}]).unwrapped
+    env = make(name, path, endings=[{"kind": "stuck", "duration": 0.1}], onward=()).unwrapped
     env.reset(seed=0)
     rest = np.zeros(env.action_space.shape, env.action_space.dtype)
     _, _, terminated, _, info = env.step(rest)

@@ -60,7 +60,8 @@ class LegSlosh(Presence):
 
     def __init__(self, state: State, beaker: Beaker, legs: tuple[int, ...]) -> None:
         self._state, self._beaker, self._legs = state, beaker, frozenset(legs)
-        self._leg, self._slosh = -1, None
+        self._leg = -1
+        self._slosh: Slosh | None = None
         self._current()
 
     def substep(self, motion: Motion) -> str:
@@ -78,10 +79,8 @@ class LegSlosh(Presence):
         """Return the liquid of the drive in progress, at rest if the drive has just begun."""
         state = self._state
         if state.leg != self._leg:
-            self._leg = state.leg
-            self._slosh: Slosh | None = None
-            if state.leg in self._legs:
-                self._slosh = Slosh(self._beaker, state.pose, state.velocity, state.sideways)
+            self._leg, carries = state.leg, state.leg in self._legs
+            self._slosh = Slosh(self._beaker, state.pose, state.velocity, state.sideways) if carries else None
         return self._slosh
 
 

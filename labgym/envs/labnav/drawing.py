@@ -39,7 +39,8 @@ class Drawn:
     """A drive that was accepted.
 
     Attributes:
-        task: before the conditions. conditions: their data by name. lengths: L* of each drive on the true floor, meters.
+        task: before the conditions. conditions: their data by name.
+        lengths: L* of each drive on the true floor, meters.
     """
 
     task: Task

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -41,7 +42,7 @@ class ShiftDrawer(Drawer):
         places = [start, *goals]
         pairs = tuple(
             GoalPair(index, here[1], there[1], here[0], there[0])
-            for index, (here, there) in enumerate(zip(places[:-1], places[1:], strict=True))
+            for index, (here, there) in enumerate(pairwise(places))
         )
         if not all(self._suits(self._length(self._paths, pair), pair) for pair in pairs):
             return None

@@ -8,7 +8,7 @@ SECONDS = {
     "still": 1.5, "straight": 1.0, "blind": 1.5, "bug2": 2.0, "astar": 1.5, "ppo": 1.5, "dwa": 6.0, "online_map": 8.0,
     "stack": 20.0, "iplanner": 10.0, "navdp": 12.0,
 }  # fmt: skip
-"""CPU seconds of an episode by policy on one core: estimates from a few drafts."""
+"""CPU seconds of a drive by policy on one core: estimates from a few drafts."""
 FULL = 300
 """Episodes of a task in the frozen suites."""
 
@@ -18,7 +18,7 @@ def cost(suite: LabNavSuite, policy: str) -> str:
     tasks = ", ".join(f"{part.task} {part.level}" for part in suite.parts)
     text = f"{suite.name}: {suite.count} episodes of at most {suite.seconds:g} s simulated ({tasks})"
     each = SECONDS.get(policy)
-    text += "." if each is None else f"; about {_hours(suite.count * each)} of CPU time for {policy}."
+    text += "." if each is None else f"; about {_hours(suite.drives * each)} of CPU time for {policy}."
     missing = [task for task in ALL if task not in {part.task for part in suite.parts}]
     if suite.name == "labnav" and missing:
         text += f" Not published yet: {', '.join(missing)}; without them there is no figure LabNav."

@@ -7,11 +7,39 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from labgym.documents import Record
+from labgym.envs.conditions.leg_payload import MOST_LEGS
 from labgym.eval.driving.episode_row import Count, Length, Pose, Share
 from labgym.eval.labnav.rules import Ending
 
 Track = Literal["deployed", "mapless", "privileged"]
 """What a policy knows: the old map, no map, or the world as it is and will be."""
+
+
+Stopped = Literal["policy", "evaluator", ""]
+
+
+class LabNavLegRow(Record):
+    """The results of a drive of a shift.
+
+    Attributes:
+        success: S_i, whether the robot rested in the goal's disc. docked: whether within 0.10 m and 0.10 rad, too.
+        ending, stopped: as in `LabNavRow`.
+        shortest: L*_i from where the drive began, meters. path_length: P_i. time: seconds.
+        final_distance: from the goal, meters. final_heading: deviation from the goal's heading, radians.
+        beaker: whether the robot carried the beaker. rise: greatest rise of its liquid, meters.
+    """
+
+    success: bool
+    docked: bool
+    ending: Ending
+    stopped: Stopped = ""
+    shortest: Length
+    path_length: Length
+    time: Length
+    final_distance: Length
+    final_heading: float
+    beaker: bool
+    rise: Length
 
 
 class LabNavRow(Record):
@@ -34,6 +62,9 @@ class LabNavRow(Record):
         delay: control steps by which actions came late.
         outcomes: results of the conditions by name.
         error: of the policy, in one line.
+        legs: in `shift` the results of the drives that were begun. goals: number of drives.
+            `shortest` and `straight` are then sums over all drives from goal to goal, `final_distance` and
+            `final_heading` those of the last one that was begun; `success` is that all were, with docking.
     """
 
     suite: str
@@ -50,7 +81,7 @@ class LabNavRow(Record):
     ending: Ending
     contact: str = ""
     touched: tuple[Annotated[str, Field(max_length=100)], ...] = ()
-    stopped: Literal["policy", "evaluator", ""] = ""
+    stopped: Stopped = ""
     shortest: Length
     straight: Length
     path_length: Length
@@ -64,6 +95,8 @@ class LabNavRow(Record):
     delay: Count = 0
     outcomes: dict[str, Any] = Field(default_factory=dict)
     error: str | None = None
+    legs: Annotated[tuple[LabNavLegRow, ...], Field(max_length=MOST_LEGS)] = ()
+    goals: Count = 1
 
     @property
     def key(self) -> str:

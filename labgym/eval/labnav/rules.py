@@ -51,6 +51,16 @@ def braking_distance(task: LabNavTask) -> float:
     return DOCK_RADIUS if task.docks else SHARE * task.radius
 
 
+def stay_of(task: LabNavTask, delay: int) -> int:
+    """Return the number of control steps that a robot must rest at its goal.
+
+    In a chain of goals no action that comes late, by `delay` control steps, may reach the next drive.
+    """
+    if task.chain:
+        return delay
+    return STAY if task.docks else 0
+
+
 class Parking:
     """Brings the robot to rest: after a policy's STOP, or in its place.
 
@@ -114,6 +124,8 @@ def ending_of(finish: Finish) -> Ending:
         return "contact"
     if finish.rule == "stuck":
         return "stuck"
+    if finish.rule == "spill":
+        return "spilt"
     if not finish.parked:
         return "frozen" if finish.waited >= WAITED else "time"
     if not finish.inside:

@@ -120,5 +120,12 @@ def shift(legs: Sequence[Leg], count: int) -> float:
     Args:
         legs: that were driven. count: of all legs.
     """
-    scores = (spl(leg.success, leg.shortest, leg.driven) * (1.0 if leg.docked else 0.5) for leg in legs)
+    scores = (leg_score(leg) for leg in legs)
     return math.fsum(scores) / count
+
+
+def leg_score(leg: Leg) -> float:
+    """Return S L* / max(P, L*), half of it out of the dock; 0 for a leg that begins in its goal's disc."""
+    if leg.shortest <= 0.0:
+        return 0.0
+    return spl(leg.success, leg.shortest, leg.driven) * (1.0 if leg.docked else 0.5)

@@ -13,8 +13,8 @@ PREFIX = "labnav"
 MINI = "labnav-mini"
 ALL = ("aisle", "moved", "people", "odometry", "dock", "glass", "carry", "shift")
 """The eight tasks of the figure."""
-MINI_EPISODES, MINI_SECONDS = 3, 60.0
-"""Episodes of a task in the small suite, and their time limit, seconds."""
+MINI_EPISODES, MINI_SECONDS, MINI_GOALS = 3, 60.0, 3
+"""Episodes of a task in the small suite, their time limit, seconds, and goals of a shift."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,11 @@ class LabNavSuite:
         return sum(len(part.episodes) for part in self.parts)
 
     @property
+    def drives(self) -> int:
+        """Number of drives: a shift has several."""
+        return sum(len(episode.lengths) for part in self.parts for episode in part.episodes)
+
+    @property
     def hash(self) -> str:
         """Hash of all that the suite's rules and episodes consist of."""
         return canonical_hash({"name": self.name, "seconds": self.seconds, "parts": [part.hash for part in self.parts]})
@@ -74,7 +79,7 @@ def load_labnav(name: str) -> LabNavSuite:
         parts = tuple(published_episodes(task, HEADLINE) for task in tasks)
         if name == PREFIX:
             return LabNavSuite(name, parts)
-        return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1) for part in parts), MINI_SECONDS)
+        return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1, MINI_GOALS) for part in parts), MINI_SECONDS)
     task, _, level = name.removeprefix(f"{PREFIX}-").partition("-")
     if task not in TASKS or (level and level not in ("1", "2", "3")):
         raise UnknownNameError("suite", name, suite_names())

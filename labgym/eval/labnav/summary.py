@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar
 
+from pydantic import Field
+
 from labgym.documents import Document, Record
 from labgym.eval.driving.intervals import Estimate, bounded_mean
 from labgym.eval.labnav import scores
@@ -15,6 +17,8 @@ from labgym.eval.labnav.suites import LabNavSuite
 from labgym.policies.policy import Sensors
 from labgym.table import Table
 
+NOT_BEGUN = "not begun"
+"""Ending of the drives of a shift that come after the one that ended it."""
 LENGTHS = (10.0, 15.0)
 """Edges of the classes of L*, meters."""
 DETOURS = (1.1, 1.3)
@@ -32,6 +36,7 @@ class TaskSummary(Record):
         endings: number of episodes by how they ended. contact: of those that ended by a contact, by the thing's kind.
         parked: episodes in which the evaluator stopped the robot.
         precise: in `dock`, share of episodes within 0.05 m and 0.05 rad; None elsewhere.
+        legs: in `shift`, number of its drives by how they ended, "not begun" among them; empty elsewhere.
         nines: see `figure.nines`.
         by_length, by_detour: mean score and number of episodes by class.
     """
@@ -50,6 +55,7 @@ class TaskSummary(Record):
     contact: dict[str, int]
     parked: int
     precise: Estimate | None
+    legs: dict[str, int] = Field(default_factory=dict)
     nines: float | None
     by_length: dict[str, tuple[float, int]]
     by_detour: dict[str, tuple[float, int]]
@@ -131,10 +137,18 @@ def _task(rows: Sequence[LabNavRow], suite: str, task: str, level: int, draft: b
         contact=dict(sorted(Counter(kind_of(row.contact) for row in rows if row.contact).items())),
         parked=sum(row.stopped == "evaluator" for row in rows),
         precise=bounded_mean(precise, floors) if task == "dock" else None,
+        legs=_legs(rows),
         nines=nines(score),
         by_length=_classes(((row.shortest, row.score) for row in rows), LENGTHS, " m"),
         by_detour=_classes(((row.shortest / row.straight, row.score) for row in rows if row.straight), DETOURS, ""),
     )
+
+
+def _legs(rows: Sequence[LabNavRow]) -> dict[str, int]:
+    """Return the number of drives of shifts by how they ended."""
+    endings = Counter(leg.ending for row in rows for leg in row.legs)
+    rest = sum(row.goals - len(row.legs) for row in rows if row.legs)
+    return dict(sorted(endings.items())) | ({NOT_BEGUN: rest} if rest else {})
 
 
 def kind_of(name: str) -> str:
@@ -169,6 +183,11 @@ def summary_table(summary: LabNavSummary) -> Table:
     notes = []
     if any(task.draft for task in summary.tasks):
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
+    for task in summary.tasks:
+        if task.legs:
+            count, perfect = sum(task.legs.values()), _interval(task.success)
+            drives = ", ".join(f"{name} {number}" for name, number in task.legs.items())
+            notes.append(f"{task.task} {task.level}: perfect shifts {perfect}; {count} drives: {drives}.")
     parked = sum(task.parked for task in summary.tasks)
     if parked:
         notes.append(f"The evaluator stopped the robot in {parked} episodes: the policy cannot stop.")

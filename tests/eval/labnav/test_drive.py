@@ -33,6 +33,7 @@ NOTHING = {
     "people": {"people": {}},
     "moved": {"changes": []},
     "glass": {"glass": {"panes": [], "seed": 0, "void": 0.4, "true": 0.1, "steel": 0.3}},
+    "shift": {"changes": [], "people": {}, "payload": {"beaker": {}, "legs": []}},
     "dock": {"station": {"station": "ValidationPlatform_1", "shift": [0.0, 0.0, 0.0]}},
 }
 """Data of the conditions of each task, without people, panes and changes."""

@@ -72,3 +72,4 @@ def test_a_shift_is_the_mean_over_all_legs_also_those_never_begun():
     whole, half = Leg(True, True, 5.0, 5.0), Leg(True, False, 5.0, 10.0)
     assert scores.shift([whole, half], 5) == pytest.approx((1.0 + 0.25) / 5)
     assert scores.shift([whole] * 5, 5) == 1.0
+    assert scores.shift([Leg(True, True, 0.0, driven) for driven in (0.0, 0.3)], 2) == 0.0

@@ -1,0 +1,116 @@
+"""The results of a finished episode."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from labgym.envs.labnav.episodes import LabNavEpisode, straight
+from labgym.envs.labnav.tasks import LabNavTask
+from labgym.envs.parts.endings import TouchedEnding
+from labgym.envs.point_nav import LabPointNavEnv
+from labgym.eval.driving.drive import Route
+from labgym.eval.labnav.foresight import track_of
+from labgym.eval.labnav.leg import LabNavDriver, Recorder
+from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.rules import delay_of, is_slow
+from labgym.geometry import wrap_angle
+
+MOST_TOUCHED = 20
+MOST_OUTCOME = 100
+"""Greatest number of entries of a list in the outcomes of a row."""
+
+
+@dataclass(frozen=True)
+class LabNavDrive:
+    """A finished episode.
+
+    Attributes:
+        row: the results. route: poses at the start and after each control step, rounded to 0.001.
+        planning_ms: mean wall-clock milliseconds of the policy per action; None without an action.
+        slow: whether that is longer than it declares.
+    """
+
+    row: LabNavRow
+    route: Route
+    planning_ms: float | None
+    slow: bool
+
+    @classmethod
+    def of(cls, row: LabNavRow, recorder: Recorder, driver: LabNavDriver) -> LabNavDrive:
+        """Return the results with what was recorded."""
+        mean = recorder.seconds / recorder.actions if recorder.actions else None
+        route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in recorder.poses)
+        slow = mean is not None and is_slow(mean, driver.latency)
+        return cls(row, route, None if mean is None else 1e3 * mean, slow)
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """What is evaluated.
+
+    Attributes:
+        task, level: of LabNav. label: name of the policy in the rows. suite: name and version of the suite.
+        seed: of the policy. limit: of a drive, control steps.
+    """
+
+    task: LabNavTask
+    level: int
+    label: str
+    suite: str
+    seed: int
+    limit: int
+
+
+def fields_of(
+    evaluated: Evaluated, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: Recorder
+) -> dict[str, Any]:
+    """Return the fields of a row that the state at the end has, whatever the task."""
+    state = env.state
+    ended = next((each for each in env.config.endings if isinstance(each, TouchedEnding)), None)
+    contact = ended.counted(state)[:1] if ended is not None and state.ending == "contact" else ()
+    outcomes = {name: one.outcome for name, one in state.presences.items() if name != "contacts"}
+    return {
+        "suite": evaluated.suite,
+        "task": evaluated.task.name,
+        "level": evaluated.level,
+        "floor": episode.floor,
+        "floor_hash": episode.floor_hash,
+        "number": episode.number,
+        "policy": evaluated.label,
+        "track": track_of(driver),
+        "seed": evaluated.seed,
+        "contact": "".join(contact)[:100],
+        "touched": tuple(name[:100] for name in recorder.touched)[:MOST_TOUCHED],
+        "shortest": round(math.fsum(episode.lengths), 9),
+        "straight": round(straight(episode), 9),
+        "path_length": state.path_length,
+        "time": round(state.time, 6),
+        "final_distance": state.distance,
+        "final_heading": wrap_angle(state.pose[2] - state.pair.goal[2]),
+        "odometry_error": math.dist(recorder.believed[:2], state.pose[:2]),
+        "steps": state.steps,
+        "contacts": state.contacts,
+        "waited": round(recorder.waited, 6),
+        "delay": delay_of(driver.latency),
+        "outcomes": _plain(outcomes),
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Return outcomes as bounded JSON data."""
+    if isinstance(value, Mapping):
+        return {str(key)[:100]: _plain(each) for key, each in list(value.items())[:MOST_OUTCOME]}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [_plain(each) for each in list(value)[:MOST_OUTCOME]]
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return None if value is None else str(value)[:200]

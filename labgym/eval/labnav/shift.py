@@ -1,0 +1,134 @@
+"""Shifts: several drives in one episode, without a reset of the robot, the people or the things that it pushed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from labgym.envs.conditions.leg_payload import carried
+from labgym.envs.labnav.episodes import LabNavEpisode
+from labgym.envs.labnav.tasks import LabNavTask, endings_of
+from labgym.envs.parts.endings import LimitEnding, TouchedEnding
+from labgym.envs.parts.protocols import Ending
+from labgym.envs.point_nav import LabPointNavEnv
+from labgym.envs.state import State
+from labgym.eval.labnav import scores
+from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Observation, Recorder
+from labgym.eval.labnav.results import Evaluated, LabNavDrive, fields_of
+from labgym.eval.labnav.row import LabNavLegRow, LabNavRow
+from labgym.eval.labnav.rules import Ending as Outcome
+from labgym.eval.labnav.rules import ending_of
+from labgym.geometry import wrap_angle
+
+ASIDE, FARTHEST, DIRECTIONS = 0.01, 1.0, 32
+"""Spacing of the rings around the robot on which a place for the disc of 0.30 m is sought, their greatest radius,
+meters, and the number of points on each."""
+
+
+def shift_endings(task: LabNavTask) -> tuple[Ending, ...]:
+    """Return the endings of a whole shift: the others end one of its drives."""
+    return tuple(each for each in endings_of(task, stop=False) if isinstance(each, TouchedEnding))
+
+
+def leg_endings(task: LabNavTask) -> tuple[Ending, ...]:
+    """Return the endings of a drive of a shift, besides its time, which the evaluator limits."""
+    return tuple(each for each in endings_of(task, stop=False) if not isinstance(each, TouchedEnding | LimitEnding))
+
+
+def drive_shift(
+    evaluated: Evaluated, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: Recorder
+) -> LabNavDrive:
+    """Drive a shift to its end and return the results.
+
+    A drive that ends elsewhere than at its goal ends with the robot braked to rest; the next one begins there. A touch
+    that counts ends the shift, and so does an error of the policy.
+    """
+    observation: Observation = env.reset(seed=episode.seed, options={"episode": episode.number})[0]
+    state = env.state
+    recorder.note(observation, state)
+    legs: list[LabNavLegRow] = []
+    last: LegDrive | None = None
+    for length in episode.lengths:
+        if last is not None:
+            observation = env.next_drive()
+        shortest = shortest_from(state, length)
+        rules = leg_endings(evaluated.task)
+        last = LegDrive(env, driver, evaluated.task, recorder, evaluated.seed, evaluated.limit, rules)
+        observation = last.run(driver.reset if not legs else driver.next_goal, observation)
+        if not last.parked:
+            observation = last.brake(observation)
+        legs.append(_leg_row(last, state, shortest))
+        if legs[-1].ending in ("contact", "error"):
+            break
+    assert last is not None
+    count = len(episode.lengths)
+    perfect = len(legs) == count and all(leg.ending == "success" for leg in legs)
+    stopped = {leg.stopped for leg in legs} - {""}
+    row = LabNavRow(
+        **fields_of(evaluated, episode, env, driver, recorder),
+        score=score_of_legs(legs, count),
+        success=perfect,
+        ending=_ending(legs),
+        stopped="evaluator" if "evaluator" in stopped else "policy" if stopped else "",
+        error=last.error,
+        legs=tuple(legs),
+        goals=count,
+    )
+    return LabNavDrive.of(row, recorder, driver)
+
+
+def score_of_legs(legs: Sequence[LabNavLegRow], count: int) -> float:
+    """Return the score of a shift of `count` drives, of which `legs` were begun."""
+    driven = [scores.Leg(leg.success, leg.docked, leg.shortest, leg.path_length) for leg in legs]
+    return scores.shift(driven, count)
+
+
+def shortest_from(state: State, otherwise: float) -> float:
+    """Return L* of the drive in progress from where the robot stands, meters.
+
+    Where the disc of 0.30 m does not fit, the way to the nearest place where it fits is added.
+
+    Args:
+        state: at the begin of the drive. otherwise: L* if there is no such place.
+    """
+    length = state.shortest_path_length
+    for ring in range(1, round(FARTHEST / ASIDE) + 1):
+        if math.isfinite(length):
+            return length
+        x, y, yaw = state.pose
+        radius = ring * ASIDE
+        angles = (2.0 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS))
+        places = [(x + radius * math.cos(angle), y + radius * math.sin(angle), yaw) for angle in angles]
+        free = [place for place in places if state.world.paths.free(*place[:2])]
+        to_disc = (state.world.length_to_disc(replace(state.pair, start=place), state.disc) for place in free)
+        length = radius + min(to_disc, default=math.inf)
+    return length if math.isfinite(length) else otherwise
+
+
+def _leg_row(leg: LegDrive, state: State, shortest: float) -> LabNavLegRow:
+    """Return the results of a drive that is over."""
+    finish, beaker = leg.finish(state), carried(state)
+    reached = finish.parked and finish.inside and not finish.spilt and finish.error is None
+    driven = state.path_length - leg.driven
+    payload = state.presences.get("payload")
+    return LabNavLegRow(
+        success=reached,
+        docked=reached and finish.docked,
+        ending=ending_of(finish),
+        stopped=leg.stopped,
+        shortest=round(shortest, 9),
+        path_length=driven,
+        time=round(state.time - leg.begun, 6),
+        final_distance=state.distance,
+        final_heading=wrap_angle(state.pose[2] - state.pair.goal[2]),
+        beaker=beaker is not None,
+        rise=0.0 if payload is None else float(payload.outcome["highest"]),
+    )
+
+
+def _ending(legs: Sequence[LabNavLegRow]) -> Outcome:
+    """Return how a shift ended: by what ended it early, or as its first drive that was not perfect."""
+    if legs[-1].ending in ("contact", "error"):
+        return legs[-1].ending
+    return next((leg.ending for leg in legs if leg.ending != "success"), "success")
