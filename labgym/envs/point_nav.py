@@ -143,10 +143,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       see them where they are. `loose` (False): objects on surfaces, too. Progress, shortest paths and the sensor
       "occupancy" are those of the layout as it was. MuJoCo only, without exact readings.
     - `conditions` (()): what is in the episodes beyond their layouts: "payload" (a beaker of liquid on the deck),
-      "leg_payload" (the same in some drives of several), "glass" (panes that are on no map, and what sensors see of glass and steel), "wet_floor" (slippery zones),
-      "changes" (things that stand in the way, some of which can be pushed, and open drawers and shut doors that are not
-      on the map), "station" (the furniture at the goal stands off its place on the map), "people" (who walk between
-      workplaces); see docs/conditions.md.
+      "leg_payload" (the same in some drives of several), "glass" (panes that are on no map, and what sensors see of
+      glass and steel), "wet_floor" (slippery zones), "changes" (things that stand in the way, some of which can be
+      pushed, and open drawers and shut doors that are not on the map), "station" (the furniture at the goal stands off
+      its place on the map), "people" (who walk between workplaces); see docs/conditions.md.
     - `randomizations` (()): changes that are drawn anew for each episode: "mass", "friction", "sensor_pose", "noise",
       "appearance", or objects of the user's own (docs/robots.md). The measure "randomization" has the drawn values.
 
