@@ -40,7 +40,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 @dataclass
 class Recorder:
-    """What is recorded over all drives of an episode.
+    """The record of an episode, over all its drives.
 
     Attributes:
         watch: receives the state at the start and after each control step.

@@ -51,7 +51,7 @@ class LabNavDrive:
 
 @dataclass(frozen=True)
 class Evaluated:
-    """What is evaluated.
+    """An evaluation, as its rows name it.
 
     Attributes:
         task, level: of LabNav. label: name of the policy in the rows. suite: name and version of the suite.
