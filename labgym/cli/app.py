@@ -12,7 +12,6 @@ import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Annotated, Literal
 
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
@@ -21,11 +20,9 @@ from tyro.extras import SubcommandApp
 from labgym import __version__
 from labgym.cli.arguments import (
     ExecutorArguments,
-    LayoutName,
     OptionalText,
     PolicyOptions,
     allow_local_modules,
-    numbers,
     parse_options,
 )
 from labgym.cli.assets import assets_app
@@ -34,8 +31,9 @@ from labgym.cli.evaluation import compare, coverage, eval_, report
 from labgym.cli.imports import import_app
 from labgym.cli.layouts import generate
 from labgym.cli.leaderboard import leaderboard
-from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints, written
+from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints
 from labgym.cli.protocols import protocols_app
+from labgym.cli.recording import record
 from labgym.cli.repairs import repair
 from labgym.cli.reproduction import reproduce_app
 from labgym.cli.scores import score
@@ -116,52 +114,7 @@ app.command(name="eval")(eval_)
 app.command(leaderboard)
 
 
-@app.command
-def record(
-    layout: LayoutName,
-    policy: str = "astar",
-    pair: int = 0,
-    out: Path = Path("drive.mp4"),
-    seed: int = 0,
-    width: int = 480,
-    height: int = 360,
-    quality: Literal["fast", "fine"] = "fast",
-    protocol: OptionalText = None,
-    options: PolicyOptions = (),
-    start: OptionalText = None,
-    goal: OptionalText = None,
-) -> int:
-    """Film a policy on one goal pair of a layout, or between two points of its floor.
-
-    Args:
-        layout: A layout's .json file, or the id of a published layout.
-        policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help).
-        pair: Index of the goal pair, in the order of the protocol's steps.
-        out: The film, .mp4 or .gif.
-        seed: Random seed of the policy.
-        width: Width in pixels.
-        height: Height in pixels.
-        quality: fast, or fine with shadows and reflections (ten times slower without a GPU).
-        protocol: Id or .json file of the protocol to drive for; by default the one that the layout embeds.
-        options: Arguments of the policy, for example trust=true.
-        start: Start x,y,yaw in meters and radians, for example 1.5,2,0; by default that of the goal pair.
-        goal: Goal x,y in meters; by default that of the goal pair.
-    """
-    from tqdm import tqdm
-
-    from labgym.cli.describe import episode_outcome
-    from labgym.envs.tasks import resolve_layout
-    from labgym.eval.drawing import film
-    from labgym.eval.driving.drive import drive_pair
-
-    allow_local_modules()
-    film.check_film_path(out)
-    scene = resolve_layout(layout, protocol)
-    ends = numbers("start", start), numbers("goal", goal)
-    drive = drive_pair(policy, scene, pair, seed, parse_options(options), *ends)
-    print(episode_outcome(drive.row))
-    written(film.save_film(tqdm(film.film(scene, drive.route, width, height, quality), "film", len(drive.route)), out))
-    return complaints([drive.row.error] if drive.row.error else [])
+app.command(record)
 
 
 @app.command

@@ -173,6 +173,14 @@ def with_patches(mesh: SceneMesh, patches: Iterable[Patch]) -> SceneMesh:
     return SceneMesh(vertices, faces, np.concatenate([*materials, mesh.material]), np.concatenate([owner, mesh.owner]))
 
 
+def joined(first: SceneMesh, *others: SceneMesh) -> SceneMesh:
+    """Return meshes as one, in their order."""
+    meshes = (first, *others)
+    vertices, faces = join([(each.vertices, each.faces) for each in meshes])
+    material, owner = (np.concatenate([getattr(each, name) for each in meshes]) for name in ("material", "owner"))
+    return SceneMesh(vertices, faces, material, owner)
+
+
 def solid_mesh(layout: Layout) -> SceneMesh:
     """Return the solid faces of a layout: floor, walls, and the solids of all placements."""
     meshes = [_ground(layout.floor)]

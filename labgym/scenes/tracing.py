@@ -13,6 +13,7 @@ filtered, color is not.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +28,7 @@ from labgym.scenes.cutaway import hidden_walls
 from labgym.scenes.filtering import smooth_light
 from labgym.scenes.glazing import veiled
 from labgym.scenes.lighting import NUDGE, Lamps, Panels, Sun, ambient_light, direct_light
-from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh, scene_mesh, smooth_normals, with_patches
+from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh, joined, scene_mesh, smooth_normals, with_patches
 from labgym.scenes.surfaces import Floats, Scene, norms
 from labgym.scenes.surroundings import Surroundings, studio
 from labgym.scenes.views import View, picture_view
@@ -61,8 +62,20 @@ def trace(
     return trace_view(layout, picture_view(layout, camera), width, height, samples)
 
 
-def trace_view(layout: Layout, place: View, width: int, height: int, samples: int = 4) -> NDArray[np.uint8]:
+def trace_view(
+    layout: Layout,
+    place: View,
+    width: int,
+    height: int,
+    samples: int = 4,
+    added: SceneMesh | None = None,
+    hidden: Collection[str] | None = None,
+) -> NDArray[np.uint8]:
     """Return a ray-traced picture of a layout from any camera, shape (height, width, 3).
+
+    Args:
+        added: what stands in it besides, such as people, in the room frame; its owner is `ROOM`.
+        hidden: walls, or upper parts of walls, to leave out; by default those between the camera and the spaces.
 
     Raises:
         OptionError: as `trace`.
@@ -71,7 +84,8 @@ def trace_view(layout: Layout, place: View, width: int, height: int, samples: in
         raise OptionError(f"picture size {width}x{height} is not between 1x1 and {LARGEST[0]}x{LARGEST[1]}")
     if samples < 1:
         raise OptionError(f"samples must be at least 1, got {samples}")
-    mesh = scene_mesh(layout, hidden_walls(layout.floor, place.position))
+    mesh = scene_mesh(layout, hidden_walls(layout.floor, place.position) if hidden is None else hidden)
+    mesh = mesh if added is None else joined(mesh, added)
     frames = placement_frames(layout.placements)
     if not _within(layout.floor, place):
         base = with_patches(mesh, (studio(layout.floor),))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
 from labgym.envs.conditions.beaker import Beaker
+from labgym.envs.conditions.bodies import Body
 from labgym.envs.conditions.payload import Slosh, beaker_of
 from labgym.envs.parts.kinds import positive
 from labgym.envs.parts.protocols import Condition, Motion, Presence
@@ -68,6 +69,12 @@ class LegSlosh(Presence):
         """Advance the liquid by one physics step."""
         slosh = self._current()
         return "" if slosh is None else slosh.substep(motion)
+
+    @property
+    def bodies(self) -> Sequence[Body]:
+        """The beaker on the robot, in a drive with it."""
+        slosh = self._current()
+        return () if slosh is None else slosh.bodies
 
     @property
     def outcome(self) -> dict[str, Any]:

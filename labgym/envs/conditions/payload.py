@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.conditions.beaker import Beaker
+from labgym.envs.conditions.beaker_look import beaker_shape
+from labgym.envs.conditions.bodies import Body
 from labgym.envs.parts.protocols import Condition, Motion, Presence
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
@@ -58,13 +60,14 @@ class Slosh(Presence):
         self, beaker: Beaker, pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float
     ) -> None:
         self._beaker = beaker
-        self._last = _in_room(pose, velocity, sideways)
+        self._pose, self._last = pose, _in_room(pose, velocity, sideways)
         self._state = (0.0, 0.0, 0.0, 0.0)
         self._step: tuple[float, tuple[float, ...]] | None = None
         self._highest = 0.0
 
     def substep(self, motion: Motion) -> str:
         """Advance the liquid by one physics step."""
+        self._pose = motion.pose
         now = _in_room(motion.pose, motion.velocity, motion.sideways)
         if self._step is None or self._step[0] != motion.dt:
             transition, response = propagator(self._beaker.frequency, self._beaker.damping, motion.dt)
@@ -83,6 +86,11 @@ class Slosh(Presence):
         )
         self._highest = max(self._highest, self.rise)
         return ""
+
+    @property
+    def bodies(self) -> Sequence[Body]:
+        """The beaker on the robot."""
+        return (Body("beaker", beaker_shape(self._beaker), self._pose),)
 
     @property
     def rise(self) -> float:

@@ -22,7 +22,16 @@ PLACES = 40
 FREE = 1.2
 """Distance from start and goal within which nothing is parked, meters."""
 
+RADII = (0.30, 0.35, 0.40, 0.45)
+"""Radii of the discs by which drives are classed, meters: that of planning first."""
+
 Array = NDArray[np.float64]
+
+
+def widest_disc(layout: Layout, pair: GoalPair) -> float | None:
+    """Return the radius of the widest disc of `RADII` for which a path joins start and goal; None if none does."""
+    ends = pair.start[:2], pair.goal[:2]
+    return next((radius for radius in RADII[::-1] if ShortestPaths(layout, radius).connected(*ends)), None)
 
 
 def has_neck(layout: Layout, pair: GoalPair, neck: tuple[float, float]) -> bool:

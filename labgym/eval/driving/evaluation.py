@@ -96,13 +96,13 @@ def _read2(folder: Path) -> Evaluation:
     rows = read_lines(folder / EPISODES, EpisodeRow)
     routes = read_lines(folder / ROUTES, EpisodeRoute)
     times = read_lines(folder / TIMES, EpisodeTime)
-    identity = _identity(folder)
+    identity = identity_of(folder)
     code = identity.code if identity is not None else ""
     recomputed = summary.recomputed(tuple(rows.records.values()))
     differing = summary_differences(summary, recomputed, exactly=code == code_digest())
-    problems = [*_changed(folder), *rows.problems, *routes.problems, *times.problems]
+    problems = [*changed_files(folder), *rows.problems, *routes.problems, *times.problems]
     measured = {key: time.planning_ms for key, time in times.records.items()}
-    return _evaluation(folder, recomputed, rows, routes, measured, code, _provenance(folder), differing, problems)
+    return _evaluation(folder, recomputed, rows, routes, measured, code, sessions_of(folder), differing, problems)
 
 
 def _read1(folder: Path, summary: NavigationSummary, provenance: Provenance1) -> Evaluation:
@@ -149,7 +149,7 @@ def _evaluation(
         times=times,
         code=code,
         provenance=provenance,
-        problems=_located(folder, [*_mismatch(differing), *problems, *incomplete]),
+        problems=located(folder, [*_mismatch(differing), *problems, *incomplete]),
     )
 
 
@@ -207,7 +207,7 @@ def _incomplete(
     return problems
 
 
-def _changed(folder: Path) -> list[str]:
+def changed_files(folder: Path) -> list[str]:
     """Return a sentence for each file whose hash is not that of the manifest."""
     try:
         manifest = RunManifest.read(folder)
@@ -219,14 +219,16 @@ def _changed(folder: Path) -> list[str]:
     return [f"{', '.join(changed)}: not as the run wrote it, by its hash in manifest.json"] if changed else []
 
 
-def _identity(folder: Path) -> RunIdentity | None:
+def identity_of(folder: Path) -> RunIdentity | None:
+    """Return the identity of the run in a folder; None if it is missing or broken."""
     try:
         return RunIdentity.load(folder / IDENTITY_FILE)
     except DocumentError:
         return None
 
 
-def _provenance(folder: Path) -> tuple[RunProvenance, ...]:
+def sessions_of(folder: Path) -> tuple[RunProvenance, ...]:
+    """Return versions, commit and machine of each session of the run in a folder."""
     path = folder / PROVENANCE_FILE
     sessions = []
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else ():
@@ -237,5 +239,6 @@ def _provenance(folder: Path) -> tuple[RunProvenance, ...]:
     return tuple(sessions)
 
 
-def _located(folder: Path, problems: Iterable[str]) -> tuple[str, ...]:
+def located(folder: Path, problems: Iterable[str]) -> tuple[str, ...]:
+    """Return sentences about the files of a folder, each with the folder's name."""
     return tuple(f"{folder}: {problem}" for problem in problems)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated, BinaryIO, Generic, TypeVar
+from typing import Annotated, Any, BinaryIO, Generic, Protocol, Self, TypeVar
 
 from pydantic import Field, ValidationError
 
@@ -49,7 +49,21 @@ class EpisodeTime(EpisodeRecord):
     planning_ms: Length | None
 
 
-T = TypeVar("T", EpisodeRow, EpisodeRoute, EpisodeTime)
+class KeyedRecord(Protocol):
+    """A record with the key of its episode."""
+
+    @property
+    def key(self) -> Any:
+        """Identifies the episode within an evaluation."""
+        ...
+
+    @classmethod
+    def model_validate(cls, obj: Any) -> Self:
+        """Return the record in the data of a line."""
+        ...
+
+
+T = TypeVar("T", bound=KeyedRecord)
 
 
 @dataclass(frozen=True)
@@ -61,10 +75,10 @@ class Lines(Generic[T]):
         problems: a sentence for each line that cannot be read or repeats an episode.
     """
 
-    records: dict[Key, T]
+    records: dict[Any, T]
     problems: tuple[str, ...] = ()
 
-    def checked(self, source: object, name: str) -> dict[Key, T]:
+    def checked(self, source: object, name: str) -> dict[Any, T]:
         """Return the records of a file without problems.
 
         Args:
@@ -123,7 +137,7 @@ def read_lines(path: Path, kind: type[T], parse: Callable[[object], T] | None = 
         return _read(path.name, stream, parse or kind.model_validate)
 
 
-def parse_lines(name: str, content: bytes, kind: type[T]) -> dict[Key, T]:
+def parse_lines(name: str, content: bytes, kind: type[T]) -> dict[Any, T]:
     """Return the records in the content of a file, by episode.
 
     Raises:
@@ -133,7 +147,7 @@ def parse_lines(name: str, content: bytes, kind: type[T]) -> dict[Key, T]:
 
 
 def _read(name: str, stream: BinaryIO, parse: Callable[[object], T]) -> Lines[T]:
-    records: dict[Key, T] = {}
+    records: dict[Any, T] = {}
     problems: list[str] = []
     number = 0
     while line := stream.readline(MAX_LINE):
@@ -144,10 +158,16 @@ def _read(name: str, stream: BinaryIO, parse: Callable[[object], T]) -> Lines[T]
             problems.append(f"{name} line {number} cannot be read ({_reason(error).removeprefix(f'{name}: ')})")
             continue
         if record.key in records:
-            layout, pair, repeat = record.key
-            problems.append(f"{name} line {number} repeats the episode {layout!r}, pair {pair}, repeat {repeat}")
+            problems.append(f"{name} line {number} repeats the episode {_episode(record.key)}")
         records.setdefault(record.key, record)
     return Lines(records, tuple(problems))
+
+
+def _episode(key: Any) -> str:
+    if isinstance(key, str):
+        return repr(key)
+    layout, pair, repeat = key
+    return f"{layout!r}, pair {pair}, repeat {repeat}"
 
 
 def _reason(error: Exception) -> str:

@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from labgym.envs.labnav.episodes import LabNavEpisode, straight
+from labgym.envs.labnav.necks import widest_disc
 from labgym.envs.labnav.tasks import LabNavTask
 from labgym.envs.parts.endings import TouchedEnding
 from labgym.envs.point_nav import LabPointNavEnv
+from labgym.envs.tasks import Task
 from labgym.eval.driving.drive import Route
 from labgym.eval.labnav.foresight import track_of
 from labgym.eval.labnav.leg import LabNavDriver, Recorder
@@ -88,6 +90,7 @@ def fields_of(
         "touched": tuple(name[:100] for name in recorder.touched)[:MOST_TOUCHED],
         "shortest": round(math.fsum(episode.lengths), 9),
         "straight": round(straight(episode), 9),
+        "neck": _neck(state.task),
         "path_length": state.path_length,
         "time": round(state.time, 6),
         "final_distance": state.distance,
@@ -99,6 +102,13 @@ def fields_of(
         "delay": delay_of(driver.latency),
         "outcomes": _plain(outcomes),
     }
+
+
+def _neck(task: Task) -> float | None:
+    """Return the radius of the widest disc that reaches all goals."""
+    discs = [widest_disc(task.layout, pair) for pair in (task.pair, *task.following)]
+    fitting = [disc for disc in discs if disc is not None]
+    return min(fitting) if len(fitting) == len(discs) else None
 
 
 def _plain(value: Any) -> Any:

@@ -55,6 +55,7 @@ class LabNavRow(Record):
         contact: name of the thing whose touch ended the drive, "" without. touched: of all that it touched, at most 20.
         stopped: who decided that the robot had arrived: the policy, or the evaluator for one that cannot stop.
         shortest: L*, meters. straight: distance from start to goal. path_length: P. time: T, seconds.
+        neck: radius of the widest disc of `necks.RADII` that reaches the goal, meters; None if none does.
         final_distance: from the goal, meters. final_heading: deviation from the goal's heading, radians.
         odometry_error: distance between the pose by odometry and the true one at the end, meters.
         steps: control steps. contacts: of them with a contact.
@@ -84,6 +85,7 @@ class LabNavRow(Record):
     stopped: Stopped = ""
     shortest: Length
     straight: Length
+    neck: Length | None = None
     path_length: Length
     time: Length
     final_distance: Length

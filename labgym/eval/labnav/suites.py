@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from labgym.documents import canonical_hash
@@ -33,7 +34,7 @@ class LabNavSuite:
     @property
     def figure(self) -> bool:
         """Whether the suite gives the figure: it has all eight tasks, and their whole drives."""
-        return self.name != MINI and {part.task for part in self.parts} == set(ALL)
+        return is_whole(self.name, [part.task for part in self.parts])
 
     @property
     def draft(self) -> bool:
@@ -54,6 +55,11 @@ class LabNavSuite:
     def hash(self) -> str:
         """Hash of all that the suite's rules and episodes consist of."""
         return canonical_hash({"name": self.name, "seconds": self.seconds, "parts": [part.hash for part in self.parts]})
+
+
+def is_whole(name: str, tasks: Iterable[str]) -> bool:
+    """Whether a suite of some tasks gives the figure LabNav: all tasks, and their whole drives."""
+    return name != MINI and set(tasks) == set(ALL)
 
 
 def is_labnav(name: str) -> bool:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pydantic import Field
 
 from labgym.documents import Document, Record
+from labgym.envs.labnav.necks import RADII
 from labgym.eval.driving.intervals import Estimate, bounded_mean
 from labgym.eval.labnav import scores
 from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
 from labgym.eval.labnav.row import LabNavRow, Track
-from labgym.eval.labnav.suites import LabNavSuite
+from labgym.eval.labnav.suites import LabNavSuite, is_whole
 from labgym.policies.policy import Sensors
 from labgym.table import Table
 
@@ -23,6 +25,8 @@ LENGTHS = (10.0, 15.0)
 """Edges of the classes of L*, meters."""
 DETOURS = (1.1, 1.3)
 """Edges of the classes of L* / straight distance."""
+MET = (1, 3)
+"""Edges of the classes of the number of people met."""
 
 
 class TaskSummary(Record):
@@ -38,7 +42,8 @@ class TaskSummary(Record):
         precise: in `dock`, share of episodes within 0.05 m and 0.05 rad; None elsewhere.
         legs: in `shift`, number of its drives by how they ended, "not begun" among them; empty elsewhere.
         nines: see `figure.nines`.
-        by_length, by_detour: mean score and number of episodes by class.
+        by_length, by_detour, by_neck, by_met: mean score and number of episodes by the class of L*, of L* / straight
+            distance, of the widest disc that reaches the goal, and of the number of people met.
     """
 
     task: str
@@ -59,6 +64,8 @@ class TaskSummary(Record):
     nines: float | None
     by_length: dict[str, tuple[float, int]]
     by_detour: dict[str, tuple[float, int]]
+    by_neck: dict[str, tuple[float, int]] = Field(default_factory=dict)
+    by_met: dict[str, tuple[float, int]] = Field(default_factory=dict)
 
 
 class LabNavSummary(Document):
@@ -90,6 +97,18 @@ class LabNavSummary(Document):
         """Number of episodes in which the policy failed."""
         return sum(task.errors for task in self.tasks)
 
+    @property
+    def draft(self) -> bool:
+        """Whether some of the episodes may still change."""
+        return any(task.draft for task in self.tasks)
+
+    def recomputed(self, rows: Sequence[LabNavRow]) -> LabNavSummary:
+        """Return the summary with every figure computed from rows."""
+        parts = [_Part(each.suite, each.task, each.level, each.draft, each.expected) for each in self.tasks]
+        fields = {name: getattr(self, name) for name in ("policy", "options", "track", "sensors", "seed", "latency")}
+        whole = is_whole(self.suite, [part.task for part in parts])
+        return _summary(self.suite, self.hash, parts, rows, whole, fields)
+
 
 def summarise(suite: LabNavSuite, rows: Sequence[LabNavRow], **fields: Any) -> LabNavSummary:
     """Return the summary of the rows of a suite.
@@ -98,16 +117,32 @@ def summarise(suite: LabNavSuite, rows: Sequence[LabNavRow], **fields: Any) -> L
         suite: the suite. rows: of one policy.
         fields: the fields of `LabNavSummary` that do not follow from these.
     """
-    tasks = []
-    for part in suite.parts:
-        own = [row for row in rows if (row.task, row.level) == (part.task, part.level)]
-        tasks.append(_task(own, part.label, part.task, part.level, part.draft, len(part.episodes)))
-    complete = suite.figure and all(task.episodes for task in tasks)
-    pairs = {part.task: [(row.floor, row.score) for row in rows if row.task == part.task] for part in suite.parts}
+    parts = [_Part(part.label, part.task, part.level, part.draft, len(part.episodes)) for part in suite.parts]
+    return _summary(suite.name, suite.hash, parts, rows, suite.figure, fields)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """The episodes of a task: suite with its version, name, level, whether they are drafts, and their number."""
+
+    suite: str
+    task: str
+    level: int
+    draft: bool
+    expected: int
+
+
+def _summary(
+    suite: str, digest: str, parts: Sequence[_Part], rows: Sequence[LabNavRow], whole: bool, fields: Mapping[str, Any]
+) -> LabNavSummary:
+    """Return a summary; `whole` says whether the suite gives the figure LabNav."""
+    tasks = [_task([row for row in rows if (row.task, row.level) == (part.task, part.level)], part) for part in parts]
+    complete = whole and all(task.episodes for task in tasks)
+    pairs = {part.task: [(row.floor, row.score) for row in rows if row.task == part.task] for part in parts}
     means = [task.score.value or 0.0 for task in tasks]
     return LabNavSummary(
-        suite=suite.name,
-        hash=suite.hash,
+        suite=suite,
+        hash=digest,
         tasks=tuple(tasks),
         labnav=figure(pairs) if complete else None,
         arithmetic=arithmetic(means) if complete else None,
@@ -115,7 +150,7 @@ def summarise(suite: LabNavSuite, rows: Sequence[LabNavRow], **fields: Any) -> L
     )
 
 
-def _task(rows: Sequence[LabNavRow], suite: str, task: str, level: int, draft: bool, expected: int) -> TaskSummary:
+def _task(rows: Sequence[LabNavRow], part: _Part) -> TaskSummary:
     floors = [row.floor for row in rows]
     score = mean_score([(row.floor, row.score) for row in rows])
     precise = [
@@ -123,12 +158,12 @@ def _task(rows: Sequence[LabNavRow], suite: str, task: str, level: int, draft: b
         for row in rows
     ]
     return TaskSummary(
-        task=task,
-        level=level,
-        suite=suite,
-        draft=draft,
+        task=part.task,
+        level=part.level,
+        suite=part.suite,
+        draft=part.draft,
         episodes=len(rows),
-        expected=expected,
+        expected=part.expected,
         errors=sum(row.error is not None for row in rows),
         score=score,
         success=bounded_mean([float(row.success) for row in rows], floors),
@@ -136,11 +171,10 @@ def _task(rows: Sequence[LabNavRow], suite: str, task: str, level: int, draft: b
         endings=dict(sorted(Counter(row.ending for row in rows).items())),
         contact=dict(sorted(Counter(kind_of(row.contact) for row in rows if row.contact).items())),
         parked=sum(row.stopped == "evaluator" for row in rows),
-        precise=bounded_mean(precise, floors) if task == "dock" else None,
+        precise=bounded_mean(precise, floors) if part.task == "dock" else None,
         legs=_legs(rows),
         nines=nines(score),
-        by_length=_classes(((row.shortest, row.score) for row in rows), LENGTHS, " m"),
-        by_detour=_classes(((row.shortest / row.straight, row.score) for row in rows if row.straight), DETOURS, ""),
+        **{field: classes(rows, class_of) for field, class_of in DIFFICULTIES.items()},
     )
 
 
@@ -156,15 +190,64 @@ def kind_of(name: str) -> str:
     return name.rstrip("0123456789").rstrip("_- ") or name
 
 
-def _classes(
-    values: Iterable[tuple[float, float]], edges: tuple[float, float], unit: str
-) -> dict[str, tuple[float, int]]:
+def classes(rows: Iterable[LabNavRow], class_of: Callable[[LabNavRow], str | None]) -> dict[str, tuple[float, int]]:
+    """Return the mean score and the number of episodes of each class, easy ones first.
+
+    Args:
+        class_of: returns the class of a row, None for none.
+    """
+    groups: dict[str, list[float]] = {}
+    for row in rows:
+        name = class_of(row)
+        if name is not None:
+            groups.setdefault(name, []).append(row.score)
+    order = sorted(groups, key=_rank)
+    return {name: (sum(groups[name]) / len(groups[name]), len(groups[name])) for name in order}
+
+
+def _rank(name: str) -> tuple[float, str]:
+    """Return the order of a class: by the first number in its name, "<" before it and ">=" after it."""
+    first = float(name.split()[0] if name[0].isdigit() else name.split()[1])
+    return first - 1e-3 * name.startswith("<") + 1e-3 * name.startswith(">="), name
+
+
+def _length(row: LabNavRow) -> str:
+    return _class(row.shortest, LENGTHS, " m")
+
+
+def _detour(row: LabNavRow) -> str | None:
+    return _class(row.shortest / row.straight, DETOURS, "") if row.straight else None
+
+
+def _disc(row: LabNavRow) -> str | None:
+    if row.neck is None:
+        return None
+    return f"{row.neck:.2f} m" + (" and more" if row.neck == RADII[-1] else "")
+
+
+def _met(row: LabNavRow) -> str | None:
+    """Return the class of the number of people that the robot met."""
+    people = row.outcomes.get("people")
+    if not isinstance(people, Mapping):
+        return None
+    count, (few, many) = int(people.get("met", 0)), MET
+    return "0" if count < few else f"{few} or {many - 1}" if count < many else f"{many} and more"
+
+
+def _class(value: float, edges: tuple[float, float], unit: str) -> str:
     low, high = edges
-    names = (f"< {low:g}{unit}", f"{low:g} to {high:g}{unit}", f">= {high:g}{unit}")
-    groups: dict[str, list[float]] = {name: [] for name in names}
-    for value, score in values:
-        groups[names[(value >= low) + (value >= high)]].append(score)
-    return {name: (sum(group) / len(group), len(group)) for name, group in groups.items() if group}
+    if low <= value < high:
+        return f"{low:g} to {high:g}{unit}"
+    return f"< {low:g}{unit}" if value < low else f">= {high:g}{unit}"
+
+
+DIFFICULTIES: dict[str, Callable[[LabNavRow], str | None]] = {
+    "by_length": _length,
+    "by_detour": _detour,
+    "by_neck": _disc,
+    "by_met": _met,
+}
+"""Classes of episodes by difficulty, by the field of `TaskSummary`."""
 
 
 def summary_table(summary: LabNavSummary) -> Table:

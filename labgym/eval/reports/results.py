@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from labgym.documents import read_json
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.eval.drawing.plan_drawing import DrivenPath
+from labgym.eval.driving.drive import Route
+from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.layouts import Layout
@@ -143,3 +145,35 @@ def _is_unfinished(folder: Path) -> bool:
     except DocumentError:
         return False
     return isinstance(data, dict) and data.get("kind") == "eval"
+
+
+def recorded_drive(folder: str | Path, episode: str, policy: str | None = None) -> tuple[Layout, EpisodeRow, Route]:
+    """Return the layout, the row and the route of an episode in a folder of results.
+
+    Args:
+        folder: written by `labgym eval`, `labgym run` or `labgym play`.
+        episode: LAYOUT/PAIR or LAYOUT/PAIR/REPEAT. policy: name of the policy, where the folder holds several.
+
+    Raises:
+        DocumentError: the folder holds no such results, or the episode has no route.
+        OptionError: it holds evaluations of several policies, or the episode is not named as above.
+        UnknownNameError: there is no such episode.
+    """
+    results = ResultsFolder.read(folder)
+    fitting = [one for one in results.evaluations if policy in (None, one.name, one.summary.policy)]
+    if len(fitting) != 1:
+        names = ", ".join(one.name for one in results.evaluations) or "none"
+        raise OptionError(f"{folder} holds evaluations of {names}: name one of them with --policy")
+    evaluation = fitting[0]
+    name, *parts = episode.split("/")
+    if not 1 <= len(parts) <= 2 or not all(part.isdecimal() and len(part) < 7 for part in parts):
+        raise OptionError(f"episode {episode[:80]!r} must be LAYOUT/PAIR or LAYOUT/PAIR/REPEAT, such as test-sub_01/3")
+    key = name, int(parts[0]), int(parts[1]) if len(parts) == 2 else 0
+    rows = {row.key: row for row in evaluation.rows}
+    if key not in rows:
+        raise UnknownNameError(f"{folder}: episode", episode, ["/".join(map(str, each)) for each in rows])
+    layout = next((each for each in results.layouts if each.id == name), None)
+    route = evaluation.routes.get(key)
+    if layout is None or layout.hash != rows[key].layout_hash or not route:
+        raise DocumentError(folder, f"episode {episode}", "has no route, or its layout is another version")
+    return layout, rows[key], route

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from labgym.eval.drawing.film import film, save_film
 from labgym.layouts import load_published
 from labgym.navigation import goal_pairs
 from labgym.scenes import MissingRendererError
+from labgym.suites import suite_of
 
 
 def ramps(count: int) -> list[np.ndarray]:
@@ -71,3 +74,24 @@ def test_the_view_of_the_robot_is_in_the_corner():
     # The frame around the inset: a white line across its top.
     white = (picture == 255).all(axis=2)
     assert white[:, 200:].sum(axis=1).max() >= int(320 * 0.28)
+
+
+def test_an_episode_of_a_folder_is_filmed_by_its_route(tmp_path, capsys):
+    from labgym.eval.driving.runner import evaluate
+
+    layout = load_published("test", "test-sub_01")
+    suite = suite_of([layout]).model_copy(update={"max_steps": 3})
+    evaluate("straight", suite, layouts=[layout], out=tmp_path / "run", progress=False)
+    out, words = tmp_path / "drive.gif", ["--width", "128", "--height", "96"]
+    assert main(["record", str(tmp_path / "run"), "--episode", "test-sub_01/99", "--out", str(out)]) == 2
+    assert main(["record", str(tmp_path / "run"), "--episode", "test-sub_01", "--out", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert "episode 'test-sub_01/99' not found" in error
+    assert "must be LAYOUT/PAIR" in error
+    code = main(["record", str(tmp_path / "run"), "--episode", "test-sub_01/0", "--out", str(out), *words])
+    if "OpenGL" in capsys.readouterr().err:
+        pytest.skip("no OpenGL here")
+    assert code == 0
+    lines = (tmp_path / "run" / "routes.jsonl").read_text().splitlines()
+    with Image.open(out) as image:
+        assert 1 < image.n_frames <= len(json.loads(lines[0])["poses"]) == 4

@@ -1,0 +1,50 @@
+"""The world of an episode before it begins, without physics."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from labgym.envs.conditions.bodies import Body
+from labgym.envs.conditions.cast import cast_of
+from labgym.envs.conditions.figures import figure
+from labgym.envs.labnav.episodes import LabNavEpisode
+from labgym.envs.labnav.tasks import config_of
+from labgym.envs.tasks import Task
+from labgym.layouts import Layout
+
+HERE = 0.1
+"""A stop nearer than this is where a person stands, meters."""
+
+
+def prepared(task: str, level: int, episode: LabNavEpisode, layout: Layout) -> Task:
+    """Return the task of an episode after its conditions: the true floor, the map, and what can be pushed.
+
+    Args:
+        task, level: of LabNav. episode: on the layout. layout: as published.
+
+    Raises:
+        OptionError: the data of a condition is not of this layout.
+    """
+    now = episode.task(layout)
+    for condition in config_of(task, level).conditions:
+        name = condition.name
+        data = now.conditions[name] if name in now.conditions else condition.draw(now, np.random.default_rng(0))
+        now = condition.prepare(now, data)
+    return now
+
+
+def people_at_start(task: Task) -> tuple[Body, ...]:
+    """Return the bodies of the people of an episode where they start, each facing the first place on the way."""
+    bodies: list[Body] = []
+    data = task.conditions.get("people")
+    for number, role in enumerate(() if data is None else cast_of(data).people):
+        (x, y), yaw, walks = role.start, 0.0, False
+        for stop_x, stop_y, stop_yaw, _ in role.stops:
+            walks = math.dist((x, y), (stop_x, stop_y)) > HERE
+            yaw = math.atan2(stop_y - y, stop_x - x) if walks else stop_yaw
+            if walks:
+                break
+        bodies += figure(number, x, y, yaw, 0.0, walks)
+    return tuple(bodies)
