@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from labgym.envs.conditions.cast import MOST, Model
 from labgym.envs.conditions.crowd import RADIUS
@@ -15,7 +16,7 @@ from labgym.envs.world import World, world_of
 from labgym.layouts import Layout
 from labgym.layouts.drives import entry_poses, places_of_work
 from labgym.layouts.model import FLOOR
-from labgym.navigation import OccupancyGrid, Pose, goal_pose, occupancy
+from labgym.navigation import OccupancyGrid, Pose, goal_pose
 
 Stop = list[float]
 
@@ -35,10 +36,19 @@ TRIES = 200
 """Number of places that are tried for one person."""
 
 
-def free_floor(layout: Layout) -> float:
-    """Return the area of the floor without furniture, m2, on a 5 cm grid."""
-    grid = occupancy(layout)
-    return float((~grid.occupied).sum()) * grid.resolution**2
+def free_floor(world: World, place: Sequence[float]) -> float:
+    """Return the area of the floor on which a person can stand who came from a place, m2, on a 5 cm grid.
+
+    These are the centers of the disc of the planning radius, 0.30 m, in the part of the free floor nearest to the place.
+    """
+    grid = world.planning_grid
+    parts, count = ndimage.label(~grid.occupied)
+    if not count:
+        return 0.0
+    rows, columns = np.nonzero(parts)
+    row, column = grid.cell_of(float(place[0]), float(place[1]))
+    nearest = int(np.argmin((rows - row) ** 2 + (columns - column) ** 2))
+    return float((parts == parts[rows[nearest], columns[nearest]]).sum()) * grid.resolution**2
 
 
 def workplaces(layout: Layout) -> list[Pose]:
@@ -64,14 +74,14 @@ def draw_cast(
 
     Args:
         task: the task, whose start people keep away from. rng: draws everything.
-        density: people for each m2 of free floor; at least one person unless it is 0.
+        density: people for each m2 of floor on which they can stand; at least one person unless it is 0.
         group: number of people who walk together. yielding: share of people who avoid the robot while it moves.
         speed: m/s. model: how they avoid each other.
     """
     world = world_of(task.layout)
-    area = world.derived("free floor", free_floor)
-    count = min(MOST, max(1, round(density * area))) if density > 0.0 else 0
     start = task.pair.start[:2]
+    area = free_floor(world, start)
+    count = min(MOST, max(1, round(density * area))) if density > 0.0 else 0
     stops = [pose for pose in world.derived("workplaces", workplaces) if world.paths.connected(start, pose)]
     places = _Places(world, start, rng)
     starts: list[tuple[float, float]] = []

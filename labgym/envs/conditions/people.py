@@ -257,9 +257,9 @@ def _disc(pose: tuple[float, float, float], velocity: tuple[float, float], sidew
 
 
 def _moves(velocity: tuple[float, float], sideways: float) -> bool:
-    """Whether the robot moves."""
+    """Whether the robot moves: turning on the spot, it sweeps no floor."""
     speed = math.sqrt(velocity[0] * velocity[0] + sideways * sideways)
-    return speed >= AT_REST.speed or abs(velocity[1]) >= AT_REST.turn_rate
+    return speed >= AT_REST.speed
 
 
 def _hiding(layout: Layout) -> Obstacles:

@@ -125,7 +125,7 @@ def _people(area: float, group: int = 1) -> dict[str, Any]:
 
 
 def _crowd(area: float, group: int = 1) -> Level:
-    return Level((_people(area, group),), lengths=(4.0, 25.0))
+    return Level((_people(area, group),), lengths=(4.0, 10.0))
 
 
 def _moved(**changes: Any) -> Level:
