@@ -38,7 +38,7 @@ from labgym.cli.repairs import repair
 from labgym.cli.reproduction import reproduce_app
 from labgym.cli.scores import score
 from labgym.cli.signals import Terminated, raise_termination
-from labgym.cli.splits import describe_app, floors
+from labgym.cli.splits import describe_app, floors, labnav
 from labgym.cli.submission import submit_app
 from labgym.cli.traces import trace
 from labgym.cli.training import ablate_app, card_app, data, train_app
@@ -169,6 +169,7 @@ def policies() -> int:
 
 
 app.command(floors)
+app.command(labnav)
 app.command(describe_app, name="describe", help="Describe splits of floors.")
 app.command(submit_app, name="submit", help="Check results that others submit.")
 app.command(data)

@@ -1,4 +1,4 @@
-"""The commands for splits of floors: write their floors, describe them."""
+"""The commands for splits of floors: write their floors, draw LabNav's suites on them, describe them."""
 
 from __future__ import annotations
 
@@ -66,6 +66,77 @@ def floors(
     if not problems:
         print(f"The secret, {len(own.floors)} floors and the suite have the hashes of the published commitment.")
     return complaints(problems)
+
+
+def labnav(
+    split: SplitName | Literal["floors-sealed"],
+    out: Path,
+    floors: int = 60,
+    episodes: int = 5,
+    tasks: Annotated[tuple[str, ...], arg(metavar="TASK [TASK ...]")] = (),
+    level: Annotated[tuple[Literal[1, 2, 3], ...], arg(metavar="LEVEL [LEVEL ...]")] = (1, 2, 3),
+    version: int = 1,
+    draft: bool = False,
+    unfiltered: bool = True,
+    seed: int = 14,
+    secret_file: OptionalPath = None,
+    layouts: OptionalPath = None,
+    publish: bool = False,
+    fresh: bool = False,
+    execution: Execution = THIS_PROCESS,
+) -> int:
+    """Draw the suites of LabNav on the floors of a split.
+
+    OUT receives TASK-LEVEL.json for each task and level, TASK-2-unfiltered.json with all drives that have a path, and
+    manifest.json with their hashes (docs/labnav.md). An interrupted command resumes. With floors-sealed, exit 1 if the
+    suites do not have the hashes of the published sealed.json.
+
+    Args:
+        split: floors-test for the benchmark; floors-val for drafts.
+        out: Folder.
+        floors: Number of floors of each suite.
+        episodes: Number of episodes of each floor.
+        tasks: Names of tasks; by default all.
+        level: Levels.
+        version: Version of the suites; 0 for drafts.
+        draft: Mark the suites as drafts.
+        unfiltered: Draw the unfiltered suites of level 2, too: one episode a floor.
+        seed: Random seed of the draw.
+        secret_file: File of the secret of floors-sealed: 64 hexadecimal digits.
+        layouts: Folder of the floors of floors-sealed: OUT/layouts of labgym floors.
+        publish: Copy the suites to eval/labnav; of the sealed ones the hashes alone, as sealed.json.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    from labgym.envs.labnav.tasks import TASKS
+    from labgym.eval.labnav.publication import SEALED_MANIFEST, Publication, draw_suites, published_manifest
+    from labgym.eval.labnav.publication import publish as publish_suites
+    from labgym.layouts.sealed import SEALED, read_secret
+
+    publication = Publication(
+        split,
+        floors,
+        episodes,
+        tuple(tasks) or tuple(TASKS),
+        level,
+        unfiltered,
+        version,
+        draft,
+        seed,
+        None if secret_file is None else read_secret(secret_file),
+        layouts,
+    )
+    manifest = draw_suites(publication, out, execution.options(), fresh)
+    for name, entry in manifest.suites.items():
+        share = 100.0 * entry.accepted / entry.drawn
+        print(f"{name}: {entry.episodes} episodes on {entry.floors} floors, {share:.1f}% of {entry.drawn} drives")
+    written(out)
+    committed = published_manifest(SEALED_MANIFEST) if split == SEALED else None
+    if publish:
+        for path in publish_suites(manifest, out):
+            written(path)
+    elif committed is not None:
+        return complaints(committed.differences(manifest))
+    return DONE
 
 
 @describe_app.command

@@ -44,12 +44,13 @@ class People(Condition):
     """People who walk between workplaces along shortest paths, stand there, and avoid each other.
 
     Some avoid the robot, too; the others do not see it until it has been at rest for 0.5 s. Nobody walks into a robot
-    at rest. Touching a person counts while the robot moves: faster than 0.05 m/s or 0.1 rad/s.
+    at rest. Touching a person counts while the robot moves: faster than 0.05 m/s. A round robot that turns on the spot
+    takes no floor from anybody, and counts as at rest.
 
     Their data is that of `labgym.envs.conditions.cast.Cast`. List this condition after those that change the layout.
 
     Attributes:
-        density: people for each m2 of free floor. group: number of people who walk together.
+        density: people for each m2 of floor on which they can stand. group: number of people who walk together.
         yielding: share of people who avoid the robot while it moves. speed: m/s.
         model: "orca", or "social_force".
     """
@@ -257,7 +258,7 @@ def _disc(pose: tuple[float, float, float], velocity: tuple[float, float], sidew
 
 
 def _moves(velocity: tuple[float, float], sideways: float) -> bool:
-    """Whether the robot moves: turning on the spot, it sweeps no floor."""
+    """Whether the robot moves; a turn on the spot is none."""
     speed = math.sqrt(velocity[0] * velocity[0] + sideways * sideways)
     return speed >= AT_REST.speed
 

@@ -26,6 +26,8 @@ from labgym.navigation.goals import ANYWHERE
 
 ATTEMPTS = 300
 """Number of drives that are drawn on a floor before it is left with fewer episodes."""
+SHORTEST = 0.01
+"""Least length L* of the drives of unfiltered suites, meters: the robot does not start in the success disc."""
 ROOM = 0.40
 """Radius of the disc that fits at a free pose, meters."""
 TRIES = 50
@@ -53,10 +55,13 @@ class Drawer:
 
     Args:
         layout: the floor. task: name of the task. level: its level.
+        filtered: whether drives must have the properties of the level; otherwise all that have a path are accepted.
     """
 
-    def __init__(self, layout: Layout, task: str, level: int) -> None:
-        self._layout, self._task, self._level = layout, task_of(task), task_of(task).level(level)
+    def __init__(self, layout: Layout, task: str, level: int, filtered: bool = True) -> None:
+        self._layout, self._task, self._filtered = layout, task_of(task), filtered
+        own = task_of(task).level(level)
+        self._level = own if filtered else replace(own, neck=None, detour=0.0, lengths=(SHORTEST, math.inf))
         self._paths, self._room = ShortestPaths(layout, PLANNING_RADIUS), ShortestPaths(layout, ROOM)
         self._entries, self._work = list(entry_poses(layout).items()), list(places_of_work(layout).items())
         self._conditions: tuple[Condition, ...] = config_of(task, level).conditions
@@ -123,7 +128,7 @@ class Drawer:
             if drawn is not None:
                 data[name] = drawn
             true = condition.prepare(true, drawn)
-        if not _complete(self._level, data):
+        if self._filtered and not _complete(self._level, data):
             return None
         paths = self._paths if true.layout is self._layout else ShortestPaths(true.layout, PLANNING_RADIUS)
         pairs = (true.pair, *true.following)
@@ -141,7 +146,7 @@ def _complete(level: Level, data: Mapping[str, Any]) -> bool:
 
 
 def draw_floor(
-    layout: Layout, task: str, level: int, count: int, seed: int, attempts: int = ATTEMPTS
+    layout: Layout, task: str, level: int, count: int, seed: int, attempts: int = ATTEMPTS, filtered: bool = True
 ) -> tuple[tuple[LabNavEpisode, ...], Draws]:
     """Return episodes of a task on a floor, and how many drives were drawn for them.
 
@@ -152,11 +157,13 @@ def draw_floor(
         count: number of episodes to accept.
         seed: random seed of the draw.
         attempts: number of drives to draw at most.
+        filtered: as for `Drawer`.
     """
     from labgym.envs.labnav.shifts import drawer_of
 
-    drawer = drawer_of(layout, task, level)
-    rng = np.random.default_rng([seed, int(layout.hash[:16], 16), zlib.crc32(task.encode()), level])
+    drawer = drawer_of(layout, task, level) if filtered else Drawer(layout, task, level, filtered)
+    kind = [] if filtered else [1]
+    rng = np.random.default_rng([seed, int(layout.hash[:16], 16), zlib.crc32(task.encode()), level, *kind])
     episodes: list[LabNavEpisode] = []
     drawn = 0
     while len(episodes) < count and drawn < attempts:

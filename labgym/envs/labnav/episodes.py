@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from labgym.artefacts import artefacts
-from labgym.documents import Document, Record, canonical_hash
+from labgym.documents import Document, Record, canonical_hash, write_text
 from labgym.envs.conditions.leg_payload import MOST_LEGS
 from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, UnknownNameError
@@ -22,10 +23,12 @@ from labgym.navigation.goals import ANYWHERE
 from labgym.suites import Coordinate
 
 FOLDER = "labnav"
+UNFILTERED = "unfiltered"
+"""End of the name of a suite whose drives are all that have a path."""
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 Angle = Annotated[float, Field(ge=-7.0, le=7.0)]
 EpisodePose = tuple[Coordinate, Coordinate, Angle]
-Split = Literal["floors-val", "floors-seen", "floors-test"]
+Split = Literal["floors-val", "floors-seen", "floors-test", "floors-sealed"]
 
 
 class LabNavLeg(Record):
@@ -111,7 +114,9 @@ class LabNavEpisodes(Document):
     Attributes:
         task, level: name and number. version: rises with every change of episodes or rules.
         draft: whether the episodes may still change.
-        split: of the floors. seed: random seed of the draw.
+        filtered: whether the drives have the properties of the task and level, such as length and neck; otherwise they
+            are all that have a path.
+        split: of the floors. seed: random seed of the draw; that of the sealed suites follows from their secret.
         episodes: by floor and number. draws: acceptance by floor, of all floors that were tried.
     """
 
@@ -121,6 +126,7 @@ class LabNavEpisodes(Document):
     level: Annotated[int, Field(ge=1, le=3)]
     version: Annotated[int, Field(ge=0)] = 0
     draft: bool = True
+    filtered: bool = True
     split: Split
     seed: Annotated[int, Field(ge=0, le=2**53)]
     episodes: Annotated[tuple[LabNavEpisode, ...], Field(min_length=1, max_length=10_000)]
@@ -136,7 +142,7 @@ class LabNavEpisodes(Document):
     @property
     def name(self) -> str:
         """Name of the suite."""
-        return f"labnav-{self.task}-{self.level}"
+        return f"{FOLDER}-{self.task}-{self.level}" + ("" if self.filtered else f"-{UNFILTERED}")
 
     @property
     def label(self) -> str:
@@ -147,6 +153,18 @@ class LabNavEpisodes(Document):
     def hash(self) -> str:
         """SHA-256 of the document."""
         return canonical_hash(self.to_json())
+
+    @property
+    def text(self) -> str:
+        """Content of the file: JSON with an episode a line."""
+        fields = self.to_json()
+        lines = ",\n".join(f"  {_line(each)}" for each in fields.pop("episodes"))
+        head = "".join(f" {_line(name)}: {_line(value)},\n" for name, value in fields.items())
+        return f'{{\n{head} "episodes": [\n{lines}\n ]\n}}\n'
+
+    def save(self, path: str | Path) -> Path:
+        """Write the document atomically and return its path."""
+        return write_text(path, self.text)
 
     @property
     def floors(self) -> dict[str, tuple[LabNavEpisode, ...]]:
@@ -176,6 +194,10 @@ class LabNavEpisodes(Document):
         if goals is not None:
             chosen = tuple(one.model_copy(update={"following": one.following[: goals - 1]}) for one in chosen)
         return self.model_copy(update={"episodes": chosen})
+
+
+def _line(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
 class EpisodeTasks:
@@ -211,18 +233,21 @@ def suite_file(name: str) -> Path:
     return artefacts("eval") / FOLDER / f"{name.removeprefix('labnav-')}.json"
 
 
-def published_episodes(task: str, level: int) -> LabNavEpisodes:
+def published_episodes(task: str, level: int, filtered: bool = True) -> LabNavEpisodes:
     """Return the published episodes of a task at a level.
+
+    Args:
+        task, level: of LabNav. filtered: whether they have the properties of the task; False for all drives.
 
     Raises:
         UnknownNameError: they are not published.
         DocumentError: the file is broken.
     """
-    path = suite_file(f"{task}-{level}")
+    name = f"{task}-{level}" + ("" if filtered else f"-{UNFILTERED}")
+    path = suite_file(name)
     if not path.is_file():
-        folder = path.parent
-        names = sorted(f"labnav-{each.stem}" for each in folder.glob("*.json")) if folder.is_dir() else []
-        raise UnknownNameError("LabNav suite", f"labnav-{task}-{level}", names)
+        names = sorted(f"{FOLDER}-{each.stem}" for each in path.parent.glob("*-[123]*.json"))
+        raise UnknownNameError("LabNav suite", f"{FOLDER}-{name}", names)
     return LabNavEpisodes.load(path)
 
 

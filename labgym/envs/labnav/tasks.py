@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from labgym.envs.config import PointNavConfig
-from labgym.envs.parts.actions import VelocityActions
+from labgym.envs.parts.actuation import LOCOBOT
 from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
 from labgym.envs.parts.depth_noise import RedwoodDepth
 from labgym.envs.parts.endings import (
@@ -22,7 +22,8 @@ from labgym.envs.parts.endings import (
 from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.noise import Gaussian
 from labgym.envs.parts.odometry import OdometrySensor
-from labgym.envs.parts.protocols import Ending, Sensor
+from labgym.envs.parts.protocols import Ending, Randomization, Sensor
+from labgym.envs.parts.randomizations import SensorPoseRandomization
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.slipping import SlippingActions
 from labgym.envs.parts.vectors import VelocitySensor
@@ -36,6 +37,10 @@ PERSON_NEAR, DOCK_NEAR = 1.5, 1.0
 """Distances from a person and from a docking pose within which the clock of a stuck robot stands, meters.
 
 The second is an assumption: the specification does not say when a robot docks."""
+WHEELS = (0.02, 1.0)
+"""Errors of the wheels in all tasks but `odometry`: `scale` and `veer` of `SlippingActions`."""
+MOUNTING = (0.02, 1.5)
+"""Errors of the places of the sensors in `dock`, drawn for each episode."""
 MEASURES = (*EXTENDED, "touched", "outcomes")
 ONWARD = ("stop", "stuck", "spill", "time")
 """Endings of a drive of `shift` after which the next one begins."""
@@ -50,7 +55,8 @@ class Level:
         odometry: errors of the odometry, by the arguments of `OdometrySensor`.
         lidar, color: standard deviations of the ranges, meters, and of the colors, of 255. redwood: whether depth
             images have the errors of Redwood.
-        slip: `scale` and `veer` of `SlippingActions`; None for wheels that obey exactly.
+        mounting: greatest errors of the places of lidar and camera along each axis, meters, and of their yaw, degrees.
+        slip: `scale` and `veer` of `SlippingActions`.
         lengths: least and greatest length L* of the shortest path, meters.
         detour: least ratio of L* to the straight distance.
         neck: radii of a disc that reaches the goal and of one that does not, meters; None without a neck.
@@ -62,7 +68,8 @@ class Level:
     lidar: float = 0.0
     color: float = 0.0
     redwood: bool = False
-    slip: tuple[float, float] | None = None
+    mounting: tuple[float, float] = (0.0, 0.0)
+    slip: tuple[float, float] = WHEELS
     lengths: tuple[float, float] = (8.0, 25.0)
     detour: float = 1.0
     neck: tuple[float, float] | None = None
@@ -110,9 +117,33 @@ def _aisle(reaches: float, stops: float) -> Level:
     return Level(({"kind": "parked"},), detour=1.3, neck=(reaches, stops))
 
 
-def _odometry(factor: float, slip: float) -> Level:
-    # RoboTHOR's 5 mm and 0.5 degrees for 0.25 m, and 0.5 degrees for a turn of 30 degrees, as variances that add.
-    errors = {"along": 0.01 * factor, "heading": 1.0 * factor, "turning": 1.732 * factor}
+STEP, TURN = 0.25, math.radians(30.0)
+"""Amounts of the discrete actions to which published errors belong: meters and radians."""
+
+
+def _robothor(factor: float) -> dict[str, float]:
+    """Return RoboTHOR's errors of an action, 5 mm and 0.5 degrees, as variances that add along the way."""
+    along, turn = 0.005 * factor / math.sqrt(STEP), math.sqrt(2.0 * math.pi / TURN)
+    return {"along": along, "heading": 0.5 * factor / math.sqrt(STEP), "turning": 0.5 * factor * turn}
+
+
+def _locobot(controller: str, factor: float) -> dict[str, float]:
+    """Return the errors of a LoCoBot in Habitat, mean and variance of an action, as means and variances that add."""
+    table = LOCOBOT[controller]
+    (step, step_variance), (veer, veer_variance) = table.ahead, table.turned
+    turn, turn_variance = table.turned_turning
+    circle = 2.0 * math.pi / TURN
+    return {
+        "along": factor * math.sqrt(step_variance / STEP),
+        "heading": factor * math.degrees(math.sqrt(veer_variance / STEP)),
+        "turning": factor * math.degrees(math.sqrt(turn_variance * circle)),
+        "stretch": factor * step / STEP,
+        "veer": factor * math.degrees(veer / STEP),
+        "overturn": factor * turn / TURN,
+    }
+
+
+def _odometry(errors: Mapping[str, Any], slip: float) -> Level:
     return Level(odometry=errors, slip=(0.03 * slip, 2.0 * slip), **NOISE)
 
 
@@ -124,8 +155,8 @@ def _people(area: float, group: int = 1) -> dict[str, Any]:
     return {"kind": "people", "density": 1.0 / area, "group": group}
 
 
-def _crowd(area: float, group: int = 1) -> Level:
-    return Level((_people(area, group),), lengths=(4.0, 10.0))
+def _crowd(area: float, group: int = 1, lengths: tuple[float, float] = (4.0, 10.0)) -> Level:
+    return Level((_people(area, group),), lengths=lengths)
 
 
 def _moved(**changes: Any) -> Level:
@@ -133,7 +164,7 @@ def _moved(**changes: Any) -> Level:
 
 
 def _dock(distance: float, degrees: float) -> Level:
-    return Level(({"kind": "station", "distance": distance, "angle": math.radians(degrees)},), lengths=(4.0, 25.0))
+    return Level(({"kind": "station", "distance": distance, "angle": math.radians(degrees)},), lengths=(4.0, 25.0), lidar=0.03, mounting=MOUNTING)
 
 
 def _shift(drift: Level, changes: Level, freeboard: float, people: Level | None) -> Level:
@@ -164,14 +195,12 @@ TASKS: dict[str, LabNavTask] = {
         LabNavTask(
             "people",
             "drive among people, half of whom do not see the robot",
-            {1: _crowd(20.0), 2: _crowd(8.0), 3: _crowd(8.0, group=3)},
-            touched=("person",),
+            {1: _crowd(20.0), 2: _crowd(8.0), 3: _crowd(8.0, group=3, lengths=(8.0, 16.0))},
         ),
         LabNavTask(
             "odometry",
             "find a goal that is announced once, by wheels and sensors that err",
-            {1: _odometry(0.5, 0.5), 2: _odometry(1.0, 1.0), 3: _odometry(5.0, 2.0)},
-            touched=None,
+            {1: _odometry(_robothor(0.5), 0.5), 2: _odometry(_robothor(1.0), 1.0), 3: _odometry(_locobot("ilqr", 0.5), 2.0)},
         ),
         LabNavTask(
             "dock",
@@ -188,15 +217,14 @@ TASKS: dict[str, LabNavTask] = {
             "carry",
             "carry an open beaker without spilling",
             {1: _carry(0.020), 2: _carry(0.010), 3: _carry(0.005)},
-            touched=("person",),
         ),
         LabNavTask(
             "shift",
             "drive to all places of a protocol, without a reset",
             {
-                1: _shift(_odometry(0.5, 0.5), _moved(most=1), 0.020, None),
-                2: _shift(_odometry(0.5, 0.5), _moved(most=1), 0.020, _crowd(20.0)),
-                3: _shift(_odometry(1.0, 1.0), _moved(), 0.010, _crowd(8.0)),
+                1: _shift(_odometry(_robothor(0.5), 0.5), _moved(most=1), 0.020, None),
+                2: _shift(_odometry(_robothor(0.5), 0.5), _moved(most=1), 0.020, _crowd(20.0)),
+                3: _shift(_odometry(_robothor(1.0), 1.0), _moved(), 0.010, _crowd(8.0)),
             },
             touched=("person",),
             docks=True,
@@ -241,6 +269,14 @@ def endings_of(task: LabNavTask, stop: bool) -> tuple[Ending, ...]:
     return (*touched, *stopped, stuck, *chained)
 
 
+def randomizations_of(level: Level) -> tuple[Randomization, ...]:
+    """Return what is drawn for each episode: the errors of the places of the sensors."""
+    place, yaw = level.mounting
+    if not place and not yaw:
+        return ()
+    return (SensorPoseRandomization(forward=place, left=place, height=0.0, yaw=yaw, pitch=0.0, roll=0.0),)
+
+
 def config_of(
     name: str, level: int = HEADLINE, observation: str = "lidar", stop: bool = True, delay: int = 0, **fields: Any
 ) -> PointNavConfig:
@@ -265,11 +301,10 @@ def config_of(
     values: dict[str, Any] = {
         "observation": observation,
         "sensors": sensors_of(number, observation),
-        "actions": (
-            SlippingActions(stop, delay, *number.slip) if number.slip else VelocityActions(stop=stop, delay=delay)
-        ),
+        "actions": SlippingActions(stop, delay, *number.slip),
         "endings": endings_of(task, stop),
         "onward": ONWARD if task.chain else (),
+        "randomizations": randomizations_of(number),
         "conditions": ({"kind": "contacts"}, *number.conditions),
         "disc": task.radius,
         "distance_to_go": "exact",

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import noises, positive
+from labgym.envs.parts.kinds import finite, noises, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.parts.vectors import POSITION_RANGE, planar
 from labgym.envs.state import Pose, State
 from labgym.geometry import wrap_angle
 
+DRIFT = ("along", "heading", "turning", "stretch", "veer", "overturn")
+"""The fields of `OdometrySensor` that are errors."""
 RECKONED = "reckoned"
 """Key of the pose by odometry among what sensors share (`State.views`)."""
 
@@ -53,6 +55,8 @@ class OdometrySensor(Sensor):
     Attributes:
         along: standard deviation along the way after one meter, m. heading: of the yaw after one meter, degrees.
         turning: of the yaw after one turn of 360 degrees, degrees.
+        stretch: mean error of the way as a share of it. veer: of the yaw, degrees per meter. overturn: of a turn as a
+            share of it. These repeat in every episode.
         reach: x and y are clipped to [-reach, reach], meters.
     """
 
@@ -62,11 +66,15 @@ class OdometrySensor(Sensor):
     turning: float = 0.0
     reach: float = POSITION_RANGE
     noise: tuple[Noise, ...] = ()
+    stretch: float = 0.0
+    veer: float = 0.0
+    overturn: float = 0.0
     kind: str = field(default="odometry", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "along", "heading", "turning", zero=True)
         positive(self, "reach")
+        finite(self, "stretch", "veer", "overturn")
         noises(self)
 
     @property
@@ -77,7 +85,7 @@ class OdometrySensor(Sensor):
 
     def scaled(self, factor: float) -> OdometrySensor:
         """Return the sensor with its drift multiplied by a factor."""
-        drift = {name: getattr(self, name) * factor for name in ("along", "heading", "turning")}
+        drift = {name: getattr(self, name) * factor for name in DRIFT}
         return replace(self, **drift)
 
     @property
@@ -107,6 +115,8 @@ class OdometrySensor(Sensor):
         left = math.cos(before[2]) * dy - math.sin(before[2]) * dx
         way, angle = math.hypot(dx, dy), abs(turned)
         errors = rng.standard_normal(3) * state.slip
+        turned += self.overturn * turned + math.radians(self.veer) * ahead
+        ahead += self.stretch * ahead
         ahead += self.along * math.sqrt(way) * float(errors[0])
         turned += math.radians(self.heading) * math.sqrt(way) * float(errors[1])
         turned += math.radians(self.turning) * math.sqrt(angle / (2.0 * math.pi)) * float(errors[2])

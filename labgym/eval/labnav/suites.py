@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from labgym.documents import canonical_hash
-from labgym.envs.labnav.episodes import LabNavEpisodes, published_episodes, suite_file
-from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS, task_of
+from labgym.envs.labnav.episodes import UNFILTERED, LabNavEpisodes, published_episodes, suite_file
+from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS
 from labgym.errors import UnknownNameError
 
 PREFIX = "labnav"
@@ -68,9 +68,10 @@ def is_labnav(name: str) -> bool:
 
 
 def suite_names() -> tuple[str, ...]:
-    """Return the names of the suites: of each task at each level, "labnav-mini" and "labnav"."""
+    """Return the names of the suites: of each task at each level and unfiltered, "labnav-mini" and "labnav"."""
     tasks = [f"{PREFIX}-{task}" for task in TASKS]
-    return (*tasks, *(f"{task}-{level}" for task in tasks for level in (1, 2, 3)), MINI, PREFIX)
+    levels = [f"{task}-{level}" for task in tasks for level in (1, 2, 3)]
+    return (*tasks, *levels, *(f"{task}-{HEADLINE}-{UNFILTERED}" for task in tasks), MINI, PREFIX)
 
 
 def load_labnav(name: str) -> LabNavSuite:
@@ -86,9 +87,8 @@ def load_labnav(name: str) -> LabNavSuite:
         if name == PREFIX:
             return LabNavSuite(name, parts)
         return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1, MINI_GOALS) for part in parts), MINI_SECONDS)
-    task, _, level = name.removeprefix(f"{PREFIX}-").partition("-")
-    if task not in TASKS or (level and level not in ("1", "2", "3")):
+    if name not in suite_names():
         raise UnknownNameError("suite", name, suite_names())
-    number = int(level) if level else HEADLINE
-    task_of(task).level(number)
-    return LabNavSuite(f"{PREFIX}-{task}-{number}", (published_episodes(task, number),))
+    task, *rest = name.removeprefix(f"{PREFIX}-").split("-")
+    part = published_episodes(task, int(rest[0]) if rest else HEADLINE, filtered=UNFILTERED not in rest)
+    return LabNavSuite(part.name, (part,))

@@ -76,7 +76,7 @@ def test_people_never_enter_furniture_or_walls_and_walk(model):
     env = make({"kind": "people", "density": 0.25, "model": model})
     begin(env)
     crowd = Crowd(world, cast_of(env.unwrapped.state.conditions["people"]))
-    assert len(crowd.places) == round(0.25 * free_floor(LAYOUT))
+    assert len(crowd.places) == round(0.25 * free_floor(world, START))
     walked = 0.0
     for _ in range(250):
         before = crowd.places
@@ -90,11 +90,15 @@ def test_people_never_enter_furniture_or_walls_and_walk(model):
     assert sum(walker.stop > 0 for walker in crowd.walkers) > len(crowd.places) / 2
 
 
-def test_the_density_is_people_for_each_square_meter_of_free_floor():
-    assert free_floor(LAYOUT) == pytest.approx(drawn(LAYOUT).area, rel=0.02)
+def test_the_density_is_people_for_each_square_meter_on_which_they_can_stand():
+    world = world_of(LAYOUT)
+    room = drawn(LAYOUT).buffer(-0.30)
+    (standing,) = [part.area for part in getattr(room, "geoms", [room]) if part.contains(Point(START[:2]))]
+    # Cells of 5 cm whose square, and all that it meets, is 0.30 m from everything.
+    assert 0.85 * standing < free_floor(world, START) < standing
     for density in (0.0, 0.05, 0.2):
         people = len(begin(make({"kind": "people", "density": density})).positions)
-        assert people == round(density * free_floor(LAYOUT))
+        assert people == round(density * free_floor(world, START))
 
 
 def test_half_of_the_people_yield_and_starts_are_apart():
