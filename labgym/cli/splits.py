@@ -69,7 +69,7 @@ def floors(
 
 
 def labnav(
-    split: SplitName | Literal["floors-sealed"],
+    split: Literal["floors-val", "floors-seen", "floors-test", "floors-sealed"],
     out: Path,
     floors: int = 60,
     episodes: int = 5,
@@ -88,7 +88,7 @@ def labnav(
     """Draw the suites of LabNav on the floors of a split.
 
     OUT receives TASK-LEVEL.json for each task and level, TASK-2-unfiltered.json with all drives that have a path, and
-    manifest.json with their hashes (docs/labnav.md). An interrupted command resumes. With floors-sealed, exit 1 if the
+    suites.json with their hashes (docs/labnav.md). An interrupted command resumes. With floors-sealed, exit 1 if the
     suites do not have the hashes of the published sealed.json.
 
     Args:

@@ -62,6 +62,17 @@ def test_odometry_drifts_with_the_way_and_not_with_the_number_of_readings(state:
     assert np.degrees(errors).std() == pytest.approx(2.0 * math.sqrt(0.5), rel=0.12)
 
 
+def test_the_mean_errors_of_odometry_are_shares_of_way_and_turn(state: State) -> None:
+    track = np.column_stack([np.linspace(0.0, 4.0, 9), np.zeros(9), np.zeros(9)])
+    assert reckoned(OdometrySensor(stretch=0.03), state, track, 0)[0] == pytest.approx(4.12)
+    veering = reckoned(OdometrySensor(veer=1.5), state, track, 0)
+    assert math.degrees(math.atan2(veering[3], veering[2])) == pytest.approx(6.0)
+    spin = np.column_stack([np.zeros(9), np.zeros(9), np.linspace(0.0, 2.0, 9)])
+    turned = reckoned(OdometrySensor(overturn=0.05), state, spin, 0)
+    assert math.atan2(turned[3], turned[2]) == pytest.approx(2.1)
+    assert OdometrySensor(stretch=0.02, overturn=0.01).scaled(2.0) == OdometrySensor(stretch=0.04, overturn=0.02)
+
+
 def test_odometry_at_rest_does_not_drift(state: State) -> None:
     track = np.tile((1.0, 2.0, 0.3), (50, 1))
     assert reckoned(OdometrySensor(along=1.0, heading=9.0, turning=9.0), state, track, 0) == pytest.approx([0, 0, 1, 0])

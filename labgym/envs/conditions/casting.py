@@ -39,7 +39,7 @@ TRIES = 200
 def free_floor(world: World, place: Sequence[float]) -> float:
     """Return the area of the floor on which a person can stand who came from a place, m2, on a 5 cm grid.
 
-    These are the centers of the disc of the planning radius, 0.30 m, in the part of the free floor nearest to the place.
+    It has the centers of discs of the planning radius, 0.30 m, in the part of the free floor nearest to the place.
     """
     grid = world.planning_grid
     parts, count = ndimage.label(~grid.occupied)

@@ -26,8 +26,8 @@ from labgym.navigation.goals import ANYWHERE
 
 ATTEMPTS = 300
 """Number of drives that are drawn on a floor before it is left with fewer episodes."""
-SHORTEST = 0.01
-"""Least length L* of the drives of unfiltered suites, meters: the robot does not start in the success disc."""
+LENGTHS = (0.01, 1000.0)
+"""Least and greatest length L* of the drives of unfiltered suites, meters: all that do not start in the disc."""
 ROOM = 0.40
 """Radius of the disc that fits at a free pose, meters."""
 TRIES = 50
@@ -61,7 +61,7 @@ class Drawer:
     def __init__(self, layout: Layout, task: str, level: int, filtered: bool = True) -> None:
         self._layout, self._task, self._filtered = layout, task_of(task), filtered
         own = task_of(task).level(level)
-        self._level = own if filtered else replace(own, neck=None, detour=0.0, lengths=(SHORTEST, math.inf))
+        self._level = own if filtered else replace(own, neck=None, detour=0.0, lengths=LENGTHS)
         self._paths, self._room = ShortestPaths(layout, PLANNING_RADIUS), ShortestPaths(layout, ROOM)
         self._entries, self._work = list(entry_poses(layout).items()), list(places_of_work(layout).items())
         self._conditions: tuple[Condition, ...] = config_of(task, level).conditions

@@ -164,7 +164,12 @@ def _moved(**changes: Any) -> Level:
 
 
 def _dock(distance: float, degrees: float) -> Level:
-    return Level(({"kind": "station", "distance": distance, "angle": math.radians(degrees)},), lengths=(4.0, 25.0), lidar=0.03, mounting=MOUNTING)
+    return Level(
+        ({"kind": "station", "distance": distance, "angle": math.radians(degrees)},),
+        lengths=(4.0, 25.0),
+        lidar=0.03,
+        mounting=MOUNTING,
+    )
 
 
 def _shift(drift: Level, changes: Level, freeboard: float, people: Level | None) -> Level:
@@ -200,7 +205,11 @@ TASKS: dict[str, LabNavTask] = {
         LabNavTask(
             "odometry",
             "find a goal that is announced once, by wheels and sensors that err",
-            {1: _odometry(_robothor(0.5), 0.5), 2: _odometry(_robothor(1.0), 1.0), 3: _odometry(_locobot("ilqr", 0.5), 2.0)},
+            {
+                1: _odometry(_robothor(0.5), 0.5),
+                2: _odometry(_robothor(1.0), 1.0),
+                3: _odometry(_locobot("ilqr", 0.5), 2.0),
+            },
         ),
         LabNavTask(
             "dock",

@@ -23,7 +23,7 @@ from labgym.layouts.sealed import SEALED, commitment, secret_hash
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
 from labgym.runs.folder import SHARDS
 
-MANIFEST = "manifest.json"
+MANIFEST = "suites.json"
 SEALED_MANIFEST = "sealed.json"
 ATTEMPTS = 1000
 """Number of drives that are drawn on a floor before the next floor takes its place."""
@@ -76,7 +76,7 @@ class SuiteEntry(Record):
 
 
 class LabNavManifest(Document):
-    """The hashes of LabNav's suites: `eval/labnav/manifest.json`, and `sealed.json` for those that are not public.
+    """The hashes of LabNav's suites: `eval/labnav/suites.json`, and `sealed.json` for those that are not public.
 
     Attributes:
         version: of episodes and rules. draft: whether they may still change. labgym: version that drew them.
@@ -111,7 +111,7 @@ class LabNavManifest(Document):
 
 @dataclass(frozen=True)
 class Publication:
-    """What is drawn.
+    """The arguments of a draw.
 
     Attributes:
         split: of the floors. floors: number of them. per_floor: episodes of a task and level on each.
@@ -192,7 +192,7 @@ class Publication:
 
     @property
     def identity(self) -> RunIdentity:
-        """What the files depend on."""
+        """Identity of the draw: all that its files depend on."""
         return RunIdentity.of(
             "labnav-suites",
             split=self.split,

@@ -154,6 +154,14 @@ def test_a_moving_robot_touches_a_person_who_does_not_see_it_and_the_person_has_
     assert info["outcomes"]["people"]["least_distance"] < 0.57
 
 
+def test_a_robot_that_turns_on_the_spot_counts_as_at_rest():
+    env = driven((3.2, 1.0, False, [(0.9, 1.0)]))
+    for _ in range(60):
+        *_, info = env.step(np.array([0.0, 1.0], dtype=np.float32))
+        assert info["touched"] == ()
+    assert info["outcomes"]["people"]["least_distance"] >= 0.27 + RADIUS
+
+
 def test_a_person_who_yields_steps_aside():
     """The robot drives straight at somebody who comes towards it; they take half of the avoidance, again each 0.1 s."""
     blind = forward(driven((4.5, 1.25, False, [(1.0, 1.25)])), 30)
@@ -164,7 +172,7 @@ def test_a_person_who_yields_steps_aside():
 
 def test_half_yielding_people_move_as_in_two_synchronized_simulations():
     """One in which everybody sees the robot and one in which nobody does; each person moves as in theirs."""
-    env = make({"kind": "people", "density": 0.3})
+    env = make({"kind": "people", "density": 0.6})
     begin(env)
     crowd = Crowd(world_of(LAYOUT), cast_of(env.unwrapped.state.conditions["people"]))
     assert 0 < sum(crowd.yields) < len(crowd.yields)

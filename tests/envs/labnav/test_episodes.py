@@ -16,7 +16,7 @@ from labgym.envs.conditions.parked import things_of, with_things
 from labgym.envs.labnav.drawing import Drawer, draw_floor
 from labgym.envs.labnav.episodes import EpisodeTasks, LabNavEpisodes
 from labgym.envs.labnav.necks import has_neck
-from labgym.envs.labnav.tasks import TASKS, config_of
+from labgym.envs.labnav.tasks import TASKS, config_of, task_of
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.layouts import load_published
@@ -177,6 +177,30 @@ def test_too_many_parked_things_are_refused():
 def test_every_task_has_an_environment_at_every_level(task, level, observation):
     config = config_of(task, level, observation)
     assert [sensor.name for sensor in config.sensors[:3]] == ["odometry", "goal", "velocity"]
+
+
+def test_odometry_has_the_published_errors_of_an_action():
+    """RoboTHOR's 5 mm and 0.5 degrees, and those of the LoCoBot under "ilqr" in Habitat, halved."""
+    two, three = (task_of("odometry").level(level).odometry for level in (2, 3))
+    assert two["along"] * math.sqrt(0.25) == pytest.approx(0.005)
+    assert two["heading"] * math.sqrt(0.25) == pytest.approx(0.5)
+    assert two["turning"] * math.sqrt(30.0 / 360.0) == pytest.approx(0.5)
+    assert three["along"] ** 2 * 0.25 == pytest.approx(0.25 * 0.006)
+    assert math.radians(three["heading"]) ** 2 * 0.25 == pytest.approx(0.25 * 0.004)
+    assert math.radians(three["turning"]) ** 2 * 30.0 / 360.0 == pytest.approx(0.25 * 0.012)
+    assert three["stretch"] * 0.25 == pytest.approx(0.007)
+    assert math.radians(three["veer"]) * 0.25 == pytest.approx(0.004)
+    assert three["overturn"] * math.pi / 6.0 == pytest.approx(0.0115)
+
+
+def test_an_unfiltered_draw_accepts_every_drive_with_a_path():
+    episodes, draws = draw_floor(FLOOR, "aisle", 2, 8, 14, attempts=100, filtered=False)
+    assert len(episodes) == 8
+    assert draws.drawn < 30
+    assert any(each.length < 8.0 for each in episodes)
+    assert all(each.conditions["parked"] == [] for each in episodes)
+    for each in episodes:
+        assert each.length == pytest.approx(world_of(FLOOR).length_to_disc(each.pair, 0.36), abs=1e-5)
 
 
 def test_a_task_that_does_not_exist_is_refused():
