@@ -26,7 +26,7 @@ PUBLISHED = [name for name in suite_names() if name.count("-") == 2 and suite_fi
 @pytest.fixture(scope="module")
 def suite():
     part = draw_suite("odometry", 2, "floors-val", 2, 1, seed=3)
-    return LabNavSuite("labnav-odometry-2", (part,), seconds=2.0)
+    return LabNavSuite("labnav-odometry-2", (part,), seconds=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_a_finished_folder_gives_the_same_report_without_driving(suite, report, 
 def test_rows_are_of_the_episodes_and_end_by_the_suites_limit(suite, report):
     rows = report[1].rows
     assert [row.floor for row in rows] == list(suite.parts[0].floors)
-    assert {(row.time, row.ending, row.track, row.stopped) for row in rows} == {(2.0, "time", "mapless", "")}
+    assert {(row.time, row.ending, row.track, row.stopped) for row in rows} == {(1.0, "time", "mapless", "")}
     assert [row.shortest for row in rows] == [one.length for one in suite.parts[0].episodes]
 
 
@@ -111,12 +111,12 @@ def test_a_task_without_a_level_has_the_headlines():
 @pytest.mark.parametrize("name", ["labnav-fly", "labnav-aisle-4", "labnav-", "labnav-aisle-2-1"])
 def test_a_suite_that_does_not_exist_is_refused_with_the_names(name):
     assert is_labnav(name)
-    with pytest.raises(UnknownNameError, match=r"nearest: labnav.* 34 in all"):
+    with pytest.raises(UnknownNameError, match=r"nearest: labnav.* 42 in all"):
         load_labnav(name)
 
 
 def test_the_cost_is_told_before_the_start(suite):
-    assert "2 episodes of at most 2 s simulated (odometry 2)" in cost(suite, "mine")
+    assert "2 episodes of at most 1 s simulated (odometry 2)" in cost(suite, "mine")
     assert "CPU time for astar" in cost(suite, "astar")
     all_tasks = load_labnav("labnav")
     assert all_tasks.figure
