@@ -12,7 +12,7 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.geometry import wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.stack.costmap import Costmap
-from labgym.policies.stack.people import Person, approach_cost
+from labgym.policies.stack.people import Person, approach_cost, way_cost
 from labgym.policies.stack.planner import Plan
 
 Array = NDArray[np.float64]
@@ -186,7 +186,8 @@ class Controller:
         cost += 2.0 * (changes[..., 0] ** 2).sum(axis=1) + 0.3 * (changes[..., 1] ** 2).sum(axis=1)
         slip = np.abs(sequences[..., 0] * sequences[..., 1]) - self.limits.lateral
         cost += 30.0 * np.maximum(slip, 0.0).sum(axis=1)
-        return np.asarray(cost + approach_cost(people, pose[:2], poses[..., :2], moving, dt))
+        cost += approach_cost(people, pose[:2], poses[..., :2], moving, dt)
+        return np.asarray(cost + way_cost(people, end[:, :2]))
 
 
 def limited(commands: Array, velocity: tuple[float, float], limits: MotionLimits, dt: float) -> Array:

@@ -26,7 +26,7 @@ SPEED = 0.25
 """Speed above which a track is a person who walks, m/s."""
 CONFIRMED = 3
 """Number of clusters after which the velocity of a track counts."""
-ACCELERATION, NOISE = 1.2, 0.08
+ACCELERATION, NOISE = 2.5, 0.08
 """Standard deviations of the tracker: of a person's acceleration, m/s2, and of a cluster's center, m."""
 BODY = 0.30
 """Radius of a person, meters."""
@@ -36,6 +36,9 @@ ERROR, SPREAD = 0.12, 0.10
 """What is added to it for a person who walks: at once, meters, and with the time of the prediction, m/s."""
 PERSONAL = 1.05
 """Distance beyond which a robot does not disturb a person, meters."""
+SOON, ASIDE, IN_THE_WAY = 2.5, 0.80, 28.0
+"""Time for which people are expected to walk straight on, seconds; distance from that line that leaves them room,
+meters; cost of an end on it."""
 RANGE = 7.0
 """Distance beyond which returns are not tracked, meters."""
 SUDDEN, PACE = 2.2, 1.0
@@ -199,6 +202,21 @@ def approach_cost(
         count = (moving & (away < np.minimum(touch, near_by))).sum(axis=1)
         near = np.minimum(np.maximum((PERSONAL - away) / (PERSONAL - TOUCH), 0.0), 1.0)
         cost += np.where(count > 0, 60.0 + 8.0 * count, 0.0) + 6.0 * dt * near.sum(axis=1)
+    return cost
+
+
+def way_cost(people: Sequence[Person], ends: Array) -> Array:
+    """Return what ends of sequences (n, 2) cost in the way of people who walk, (n,): nobody passes where it is narrow."""
+    cost = np.zeros(len(ends))
+    for person in people:
+        speed = math.hypot(*person.velocity)
+        if not person.walking or speed < SPEED:
+            continue
+        ux, uy = person.velocity[0] / speed, person.velocity[1] / speed
+        dx, dy = ends[:, 0] - person.place[0], ends[:, 1] - person.place[1]
+        along = np.minimum(np.maximum(dx * ux + dy * uy, 0.0), speed * SOON)
+        away = np.hypot(dx - along * ux, dy - along * uy)
+        cost += IN_THE_WAY * np.maximum(1.0 - away / ASIDE, 0.0)
     return cost
 
 

@@ -35,10 +35,12 @@ DRIFTING = frozenset({"odometry", "shift"})
 """Tasks whose odometry drifts; elsewhere it is exact, and a map that is out of date would only mislead."""
 PEOPLED = frozenset({"people", "carry", "shift"})
 """Tasks in which people walk; elsewhere what the map lacks is an obstacle that stands."""
-AMONG_PEOPLE = 0.65
+AMONG_PEOPLE = 0.85
 """Greatest speed where people may come round a corner, m/s."""
 CREEP, ALONGSIDE = 0.15, 1.6
 """Speed below which a robot rests instead, m/s, if a person is within this distance, meters."""
+WELL_INSIDE = 0.05
+"""Distance from the edge of the goal's disc at which a robot that rests there may stop, meters."""
 SEE_THROUGH = frozenset({"glass"})
 """Tasks in which rays pass obstacles, so that they clear nothing."""
 AXIS = 0.5
@@ -221,7 +223,7 @@ class StackPolicy(Policy):
         left = self._plan.remaining - (0.0 if self._docking else self._arrival.short)
         if self._waiting.step(pose, velocity[0], people):
             self._controller.restart()
-            return 0.0, 0.0
+            return self._rest_at_goal(pose) or self._waiting.edge(pose, bearing_of(self._plan, pose), people)
         if not self._docking and (self._stopping or (left < 0.03 and self._plan.offset(pose) < 0.15)):
             self._stopping = self._arrival.active
             if self._stopping:
@@ -236,8 +238,17 @@ class StackPolicy(Policy):
         if self._controller.fastest_soon < CREEP and near:
             # Nobody walks into a robot at rest; one that creeps is at fault.
             self._controller.restart()
+            self._rest_at_goal(pose)
             return 0.0, 0.0
         return v, w
+
+    def _rest_at_goal(self, pose: Pose) -> tuple[float, float] | None:
+        """Return the velocities of a robot that has to rest, and may as well stop: it is in the goal's disc."""
+        inside = math.dist(pose[:2], self._goal[:2]) < self._arrival.radius - WELL_INSIDE
+        if self._docking or not self._arrival.active or not inside:
+            return None
+        self._stopping = True
+        return 0.0, 0.0
 
     def _replan(self, pose: Pose) -> None:
         """Plan if there is no path, if it is blocked or left, or if the docking pose has moved."""

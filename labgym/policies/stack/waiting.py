@@ -9,16 +9,20 @@ from labgym.policies.stack.people import Person
 
 AT_REST = 0.05
 """Speed below which the robot rests, m/s."""
-TOUCHING = 0.64
+TOUCHING = 0.66
 """Distance of a person's center within which the robot rests, meters: nobody walks into a robot at rest."""
-SET_OFF, RECEDING = 1.15, 0.3
-"""A robot at rest does not set off while a person is within this distance, meters, unless they recede faster, m/s."""
-STANDING, THING = 40, 150
-"""Control steps of waiting after which the robot sets off near people who stand, and near things."""
-
-
+SET_OFF, RECEDING = 1.15, 0.2
+"""A robot at rest does not set off while a person who walks is within this distance, meters, unless they recede faster,
+m/s."""
+BESIDE = 0.85
+"""Distance within which it does not set off while a person stands there, meters."""
+THING = 150
+"""Control steps of waiting after which the robot sets off near things."""
 SOON, CLOSE = 1.0, 0.72
 """A robot brakes for a person who walks if they would be within this distance, meters, within this time, seconds."""
+EDGE, EDGING = 15, (0.043, 0.085)
+"""Control steps of rest after which the robot edges away from people who stand against it, and the velocities of
+edging, m/s and rad/s: below those of a robot at rest."""
 
 
 class Waiting:
@@ -33,6 +37,17 @@ class Waiting:
         self._waited = self._waited + 1 if rest else max(0, self._waited - 2)
         return rest
 
+    def edge(self, pose: Pose, bearing: float, people: tuple[Person, ...]) -> tuple[float, float]:
+        """Return the velocities of a robot that has to rest, m/s and rad/s: 0, or so slow that it counts as at rest.
+
+        Args:
+            pose: of the robot. bearing: of its path, radians. people: around it.
+        """
+        if self._waited < EDGE:
+            return 0.0, 0.0
+        turn = math.copysign(min(abs(bearing), EDGING[1]), bearing)
+        return (EDGING[0] if abs(bearing) < 1.0 else 0.0), turn
+
     def _holds(self, person: Person, pose: Pose, speed: float) -> bool:
         """Return whether a person, or a thing that may be one, makes the robot rest."""
         dx, dy = person.place[0] - pose[0], person.place[1] - pose[1]
@@ -41,10 +56,10 @@ class Waiting:
             return False
         if away < TOUCHING or (person.walking and _meet(person, pose, speed)):
             return True
-        if not person.alive or abs(speed) > AT_REST or away > SET_OFF:
+        if abs(speed) > AT_REST or away > (SET_OFF if person.walking else BESIDE):
             return False
-        receding = (person.velocity[0] * dx + person.velocity[1] * dy) / away
-        return receding < RECEDING if person.walking else self._waited < STANDING
+        # One who stands beside a robot at rest may have been stopped by it, and walks on when it moves.
+        return (person.velocity[0] * dx + person.velocity[1] * dy) / away < RECEDING
 
 
 def _meet(person: Person, pose: Pose, speed: float) -> bool:
