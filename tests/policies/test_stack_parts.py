@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from laboratories import island_laboratory
 from map_drives import Drift, with_people
 
+from labgym.envs.parts.endings import RestEnding
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import Lidar
 from labgym.geometry import OrientedBox, compose, to_local, to_world, wrap_angle
@@ -20,7 +21,7 @@ from labgym.policies.stack.docking import Station, moved
 from labgym.policies.stack.field import REACH, DistanceField
 from labgym.policies.stack.localization import Localizer
 from labgym.policies.stack.old_map import OldMap, ray_lengths
-from labgym.policies.stack.people import Crowd, Person, approach_cost, clusters
+from labgym.policies.stack.people import Crowd, Person, approach_cost, clusters, way_cost
 from labgym.policies.stack.planner import Plan, planned
 from labgym.policies.stack.waiting import Waiting
 from labgym.scenes.rays import RayScene
@@ -310,12 +311,36 @@ def test_a_robot_rests_near_people_who_come_and_sets_off_when_they_leave():
     assert not waiting.step(here, 0.0, (Person((2.0, 0.0), (-1.0, 0.0), True),))
 
 
-def test_a_robot_does_not_wait_for_things_and_for_people_who_stand_forever():
-    stands, thing = Person((0.9, 0.0), (0.0, 0.0), False), Person((0.5, 0.0), (0.0, 0.0), False, alive=False)
-    for person, longest in ((stands, 50), (thing, 160)):
-        waiting = Waiting()
-        assert waiting.step((0.0, 0.0, 0.0), 0.0, (person,))
-        assert not all(waiting.step((0.0, 0.0, 0.0), 0.0, (person,)) for _ in range(longest))
+def test_a_robot_does_not_wait_for_things_forever():
+    thing, waiting, here = Person((0.5, 0.0), (0.0, 0.0), False, alive=False), Waiting(), (0.0, 0.0, 0.0)
+    assert waiting.step(here, 0.0, (thing,))
+    assert not all(waiting.step(here, 0.0, (thing,)) for _ in range(160))
+
+
+def test_a_robot_that_people_stand_beside_edges_along_its_path_as_slowly_as_one_at_rest():
+    waiting, here, stands = Waiting(), (0.0, 0.0, 0.0), (Person((0.7, 0.0), (0.0, 0.0), False),)
+    assert waiting.step(here, 0.0, stands)
+    assert waiting.edge(0.3) == (0.0, 0.0)
+    assert all(waiting.step(here, 0.0, stands) for _ in range(30))
+    v, w = waiting.edge(0.3)
+    assert 0.0 < v < RestEnding().speed
+    assert 0.0 < w < RestEnding().turn_rate
+    v, w = waiting.edge(-2.0)
+    assert v == 0.0
+    assert -RestEnding().turn_rate < w < 0.0
+
+
+def test_a_robot_does_not_brake_for_one_who_falls_behind():
+    here, behind = (0.0, 0.0, 0.0), (-0.45, 0.4)
+    assert not Waiting().step(here, 0.8, (Person(behind, (0.6, 0.0), True),))
+    assert Waiting().step(here, 0.8, (Person((0.45, 0.4), (0.6, 0.0), True),))
+
+
+def test_a_sequence_that_ends_in_the_way_of_a_person_costs_most():
+    walks = (Person((3.0, 0.0), (-1.0, 0.0), True),)
+    costs = way_cost(walks, np.array([[1.5, 0.0], [1.5, 0.4], [1.5, 0.9], [4.5, 0.0]]))
+    assert costs[0] > costs[1] > costs[2] == costs[3] == 0.0
+    assert way_cost((Person((3.0, 0.0), (0.0, 0.0), False),), np.array([[3.0, 0.0]]))[0] == 0.0
 
 
 def test_a_new_cluster_nearby_is_expected_to_come():

@@ -34,6 +34,8 @@ TOUCH = ROBOT.chassis_radius + BODY + 0.09
 """Distance between the centers of robot and person that must not be reached while driving, meters."""
 ERROR, SPREAD = 0.12, 0.10
 """What is added to it for a person who walks: at once, meters, and with the time of the prediction, m/s."""
+MAY_START = 0.05
+"""What is added to it for one who stands, and may set off, meters."""
 PERSONAL = 1.05
 """Distance beyond which a robot does not disturb a person, meters."""
 SOON, ASIDE, IN_THE_WAY = 2.5, 0.80, 28.0
@@ -196,7 +198,7 @@ def approach_cost(
         dx = places[..., 0] - (person.place[0] + times * person.velocity[0])
         dy = places[..., 1] - (person.place[1] + times * person.velocity[1])
         away = np.sqrt(dx * dx + dy * dy)
-        touch = TOUCH + (ERROR + SPREAD * np.minimum(times, 1.5) if person.walking else np.zeros(steps))
+        touch = TOUCH + (ERROR + SPREAD * np.minimum(times, 1.5) if person.walking else np.full(steps, MAY_START))
         # A person who is nearer already can be left.
         near_by = math.dist(person.place, here) - 0.01
         count = (moving & (away < np.minimum(touch, near_by))).sum(axis=1)

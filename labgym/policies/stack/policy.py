@@ -223,7 +223,7 @@ class StackPolicy(Policy):
         left = self._plan.remaining - (0.0 if self._docking else self._arrival.short)
         if self._waiting.step(pose, velocity[0], people):
             self._controller.restart()
-            return self._rest_at_goal(pose) or self._waiting.edge(pose, bearing_of(self._plan, pose), people)
+            return self._rest_at_goal(pose) or self._waiting.edge(bearing_of(self._plan, pose))
         if not self._docking and (self._stopping or (left < 0.03 and self._plan.offset(pose) < 0.15)):
             self._stopping = self._arrival.active
             if self._stopping:

@@ -54,10 +54,11 @@ class Recovery:
             pose: of the robot. waiting: whether a person is near. arrived: whether it rests at its goal.
             points: (n, 2) returns of the scan in the robot frame. costmap: whose marks are forgotten.
         """
+        if waiting or arrived:
+            self._backing = self._turning = 0
+            return None
         if self._backing or self._turning:
             return self._recovered(points)
-        if waiting or arrived:
-            return None
         self._places.append(pose)
         stuck = len(self._places) == PATIENCE and math.dist(self._places[0][:2], pose[:2]) < MOVED
         if stuck:

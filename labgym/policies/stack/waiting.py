@@ -21,8 +21,8 @@ THING = 150
 SOON, CLOSE = 1.0, 0.72
 """A robot brakes for a person who walks if they would be within this distance, meters, within this time, seconds."""
 EDGE, EDGING = 15, (0.043, 0.085)
-"""Control steps of rest after which the robot edges away from people who stand against it, and the velocities of
-edging, m/s and rad/s: below those of a robot at rest."""
+"""Control steps of rest after which the robot edges along its path, and the velocities of edging, m/s and rad/s: below
+those of a robot at rest."""
 
 
 class Waiting:
@@ -37,11 +37,13 @@ class Waiting:
         self._waited = self._waited + 1 if rest else max(0, self._waited - 2)
         return rest
 
-    def edge(self, pose: Pose, bearing: float, people: tuple[Person, ...]) -> tuple[float, float]:
+    def edge(self, bearing: float) -> tuple[float, float]:
         """Return the velocities of a robot that has to rest, m/s and rad/s: 0, or so slow that it counts as at rest.
 
+        Everybody goes round a robot at rest, but in a narrow place nobody can: it gives way there as it edges on.
+
         Args:
-            pose: of the robot. bearing: of its path, radians. people: around it.
+            bearing: of its path, relative to the heading, radians.
         """
         if self._waited < EDGE:
             return 0.0, 0.0
@@ -54,12 +56,22 @@ class Waiting:
         away = math.hypot(dx, dy)
         if not person.alive and self._waited > THING:
             return False
-        if away < TOUCHING or (person.walking and _meet(person, pose, speed)):
+        if away < TOUCHING and not (abs(speed) > AT_REST and _parting(person, pose, speed)):
+            return True
+        if person.walking and _meet(person, pose, speed):
             return True
         if abs(speed) > AT_REST or away > (SET_OFF if person.walking else BESIDE):
             return False
         # One who stands beside a robot at rest may have been stopped by it, and walks on when it moves.
         return (person.velocity[0] * dx + person.velocity[1] * dy) / away < RECEDING
+
+
+def _parting(person: Person, pose: Pose, speed: float) -> bool:
+    """Return whether a person falls behind a robot that drives on: one that brakes would be touched."""
+    px, py = person.place[0] - pose[0], person.place[1] - pose[1]
+    vx = person.velocity[0] - speed * math.cos(pose[2])
+    vy = person.velocity[1] - speed * math.sin(pose[2])
+    return vx * px + vy * py > -0.05 * math.hypot(px, py)
 
 
 def _meet(person: Person, pose: Pose, speed: float) -> bool:
