@@ -208,7 +208,7 @@ def approach_cost(
 
 
 def way_cost(people: Sequence[Person], ends: Array) -> Array:
-    """Return what ends of sequences (n, 2) cost in the way of people who walk, (n,): nobody passes where it is narrow."""
+    """Return what ends of sequences (n, 2) cost in the way of people who walk, (n,): they cannot pass in an aisle."""
     cost = np.zeros(len(ends))
     for person in people:
         speed = math.hypot(*person.velocity)
