@@ -83,6 +83,11 @@ class GentleCommands:
         return sum(weight * speed for weight, speed in zip(self.limits.weights, self._ramp, strict=True))
 
     @property
+    def history(self) -> tuple[float, ...]:
+        """The velocities of which the latest command is the mean, oldest first, m/s."""
+        return tuple(reversed(self._ramp))
+
+    @property
     def speed(self) -> float:
         """The forward velocity that the commands tend to, m/s."""
         return self._ramp[0]

@@ -71,6 +71,28 @@ class MotionLimits:
     reverse: float = -ROBOT.v_min
 
 
+@dataclass(frozen=True)
+class Shaping:
+    """A filter of forward velocities: each that is driven is a mean of the latest ones.
+
+    Attributes:
+        weights: of the latest velocities, newest first. history: as many velocities before the sequences, oldest first,
+            m/s.
+    """
+
+    weights: tuple[float, ...]
+    history: tuple[float, ...]
+
+    def driven(self, sequences: Array) -> Array:
+        """Return the velocities (n, steps, 2) that are driven for sequences of them."""
+        count, steps = sequences.shape[:2]
+        before = np.broadcast_to(np.array(self.history), (count, len(self.history)))
+        speeds = np.concatenate([before, sequences[..., 0]], axis=1)
+        first = len(self.history)
+        means = sum(weight * speeds[:, first - age : first - age + steps] for age, weight in enumerate(self.weights))
+        return np.stack([np.asarray(means), sequences[..., 1]], axis=-1)
+
+
 class Controller:
     """Chooses the velocities of the next control step.
 
@@ -114,6 +136,7 @@ class Controller:
         costmap: Costmap,
         people: tuple[Person, ...] = (),
         speed: float = math.inf,
+        shaping: Shaping | None = None,
     ) -> tuple[float, float]:
         """Return the velocities to command, m/s and rad/s.
 
@@ -122,14 +145,16 @@ class Controller:
             velocity: its velocities then.
             plan: the path. costmap: clearance. people: those to keep away from.
             speed: limit of the forward velocity in addition to `limits`, m/s.
+            shaping: the filter that forward velocities pass before they are driven.
         """
-        sequences = self._sequences(velocity, min(speed, self.limits.speed))
+        start = velocity if shaping is None else (shaping.history[-1], velocity[1])
+        sequences = self._sequences(start, min(speed, self.limits.speed))
         ahead = visible(plan, pose, costmap)
-        cost = self._cost(pose, velocity, sequences, ahead, costmap, people)
+        cost = self._cost(pose, velocity, sequences, ahead, costmap, people, shaping)
         weight = np.exp(-(cost - cost.min()) / self._options.temperature)
         mean = np.tensordot(weight / weight.sum(), sequences, axes=1)
         best = sequences[int(np.argmin(cost))]
-        mean_cost = self._cost(pose, velocity, mean[None], ahead, costmap, people)[0]
+        mean_cost = self._cost(pose, velocity, mean[None], ahead, costmap, people, shaping)[0]
         self._last = mean if mean_cost <= cost.min() + 0.5 * self._options.temperature else best.copy()
         return float(self._last[0, 0]), float(self._last[0, 1])
 
@@ -159,17 +184,18 @@ class Controller:
         path: tuple[Array, Array],
         costmap: Costmap,
         people: tuple[Person, ...],
+        shaping: Shaping | None,
     ) -> Array:
         """Return the costs of sequences, (n,)."""
         options, dt = self._options, self._robot.control_dt
-        poses = rollouts(pose, velocity, sequences, dt)
+        poses = rollouts(pose, velocity, sequences if shaping is None else shaping.driven(sequences), dt)
         count, steps = sequences.shape[:2]
         clearance = costmap.clearance(poses[..., :2].reshape(-1, 2)).reshape(count, steps)
         moving = np.abs(sequences[..., 0]) > 0.02
         lack = np.minimum(np.maximum((options.comfort - clearance) / (options.comfort - options.tight), 0.0), 2.0)
         steep = np.minimum(np.maximum((options.tight - clearance) / (options.tight - options.contact), 0.0), 1.0)
-        start = float(clearance[:, 0].max(initial=0.0))
-        touching = moving & (clearance < min(options.contact, start - 0.005))
+        here = float(clearance[:, 0].max(initial=0.0))
+        touching = moving & (clearance < min(options.contact, here - 0.005))
         soonest = np.where(touching.any(axis=1), steps - np.argmax(touching, axis=1), 0)
         cost = (np.abs(sequences[..., 0]) * (0.6 * lack**2 + 3.0 * steep)).sum(axis=1) * dt
         cost += np.where(soonest > 0, 100.0 + 10.0 * soonest, 0.0)
@@ -182,7 +208,8 @@ class Controller:
         step = ahead[np.minimum(nearest + 1, len(ahead) - 1)] - ahead[np.maximum(nearest - 1, 0)]
         error = np.arctan2(step[:, 1], step[:, 0]) - end[:, 2]
         cost += 0.8 * (1.0 - np.cos(error)) * (left[nearest] > 0.1)
-        changes = np.diff(sequences, axis=1, prepend=np.broadcast_to(np.array(velocity), (count, 1, 2)))
+        start = velocity if shaping is None else (shaping.history[-1], velocity[1])
+        changes = np.diff(sequences, axis=1, prepend=np.broadcast_to(np.array(start), (count, 1, 2)))
         cost += 2.0 * (changes[..., 0] ** 2).sum(axis=1) + 0.3 * (changes[..., 1] ** 2).sum(axis=1)
         slip = np.abs(sequences[..., 0] * sequences[..., 1]) - self.limits.lateral
         cost += 30.0 * np.maximum(slip, 0.0).sum(axis=1)

@@ -18,7 +18,7 @@ from labgym.policies.arrival import AT_REST, DOCK_ANGLE, DOCK_DISTANCE, SETTLED,
 from labgym.policies.dwa import lidar_points
 from labgym.policies.gentle import GentleCommands, GentleLimits
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy, Sensors
-from labgym.policies.stack.controller import Controller, MotionLimits, bearing_of
+from labgym.policies.stack.controller import Controller, MotionLimits, Shaping, bearing_of
 from labgym.policies.stack.costmap import UNEXPLAINED, Costmap
 from labgym.policies.stack.docking import Station
 from labgym.policies.stack.localization import Localizer
@@ -233,8 +233,9 @@ class StackPolicy(Policy):
             self._controller.restart()
             return self._robot.twist(*turn_towards(bearing, self._robot))
         fastest = approach_speed(left, 0.7) if self._arrival.active else math.inf
-        start = velocity if self._gentle is None else (self._gentle.speed, velocity[1])
-        v, w = self._controller.command(pose, start, self._plan, self._costmap, people, fastest)
+        gentle = self._gentle
+        shaping = None if gentle is None else Shaping(gentle.limits.weights, gentle.history)
+        v, w = self._controller.command(pose, velocity, self._plan, self._costmap, people, fastest, shaping)
         if self._controller.fastest_soon < CREEP and near:
             # Nobody walks into a robot at rest; one that creeps is at fault.
             self._controller.restart()

@@ -62,7 +62,7 @@ class Waiting:
             return True
         if abs(speed) > AT_REST or away > (SET_OFF if person.walking else BESIDE):
             return False
-        # One who stands beside a robot at rest may have been stopped by it, and walks on when it moves.
+        # One who stands next to a robot at rest may have been stopped by it, and walks on when it moves.
         return (person.velocity[0] * dx + person.velocity[1] * dy) / away < RECEDING
 
 
