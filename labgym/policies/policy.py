@@ -34,7 +34,8 @@ class GroundTruth:
     Attributes:
         layout: the room and everything in it; in the tasks of LabNav the old map, which some things have left.
         pair: the drive; its poses are in the room frame.
-        start: the robot's pose (x, y, yaw) in the room frame at the start of the episode.
+        start: the robot's pose (x, y, yaw) in the room frame at the start of the episode; at the start of a later drive
+            of it (`Policy.next_goal`) the pose by odometry, with its errors.
     """
 
     layout: Layout
@@ -129,8 +130,9 @@ class Policy(ABC):
     def next_goal(self, episode: EpisodeStart) -> None:
         """Begin the next drive of a chain of goals, from where the robot stands.
 
-        The frame of `episode` and of the odometry has its origin at this place. By default the policy forgets the
-        drive before, as at the start of an episode; a policy that keeps a map or an estimate of its pose overrides it.
+        The frame of `episode` and of the odometry has its origin at this place by odometry, so that the goal has the
+        errors of the odometry of all drives before. By default the policy forgets the drive before, as at the start of
+        an episode; a policy that keeps a map or an estimate of its pose overrides it.
         """
         self.reset(episode)
 
