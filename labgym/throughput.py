@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib.util import find_spec
 from statistics import median
 from typing import Any
 
@@ -97,9 +98,10 @@ def environments(layout: Layout) -> dict[str, Callable[[], Any]]:
             "LabPointNav-v0", NUM_ENVS, vectorization_mode="sync", **ours
         ),
         "depth camera, MuJoCo": lambda: gym.make("LabPointNav-v0", observation="depth", **ours),
+        "color and depth camera, MuJoCo": lambda: gym.make("LabPointNav-v0", observation="rgbd", **ours),
     }
     with suppress(MissingDependencyError):
-        import labgym.envs.planar.compiled  # noqa: F401
+        import labgym.envs.planar.compiled
 
         made["lidar, planar kernel"] = lambda: gym.make("LabPointNav-v0", physics="planar", **ours)
         made[f"{NUM_ENVS} x lidar, vector environment"] = lambda: gym.make_vec(
@@ -111,7 +113,22 @@ def environments(layout: Layout) -> dict[str, Callable[[], Any]]:
         made[f"{NUM_ENVS} x depth camera, vector environment"] = lambda: gym.make_vec(
             "LabPointNav-v0", NUM_ENVS, vectorization_mode="vector_entry_point", observation="depth", **ours
         )
+    with suppress(MissingDependencyError):
+        import labgym.envs.gpu.backend  # noqa: F401
+
+        made[f"{NUM_ENVS} x lidar, Warp on one core"] = lambda: gym.make_vec(
+            "LabPointNav-v0", NUM_ENVS, vectorization_mode="vector_entry_point", device="cpu", **ours
+        )
     return made
+
+
+def left_out() -> tuple[str, ...]:
+    """Return a line for each extra that is not installed and whose environments are therefore not measured."""
+    lines = []
+    for package, extra in (("numba", "fast"), ("warp", "warp")):
+        if find_spec(package) is None:
+            lines.append(f"Not measured without the extra {extra}: pip install 'labgym-nav[{extra}]'.")
+    return tuple(lines)
 
 
 class Run:
@@ -155,5 +172,8 @@ def throughput_table(measured: Sequence[Throughput]) -> Table:
         title=f"Environment steps per second, relative to {REFERENCE}; a ratio above 1 is faster",
         columns=("Environment", "Steps/s", "Ratio", "Ratio of processor time"),
         rows=tuple((one.name, f"{one.steps:,.0f}", f"{one.wall:.2f}", f"{one.processor:.2f}") for one in measured),
-        notes=(f"Medians over alternating blocks; random actions; our episodes end after {EPISODE} steps.",),
+        notes=(
+            f"Medians over alternating blocks; random actions; our episodes end after {EPISODE} steps.",
+            *left_out(),
+        ),
     )

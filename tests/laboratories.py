@@ -42,6 +42,29 @@ def island_laboratory() -> Layout:
     )
 
 
+def hall_laboratory() -> Layout:
+    """Return a 12 m x 8 m room with the four locations along its walls and a row of three islands across.
+
+    Most tasks of LabNav find a drive in it at once.
+    """
+    width, depth = 12.0, 8.0
+    return Layout(
+        id="hall",
+        protocols=(get(PROTOCOL),),
+        floor=Room(width=width, depth=depth, doors=(Door(wall="front", offset=1.2),)).floor,
+        placements=(
+            put("PreparationBench_1", "PreparationBench", 0.38, 2.5, yaw=-math.pi / 2),
+            put("FumeHood_1", "FumeHood", 2.0, depth - 0.43, yaw=math.pi),
+            put("SinkBench_1", "SinkBench", width - 2.5, depth - 0.38, yaw=math.pi),
+            put("ValidationPlatform_1", "ValidationPlatform", width - 0.41, 2.5, yaw=math.pi / 2),
+            *(
+                put(f"IslandBench1800_{row}", "IslandBench1800", width / 2, 1.8 * row - 0.9, yaw=math.pi / 2)
+                for row in (1, 2, 3)
+            ),
+        ),
+    )
+
+
 def small_laboratory(name: str, shift: float = 0.0) -> Layout:
     """Return a 6.5 m square room with the four locations of the protocol and a bench in the middle.
 

@@ -41,6 +41,7 @@ def test_the_command_times_every_piece(capsys):
         "policy in its own process",
         "relative to PointMaze_UMaze-v3",
         "lidar, MuJoCo",
+        "color and depth camera, MuJoCo",
     ):
         assert piece in printed
     assert main(["bench", "--rounds", "1"]) == 2
@@ -83,3 +84,12 @@ def test_a_faster_environment_has_a_larger_ratio(monkeypatch):
     assert (round(three.processor, 9), round(three.steps)) == (6.0, 1500)
     assert single.resets > 10
     assert many.resets == 1
+
+
+def test_a_line_names_the_extra_whose_environments_are_not_measured(monkeypatch):
+    monkeypatch.setattr(throughput, "find_spec", lambda name: object())
+    assert throughput.left_out() == ()
+    monkeypatch.setattr(throughput, "find_spec", lambda name: None if name == "warp" else object())
+    (line,) = throughput.left_out()
+    assert "pip install 'labgym-nav[warp]'" in line
+    assert line in throughput.throughput_table([]).notes

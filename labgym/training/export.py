@@ -15,6 +15,8 @@ from torch import Tensor, nn
 from labgym.errors import OptionError
 from labgym.policies.adapters.actor import SIZES
 from labgym.policies.adapters.actor_file import ACTIVATIONS, Activation, ActorHeader, Perceptron
+from labgym.training import robot_frame
+from labgym.training.robot_frame import RobotFrame
 
 FLAT = ("goal", "lidar", "velocity")
 """The order in which `gymnasium.wrappers.FlattenObservation` concatenates the observation of `LabPointNav-v0`."""
@@ -60,9 +62,14 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
         features, modules = policy.pi_features_extractor, [*policy.mlp_extractor.policy_net, policy.action_net]
     else:
         features, modules = policy.actor.features_extractor, _actor_modules(policy.actor)
-    inputs = _inputs(features, model.observation_space)
     layers, activation, squash = _layers(modules)
-    statistics = {} if normalize is None or not normalize.norm_obs else _statistics(normalize, inputs)
+    if isinstance(features, RobotFrame):
+        inputs, statistics = robot_frame.INPUTS, robot_frame.statistics()
+        constants = {"clip": robot_frame.CLIP, "epsilon": 0.0}
+    else:
+        inputs = _inputs(features, model.observation_space)
+        statistics = {} if normalize is None or not normalize.norm_obs else _statistics(normalize, inputs)
+        constants = {} if normalize is None else {"clip": normalize.clip_obs, "epsilon": normalize.epsilon}
     header = ActorHeader(
         algorithm=type(model).__name__,
         environment=environment,
@@ -70,7 +77,7 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
         activation=activation,
         squash=squash or bool(policy.squash_output),
         normalized=tuple(statistics),
-        **({} if normalize is None else {"clip": normalize.clip_obs, "epsilon": normalize.epsilon}),
+        **constants,
     )
     return Perceptron(header, layers, statistics)
 

@@ -1,7 +1,8 @@
 """Soft actor-critic with hindsight experience replay (Andrychowicz et al. 2017) and the sparse reward.
 
 Episodes that miss the goal are stored a second time with goals that they reached. The environments are goal
-environments in the frame of the start (`labgym.training.start_frame`), so that the policy needs odometry, not a map.
+environments in the frame of the start (`labgym.training.start_frame`), so that the policy needs odometry, not a map;
+`labgym.training.robot_frame` gives its network goal and sensors as the robot sees them.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from pathlib import Path
 from stable_baselines3 import SAC, HerReplayBuffer
 
 from labgym.training.hyperparameters import Hyperparameters
+from labgym.training.robot_frame import RobotFrame
 from labgym.training.run import RunSettings, model_errors, train_model, training_environments
 
 
@@ -23,11 +25,13 @@ def train_her(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
     """
     with training_environments(hyperparameters, settings) as environments:
         with model_errors():
+            arguments = hyperparameters.algorithm_arguments()
+            arguments["policy_kwargs"] = {"features_extractor_class": RobotFrame, **arguments["policy_kwargs"]}
             model = SAC(
                 hyperparameters.policy,
                 environments,
                 replay_buffer_class=HerReplayBuffer,
-                **hyperparameters.algorithm_arguments(),
+                **arguments,
                 seed=settings.seed,
                 device="cpu",
             )

@@ -30,6 +30,7 @@ class Hyperparameters:
         n_envs: number of environments. n_timesteps: control steps, summed over the environments.
         policy: policy of stable-baselines3.
         normalize: False; True, for observations and rewards; or arguments of `VecNormalize`.
+        near_goal: whether the observation also has the goal up close (`labgym.training.near_goal`).
         layouts: number of generated layouts to train in (`FirstLayouts`); 0 generates new ones without end.
         env_kwargs: arguments of the training environments. eval_env_kwargs: those that differ in evaluations.
         eval_freq: control steps between two evaluations, each followed by a checkpoint.
@@ -43,6 +44,7 @@ class Hyperparameters:
     n_timesteps: int
     policy: str = "MultiInputPolicy"
     normalize: bool | Mapping[str, Any] = False
+    near_goal: bool = False
     layouts: int = 0
     env_kwargs: Mapping[str, Any] = field(default_factory=dict)
     eval_env_kwargs: Mapping[str, Any] = field(default_factory=dict)
@@ -54,6 +56,8 @@ class Hyperparameters:
         for name in ("n_envs", "n_timesteps", "eval_freq", "n_eval_episodes"):
             if not _is_whole(getattr(self, name), 1):
                 raise OptionError(f"{name} is {getattr(self, name)!r}, expected a whole number of at least 1")
+        if not isinstance(self.near_goal, bool):
+            raise OptionError(f"near_goal is {self.near_goal!r}, expected true or false")
         if not _is_whole(self.layouts, 0):
             raise OptionError(f"layouts is {self.layouts!r}, expected a whole number of at least 0")
         if not isinstance(self.policy, str):

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NoReturn
+
+from tqdm import tqdm
 
 from labgym.envs.training import LayoutSource, TrainingRooms, training_floor
 from labgym.envs.world import keep
@@ -54,4 +59,24 @@ class FirstLayouts:
 def _layout(split: str, number: int) -> Layout:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SearchLimitWarning)  # Less furniture than the room holds is no loss here.
-        return SOURCES[split](number)
+        layout = SOURCES[split](number)
+    for bar in _bars:
+        bar.update()
+        if bar.n >= bar.total:
+            bar.close()
+    return layout
+
+
+_bars: list[tqdm[NoReturn]] = []
+"""Bars that count the layouts which this process generates."""
+
+
+@contextmanager
+def layout_progress(count: int) -> Iterator[None]:
+    """Show on a terminal, on stderr, how many of `count` layouts this process has generated, until all are."""
+    with tqdm(total=count, desc="training layouts", unit="layout", disable=None, leave=False) as bar:
+        _bars.append(bar)
+        try:
+            yield
+        finally:
+            _bars.remove(bar)

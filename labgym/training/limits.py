@@ -79,7 +79,27 @@ class Kind:
             raise OptionError(f"{name} is {value!r}, expected {self.text}")
 
 
-Limit = Number | Kind
+@dataclass(frozen=True)
+class Network:
+    """Arguments of a policy's networks: a mapping, whose `net_arch` has at least one unit in each layer."""
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise OptionError if a value is not accepted."""
+        if value is None:
+            return
+        if not isinstance(value, Mapping):
+            raise OptionError(f"{name} is {value!r}, expected a mapping of arguments")
+        layers = value.get("net_arch")
+        for key, sizes in layers.items() if isinstance(layers, Mapping) else [("net_arch", layers)]:
+            if sizes is not None and not (isinstance(sizes, list) and all(map(_is_width, sizes))):
+                raise OptionError(f"{key} of {name} is {sizes!r}, expected a list of whole numbers of at least 1")
+
+
+def _is_width(size: object) -> bool:
+    return isinstance(size, int) and not isinstance(size, bool) and size >= 1
+
+
+Limit = Number | Kind | Network
 
 _COUNT = Number(1, whole=True)
 _NOT_NEGATIVE = Number(0.0)
@@ -92,7 +112,7 @@ _COMMON: dict[str, Limit] = {
     "learning_rate": Number(0.0, above=True, prefix=LINEAR),
     "gamma": _FRACTION,
     "n_steps": _COUNT,
-    "policy_kwargs": _MAPPING,
+    "policy_kwargs": Network(),
     "sde_sample_freq": Number(-1, whole=True),
     "stats_window_size": _COUNT,
     "use_sde": _FLAG,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
@@ -22,7 +23,9 @@ from labgym.runs import RunFolder
 from labgym.training.environments import make_environments
 from labgym.training.export import actor_of, save_policy
 from labgym.training.hyperparameters import Hyperparameters
+from labgym.training.layouts import layout_progress
 from labgym.training.legs import CHECKPOINT, learn
+from labgym.training.near_goal import NEAR_GOAL, NearGoal
 from labgym.training.scores import ScoreCallback
 
 BEST, LAST = "policy.safetensors", "last.safetensors"
@@ -88,11 +91,16 @@ def evaluation_environments(hyperparameters: Hyperparameters, settings: RunSetti
 
 
 def _normalized(environments: VecEnv, hyperparameters: Hyperparameters) -> VecEnv:
+    """Return the environments with the wrappers of the hyperparameters."""
+    keys: dict[str, Any] = {}
+    if hyperparameters.near_goal:
+        environments = NearGoal(environments)
+        keys = {"norm_obs_keys": [name for name in environments.observation_space.spaces if name != NEAR_GOAL]}
     if hyperparameters.normalize is False:
         return environments
     arguments = {} if hyperparameters.normalize is True else dict(hyperparameters.normalize)
     discount = {"gamma": hyperparameters.arguments["gamma"]} if "gamma" in hyperparameters.arguments else {}
-    return VecNormalize(environments, **{**discount, **arguments})
+    return VecNormalize(environments, **{**discount, **keys, **arguments})
 
 
 @contextmanager
@@ -130,10 +138,17 @@ def train_model(model: BaseAlgorithm, hyperparameters: Hyperparameters, settings
     ):
         if not run.finished:
             write_json(settings.out / HYPERPARAMETERS, hyperparameters.to_json())
-            _train(model, evaluation, hyperparameters, settings)
+            with _progress(hyperparameters, settings):
+                _train(model, evaluation, hyperparameters, settings)
             finish(run, (HYPERPARAMETERS, SCORES, BEST, LAST))
         (settings.out / CHECKPOINT).unlink(missing_ok=True)
     return settings.out / BEST
+
+
+def _progress(hyperparameters: Hyperparameters, settings: RunSettings) -> AbstractContextManager[None]:
+    """Return the context that shows how many layouts are generated, if this process generates them."""
+    here = settings.vectorization in ("auto", "kernel", "dummy")
+    return layout_progress(hyperparameters.layouts) if hyperparameters.layouts and here else nullcontext()
 
 
 def _train(model: BaseAlgorithm, evaluation: VecEnv, hyperparameters: Hyperparameters, settings: RunSettings) -> None:

@@ -19,6 +19,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from laboratories import hall_laboratory
 
 import labgym  # noqa: F401  (registers the environments)
 from labgym.errors import LabgymError
@@ -26,18 +27,24 @@ from labgym.layouts import Layout
 
 IDS = sorted(name for name in gym.registry if name.startswith("Lab"))
 LIDAR = [name for name in IDS if "Depth" not in name and "RGBD" not in name]
-STEPS = 40
+STEPS, STOPS = 40, 20
+"""Steps of a drive, and from one possible STOP to the next."""
 
 
 @pytest.fixture(scope="module")
 def path(layout: Layout, tmp_path_factory: pytest.TempPathFactory) -> str:
-    return str(layout.save(tmp_path_factory.mktemp("layouts") / "layout.json"))
+    """The folder of the layouts: an island, and a hall, in which most tasks of LabNav soon find a drive."""
+    folder = tmp_path_factory.mktemp("layouts")
+    layout.save(folder / "island.json")
+    hall_laboratory().save(folder / "hall.json")
+    return str(folder)
 
 
 def make(name: str, path: str, **arguments: Any) -> gym.Env:
+    place = "hall" if name.startswith("LabNav") and name != "LabNavAisle-v0" else "island"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # v0 is not the newest version
-        return gym.make(name, layout=path, **arguments)
+        return gym.make(name, layout=str(Path(path) / f"{place}.json"), **arguments)
 
 
 def digest(name: str, path: str, seed: int = 7, steps: int = STEPS) -> str:
@@ -46,10 +53,13 @@ def digest(name: str, path: str, seed: int = 7, steps: int = STEPS) -> str:
     env.action_space.seed(seed)
     result = hashlib.sha256()
     observation, info = env.reset(seed=seed)
-    for _ in range(steps):
+    for step in range(steps):
         for key in sorted(observation):
             result.update(observation[key].tobytes())
-        observation, *outcome, info = env.step(env.action_space.sample())
+        action = env.action_space.sample()
+        if action.shape == (3,) and step % STOPS:
+            action[2] = -1.0  # half of all random actions would be STOP, which ends the drive
+        observation, *outcome, info = env.step(action)
         result.update(np.array(outcome, np.float64).tobytes())
         result.update(repr(sorted((key, str(value)) for key, value in info.items())).encode())
         if outcome[1] or outcome[2]:

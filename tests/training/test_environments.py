@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import math
+import sys
 
 import gymnasium as gym
 import numpy as np
@@ -19,6 +21,7 @@ from labgym.training import environments as module
 from labgym.training import layouts as layouts_module
 from labgym.training import make_environments
 from labgym.training.layouts import FirstLayouts
+from labgym.training.near_goal import NearGoal
 from labgym.training.start_frame import StartFrame
 
 LAYOUT = island_laboratory()
@@ -123,6 +126,40 @@ def test_first_layouts_are_generated_once_each(monkeypatch):
 def test_first_layouts_check_count_and_source(arguments, error):
     with pytest.raises(error):
         FirstLayouts(*arguments)
+
+
+def test_the_goal_up_close_is_in_every_observation():
+    """The last observation of an episode has it, too; goals that are a meter away or farther look alike."""
+    pytest.importorskip("numba")
+    made = NearGoal(make_environments("LabPointNav-v0", 2, "kernel", layout=LAYOUT, max_episode_steps=2))
+    made.seed(0)
+    assert made.reset()["near_goal"].shape == (2, 3)
+    for _ in range(2):
+        observations, _, _, infos = made.step(np.ones((2, 2), np.float32))
+    for each in (*infos, {"terminal_observation": {name: rows[0] for name, rows in observations.items()}}):
+        goal, near = (each["terminal_observation"][name] for name in ("goal", "near_goal"))
+        assert made.observation_space["near_goal"].contains(near)
+        np.testing.assert_allclose(near, 5.0 * min(goal[0], 1.0) * np.array([1.0, *goal[1:]]), atol=1e-5)
+    made.close()
+    with pytest.raises(OptionError, match="goal"):
+        NearGoal(DummyVecEnv([lambda: gym.make("CartPole-v1")]))
+
+
+def test_generated_layouts_are_counted_on_a_terminal(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    written = Terminal()
+    monkeypatch.setattr(sys, "stderr", written)
+    monkeypatch.setitem(layouts_module.SOURCES, "train", lambda number: LAYOUT)
+    layouts_module._layout.cache_clear()
+    with layouts_module.layout_progress(3):
+        for number in (0, 1, 0, 1, 2):
+            FirstLayouts(3)(number)
+    layouts_module._layout.cache_clear()
+    assert "training layouts" in written.getvalue()
+    assert layouts_module._bars == []
 
 
 def test_the_start_frame_has_its_origin_and_its_axis_at_the_start():

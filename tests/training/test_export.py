@@ -16,6 +16,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.policies import EpisodeStart, make_policy
 from labgym.training import save_policy
+from labgym.training.near_goal import NearGoal
+from labgym.training.robot_frame import RobotFrame
 
 SMALL = {"net_arch": [16, 16]}
 
@@ -74,6 +76,48 @@ def test_a_goal_policy_gets_its_goal_and_its_pose_in_the_start_frame(blank, obse
         arrays = {name: np.array(value, np.float32) for name, value in inputs.items()}
         expected, _ = model.predict(arrays, deterministic=True)
         np.testing.assert_allclose(policy.act(each), expected, rtol=0.0, atol=2e-6)
+
+
+@pytest.mark.parametrize("algorithm", [PPO, SAC])
+def test_the_goal_up_close_is_computed_as_in_the_training(algorithm, blank, usual_space, observations, tmp_path):
+    made = NearGoal(environments(blank, usual_space))
+    keys = {"norm_obs_keys": ["goal", "lidar"], "clip_obs": 1.5}
+    normalized = VecNormalize(made, **keys)
+    normalized.reset()
+    model = algorithm("MultiInputPolicy", normalized, policy_kwargs=dict(SMALL), seed=1, device="cpu")
+    policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
+    policy.reset(start())
+    for each in observations:
+        each["goal"] = np.array([abs(each["goal"][0]) / 5.0, *each["goal"][1:] / 10.0], np.float32)
+        distance, cosine, sine = (float(value) for value in each["goal"])
+        near = [5.0 * min(distance, 1.0) * factor for factor in (1.0, cosine, sine)]
+        inputs = {**{name: each[name] for name in usual_space}, "near_goal": np.array(near, np.float32)}
+        expected, _ = model.predict(normalized.normalize_obs(inputs), deterministic=True)
+        np.testing.assert_allclose(policy.act(each), expected, rtol=0.0, atol=2e-6)
+
+
+def test_a_policy_in_the_robot_frame_needs_no_pose(blank, observations, tmp_path):
+    """The same goal in another start frame gives the same action, which is that of the policy on goal and lidar."""
+    sizes = {"observation": 186, "achieved_goal": 2, "desired_goal": 2}
+    space = gym.spaces.Dict({name: gym.spaces.Box(-50.0, 50.0, (size,), np.float32) for name, size in sizes.items()})
+    options = {**SMALL, "features_extractor_class": RobotFrame}
+    model = SAC("MultiInputPolicy", environments(blank, space), policy_kwargs=options, seed=2, device="cpu")
+    policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
+    policy.reset(start())
+    for each in observations:
+        bearing = float(each["odometry"][2])
+        each["goal"] = np.array([abs(each["goal"][0]), math.cos(bearing), math.sin(bearing)], np.float32)
+        for x, y, yaw in ((0.0, 0.0, 0.0), (1.0, -2.0, 2.5)):
+            pose = [x, y, math.cos(yaw), math.sin(yaw)]
+            distance, direction = float(each["goal"][0]), yaw + bearing
+            inputs = {
+                "observation": [*pose, *each["velocity"], *each["lidar"]],
+                "achieved_goal": [x, y],
+                "desired_goal": [x + distance * math.cos(direction), y + distance * math.sin(direction)],
+            }
+            arrays = {name: np.array(value, np.float32) for name, value in inputs.items()}
+            expected, _ = model.predict(arrays, deterministic=True)
+            np.testing.assert_allclose(policy.act(each), expected, rtol=0.0, atol=2e-5)
 
 
 def test_a_model_that_looks_at_images_is_refused(blank, tmp_path):

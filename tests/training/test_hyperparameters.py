@@ -91,8 +91,9 @@ INVALID = {
         "target_kl": ("x",),
         "use_sde": ("maybe", 1),
         "stats_window_size": (0, "abc"),
-        "policy_kwargs": (3, "dict(net_arch=[64])"),
+        "policy_kwargs": (3, "dict(net_arch=[64])", {"net_arch": [0]}, {"net_arch": 64}, {"net_arch": {"pi": [8, -1]}}),
         "policy": (3,),
+        "near_goal": (3,),
         "normalize": ({"foo": 1}, {"clip_obs": "a"}, {"norm_obs_keys": "lidar"}),
         "rollout_buffer_class": ("Foo",),
         "device": ("cuda",),
@@ -119,7 +120,7 @@ INVALID = {
 )
 def test_a_value_that_stable_baselines_would_not_take_is_refused_by_name(algorithm, name, value):
     environment = next(each for one, each in PACKAGED if one == algorithm)
-    inner = next(iter(value)) if isinstance(value, dict) else name
+    inner = name if name == "policy_kwargs" else next(iter(value)) if isinstance(value, dict) else name
     with pytest.raises((OptionError, UnknownNameError), match=inner):
         Hyperparameters.load(algorithm, environment, None, {name: value})
 
@@ -129,6 +130,7 @@ def test_a_value_that_stable_baselines_would_not_take_is_refused_by_name(algorit
     [
         ("ppo", {"clip_range_vf": None, "target_kl": 0.02, "learning_rate": "lin_0.001", "clip_range": "lin_0.2"}),
         ("sac", {"ent_coef": "auto_0.1", "gradient_steps": -1, "target_entropy": -2.0, "learning_rate": 0.001}),
+        ("ppo", {"policy_kwargs": {"net_arch": {"pi": [8], "vf": []}}}),
         ("sac", {"ent_coef": 0, "normalize": {"norm_obs_keys": ["lidar"], "clip_obs": 5}}),
     ],
 )

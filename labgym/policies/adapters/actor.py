@@ -15,12 +15,14 @@ from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS
 from labgym.errors import OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.adapters.inputs import checked_action, sensors_for
+from labgym.policies.adapters.near_goal import near_goal
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 
 Values = NDArray[Any]
 
 SIZES = {
     "goal": 3,
+    "near_goal": 3,
     "velocity": 2,
     "lidar": LIDAR_RAYS,
     "depth": IMAGE_SHAPE[0] * IMAGE_SHAPE[1],
@@ -28,7 +30,8 @@ SIZES = {
     "achieved_goal": 2,
     "desired_goal": 2,
 }
-"""Lengths of the possible inputs: those of `LabPointNav-v0`, and those of `LabPointNavGoal-v1` in the start frame."""
+"""Lengths of the possible inputs: those of `LabPointNav-v0` and the goal up close, and those of `LabPointNavGoal-v1` in
+the start frame."""
 
 
 class ActorPolicy(Policy):
@@ -64,7 +67,7 @@ class ActorPolicy(Policy):
             name: (mean.double().numpy(), np.sqrt(variance.double().numpy() + self._header.epsilon))
             for name, (mean, variance) in actor.statistics.items()
         }
-        sensors = ["lidar" if name == "observation" else name for name in self._header.inputs]
+        sensors = [_SENSORS.get(name, name) for name in self._header.inputs]
         self.observation = sensors_for(sensors, str(path))  # type: ignore[misc] # the file decides, not the class
         self._goal = (0.0, 0.0)
 
@@ -102,9 +105,12 @@ def _joint(observation: Observation, goal: tuple[float, float]) -> Values:  # no
     return np.concatenate([pose, observation["velocity"], observation["lidar"]]).astype(np.float32)
 
 
+_SENSORS = {"observation": "lidar", "near_goal": "goal"}
+"""Sensors of inputs with other names."""
 _GOALS: dict[str, Callable[[Observation, tuple[float, float]], Values]] = {
+    "near_goal": lambda observation, goal: near_goal(np.asarray(observation["goal"])),  # noqa: ARG005
     "observation": _joint,
     "achieved_goal": lambda observation, goal: np.asarray(observation["odometry"][:2], np.float32),  # noqa: ARG005
     "desired_goal": lambda observation, goal: np.array(goal, np.float32),  # noqa: ARG005
 }
-"""Inputs of goal environments in the start frame, from odometry and goal."""
+"""Inputs that are computed from the observation and the goal in the start frame."""
