@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import gc
+
 import pytest
 import training_sources
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.training import NUMBERS, LayoutSequence, TrainingRooms, source_of
+from labgym.envs.world import KEPT, World
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import splits
 from labgym.layouts.places import layout_at
@@ -79,3 +82,21 @@ def test_floors_are_those_of_floors_train():
     split, _, index = floor.provenance.options["place"].partition("/")
     assert split == "floors-train"
     assert floor.hash == layout_at("floors-train", int(index)).hash
+
+
+def test_the_objects_in_memory_do_not_grow_with_the_number_of_training_layouts():
+    """Every episode has a new layout; docs/performance.md has the memory of 10,000 resets."""
+    env = environment()
+    names = drawn(env, 25, seed=0)
+    before, _ = objects_and_worlds()
+    names += drawn(env, 20)
+    after, worlds = objects_and_worlds()
+    assert len({*names}) == 45
+    assert worlds <= KEPT + 1
+    assert after < 1.01 * before
+
+
+def objects_and_worlds() -> tuple[int, int]:
+    gc.collect()
+    objects = gc.get_objects()
+    return len(objects), sum(isinstance(each, World) for each in objects)

@@ -21,10 +21,12 @@ from labgym.training.limits import ARGUMENTS, NORMALIZATION
 
 PACKAGED = [(name, each) for name in ARGUMENTS for each in yaml.safe_load((FOLDER / f"{name}.yml").read_text())]
 
+FLOORS = [("ppo", "LabPointNav-v1", FOLDER / "ppo-floors.yml")]
 
-@pytest.mark.parametrize(("algorithm", "environment"), PACKAGED)
-def test_the_files_that_come_with_labgym_are_valid(algorithm, environment):
-    hyperparameters = Hyperparameters.load(algorithm, environment)
+
+@pytest.mark.parametrize(("algorithm", "environment", "file"), [(*each, None) for each in PACKAGED] + FLOORS)
+def test_the_files_that_come_with_labgym_are_valid(algorithm, environment, file):
+    hyperparameters = Hyperparameters.load(algorithm, environment, file)
     hyperparameters.algorithm_arguments()
     hyperparameters.environment_options()
     assert hyperparameters.environment_options(evaluation=True)["split"] in ("val", "floors-val")
