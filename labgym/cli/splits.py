@@ -94,7 +94,7 @@ def labnav(
     Args:
         split: floors-test for the benchmark; floors-val for drafts.
         out: Folder.
-        floors: Number of floors of each suite.
+        floors: Number of floors of each suite; fewer if the split has no more with enough episodes.
         episodes: Number of episodes of each floor.
         tasks: Names of tasks; by default all.
         level: Levels.
@@ -128,7 +128,10 @@ def labnav(
     manifest = draw_suites(publication, out, execution.options(), fresh)
     for name, entry in manifest.suites.items():
         share = 100.0 * entry.accepted / entry.drawn
-        print(f"{name}: {entry.episodes} episodes on {entry.floors} floors, {share:.1f}% of {entry.drawn} drives")
+        print(
+            f"{name}: {entry.episodes} episodes on {entry.floors} of {entry.tried} floors; "
+            f"{share:.1f}% of {entry.drawn} drives accepted"
+        )
     written(out)
     committed = published_manifest(SEALED_MANIFEST) if split == SEALED else None
     if publish:

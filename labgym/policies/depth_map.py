@@ -25,6 +25,12 @@ FLOOR_HEIGHT = 0.05
 DEEPER = 0.01
 """Distance behind its surface at which a return is entered, meters: surfaces often lie on the edge of a cell."""
 
+RELIABLE = 3.0
+"""Depth up to which a camera with errors is used, meters: beyond, a pixel that shows its neighbor's depth is off by a
+robot's margin."""
+ROWS = 2.0
+"""Rows of the image by which such a camera errs: the height below which a return is the floor grows with the depth."""
+
 SUBPIXEL_BITS = 8
 
 
@@ -48,18 +54,21 @@ class DepthMap:
     floor, the height of the robot, occupies its cell, and no later image frees that cell: near the robot the camera
     looks over low objects and under high ones, so that seeing past a place does not clear it. In each column of the
     image, the floor from the lens to the nearest such return is free. Columns are vertical planes because the camera
-    is level.
+    is level. A depth of 0 is a lost reading, and says nothing.
 
     Args:
         reach: the map covers [-reach, reach] along x and y, meters; returns beyond are ignored.
         robot: gives the pose and field of view of the camera.
         resolution: side of a cell, meters.
+        noisy: whether the camera has errors, of up to two rows and columns: it is then used up to 3 m.
 
     Raises:
         OptionError: the reach or the resolution is not positive.
     """
 
-    def __init__(self, reach: float, robot: RobotSpec = ROBOT, resolution: float = RESOLUTION) -> None:
+    def __init__(
+        self, reach: float, robot: RobotSpec = ROBOT, resolution: float = RESOLUTION, noisy: bool = False
+    ) -> None:
         if not (0.0 < resolution < reach < math.inf):
             raise OptionError(f"map: reach is {reach} m and resolution {resolution} m; expected 0 < resolution < reach")
         side = 2 * math.ceil(reach / resolution)
@@ -69,6 +78,8 @@ class DepthMap:
         self._occupied = np.zeros((side, side), dtype=bool)
         self._seen = np.zeros((side, side), dtype=np.uint8)
         self._left, self._up = pixel_slopes(hfov=robot.camera_hfov)
+        self._range = RELIABLE if noisy else RANGE
+        self._slack = ROWS * abs(float(self._up[1] - self._up[0])) if noisy else 0.0
 
     def add(self, depth: ArrayLike, pose: Pose) -> Array:
         """Add a depth image taken from a pose.
@@ -88,8 +99,9 @@ class DepthMap:
             raise OptionError(f"depth image has shape {picture.shape}; expected {IMAGE_SHAPE} pixels")
         picture = picture.reshape(IMAGE_SHAPE)
         height = self._robot.camera_height + picture * self._up[:, None]
-        solid = (picture < RANGE) & (height >= FLOOR_HEIGHT) & (height < OBSTACLE_HEIGHT)
-        nearest = np.where(solid, picture, RANGE).min(axis=0)
+        floor = FLOOR_HEIGHT + self._slack * picture
+        solid = (picture > 0.0) & (picture < self._range) & (height >= floor) & (height < OBSTACLE_HEIGHT)
+        nearest = np.where(solid, picture, self._range).min(axis=0)
         self._see(nearest, pose)
         _, columns = np.nonzero(solid)
         ahead = picture[solid] + DEEPER

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import binary_dilation
 
+from labgym.envs.parts.depth_noise import RedwoodDepth
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import Camera
 from labgym.errors import OptionError
@@ -55,6 +56,28 @@ def test_a_wall_ahead_is_mapped_at_its_place_and_as_wide_as_it_is_seen(distance)
     assert ys[0] == pytest.approx(-half, abs=0.06)
     assert ys[-1] == pytest.approx(half, abs=0.06)
     assert np.diff(ys).max() == pytest.approx(0.05)
+
+
+def test_a_depth_of_0_is_a_lost_reading():
+    depth_map, lost = DepthMap(12.0), picture(2.0)
+    lost[:, : COLUMNS // 2] = 0.0
+    depth_map.add(lost, (0.0, 0.0, 0.0))
+    centres = occupied_centres(depth_map.known([], 0.5))
+    assert np.abs(centres[:, 0] - (LENS + 2.0)).max() < 0.05
+    assert centres[:, 1].max() < 0.05
+
+
+def test_an_image_with_the_errors_of_redwood_leaves_an_empty_floor_free():
+    """A quarter of a pixel of jitter and every second row: pixels of the floor show the depth of other rows."""
+    noisy, exact = DepthMap(12.0, noisy=True), DepthMap(12.0)
+    for seed in range(5):
+        image = RedwoodDepth().apply(picture(), None, np.random.default_rng(seed))
+        assert len(noisy.add(image, (0.0, 0.0, 0.0))) == 0
+        exact.add(image, (0.0, 0.0, 0.0))
+    assert occupied_centres(exact.known([], 0.5)).size
+    assert free(noisy.known([], 0.5), 2.0, 0.0)
+    wall = RedwoodDepth().apply(picture(2.0), None, np.random.default_rng(0))
+    assert np.abs(noisy.add(wall, (0.0, 0.0, 0.0))[:, 0] - (LENS + 2.0)).max() < 0.1
 
 
 def test_the_floor_is_free_up_to_the_wall_and_unseen_behind_and_next_to_it():

@@ -114,7 +114,7 @@ class Publication:
     """The arguments of a draw.
 
     Attributes:
-        split: of the floors. floors: number of them. per_floor: episodes of a task and level on each.
+        split: of the floors. floors: greatest number of them. per_floor: episodes of a task and level on each.
         tasks, levels: which ones. unfiltered: whether the headline's level has unfiltered suites, too.
         version: of the suites. draft: whether they may still change.
         seed: random seed of the draw; of the sealed suites, the secret decides.
@@ -217,7 +217,7 @@ def draw_suites(
     """Draw suites into a folder, with their manifest, and return it.
 
     An interrupted call resumes; the files do not depend on the executor. A floor without enough episodes of a suite is
-    left out of it, and the next floor of the split takes its place.
+    left out of it, and the next floor of the split takes its place; a suite has fewer floors if the split has no more.
 
     Args:
         publication: what to draw. out: the folder.
@@ -226,7 +226,7 @@ def draw_suites(
 
     Raises:
         OptionError: the folder holds something else.
-        LabgymError: the split has too few floors for a suite, or workers died.
+        LabgymError: no floor has enough episodes of a suite, or workers died.
     """
     with RunFolder.open(out, publication.identity, fresh) as folder:
         if folder.finished:
@@ -296,15 +296,10 @@ def _drawn(
 def _next(
     publication: Publication, floors: Sequence[str], results: Mapping[SuiteName, Sequence[Mapping[str, Any]]]
 ) -> Iterator[Shard]:
-    """Yield the draws that are still needed: for each suite as many floors as it lacks."""
+    """Yield the draws that are still needed: for each suite as many floors as it lacks, or as are left."""
     for name, done in results.items():
         count = publication.per_floor if name.filtered else UNFILTERED_PER_FLOOR
         lacking = publication.floors - sum(len(each["episodes"]) == count for each in done)
-        if lacking > len(floors) - len(done):
-            raise LabgymError(
-                f"{FOLDER}-{name}: the {len(floors)} floors of {publication.split} do not have {publication.floors} "
-                f"with {count} episodes: ask for fewer floors or episodes, or for more attempts"
-            )
         for floor in floors[len(done) : len(done) + lacking]:
             arguments = (name.task, name.level, name.filtered, publication.split, floor, count)
             own = (publication.seed_of(name), publication.attempts, publication.layouts)
@@ -356,6 +351,10 @@ def _suite(publication: Publication, name: SuiteName, floors: Iterable[Mapping[s
     """Return a suite from the draws on its floors."""
     floors = list(floors)
     count = publication.per_floor if name.filtered else UNFILTERED_PER_FLOOR
+    if not any(len(each["episodes"]) == count for each in floors):
+        raise LabgymError(
+            f"{FOLDER}-{name}: no floor of {publication.split} has {count} episodes: ask for fewer, or more attempts"
+        )
     return LabNavEpisodes.model_validate(
         {
             "task": name.task,

@@ -8,7 +8,7 @@ import pytest
 
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
-from labgym.envs.labnav.episodes import LabNavEpisodes
+from labgym.envs.labnav.episodes import Draws, LabNavEpisodes
 from labgym.errors import LabgymError
 from labgym.eval.labnav import publication
 from labgym.eval.labnav.publication import (
@@ -93,9 +93,12 @@ def test_published_suites_are_copies_with_a_manifest_and_a_broken_one_is_refused
         publish(manifest.model_copy(update={"suites": broken}), out, tmp_path)
 
 
-def test_a_split_without_enough_floors_is_refused(tmp_path):
-    with pytest.raises(LabgymError, match="do not have 3 with 2 episodes"):
-        draw_suites(Publication("floors-val", 3, 2, ("dock",), (2,)), tmp_path, progress=False)
+def test_a_split_without_enough_floors_gives_a_suite_with_fewer_or_is_refused(tmp_path, monkeypatch):
+    one = Publication("floors-val", 3, 1, ("dock",), (2,), False)
+    assert draw_suites(one, tmp_path / "some", progress=False).suites["dock-2"].floors == 2
+    monkeypatch.setattr(publication, "draw_floor", lambda *arguments: ((), Draws(drawn=9, accepted=0)))
+    with pytest.raises(LabgymError, match="no floor of floors-val has 1 episodes"):
+        draw_suites(one, tmp_path / "none", progress=False)
 
 
 @pytest.mark.parametrize(
@@ -151,7 +154,7 @@ def test_the_published_files_have_the_hashes_of_their_manifest():
 def test_the_command_draws_and_prints_the_acceptance(tmp_path, capsys):
     command = ["labnav", "--split", "floors-val", "--out", str(tmp_path), "--floors", "2", "--episodes", "1"]
     assert main([*command, "--tasks", "dock", "--level", "2", "--no-unfiltered", "--draft", "--version", "0"]) == 0
-    assert "dock-2: 2 episodes on 2 floors" in capsys.readouterr().out
+    assert "dock-2: 2 episodes on 2 of 2 floors" in capsys.readouterr().out
     assert LabNavEpisodes.load(tmp_path / "dock-2.json").draft
 
 
