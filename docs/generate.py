@@ -34,6 +34,7 @@ from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.comparison import Comparison
+from labgym.eval.reports.labnav_comparison import LabNavComparison
 from labgym.eval.reproduction.figures import Figures
 from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.exchange.inventory import Inventory
@@ -109,6 +110,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     LayoutSummary,
     NavigationSummary,
     Comparison,
+    LabNavComparison,
     Figures,
     RecordedReply,
     Words,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import arg
@@ -149,6 +151,9 @@ def _eval_labnav(
 def report(folders: Folders, workers: int = 1) -> int:
     """Draw the routes and write tables and report.html for the results in folders.
 
+    Folders of LabNav (labgym eval --suite labnav) have a report of their own: scores by task and track, pairs of
+    policies that are apart, how episodes end, figures by difficulty, and routes.
+
     Every figure is computed from the episodes. Exit 1 if a summary does not match them, or if files are damaged or were
     changed.
 
@@ -161,6 +166,14 @@ def report(folders: Folders, workers: int = 1) -> int:
 
     if not folders:
         raise OptionError("no folder of results; name one, for example runs/default")
+    if _of_labnav(folders):
+        from labgym.eval.reports.labnav_page import report_labnav
+
+        tables, paths, problems = report_labnav(folders)
+        for table in tables:
+            print(f"\n{table.text()}\n")
+        print("Written:", *paths, sep="\n  ")
+        return complaints(problems)
     outcome = report_folder(folders[0], folders[1:], workers)
     for table in outcome.tables:
         print(f"\n{table.text()}\n")
@@ -185,6 +198,17 @@ def compare(
     """
     from labgym.eval.reports.comparison import chosen_evaluations, compare, comparison_tables
 
+    if _of_labnav(folders):
+        from labgym.eval.reports.labnav_comparison import compare_labnav, labnav_comparison_tables
+
+        if policies:
+            raise OptionError("a folder of LabNav holds one policy: leave out --policies")
+        result, problems = compare_labnav(folders)
+        for table in labnav_comparison_tables(result):
+            print(f"\n{table.text()}\n")
+        if out is not None:
+            written(result.save(out))
+        return complaints(problems)
     evaluations = chosen_evaluations(folders, policies)
     comparison = compare(*evaluations)
     for table in comparison_tables(comparison):
@@ -192,6 +216,21 @@ def compare(
     if out is not None:
         written(comparison.save(out))
     return complaints([problem for one in evaluations for problem in one.problems])
+
+
+def _of_labnav(folders: Sequence[Path]) -> bool:
+    """Whether folders hold evaluations of LabNav.
+
+    Raises:
+        OptionError: some do and others do not.
+    """
+    from labgym.eval.labnav.evaluation import is_labnav_run
+
+    of_labnav = [folder for folder in folders if is_labnav_run(folder)]
+    others = [folder for folder in folders if folder not in of_labnav]
+    if of_labnav and others:
+        raise OptionError(f"{of_labnav[0]} is of LabNav and {others[0]} is not: report them separately")
+    return bool(of_labnav)
 
 
 def coverage(evaluations: int = 4000, seed: int = 0) -> int:

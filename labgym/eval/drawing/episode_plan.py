@@ -123,13 +123,13 @@ def draw_map(axes: Axes, task: Task, loose: bool = True) -> None:
         axes.plot(*ends.T, color=PANE, linewidth=4.0, solid_capstyle="butt", zorder=ON_TOP + 3)
 
 
-def draw_route(axes: Axes, task: Task, route: Array) -> None:
+def draw_route(axes: Axes, task: Task, route: Array, color: str = ROUTE) -> None:
     """Draw the shortest path and the goals with their discs; an arrow shows the heading of a docking pose."""
     from matplotlib.patches import Circle
 
     if len(route) > 1:
         axes.plot(*route.T, color="#ffffff", linewidth=4.0, alpha=0.8, zorder=ON_TOP + 4)
-        axes.plot(*route.T, color=ROUTE, linewidth=2.0, linestyle=(0, (4, 2)), zorder=ON_TOP + 5)
+        axes.plot(*route.T, color=color, linewidth=2.0, linestyle=(0, (4, 2)), zorder=ON_TOP + 5)
     pairs = (task.pair, *task.following)
     for number, pair in enumerate(pairs, start=1):
         x, y, yaw = pair.goal

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -84,6 +85,32 @@ class ResultsFolder:
 
 def distinguished(evaluations: Sequence[Evaluation]) -> list[Evaluation]:
     """Return evaluations with unique names: equal names get the part of the folder that differs as a suffix."""
+    return named_apart(evaluations, Evaluation.named)
+
+
+class Named(Protocol):
+    """An evaluation with a name in tables and a folder."""
+
+    @property
+    def name(self) -> str:
+        """Name of the policy in tables."""
+        ...
+
+    @property
+    def folder(self) -> Path:
+        """Path of its folder."""
+        ...
+
+
+N = TypeVar("N", bound=Named)
+
+
+def named_apart(evaluations: Sequence[N], renamed: Callable[[N, str], N]) -> list[N]:
+    """Return evaluations with unique names: equal names get the part of the folder that differs as a suffix.
+
+    Args:
+        renamed: returns an evaluation under another name.
+    """
     names = [one.name for one in evaluations]
     groups = {name: [one for one in evaluations if one.name == name] for name in names}
     suffixes = {
@@ -93,7 +120,8 @@ def distinguished(evaluations: Sequence[Evaluation]) -> list[Evaluation]:
         for one, suffix in zip(group, _suffixes([one.folder.resolve() for one in group]), strict=True)
     }
     return [
-        one.named(f"{one.name} ({suffixes[one.folder]})" if one.folder in suffixes else one.name) for one in evaluations
+        renamed(one, f"{one.name} ({suffixes[one.folder]})" if one.folder in suffixes else one.name)
+        for one in evaluations
     ]
 
 

@@ -1,0 +1,203 @@
+"""Tables of LabNav evaluations: scores by task and track, endings, difficulty, and which policies differ."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import get_args
+
+from labgym.eval.driving.intervals import Estimate, bounded_mean
+from labgym.eval.driving.paired import MetricDifference
+from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.figure import paired_difference, significant, swaps
+from labgym.eval.labnav.row import Track
+from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.suites import ALL
+from labgym.eval.labnav.summary import DIFFICULTIES, classes
+from labgym.eval.reports.comparison import signed
+from labgym.table import Table, number
+
+TRACKS: dict[Track, str] = {
+    "deployed": "Deployed: the map of before",
+    "mapless": "Mapless: no map",
+    "privileged": "Privileged: the true world and people's future ways",
+}
+"""The tracks and their headings, in the order of the tables."""
+ENDINGS: tuple[str, ...] = get_args(Ending)
+"""How episodes end, in the order of the tables."""
+CLASSES = {
+    "by_length": "Shortest length L*",
+    "by_detour": "Detour: L* / straight distance",
+    "by_neck": "Neck: radius of the widest disc that reaches the goal",
+    "by_met": "People met",
+}
+"""Headings of the classes of difficulty."""
+
+
+def labnav_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:
+    """Return all tables on evaluations of one suite: scores of each track, differences, endings, difficulty."""
+    return (
+        *score_tables(evaluations),
+        *((pair_table(evaluations),) if len(evaluations) > 1 else ()),
+        ending_table(evaluations),
+        *difficulty_tables(evaluations),
+    )
+
+
+def ranked(evaluations: Sequence[LabNavEvaluation]) -> tuple[LabNavEvaluation, ...]:
+    """Return evaluations by LabNav, or by the mean of the task means where there is no figure, the best first."""
+    return tuple(sorted(evaluations, key=lambda one: (-headline(one), one.name)))
+
+
+def headline(evaluation: LabNavEvaluation) -> float:
+    """Return LabNav / 100, or the mean of the task means where there is no figure."""
+    figure = evaluation.summary.labnav
+    return mean(evaluation) if figure is None or figure.value is None else figure.value / 100.0
+
+
+def mean(evaluation: LabNavEvaluation) -> float:
+    """Return the arithmetic mean of the task means, 0 to 1."""
+    values = [task.score.value or 0.0 for task in evaluation.summary.tasks]
+    return sum(values) / len(values) if values else 0.0
+
+
+def touched(evaluation: LabNavEvaluation) -> Estimate:
+    """Return the share of episodes in which the robot touched something."""
+    rows = evaluation.rows
+    return bounded_mean([float(row.contacts > 0) for row in rows], [row.floor for row in rows])
+
+
+def tasks_of(evaluations: Sequence[LabNavEvaluation]) -> tuple[str, ...]:
+    """Return the tasks with their levels, such as "aisle-2", in the order of the benchmark."""
+    names = {name for one in evaluations for name in one.tasks}
+    return tuple(sorted(names, key=lambda name: (ALL.index(name.rpartition("-")[0]), name)))
+
+
+def score_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:
+    """Return a table of scores for each track; the last one has the notes."""
+    tracks = [track for track in TRACKS if any(one.summary.track == track for one in evaluations)]
+    tables = [score_table(evaluations, track) for track in tracks]
+    return (*tables[:-1], replace(tables[-1], notes=score_notes(evaluations)))
+
+
+def score_table(evaluations: Sequence[LabNavEvaluation], track: Track) -> Table:
+    """Return the scores of the policies of a track, a column for each task."""
+    tasks, chosen = tasks_of(evaluations), ranked([one for one in evaluations if one.summary.track == track])
+    whole = any(one.summary.labnav is not None for one in chosen)
+    rows = []
+    for one in chosen:
+        scores = [one.tasks[task].score if task in one.tasks else None for task in tasks]
+        figure = one.summary.labnav
+        rows.append(
+            (
+                one.name,
+                *((interval(figure, 1),) if whole else ()),
+                number(100.0 * mean(one), 1),
+                *(interval(score, 2) for score in scores),
+                interval(touched(one), 2),
+            )
+        )
+    heads = ("policy", *(("LabNav",) if whole else ()), "mean", *(task.replace("-", " ") for task in tasks), "touched")
+    return Table(f"{TRACKS[track]}, suite {chosen[0].summary.suite}", heads, tuple(rows))
+
+
+def score_notes(evaluations: Sequence[LabNavEvaluation]) -> tuple[str, ...]:
+    """Return how to read the scores, and the marks of policies."""
+    notes = ["Mean scores with 95% intervals over floors. mean: 100 times the arithmetic mean of the task means."]
+    if any(one.summary.labnav is not None for one in evaluations):
+        notes.append("LabNav: 100 (exp(mean ln(s + 0.05)) - 0.05) over the eight task means s.")
+    notes.append("touched: share of episodes in which the robot touched something.")
+    parked = [one.name for one in evaluations if any(task.parked for task in one.summary.tasks)]
+    if parked:
+        notes.append(f"The evaluator stops the robot for {', '.join(parked)}, which cannot stop.")
+    slow = {one.name: sum(time.slow for time in one.times.values()) for one in evaluations}
+    slow = {name: count for name, count in slow.items() if count}
+    if slow:
+        words = ", ".join(f"{name} ({count} episodes)" for name, count in slow.items())
+        notes.append(f"Slower than declared: {words}.")
+    if any(one.summary.draft for one in evaluations):
+        notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
+    return tuple(notes)
+
+
+def differences(
+    evaluations: Sequence[LabNavEvaluation],
+) -> tuple[tuple[LabNavEvaluation, LabNavEvaluation, MetricDifference], ...]:
+    """Return the paired difference of each pair of policies that share episodes, the better policy first."""
+    pairs = combinations(ranked(evaluations), 2)
+    return tuple((a, b, paired_difference(a.scores, b.scores)) for a, b in pairs if a.scores.keys() & b.scores.keys())
+
+
+def pair_table(evaluations: Sequence[LabNavEvaluation]) -> Table:
+    """Return the paired differences of all pairs of policies over the episodes that both drove."""
+    found = differences(evaluations)
+    rows = tuple(
+        (
+            f"{a.name} - {b.name}",
+            signed(one.difference, 3),
+            str(one.difference.count),
+            "yes" if significant(one) else "no",
+        )
+        for a, b, one in found
+    )
+    apart = sum(significant(one) for _, _, one in found)
+    notes = [
+        f"{apart} of {len(found)} pairs are apart: the 95% interval of the mean difference, with floors as the unit, "
+        "does not contain 0. The intervals are not adjusted for the number of pairs."
+    ]
+    tasks = tasks_of(evaluations)
+    whole = {
+        one.name: [one.tasks[task].score.value or 0.0 for task in tasks]
+        for one in evaluations
+        if set(tasks) <= set(one.tasks)
+    }
+    other = ", ".join(f"{a} and {b}" for a, b in swaps(whole))
+    notes.append(f"The geometric and the arithmetic mean order differently: {other or 'no pair'}.")
+    return Table("Differences of mean scores", ("pair", "difference", "episodes", "apart"), rows, tuple(notes))
+
+
+def ending_table(evaluations: Sequence[LabNavEvaluation]) -> Table:
+    """Return how the episodes of each policy ended, over all tasks."""
+    counts = {one.name: endings(one) for one in ranked(evaluations)}
+    names = [name for name in ENDINGS if any(count[name] for count in counts.values())]
+    rows = tuple((policy, *(str(count[name]) for name in names)) for policy, count in counts.items())
+    return Table("How episodes ended, all tasks", ("policy", *names), rows)
+
+
+def endings(evaluation: LabNavEvaluation, task: str | None = None) -> Counter[str]:
+    """Return the number of episodes by how they ended, of one task or of all."""
+    return Counter(row.ending for row in evaluation.rows if task is None or f"{row.task}-{row.level}" == task)
+
+
+def difficulty_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:
+    """Return a table for each class of difficulty: mean score and number of episodes, over all tasks."""
+    tables = []
+    for field, title in CLASSES.items():
+        found = {one.name: classes(one.rows, DIFFICULTIES[field]) for one in ranked(evaluations)}
+        names = list(dict.fromkeys(name for groups in found.values() for name in groups))
+        if len(names) > 1:
+            rows = tuple(
+                (policy, *(_class_cell(groups.get(name)) for name in names)) for policy, groups in found.items()
+            )
+            tables.append(Table(title, ("policy", *names), rows))
+    notes = ("Mean score, and number of episodes in parentheses; the tasks differ between the classes.",)
+    return tuple(tables[:-1] + [replace(table, notes=notes) for table in tables[-1:]])
+
+
+def interval(estimate: Estimate | None, digits: int) -> str:
+    """Return an estimate with its interval in brackets."""
+    if estimate is None or estimate.value is None:
+        return "-"
+    if estimate.low is None or estimate.high is None:
+        return f"{estimate.value:.{digits}f}"
+    return f"{estimate.value:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
+
+
+def _apart(difference: MetricDifference) -> str:
+    return "yes" if significant(difference) else "no"
+
+
+def _class_cell(group: tuple[float, int] | None) -> str:
+    return "-" if group is None else f"{group[0]:.2f} ({group[1]})"
