@@ -151,8 +151,8 @@ def _eval_labnav(
 def report(folders: Folders, workers: int = 1) -> int:
     """Draw the routes and write tables and report.html for the results in folders.
 
-    Folders of LabNav (labgym eval --suite labnav) have a report of their own: scores by task and track, pairs of
-    policies that are apart, how episodes end, figures by difficulty, and routes.
+    Folders of LabNav (labgym eval --suite labnav) have another report: scores by task and track, pairs of policies
+    that are apart, how episodes end, figures by difficulty, and routes.
 
     Every figure is computed from the episodes. Exit 1 if a summary does not match them, or if files are damaged or were
     changed.
