@@ -198,7 +198,7 @@ class Controller:
         touching = moving & (clearance < min(options.contact, here - 0.005))
         soonest = np.where(touching.any(axis=1), steps - np.argmax(touching, axis=1), 0)
         cost = (np.abs(sequences[..., 0]) * (0.6 * lack**2 + 3.0 * steep)).sum(axis=1) * dt
-        cost += np.where(soonest > 0, 100.0 + 10.0 * soonest, 0.0)
+        cost += np.where(soonest > 0, 300.0 + 10.0 * soonest, 0.0)
         ahead, left = path
         end = poses[:, -1]
         away = np.hypot(end[:, None, 0] - ahead[:, 0], end[:, None, 1] - ahead[:, 1])

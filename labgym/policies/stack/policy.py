@@ -41,6 +41,8 @@ CREEP, ALONGSIDE = 0.15, 1.6
 """Speed below which a robot rests instead, m/s, if a person is within this distance, meters."""
 WELL_INSIDE = 0.05
 """Distance from the edge of the goal's disc at which a robot that rests there may stop, meters."""
+AT_EASE = 0.08
+"""Speed below which a robot that rests for people turns towards its path, m/s."""
 SEE_THROUGH = frozenset({"glass"})
 """Tasks in which rays pass obstacles, so that they clear nothing."""
 AXIS = 0.5
@@ -223,7 +225,10 @@ class StackPolicy(Policy):
         left = self._plan.remaining - (0.0 if self._docking else self._arrival.short)
         if self._waiting.step(pose, velocity[0], people):
             self._controller.restart()
-            return self._rest_at_goal(pose) or self._waiting.edge(bearing_of(self._plan, pose))
+            bearing = bearing_of(self._plan, pose)
+            # A turn on the spot takes no floor from anybody.
+            turn = self._robot.twist(*turn_towards(bearing, self._robot))[1] if abs(velocity[0]) < AT_EASE else 0.0
+            return self._rest_at_goal(pose) or (self._waiting.edge(bearing), turn)
         if not self._docking and (self._stopping or (left < 0.03 and self._plan.offset(pose) < 0.15)):
             self._stopping = self._arrival.active
             if self._stopping:

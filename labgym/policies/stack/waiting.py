@@ -20,9 +20,9 @@ THING = 150
 """Control steps of waiting after which the robot sets off near things."""
 SOON, CLOSE = 1.0, 0.72
 """A robot brakes for a person who walks if they would be within this distance, meters, within this time, seconds."""
-EDGE, EDGING = 15, (0.043, 0.085)
-"""Control steps of rest after which the robot edges along its path, and the velocities of edging, m/s and rad/s: below
-those of a robot at rest."""
+EDGE, EDGING, AHEAD = 15, 0.043, 1.0
+"""Control steps of rest after which the robot edges along its path, its speed, m/s, below that of a robot at rest, and
+the greatest bearing of the path at which it does so, radians."""
 
 
 class Waiting:
@@ -37,18 +37,15 @@ class Waiting:
         self._waited = self._waited + 1 if rest else max(0, self._waited - 2)
         return rest
 
-    def edge(self, bearing: float) -> tuple[float, float]:
-        """Return the velocities of a robot that has to rest, m/s and rad/s: 0, or so slow that it counts as at rest.
+    def edge(self, bearing: float) -> float:
+        """Return the forward velocity of a robot that has to rest, m/s: 0, or so little that it counts as at rest.
 
         Everybody goes round a robot at rest, but in a narrow place nobody can: it gives way there as it edges on.
 
         Args:
             bearing: of its path, relative to the heading, radians.
         """
-        if self._waited < EDGE:
-            return 0.0, 0.0
-        turn = math.copysign(min(abs(bearing), EDGING[1]), bearing)
-        return (EDGING[0] if abs(bearing) < 1.0 else 0.0), turn
+        return EDGING if self._waited >= EDGE and abs(bearing) < AHEAD else 0.0
 
     def _holds(self, person: Person, pose: Pose, speed: float) -> bool:
         """Return whether a person, or a thing that may be one, makes the robot rest."""
