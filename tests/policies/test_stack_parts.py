@@ -311,10 +311,15 @@ def test_a_robot_rests_near_people_who_come_and_sets_off_when_they_leave():
     assert not waiting.step(here, 0.0, (Person((2.0, 0.0), (-1.0, 0.0), True),))
 
 
-def test_a_robot_does_not_wait_for_things_forever():
-    thing, waiting, here = Person((0.5, 0.0), (0.0, 0.0), False, alive=False), Waiting(), (0.0, 0.0, 0.0)
-    assert waiting.step(here, 0.0, (thing,))
-    assert not all(waiting.step(here, 0.0, (thing,)) for _ in range(160))
+def test_what_stands_for_long_and_never_walked_is_a_thing():
+    crowd, points = Crowd(), np.array([[2.0, 1.4], [2.0, 1.5], [2.0, 1.6]])
+    for k in range(100):
+        crowd.observe(HERE, np.add(points, (0.0, 0.1 * math.sin(k))), np.ones(3, dtype=bool))
+        assert len(crowd.people) == 1
+    assert not crowd.alive
+    for k in range(10):
+        crowd.observe(HERE, np.add(points, (0.0, 0.1 * k)), np.ones(3, dtype=bool))
+    assert len(crowd.alive) == 1
 
 
 def test_a_robot_that_people_stand_beside_edges_along_its_path_as_slowly_as_one_at_rest():

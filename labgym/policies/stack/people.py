@@ -24,6 +24,9 @@ LOST = 10
 """Control steps without a cluster after which a track ends."""
 SPEED = 0.25
 """Speed above which a track is a person who walks, m/s."""
+WALKED, STANDS = 0.5, 80
+"""Way after which a track is a person for good, meters, for what is seen of a thing from its sides differs by less; and
+control steps after which one without it is a thing."""
 CONFIRMED = 3
 """Number of clusters after which the velocity of a track counts."""
 ACCELERATION, NOISE = 2.5, 0.08
@@ -53,7 +56,7 @@ class Person:
 
     Attributes:
         place: (x, y) of the center, meters. velocity: m/s. walking: whether the person walks.
-        alive: whether they have ever walked; if not, they may be a thing.
+        alive: False for what has stood there for long and never walked: a thing.
     """
 
     place: tuple[float, float]
@@ -68,7 +71,8 @@ class Track:
     def __init__(self, place: Array) -> None:
         self.state: Array = np.vstack([place, np.zeros(2)])
         self.covariance: Array = np.diag([NOISE**2, 1.0])
-        self.seen, self.unseen, self.walked, self.alive = 1, 0, 2 * LOST, False
+        self.seen, self.unseen, self.walked, self.age = 1, 0, 2 * LOST, 0
+        self._first, self._has_walked = place, False
 
     def predict(self, dt: float) -> None:
         """Advance by a time, seconds."""
@@ -78,6 +82,7 @@ class Track:
         self.covariance = move @ self.covariance @ move.T + spread
         self.unseen += 1
         self.walked += 1
+        self.age += 1
 
     def correct(self, place: Array) -> None:
         """Take in the center of a cluster, (2,) meters."""
@@ -86,7 +91,10 @@ class Track:
         self.covariance = self.covariance - np.outer(gain, self.covariance[0])
         self.seen, self.unseen = self.seen + 1, 0
         if self.seen >= CONFIRMED and float(np.linalg.norm(self.state[1])) > SPEED:
-            self.walked, self.alive = 0, True
+            self.walked = 0
+        if self.seen == CONFIRMED:
+            self._first = self.state[0]
+        self._has_walked = self._has_walked or float(np.linalg.norm(self.state[0] - self._first)) > WALKED
 
     @property
     def person(self) -> Person:
@@ -94,7 +102,7 @@ class Track:
         walking = self.walked < LOST and self.seen >= CONFIRMED
         velocity = self.state[1] if walking else np.zeros(2)
         (x, y), (vx, vy) = self.state[0].tolist(), velocity.tolist()
-        return Person((x, y), (vx, vy), walking, self.alive)
+        return Person((x, y), (vx, vy), walking, self._has_walked or self.age < STANDS)
 
 
 class Crowd:
@@ -144,6 +152,11 @@ class Crowd:
                 (x, y), (vx, vy) = place.tolist(), (PACE * towards / away).tolist()
                 confirmed.append(Person((x, y), (vx, vy), True))
         return tuple(confirmed)
+
+    @property
+    def alive(self) -> tuple[Person, ...]:
+        """The people without the things among them."""
+        return tuple(person for person in self.people if person.alive)
 
     def _associate(self, centers: list[Array]) -> list[Track]:
         """Return the track of each center; nearest pairs first, new tracks for the rest."""

@@ -26,7 +26,7 @@ from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.people import Crowd
 from labgym.policies.stack.planner import Plan, planned
 from labgym.policies.stack.recovery import Recovery
-from labgym.policies.stack.waiting import Waiting
+from labgym.policies.stack.waiting import EDGING, Waiting
 from labgym.policies.tracking import PathTracker, TrackingOptions, approach_speed, turn_towards, velocities_to_action
 
 Array = NDArray[np.float64]
@@ -210,7 +210,7 @@ class StackPolicy(Policy):
         """Return the velocities to command, m/s and rad/s."""
         if self._docking and (self._parked is not None or self._at_axis(pose)):
             return self._dock(pose, velocity)
-        people = () if self._crowd is None else self._crowd.people
+        people = () if self._crowd is None else self._crowd.alive
         self._since_plan += 1
         near = any(math.dist(person.place, pose[:2]) < ALONGSIDE for person in people)
         recovered = self._recovery.step(pose, near, self._stopping, self._points, self._costmap)
@@ -290,4 +290,7 @@ class StackPolicy(Policy):
             options = TrackingOptions(rest=True, lookahead=0.15, turn_in_place=0.8, drive_on=0.1, last_turn=0.03)
             path = np.array([pose[:2], goal[:2]])
             self._parked = PathTracker(path, self._robot, options, self._parked is None, goal[2])
-        return self._robot.twist(*self._parked.action(pose, velocity[0]))
+        v, w = self._robot.twist(*self._parked.action(pose, velocity[0]))
+        if self._crowd is not None and self._waiting.step(pose, velocity[0], self._crowd.alive):
+            v = min(max(v, -EDGING), EDGING)
+        return v, w

@@ -16,8 +16,6 @@ SET_OFF, RECEDING = 1.15, 0.2
 m/s."""
 BESIDE = 0.85
 """Distance within which it does not set off while a person stands there, meters."""
-THING = 150
-"""Control steps of waiting after which the robot sets off near things."""
 SOON, CLOSE = 1.0, 0.72
 """A robot brakes for a person who walks if they would be within this distance, meters, within this time, seconds."""
 EDGE, EDGING, AHEAD = 15, 0.043, 1.0
@@ -48,11 +46,9 @@ class Waiting:
         return EDGING if self._waited >= EDGE and abs(bearing) < AHEAD else 0.0
 
     def _holds(self, person: Person, pose: Pose, speed: float) -> bool:
-        """Return whether a person, or a thing that may be one, makes the robot rest."""
+        """Return whether a person makes the robot rest."""
         dx, dy = person.place[0] - pose[0], person.place[1] - pose[1]
         away = math.hypot(dx, dy)
-        if not person.alive and self._waited > THING:
-            return False
         if away < TOUCHING and not (abs(speed) > AT_REST and _parting(person, pose, speed)):
             return True
         if person.walking and _meet(person, pose, speed):
