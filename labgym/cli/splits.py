@@ -92,7 +92,7 @@ def labnav(
     suites do not have the hashes of the published sealed.json.
 
     Args:
-        split: floors-test for the benchmark; floors-val for drafts.
+        split: floors-test for the benchmark; floors-val for development.
         out: Folder.
         floors: Number of floors of each suite; fewer if the split has no more with enough episodes.
         episodes: Number of episodes of each floor.
@@ -104,7 +104,8 @@ def labnav(
         seed: Random seed of the draw.
         secret_file: File of the secret of floors-sealed: 64 hexadecimal digits.
         layouts: Folder of the floors of floors-sealed: OUT/layouts of labgym floors.
-        publish: Copy the suites to eval/labnav; of the sealed ones the hashes alone, as sealed.json.
+        publish: Copy the suites to eval/labnav, those on floors-val to its folder val; of the sealed ones the hashes
+            alone, as sealed.json.
         fresh: Move the files of the folder aside and start anew.
     """
     from labgym.envs.labnav.tasks import TASKS

@@ -23,6 +23,10 @@ from labgym.navigation.goals import ANYWHERE
 from labgym.suites import Coordinate
 
 FOLDER = "labnav"
+BENCHMARK: Literal["floors-test"] = "floors-test"
+"""Split of the floors of the benchmark."""
+DEVELOPMENT = "val"
+"""Folder, and part of the names, of the suites on floors-val."""
 UNFILTERED = "unfiltered"
 """End of the name of a suite whose drives are all that have a path."""
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -146,8 +150,9 @@ class LabNavEpisodes(Document):
 
     @property
     def label(self) -> str:
-        """Name and version, and whether it is a draft, as reports print them."""
-        return f"{self.name}/{self.version}" + (" (draft)" if self.draft else "")
+        """Name and version, whether it is a draft, and floors other than the benchmark's, as reports print them."""
+        elsewhere = "" if self.split == BENCHMARK else f" on {self.split}"
+        return f"{self.name}/{self.version}{elsewhere}" + (" (draft)" if self.draft else "")
 
     @property
     def hash(self) -> str:
@@ -229,25 +234,30 @@ class EpisodeTasks:
 
 
 def suite_file(name: str) -> Path:
-    """Return the path of the episodes of a suite such as "labnav-aisle-2"."""
-    return artefacts("eval") / FOLDER / f"{name.removeprefix('labnav-')}.json"
+    """Return the path of the episodes of a suite such as "labnav-aisle-2" or "labnav-val-aisle-2"."""
+    folder, name = artefacts("eval") / FOLDER, name.removeprefix(f"{FOLDER}-")
+    if name.startswith(f"{DEVELOPMENT}-"):
+        folder, name = folder / DEVELOPMENT, name.removeprefix(f"{DEVELOPMENT}-")
+    return folder / f"{name}.json"
 
 
-def published_episodes(task: str, level: int, filtered: bool = True) -> LabNavEpisodes:
+def published_episodes(task: str, level: int, filtered: bool = True, development: bool = False) -> LabNavEpisodes:
     """Return the published episodes of a task at a level.
 
     Args:
         task, level: of LabNav. filtered: whether they have the properties of the task; False for all drives.
+        development: whether they are on floors-val.
 
     Raises:
         UnknownNameError: they are not published.
         DocumentError: the file is broken.
     """
-    name = f"{task}-{level}" + ("" if filtered else f"-{UNFILTERED}")
+    folder = f"{FOLDER}-{DEVELOPMENT}" if development else FOLDER
+    name = f"{folder}-{task}-{level}" + ("" if filtered else f"-{UNFILTERED}")
     path = suite_file(name)
     if not path.is_file():
-        names = sorted(f"{FOLDER}-{each.stem}" for each in path.parent.glob("*-[123]*.json"))
-        raise UnknownNameError("LabNav suite", f"{FOLDER}-{name}", names)
+        names = sorted(f"{folder}-{each.stem}" for each in path.parent.glob("*-[123]*.json"))
+        raise UnknownNameError("LabNav suite", name, names)
     return LabNavEpisodes.load(path)
 
 

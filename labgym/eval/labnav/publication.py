@@ -15,7 +15,7 @@ import labgym
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record, json_bytes, write_bytes
 from labgym.envs.labnav.drawing import draw_floor
-from labgym.envs.labnav.episodes import FOLDER, UNFILTERED, Hash, LabNavEpisodes, Split
+from labgym.envs.labnav.episodes import DEVELOPMENT, FOLDER, UNFILTERED, Hash, LabNavEpisodes, Split
 from labgym.envs.labnav.tasks import HEADLINE, TASKS, task_of
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.layouts import Layout, load_published, published
@@ -249,12 +249,14 @@ def publish(manifest: LabNavManifest, out: str | Path, folder: str | Path | None
     """Copy drawn suites and their manifest to the published ones; of sealed suites the manifest alone.
 
     Args:
-        manifest: of the suites in the folder `out`. folder: that receives them; by default eval/labnav.
+        manifest: of the suites in the folder `out`. folder: that receives them; by default eval/labnav, and
+            eval/labnav/val for those on floors-val.
 
     Raises:
         DocumentError: a suite does not have its hash.
     """
-    target = artefacts("eval") / FOLDER if folder is None else Path(folder)
+    own = artefacts("eval") / FOLDER
+    target = Path(folder) if folder is not None else own / DEVELOPMENT if manifest.split == "floors-val" else own
     if manifest.split == SEALED:
         return (manifest.save(target / SEALED_MANIFEST),)
     written = []
@@ -267,7 +269,10 @@ def publish(manifest: LabNavManifest, out: str | Path, folder: str | Path | None
 
 
 def published_manifest(name: str = MANIFEST) -> LabNavManifest | None:
-    """Return the manifest of the published suites, or with `SEALED_MANIFEST` of the sealed ones; None without one.
+    """Return the manifest of the published suites, None without one.
+
+    Args:
+        name: `SEALED_MANIFEST` for that of the sealed suites, "val/suites.json" for that of floors-val.
 
     Raises:
         DocumentError: the file is broken.

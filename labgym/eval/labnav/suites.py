@@ -6,12 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from labgym.documents import canonical_hash
-from labgym.envs.labnav.episodes import UNFILTERED, LabNavEpisodes, published_episodes, suite_file
+from labgym.envs.labnav.episodes import DEVELOPMENT, UNFILTERED, LabNavEpisodes, published_episodes, suite_file
 from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS
 from labgym.errors import UnknownNameError
 
 PREFIX = "labnav"
 MINI = "labnav-mini"
+VAL = f"{PREFIX}-{DEVELOPMENT}"
+"""Suite of all tasks on floors-val, for development."""
 ALL = ("aisle", "moved", "people", "odometry", "dock", "glass", "carry", "shift")
 """The eight tasks of the figure."""
 MINI_EPISODES, MINI_SECONDS, MINI_GOALS = 3, 60.0, 3
@@ -68,10 +70,11 @@ def is_labnav(name: str) -> bool:
 
 
 def suite_names() -> tuple[str, ...]:
-    """Return the names of the suites: of each task at each level and unfiltered, "labnav-mini" and "labnav"."""
-    tasks = [f"{PREFIX}-{task}" for task in TASKS]
-    levels = [f"{task}-{level}" for task in tasks for level in (1, 2, 3)]
-    return (*tasks, *levels, *(f"{task}-{HEADLINE}-{UNFILTERED}" for task in tasks), MINI, PREFIX)
+    """Return the names of the suites: of each task at each level and unfiltered, on floors-val, mini and all tasks."""
+    tasks, development = [f"{PREFIX}-{task}" for task in TASKS], [f"{VAL}-{task}" for task in TASKS]
+    levels = [f"{task}-{level}" for task in (*tasks, *development) for level in (1, 2, 3)]
+    unfiltered = [f"{task}-{HEADLINE}-{UNFILTERED}" for task in tasks]
+    return (*tasks, *development, *levels, *unfiltered, MINI, VAL, PREFIX)
 
 
 def load_labnav(name: str) -> LabNavSuite:
@@ -81,14 +84,17 @@ def load_labnav(name: str) -> LabNavSuite:
         UnknownNameError: there is no such suite, or its episodes are not published.
         DocumentError: its file is broken.
     """
-    if name in (PREFIX, MINI):
-        tasks = [task for task in TASKS if suite_file(f"{task}-{HEADLINE}").is_file()]
-        parts = tuple(published_episodes(task, HEADLINE) for task in tasks)
-        if name == PREFIX:
-            return LabNavSuite(name, parts)
-        return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1, MINI_GOALS) for part in parts), MINI_SECONDS)
     if name not in suite_names():
         raise UnknownNameError("suite", name, suite_names())
-    task, *rest = name.removeprefix(f"{PREFIX}-").split("-")
-    part = published_episodes(task, int(rest[0]) if rest else HEADLINE, filtered=UNFILTERED not in rest)
-    return LabNavSuite(part.name, (part,))
+    development = name.startswith(VAL)
+    if name in (PREFIX, MINI, VAL):
+        prefix = VAL if development else PREFIX
+        tasks = [task for task in TASKS if suite_file(f"{prefix}-{task}-{HEADLINE}").is_file()]
+        parts = tuple(published_episodes(task, HEADLINE, development=development) for task in tasks)
+        if name != MINI:
+            return LabNavSuite(name, parts)
+        return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1, MINI_GOALS) for part in parts), MINI_SECONDS)
+    task, *rest = name.removeprefix(VAL if development else PREFIX).removeprefix("-").split("-")
+    level = int(rest[0]) if rest else HEADLINE
+    part = published_episodes(task, level, UNFILTERED not in rest, development)
+    return LabNavSuite(f"{VAL}-{task}-{level}" if development else part.name, (part,))

@@ -12,6 +12,7 @@ from labgym.envs.labnav.episodes import Draws, LabNavEpisodes
 from labgym.errors import LabgymError
 from labgym.eval.labnav import publication
 from labgym.eval.labnav.publication import (
+    MANIFEST,
     LabNavManifest,
     Publication,
     SuiteName,
@@ -143,10 +144,11 @@ def test_sealed_suites_depend_on_the_secret_and_only_their_hashes_are_published(
         draw_suites(one, tmp_path / "2", progress=False)
 
 
-def test_the_published_files_have_the_hashes_of_their_manifest():
-    manifest = published_manifest()
+@pytest.mark.parametrize("folder", ["", "val/"])
+def test_the_published_files_have_the_hashes_of_their_manifest(folder):
+    manifest = published_manifest(f"{folder}{MANIFEST}")
     for name, entry in ({} if manifest is None else manifest.suites).items():
-        (suite,) = load_labnav(f"labnav-{name}").parts
+        (suite,) = load_labnav(f"labnav-{folder.replace('/', '-')}{name}").parts
         assert suite.hash == entry.hash
         assert (suite.version, suite.draft) == (manifest.version, manifest.draft)
 
