@@ -2,7 +2,8 @@
 
 `python docs/generate.py` writes schemas and pages. With `--check` it writes nothing and exits 1 if a file is out of
 date. With `--run runs/default` it also writes that run's tables and pictures into the README; with `--floors` the
-plans of the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md.
+plans of the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md; with
+`--labnav` the pictures of LabNav's tasks, or of the tasks named after it.
 """
 
 from __future__ import annotations
@@ -30,8 +31,11 @@ from labgym.assets.shapes.joints import MECHANISMS
 from labgym.documents import Document, tagged, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.envs.goal_env import LabPointNavGoalEnv
+from labgym.envs.labnav.tasks import HEADLINE
+from labgym.envs.labnav.worlds import drawn_episode
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
+from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, save_episode_picture
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reports.labnav_comparison import LabNavComparison
@@ -76,6 +80,11 @@ PICTURES = {
 """Rendered pictures by name: family, seed, protocols, level of clutter, camera."""
 LARGE, SMALL = (1280, 640), (800, 450)
 """Sizes of the README's picture and of those in the gallery, pixels."""
+
+EPISODES = {
+    "aisle": 4, "moved": 5, "people": 8, "odometry": 10, "dock": 5, "glass": 7, "carry": 15, "shift": 11,
+}  # fmt: skip
+"""Random seeds of the LabNav episodes in docs/labnav.md, on floors of floors-val."""
 
 USES = {
     "laboratory": "#fff4d8",
@@ -240,6 +249,18 @@ def draw_laboratories(folder: Path) -> None:
         Image.fromarray(picture).save(folder / f"{name}.jpg", quality=90, optimize=True)
 
 
+def draw_episodes(folder: Path, tasks: Sequence[str] = ()) -> None:
+    """Write the pictures of LabNav's tasks at their headline level as JPEG files.
+
+    Args:
+        tasks: names of tasks; empty for all.
+    """
+    for task in tasks or EPISODES:
+        layout, episode = drawn_episode(task, HEADLINE, EPISODES[task])
+        picture = episode_picture(EpisodeWorld.of(task, HEADLINE, episode, layout), samples=10)
+        save_episode_picture(picture, folder / f"labnav_{task}.jpg")
+
+
 def main() -> int:
     """Write or check the generated files and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -247,11 +268,14 @@ def main() -> int:
     parser.add_argument("--run", type=Path)
     parser.add_argument("--floors", action="store_true")
     parser.add_argument("--pictures", action="store_true")
+    parser.add_argument("--labnav", nargs="*", choices=list(EPISODES))
     arguments = parser.parse_args()
     if arguments.floors:
         draw_families(DOCS / "pictures" / "floors.png")
     if arguments.pictures:
         draw_laboratories(DOCS / "pictures")
+    if arguments.labnav is not None:
+        draw_episodes(DOCS / "pictures", arguments.labnav)
     files = pages()
     if arguments.run:
         tables = (arguments.run / "tables.md").read_text(encoding="utf-8")

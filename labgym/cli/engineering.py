@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from labgym.cli.arguments import LayoutName, OptionalText, PolicyOptions, numbers
+from labgym.cli.arguments import (
+    LayoutName,
+    OptionalPath,
+    OptionalText,
+    OptionalWholeNumber,
+    PolicyOptions,
+    numbers,
+)
+from labgym.cli.episodes import view_episode
 from labgym.cli.outcome import DONE, written
 from labgym.cli.viewing import watch
 from labgym.errors import OptionError
@@ -56,11 +64,14 @@ def compile_(
 
 def view(
     layouts: Positional[Annotated[tuple[str, ...], arg(metavar="LAYOUT [...]", help_behavior_hint="")]] = (),
-    out: Path = Path("layout.png"),
+    out: OptionalPath = None,
     camera: str = "topdown",
-    width: int = 1280,
-    height: int = 720,
+    width: OptionalWholeNumber = None,
+    height: OptionalWholeNumber = None,
     protocol: OptionalText = None,
+    task: OptionalText = None,
+    level: int = 2,
+    episode: OptionalText = None,
     web: bool = False,
     suite: Annotated[str | None, arg(aliases=("--split",), metavar="STR", help_behavior_hint="")] = None,
     policy: str = "astar",
@@ -69,23 +80,29 @@ def view(
     options: PolicyOptions = (),
     port: int = 8000,
 ) -> int:
-    """Draw a layout from above, render it with a camera of the scene, or watch a policy in the browser (--web).
+    """Draw a layout or the world of a LabNav episode, or watch a policy in the browser (--web).
 
-    The plan outlines the objects of each violation, and of each facility rule that is broken, in red with its number.
+    The plan of a layout outlines the objects of each violation, and of each facility rule that is broken, in red with
+    its number. The picture of an episode (--task) has the plan with the route, people, glass and what differs from the
+    map, and a rendered view.
 
     Args:
         layouts: A layout's .json file, or the id of a published layout; with --web several, or folders of them.
-        out: The picture: .png; for topdown also .svg or .pdf.
+        out: The picture: .png, by default layout.png or TASK-LEVEL.png; for topdown also .svg or .pdf, for --task .jpg.
         camera: topdown for a plan with goal poses and violations, or a camera of the scene, such as overview.
-        width: Width of a rendered view in pixels.
-        height: Height of a rendered view in pixels.
+        width: Width of a rendered view in pixels; by default 1280, with --task 900.
+        height: Height of a rendered view in pixels; by default 720, with --task 560.
         protocol: Id or .json file of the protocol whose goal poses are drawn; by default the layout's.
+        task: Task of LabNav: aisle, moved, people, odometry, dock, glass, carry or shift. The episode is drawn on a
+            floor of floors-val by --seed.
+        level: Level of the task, 1 to 3.
+        episode: With --task, a published episode in place of a drawn one, such as floors-val-0003/1.
         web: Serve the laboratories on 127.0.0.1 with a robot that drives their goal pairs, and its sensors, until
             Ctrl-C; nothing is written. The arguments below are for --web.
         suite: Name of a suite (test, val, navdp_compat), or its .json file, whose episodes the robot drives.
         policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help).
         pair: Index of the first goal pair, in the first layout.
-        seed: Random seed of the policy.
+        seed: Random seed of the policy, and of an episode that is drawn.
         options: Arguments of the policy, for example trust=true.
         port: Port of the page; 0 takes a free port.
     """
@@ -93,6 +110,17 @@ def view(
     from labgym.eval.drawing import pictures
     from labgym.layouts.rules import evaluate_layout
 
+    if task is not None:
+        for name, value in (("layouts", layouts), ("--suite", suite), ("--protocol", protocol)):
+            if value:
+                raise OptionError(f"--task shows an episode of LabNav: leave out {name}")
+        if camera != "topdown" or pair:
+            raise OptionError("--task shows an episode of LabNav: leave out --camera and --pair")
+        if web:
+            raise OptionError("--task draws a picture; --web shows layouts and the suites of layouts: leave one out")
+        return view_episode(task, level, episode, seed, out, (width, height))
+    if episode is not None or level != 2:
+        raise OptionError("--level and --episode are for --task: name a task of LabNav")
     if web:
         return watch(layouts, suite, protocol, policy, pair, seed, options, port)
     if suite is not None:
@@ -100,8 +128,10 @@ def view(
     if len(layouts) != 1:
         raise OptionError(f"{len(layouts)} layouts to draw, expected one; --web shows several")
     scene = resolve_layout(layouts[0], protocol)
+    out = Path("layout.png") if out is None else out
     if camera != "topdown":
-        return written(pictures.save_view(scene, out, camera, width, height))
+        size = 1280 if width is None else width, 720 if height is None else height
+        return written(pictures.save_view(scene, out, camera, *size))
     assessment = evaluate_layout(scene, scene.protocol, navigation=True)
     faults = _faults(assessment)
     return written(pictures.save_picture(pictures.topdown(scene, scene.protocol, violations=faults), out))

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
-from functools import cache
-from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from labgym.envs.conditions.bodies import BodyRays
 from labgym.envs.robot import ROBOT
@@ -36,6 +33,7 @@ from labgym.eval.drawing.episode_plan import (
     route_of,
 )
 from labgym.eval.drawing.film import Picture
+from labgym.eval.drawing.lettering import font, rgb
 from labgym.eval.drawing.plan_drawing import plan_bounds
 from labgym.eval.labnav.replay import Replay, Shot
 from labgym.scenes import Quality, RayScene
@@ -130,21 +128,21 @@ class Panel:
         self._trail.append(shot.pose)
         if len(self._trail) > 1:
             cv2.polylines(
-                picture, [self._pixels(np.array(self._trail)[:, :2])], False, _rgb(DRIVEN), 2, cv2.LINE_AA, FINE
+                picture, [self._pixels(np.array(self._trail)[:, :2])], False, rgb(DRIVEN), 2, cv2.LINE_AA, FINE
             )
         for body in shot.bodies:
             if body.name in task.pushable:
                 box = task.layout.box(body.name)
                 corners = self._pixels(_outline(body.pose, box.width, box.depth))
-                cv2.fillPoly(picture, [corners], _rgb(PUSHED), cv2.LINE_AA, FINE)
-                cv2.polylines(picture, [corners], True, _rgb(CHANGED), 1, cv2.LINE_AA, FINE)
+                cv2.fillPoly(picture, [corners], rgb(PUSHED), cv2.LINE_AA, FINE)
+                cv2.polylines(picture, [corners], True, rgb(CHANGED), 1, cv2.LINE_AA, FINE)
         for person in people_of(task, shot.bodies):
-            shade = _rgb(PERSON if person.yields else UNSEEING)
+            shade = rgb(PERSON if person.yields else UNSEEING)
             self._disc(picture, person.pose[:2], SHOULDERS, shade)
             cv2.fillPoly(picture, [self._pixels(nose(person.pose, SHOULDERS))], shade, cv2.LINE_AA, FINE)
         self._disc(picture, shot.pose[:2], 1.25 * ROBOT.chassis_radius, (255, 255, 255))
         tip = self._pixels(arrowhead(shot.pose, 1.4 * ROBOT.chassis_radius))
-        cv2.fillPoly(picture, [tip], _rgb(CHANGED if shot.touched else ROBOT_COLOR), cv2.LINE_AA, FINE)
+        cv2.fillPoly(picture, [tip], rgb(CHANGED if shot.touched else ROBOT_COLOR), cv2.LINE_AA, FINE)
 
     def _disc(self, picture: Picture, place: tuple[float, float], radius: float, color: tuple[int, int, int]) -> None:
         (x, y), scale = self._pixels(np.array([place]))[0].tolist(), self._transform[0]
@@ -160,8 +158,8 @@ class Panel:
         width, height = self._size
         image = Image.new("RGB", (width, height), "#ffffff")
         draw, row = ImageDraw.Draw(image), self._shown.row
-        draw.text((MARGIN, MARGIN), f"{row.task} {row.level}", palette.INK, _font(round(1.35 * self._line), True))
-        small = _font(round(0.82 * self._line), False)
+        draw.text((MARGIN, MARGIN), f"{row.task} {row.level}", palette.INK, font(round(1.35 * self._line), True))
+        small = font(round(0.82 * self._line), False)
         words = f"{row.policy}   {row.floor}, episode {row.number}"
         draw.text((MARGIN, MARGIN + round(1.8 * self._line)), words, palette.MUTED, small)
         return np.array(image)
@@ -186,9 +184,9 @@ class Panel:
         """Write a line in the largest font, up to the panel's, in which it fits."""
         draw, room = ImageDraw.Draw(image), self._size[0] - 2 * MARGIN
         size = self._line
-        while size > 6 and draw.textlength(words, _font(size, bold)) > room:
+        while size > 6 and draw.textlength(words, font(size, bold)) > room:
             size -= 1
-        draw.text((MARGIN, y), words, color, _font(size, bold))
+        draw.text((MARGIN, y), words, color, font(size, bold))
 
 
 def _map_picture(task: Task, width: int, height: int) -> tuple[Picture, tuple[float, float, float]]:
@@ -216,16 +214,3 @@ def _outline(pose: Pose, width: float, depth: float) -> Array:
     half = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) * (width / 2.0, depth / 2.0)
     cosine, sine = np.cos(yaw), np.sin(yaw)
     return np.asarray(half @ np.array([[cosine, sine], [-sine, cosine]]) + (x, y))
-
-
-def _rgb(color: str) -> tuple[int, int, int]:
-    red, green, blue = (int(color[k : k + 2], 16) for k in (1, 3, 5))
-    return red, green, blue
-
-
-@cache
-def _font(size: int, bold: bool) -> Any:
-    from matplotlib import get_data_path
-
-    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
-    return ImageFont.truetype(str(Path(get_data_path()) / "fonts" / "ttf" / name), size)

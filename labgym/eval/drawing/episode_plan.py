@@ -64,7 +64,7 @@ def route_of(task: Task) -> Array:
 
 
 def neck_of(task: Task) -> Array:
-    """Return the points of a route of the widest disc at which a wider one does not fit, (n, 2) meters."""
+    """Return the points of a route of the widest disc at which a wider one cannot pass, (n, 2) meters."""
     radius, (start, goal) = widest_disc(task.layout, task.pair), (task.pair.start, task.pair.goal)
     if radius is None or radius == RADII[-1]:
         return np.zeros((0, 2))
@@ -72,7 +72,13 @@ def neck_of(task: Task) -> Array:
     assert path is not None
     points = dense(path.points)
     wider = ShortestPaths(task.layout, RADII[RADII.index(radius) + 1])
-    return np.asarray(points[~wider.space.holds(points)])
+    fits = wider.space.holds(points)
+    necks = []
+    for last, first in zip(np.flatnonzero(fits)[:-1], np.flatnonzero(fits)[1:], strict=True):
+        # Between two places where it fits: a neck, unless another way joins them.
+        if first > last + 1 and not wider.connected(points[last].tolist(), points[first].tolist()):
+            necks.append(points[last + 1 : first])
+    return np.concatenate([np.zeros((0, 2)), *necks])
 
 
 def dense(points: Array, spacing: float = 0.05) -> Array:
@@ -83,12 +89,15 @@ def dense(points: Array, spacing: float = 0.05) -> Array:
     return np.column_stack([np.interp(places, along, points[:, k]) for k in range(2)])
 
 
-def draw_world(axes: Axes, task: Task, route: Array, people: Sequence[Person] = (), neck: bool = False) -> None:
+def draw_world(
+    axes: Axes, task: Task, route: Array, people: Sequence[Person] = (), neck: bool = False, robot: Pose | None = None
+) -> None:
     """Draw the world of an episode and set the limits of the axes to the floor.
 
     Args:
         task: after the conditions. route: to draw, (n, 2) meters.
         people: where they are. neck: whether to mark the neck of the route.
+        robot: pose of the robot; None for the start.
     """
     draw_map(axes, task)
     draw_route(axes, task, route)
@@ -97,7 +106,14 @@ def draw_world(axes: Axes, task: Task, route: Array, people: Sequence[Person] = 
         if len(points):
             axes.plot(*points.T, "o", color=NECK, markersize=5.0, markeredgewidth=0.0, zorder=ON_TOP + 7)
     draw_people(axes, people)
-    draw_robot(axes, task.pair.start)
+    start: dict[str, Any] = {
+        "color": ROBOT_COLOR,
+        "markerfacecolor": "#ffffff",
+        "markersize": 9.0,
+        "markeredgewidth": 2.0,
+    }
+    axes.plot(*np.array(task.pair.start[:2])[:, None], "o", **start, zorder=ON_TOP + 8)
+    draw_robot(axes, task.pair.start if robot is None else robot)
 
 
 def draw_map(axes: Axes, task: Task, loose: bool = True) -> None:
