@@ -20,6 +20,7 @@ from labgym.policies.stack.costmap import Costmap
 from labgym.policies.stack.docking import Station, moved
 from labgym.policies.stack.field import REACH, DistanceField
 from labgym.policies.stack.localization import Localizer
+from labgym.policies.stack.mounting import Mounting
 from labgym.policies.stack.old_map import OldMap, ray_lengths
 from labgym.policies.stack.people import Crowd, Person, approach_cost, clusters, way_cost
 from labgym.policies.stack.planner import Plan, planned
@@ -351,3 +352,15 @@ def test_a_new_cluster_nearby_is_expected_to_come():
     crowd.observe(HERE, points, room_field().at(points) > 0.15)
     (person,) = crowd.people
     assert person.velocity == pytest.approx((-1.0, 0.0), abs=0.05)
+
+
+@pytest.mark.parametrize("offset", [(0.02, -0.015, 0.025), (-0.01, 0.02, -0.02), (0.0, 0.0, 0.0)])
+def test_the_place_of_the_lidar_follows_from_scans_of_the_map_to_millimeters(offset):
+    mounting = Mounting(room_field(), (9.0, 9.0, 0.0))
+    for k in range(40):
+        pose = (1.0 + 0.05 * k, 1.0 + 0.02 * k, 0.1 * k)
+        mounting.observe(pose, lidar_points(scan_of(ROOM, compose(pose, offset), sigma=0.03, seed=k)))
+    assert mounting.offset[:2] == pytest.approx(offset[:2], abs=0.003)
+    assert mounting.offset[2] == pytest.approx(offset[2], abs=math.radians(0.2))
+    corner = np.array([[1.0, 2.0]])
+    assert mounting.corrected(corner) == pytest.approx(to_world(corner, mounting.offset))

@@ -22,6 +22,7 @@ from labgym.policies.stack.controller import Controller, MotionLimits, Shaping, 
 from labgym.policies.stack.costmap import UNEXPLAINED, Costmap
 from labgym.policies.stack.docking import Station
 from labgym.policies.stack.localization import Localizer
+from labgym.policies.stack.mounting import Mounting
 from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.people import Crowd
 from labgym.policies.stack.planner import Plan, planned
@@ -43,6 +44,8 @@ WELL_INSIDE = 0.05
 """Distance from the edge of the goal's disc at which a robot that rests there may stop, meters."""
 AT_EASE = 0.08
 """Speed below which a robot that rests for people turns towards its path, m/s."""
+MISMOUNTED = frozenset({"dock"})
+"""Tasks in which the lidar is a little off its place."""
 SEE_THROUGH = frozenset({"glass"})
 """Tasks in which rays pass obstacles, so that they clear nothing."""
 AXIS = 0.5
@@ -98,6 +101,7 @@ class StackPolicy(Policy):
         exact, clearing = episode.task not in DRIFTING, episode.task not in SEE_THROUGH
         self._costmap = Costmap(old.clearance, old.seen, exact, clearing)
         self._crowd = Crowd(episode.robot.control_dt) if episode.task in PEOPLED else None
+        self._mounting = Mounting(old.seen, truth.pair.goal) if episode.task in MISMOUNTED else None
         self._begin(episode, truth, old)
 
     def next_goal(self, episode: EpisodeStart) -> None:
@@ -178,6 +182,9 @@ class StackPolicy(Policy):
         self._localizer.move(planar_pose(observation["odometry"]))
         self._points = lidar_points(np.asarray(observation["lidar"], dtype=np.float64))
         self._localizer.match(self._points)
+        if self._mounting is not None:
+            self._mounting.observe(self._localizer.pose, self._points)
+            self._points = self._mounting.corrected(self._points)
         return self._localizer.pose
 
     def _sense(self, pose: Pose, ranges: Array) -> None:
@@ -189,7 +196,7 @@ class StackPolicy(Policy):
             walking = self._crowd.observe(pose, points, self._map[1].seen.at(points) > 1.5 * UNEXPLAINED)
         self._costmap.observe(pose, ranges, points, walking)
         if self._docking:
-            self._station.observe(pose, ranges)
+            self._station.observe(pose if self._mounting is None else compose(pose, self._mounting.offset), ranges)
 
     def _expected(self, pose: Pose, velocity: tuple[float, float]) -> tuple[Pose, tuple[float, float]]:
         """Return pose and velocity after the commands that have not taken effect yet."""
