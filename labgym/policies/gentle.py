@@ -82,6 +82,11 @@ class GentleCommands:
         self._ramp.appendleft(min(max(v, last - self._step), last + self._step))
         return sum(weight * speed for weight, speed in zip(self.limits.weights, self._ramp, strict=True))
 
+    def halt(self) -> float:
+        """Return 0 m/s, commanded at once: the robot brakes as hard as it can, and the liquid rises as it may."""
+        self._ramp.extend([0.0] * len(self.limits.weights))
+        return 0.0
+
     @property
     def history(self) -> tuple[float, ...]:
         """The velocities of which the latest command is the mean, oldest first, m/s."""

@@ -313,7 +313,7 @@ def test_a_robot_rests_near_people_who_come_and_sets_off_when_they_leave():
 
 
 def test_what_stands_for_long_and_never_walked_is_a_thing():
-    crowd, points = Crowd(), np.array([[2.0, 1.4], [2.0, 1.5], [2.0, 1.6]])
+    crowd, points = Crowd(things=True), np.array([[2.0, 1.4], [2.0, 1.5], [2.0, 1.6]])
     for k in range(100):
         crowd.observe(HERE, np.add(points, (0.0, 0.1 * math.sin(k))), np.ones(3, dtype=bool))
         assert len(crowd.people) == 1

@@ -24,9 +24,11 @@ LOST = 10
 """Control steps without a cluster after which a track ends."""
 SPEED = 0.25
 """Speed above which a track is a person who walks, m/s."""
-WALKED, STANDS = 0.5, 80
-"""Way after which a track is a person for good, meters, for what is seen of a thing from its sides differs by less; and
-control steps after which one without it is a thing."""
+WALKED, STANDS, CAME = 0.5, 80, 300
+"""Way after which a track is a person for good, meters, for what is seen of a thing from its sides differs by less;
+control steps after which one without it is a thing, and after which one is that was first seen by a robot at rest."""
+STILL = 0.006
+"""Way in a control step below which the robot rests, meters."""
 CONFIRMED = 3
 """Number of clusters after which the velocity of a track counts."""
 ACCELERATION, NOISE = 2.5, 0.08
@@ -57,18 +59,21 @@ class Person:
     Attributes:
         place: (x, y) of the center, meters. velocity: m/s. walking: whether the person walks.
         alive: False for what has stood there for long and never walked: a thing.
+        sure: False for one that was seen only just now, and may not exist.
     """
 
     place: tuple[float, float]
     velocity: tuple[float, float]
     walking: bool
     alive: bool = True
+    sure: bool = True
 
 
 class Track:
     """A Kalman filter of place and velocity, of constant velocity with white acceleration, for each axis."""
 
-    def __init__(self, place: Array) -> None:
+    def __init__(self, place: Array, stands: float = STANDS) -> None:
+        self._stands = stands
         self.state: Array = np.vstack([place, np.zeros(2)])
         self.covariance: Array = np.diag([NOISE**2, 1.0])
         self.seen, self.unseen, self.walked, self.age = 1, 0, 2 * LOST, 0
@@ -102,7 +107,7 @@ class Track:
         walking = self.walked < LOST and self.seen >= CONFIRMED
         velocity = self.state[1] if walking else np.zeros(2)
         (x, y), (vx, vy) = self.state[0].tolist(), velocity.tolist()
-        return Person((x, y), (vx, vy), walking, self._has_walked or self.age < STANDS)
+        return Person((x, y), (vx, vy), walking, self._has_walked or self.age < self._stands)
 
 
 class Crowd:
@@ -110,10 +115,12 @@ class Crowd:
 
     Args:
         dt: time between scans, seconds.
+        things: whether there are things that the map lacks; where there are none, all that it lacks are people.
     """
 
-    def __init__(self, dt: float = ROBOT.control_dt) -> None:
-        self._dt = dt
+    def __init__(self, dt: float = ROBOT.control_dt, things: bool = True) -> None:
+        self._dt, self._things = dt, things
+        self._stands = math.inf
         self._tracks: list[Track] = []
         self._robot: Pose = (0.0, 0.0, 0.0)
 
@@ -125,6 +132,8 @@ class Crowd:
             points: (n, 2) returns in the map's frame, in the order of their bearings.
             unexplained: (n,) whether the map has nothing there.
         """
+        if self._things:
+            self._stands = CAME if math.dist(pose[:2], self._robot[:2]) < STILL else STANDS
         self._robot = pose
         for track in self._tracks:
             track.predict(self._dt)
@@ -150,7 +159,7 @@ class Crowd:
             away = float(np.linalg.norm(towards))
             if 0.1 < away < SUDDEN:
                 (x, y), (vx, vy) = place.tolist(), (PACE * towards / away).tolist()
-                confirmed.append(Person((x, y), (vx, vy), True))
+                confirmed.append(Person((x, y), (vx, vy), True, sure=False))
         return tuple(confirmed)
 
     @property
@@ -172,7 +181,7 @@ class Crowd:
                 used.add(index)
                 owners[k] = self._tracks[index]
                 self._tracks[index].correct(centers[k])
-        fresh = [Track(center) for center, owner in zip(centers, owners, strict=True) if owner is None]
+        fresh = [Track(center, self._stands) for center, owner in zip(centers, owners, strict=True) if owner is None]
         self._tracks += fresh
         supply = iter(fresh)
         return [next(supply) if owner is None else owner for owner in owners]

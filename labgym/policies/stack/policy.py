@@ -36,14 +36,16 @@ DRIFTING = frozenset({"odometry", "shift"})
 """Tasks whose odometry drifts; elsewhere it is exact, and a map that is out of date would only mislead."""
 PEOPLED = frozenset({"people", "carry", "shift"})
 """Tasks in which people walk; elsewhere what the map lacks is an obstacle that stands."""
-AMONG_PEOPLE = 0.85
+AMONG_PEOPLE = 0.95
 """Greatest speed where people may come round a corner, m/s."""
 CREEP, ALONGSIDE = 0.15, 1.6
 """Speed below which a robot rests instead, m/s, if a person is within this distance, meters."""
-WELL_INSIDE = 0.05
+WELL_INSIDE = 0.02
 """Distance from the edge of the goal's disc at which a robot that rests there may stop, meters."""
 AT_EASE = 0.08
 """Speed below which a robot that rests for people turns towards its path, m/s."""
+TOO_NEAR = 1.1
+"""Distance of a person within which a robot with a beaker brakes hard, meters."""
 MISMOUNTED = frozenset({"dock"})
 """Tasks in which the lidar is a little off its place."""
 SEE_THROUGH = frozenset({"glass"})
@@ -100,7 +102,8 @@ class StackPolicy(Policy):
         self._localizer = Localizer(old.seen, truth.start, 1.0 if episode.task in DRIFTING else 0.0)
         exact, clearing = episode.task not in DRIFTING, episode.task not in SEE_THROUGH
         self._costmap = Costmap(old.clearance, old.seen, exact, clearing)
-        self._crowd = Crowd(episode.robot.control_dt) if episode.task in PEOPLED else None
+        things = episode.task in DRIFTING
+        self._crowd = Crowd(episode.robot.control_dt, things) if episode.task in PEOPLED else None
         self._mounting = Mounting(old.seen, truth.pair.goal) if episode.task in MISMOUNTED else None
         self._begin(episode, truth, old)
 
@@ -119,7 +122,7 @@ class StackPolicy(Policy):
         self._sense(pose, np.asarray(observation["lidar"], dtype=np.float64))
         v, w = self._drive(*self._expected(pose, velocity))
         if self._gentle is not None:
-            v = self._gentle.command(v)
+            v = self._gentle.halt() if self._emergency(pose, velocity[0]) else self._gentle.command(v)
         action = velocities_to_action(v, w, self._robot)
         self._pending.append((v, w))
         return action
@@ -254,6 +257,12 @@ class StackPolicy(Policy):
             self._rest_at_goal(pose)
             return 0.0, 0.0
         return v, w
+
+    def _emergency(self, pose: Pose, speed: float) -> bool:
+        """Return whether the robot has to brake for somebody who is too near to brake gently."""
+        people = () if self._crowd is None else self._crowd.alive
+        near = any(person.sure and math.dist(person.place, pose[:2]) < TOO_NEAR for person in people)
+        return near and speed > AT_EASE and self._waiting.resting
 
     def _rest_at_goal(self, pose: Pose) -> tuple[float, float] | None:
         """Return the velocities of a robot that has to rest, and may as well stop: it is in the goal's disc."""

@@ -18,20 +18,26 @@ BESIDE = 0.85
 """Distance within which it does not set off while a person stands there, meters."""
 SOON, CLOSE = 1.0, 0.72
 """A robot brakes for a person who walks if they would be within this distance, meters, within this time, seconds."""
+BRAKING, LATE = 1.4, 0.2
+"""Deceleration of the robot, m/s2, and time by which it comes late, seconds."""
 EDGE, EDGING, AHEAD = 15, 0.043, 1.0
 """Control steps of rest after which the robot edges along its path, its speed, m/s, below that of a robot at rest, and
 the greatest bearing of the path at which it does so, radians."""
 
 
 class Waiting:
-    """Decides whether the robot has to rest; counts how long it has."""
+    """Decides whether the robot has to rest; counts how long it has.
+
+    Attributes:
+        resting: the latest decision.
+    """
 
     def __init__(self) -> None:
-        self._waited = 0
+        self._waited, self.resting = 0, False
 
     def step(self, pose: Pose, speed: float, people: tuple[Person, ...]) -> bool:
         """Return whether a robot at a pose and a speed, m/s, has to rest for people."""
-        rest = any(self._holds(person, pose, speed) for person in people)
+        rest = self.resting = any(self._holds(person, pose, speed) for person in people)
         self._waited = self._waited + 1 if rest else max(0, self._waited - 2)
         return rest
 
@@ -51,12 +57,23 @@ class Waiting:
         away = math.hypot(dx, dy)
         if away < TOUCHING and not (abs(speed) > AT_REST and _parting(person, pose, speed)):
             return True
-        if person.walking and _meet(person, pose, speed):
+        if person.walking and (_meet(person, pose, speed) or _overtakes(person, pose, speed)):
             return True
         if abs(speed) > AT_REST or away > (SET_OFF if person.walking else BESIDE):
             return False
         # One who stands next to a robot at rest may have been stopped by it, and walks on when it moves.
         return (person.velocity[0] * dx + person.velocity[1] * dy) / away < RECEDING
+
+
+def _overtakes(person: Person, pose: Pose, speed: float) -> bool:
+    """Return whether one who comes nearer would be too near by the time at which the robot has braked to rest."""
+    if speed <= AT_REST or _parting(person, pose, speed):
+        return False
+    time = speed / BRAKING + LATE
+    way = speed * speed / (2.0 * BRAKING) + speed * LATE / 2.0
+    dx = person.place[0] + person.velocity[0] * time - pose[0] - way * math.cos(pose[2])
+    dy = person.place[1] + person.velocity[1] * time - pose[1] - way * math.sin(pose[2])
+    return math.hypot(dx, dy) < TOUCHING
 
 
 def _parting(person: Person, pose: Pose, speed: float) -> bool:
