@@ -115,7 +115,7 @@ class Crowd:
 
     Args:
         dt: time between scans, seconds.
-        things: whether there are things that the map lacks; where there are none, all that it lacks are people.
+        things: whether the map may lack things; otherwise all that it lacks are people.
     """
 
     def __init__(self, dt: float = ROBOT.control_dt, things: bool = True) -> None:
