@@ -16,6 +16,23 @@ RobotPath = Callable[[float], tuple[float, float, float, float, float]]
 """Returns x, y, vx, vy (room frame, m and m/s) and the turn rate (rad/s) of the robot at a time of the episode."""
 
 
+class Forecast(Protocol):
+    """People in the future, in steps of 0.1 s."""
+
+    places: list[tuple[float, float]]
+    """Their centers, meters in the room frame."""
+    following: list[tuple[float, float]]
+    """The same 0.1 s later: certain, whatever the robot does."""
+
+    def step(self, x: float, y: float, vx: float, vy: float, turn: float) -> None:
+        """Advance by 0.1 s.
+
+        Args:
+            x, y, vx, vy: of the robot after that time, in the room frame, m and m/s. turn: its turn rate, rad/s.
+        """
+        ...
+
+
 class Foreknowledge(Protocol):
     """The world of an episode in progress. Poses are in the room frame, meters and radians; times in seconds.
 
@@ -50,6 +67,15 @@ class Foreknowledge(Protocol):
 
     def solids(self) -> Layout:
         """Return the true floor: with all that has been moved, with panes, and with things that have yet to come."""
+        ...
+
+    @property
+    def yields(self) -> NDArray[np.bool_]:
+        """Which of the people avoid the robot while it moves, (n,); the others do not see it until it rests."""
+        ...
+
+    def forecast(self) -> Forecast | None:
+        """Return the people from now on, to be advanced with any motion of the robot; None without people."""
         ...
 
     def people(self, times: Sequence[float], path: RobotPath | None = None) -> NDArray[np.float64]:

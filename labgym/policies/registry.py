@@ -27,8 +27,8 @@ class PolicyEntry:
     Attributes:
         name: for `make_policy`.
         place: "module:Class".
-        sees: sensor that it drives on: "lidar", "depth" or "rgbd", "map" for a privileged policy,
-            "goal" for the goal alone, "none" for nothing.
+        sees: sensor that it drives on: "lidar", "depth" or "rgbd", "map" for a privileged policy, "world" for one
+            that foresees it, "goal" for the goal alone, "none" for nothing.
         extra: extra of the distribution that installs its packages; "" if the base installation is enough.
         summary: one line.
     """
@@ -48,6 +48,13 @@ BUILT_IN = {
             "blind", "labgym.policies.blind:BlindPolicy", "map", "", "a path on the map, driven without any sensor"
         ),
         PolicyEntry("bug2", "labgym.policies.bug2:Bug2Policy", "lidar", "", "along the line to the goal and obstacles"),
+        PolicyEntry(
+            "clairvoyant",
+            "labgym.policies.clairvoyant.policy:ClairvoyantPolicy",
+            "world",
+            "",
+            "LabNav's privileged track: true floor, true pose, people's futures",
+        ),
         PolicyEntry("dwa", "labgym.policies.dwa:DwaPolicy", "lidar", "", "dynamic window towards a via point; no map"),
         PolicyEntry(
             "iplanner",

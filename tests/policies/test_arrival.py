@@ -11,7 +11,7 @@ from labgym.envs import LabPointNavEnv
 from labgym.navigation import goal_pairs
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.arrival import Arrival, shortened
-from labgym.policies.blind import DeadReckoning
+from labgym.policies.reckoning import DeadReckoning
 
 LAYOUT = island_laboratory()
 PAIRS = goal_pairs(LAYOUT)

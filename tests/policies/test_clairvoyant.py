@@ -1,3 +1,5 @@
+"""The parts of the clairvoyant, in a room made by hand."""
+
 from __future__ import annotations
 
 import math
@@ -5,128 +7,177 @@ import math
 import numpy as np
 import pytest
 from laboratories import island_laboratory
+from scipy.optimize import check_grad
 
 from labgym.envs.conditions.beaker import Beaker
-from labgym.envs.reach import robot_alone
-from labgym.envs.robot import ROBOT
-from labgym.envs.simulation import Simulation
 from labgym.navigation import ShortestPaths, goal_pairs
-from labgym.policies.clairvoyant.motion import BODY, Motion
-from labgym.policies.clairvoyant.path import clear_path, sampled, speed_limits
-from labgym.policies.clairvoyant.schedule import fastest_schedule
-from labgym.policies.gentle import GentleLimits
+from labgym.policies.clairvoyant import smoothing
+from labgym.policies.clairvoyant.clearance import NODE, ClearanceField
+from labgym.policies.clairvoyant.planning import LEAST, fastest_way, reference_of
+from labgym.policies.clairvoyant.policy import gentle_limits
+from labgym.policies.clairvoyant.reaction import reacting
+from labgym.policies.clairvoyant.reference import turn, turning_time
+from labgym.policies.clairvoyant.rehearsal import rehearsed
+from labgym.policies.clairvoyant.route import Limits, Route, fastest_times
+from labgym.policies.clairvoyant.schedule import Crossing, best_schedule
+from labgym.policies.clairvoyant.smoothing import Band, smooth_path
+from labgym.policies.clairvoyant.space_time import SpaceTime
+from labgym.policies.clairvoyant.worth import Worth
 
 LAYOUT = island_laboratory()
-PATHS = ShortestPaths(LAYOUT)
 AROUND = goal_pairs(LAYOUT)[1]
-LINE = sampled(np.array([[0.0, 0.0], [5.0, 0.0]]))
-FAST = np.ones(len(LINE))
+FIELD = ClearanceField(LAYOUT)
+LIMITS = Limits()
+LINE = Route.of(np.array([[1.0, 4.2], [6.0, 4.2]]), LIMITS)
+"""A straight way of 5 m."""
+NOBODY = np.zeros((0, 0, 2))
+HURRY = Worth(5.0)
+LEVELS, RISE = 8, 0.125
+APART = 0.65
 
 
-def nobody(time: float) -> np.ndarray:
-    return np.zeros((0, 2))
+def shortest():
+    return ShortestPaths(LAYOUT).path(AROUND.start, AROUND.goal)
 
 
 def crossing(time: float) -> np.ndarray:
-    """A person who crosses the line at x = 3 m, 4 s after the start."""
-    return np.array([[3.0, 0.8 * (time - 4.0)]])
+    """A person who crosses the line at x = 4 m, 4 s after the start."""
+    return np.array([[4.0, 4.2 + 0.8 * (time - 4.0)]])
 
 
-class World:
-    def __init__(self, people=nobody) -> None:
-        self.people = people
-
-    def solids(self):
-        return LAYOUT
+def scheduled(people=NOBODY, worth=HURRY, route=LINE):
+    return best_schedule(route, Crossing(people, APART), worth, LEVELS, RISE)
 
 
-@pytest.mark.parametrize("acceleration", [0.5, 1.0, 1.25])
-def test_without_people_a_schedule_takes_the_time_of_even_acceleration_and_braking(acceleration):
-    schedule = fastest_schedule(LINE, FAST, acceleration, nobody, 0.6)
-    fastest = math.floor(1.0 / (0.1 * acceleration) + 1e-9) * 0.1 * acceleration
-    ideal = 5.0 / fastest + fastest / acceleration
-    assert ideal <= schedule.end <= ideal + 0.2
-    assert schedule.places[-1] == pytest.approx(5.0)
-    assert np.diff(schedule.places).min() >= -1e-9
-    assert np.abs(np.diff(schedule.speeds)).max() <= 0.1 * acceleration + 1e-9
-    middle = 0.05 * (schedule.speeds[1:] + schedule.speeds[:-1])
-    np.testing.assert_allclose(np.diff(schedule.places), middle, atol=0.006)
+class Crossers:
+    """The person who crosses, whatever the robot does."""
+
+    def __init__(self) -> None:
+        self.tick = 0
+
+    @property
+    def places(self):
+        return [tuple(each) for each in crossing(0.1 * self.tick).tolist()]
+
+    @property
+    def following(self):
+        return [tuple(each) for each in crossing(0.1 * (self.tick + 1)).tolist()]
+
+    def step(self, x, y, vx, vy, turn):
+        self.tick += 1
 
 
-def test_a_schedule_obeys_the_limits_of_speed_along_the_path():
-    limits = np.where(np.abs(np.arange(len(LINE)) - 125) < 25, 0.3, 1.0)
-    schedule = fastest_schedule(LINE, limits, 1.0, nobody, 0.6)
-    allowed = np.interp(schedule.places, 0.02 * np.arange(len(LINE)), limits)
-    assert (schedule.speeds <= allowed + 1e-6).all()
-    assert schedule.end > fastest_schedule(LINE, FAST, 1.0, nobody, 0.6).end + 1.5
+def test_the_clearance_is_that_of_the_barriers_and_its_gradient_points_away():
+    rng = np.random.default_rng(0)
+    points = rng.uniform((0.2, 0.2), (7.8, 5.8), (400, 2))
+    distances, slopes = FIELD.at(points)
+    np.testing.assert_allclose(distances, FIELD.barriers.clearance(points), atol=0.5 * NODE)
+    near = (distances > 0.1) & (distances < 0.5)
+    farther = FIELD.barriers.clearance(points + 0.01 * slopes)[near] - distances[near]
+    assert np.median(farther) == pytest.approx(0.01, abs=0.002)
+
+
+def test_the_gradient_of_a_paths_cost_is_that_of_finite_differences():
+    path = smoothing.resampled(shortest().points, 0.1) + np.random.default_rng(1).normal(0.0, 0.01, (1, 2))
+    band = Band(radius=0.5)
+
+    def cost(flat):
+        return smoothing._cost(flat.reshape(-1, 2), 0.1, FIELD, band)
+
+    error = check_grad(lambda flat: cost(flat)[0], lambda flat: cost(flat)[1].ravel(), path.ravel(), epsilon=1e-7)
+    assert error < 1e-3 * np.linalg.norm(cost(path.ravel())[1])
+
+
+def test_a_smooth_path_is_little_longer_than_the_shortest_and_can_be_driven_at_full_speed():
+    route = Route.of(smooth_path(shortest().points, FIELD, Band()), LIMITS)
+    assert shortest().length - 0.02 <= route.length <= 1.03 * shortest().length
+    assert FIELD.barriers.clearance(route.points).min() > LEAST
+    headed = Route.of(smooth_path(shortest().points, FIELD, Band(), 0.0), LIMITS, 0.0)
+    assert headed.yaw[0] == pytest.approx(0.0, abs=0.05)
+    taut = Route.of(shortest().points, LIMITS)
+    assert fastest_times(route, 1.4)[1][-1] < fastest_times(taut, 1.4)[1][-1] - 0.5
+
+
+def test_the_fastest_way_takes_no_longer_than_a_turn_in_place_and_the_taut_path():
+    way = fastest_way(shortest().points, FIELD, AROUND.start, LIMITS)
+    taut = Route.of(shortest().points, LIMITS)
+    off = math.remainder(float(taut.yaw[0]) - AROUND.start[2], 2.0 * math.pi)
+    assert way.seconds < turning_time(off, LIMITS) + fastest_times(taut, LIMITS.acceleration)[1][-1]
+    assert way.seconds > shortest().length
+
+
+@pytest.mark.parametrize("angle", [-3.0, -0.2, 0.05, 1.0, 2.5])
+def test_a_turn_ends_at_its_heading_within_the_limits(angle):
+    poses, velocities = turn((1.0, 2.0, 0.3), 0.3 + angle, LIMITS, 0.1)
+    assert poses[-1] == pytest.approx((1.0, 2.0, 0.3 + angle))
+    rates = np.concatenate([[0.0], velocities[:, 1]])
+    assert np.abs(rates).max() <= LIMITS.turn + 1e-9
+    assert np.abs(np.diff(rates)).max() <= 0.1 * LIMITS.turn_acceleration + 1e-9
+    assert len(poses) == math.ceil(turning_time(angle, LIMITS) / 0.1)
+    np.testing.assert_allclose(np.diff(poses[:, 2]), 0.05 * (rates[2:] + rates[1:-1]), atol=0.02)
+
+
+def test_a_robot_that_follows_a_way_keeps_to_it_and_rests_at_its_end_and_heading():
+    way = fastest_way(shortest().points, FIELD, AROUND.start, LIMITS, AROUND.goal[2])
+    reference = reference_of(way, AROUND.start, LIMITS, 0.0)
+    motion = rehearsed(reference, AROUND.start, (0.0, 0.0), 0.0)
+    assert np.hypot(*(motion.poses - reference.poses)[:, :2].T).max() < 0.03
+    assert math.dist(motion.poses[-1, :2], AROUND.goal[:2]) < 0.01
+    assert abs(math.remainder(motion.poses[-1, 2] - AROUND.goal[2], 2.0 * math.pi)) < 0.02
+
+
+def test_without_people_a_schedule_takes_the_time_of_even_acceleration_and_braking():
+    schedule = scheduled()
+    assert 0.1 * len(schedule.places) == pytest.approx(5.0 / 1.0 + 1.0 / 1.25, abs=0.11)
+    assert (schedule.near, schedule.places[-1]) == (0.0, pytest.approx(5.0))
+    speeds = np.concatenate([[0.0], schedule.speeds])
+    assert np.abs(np.diff(speeds)).max() <= RISE + 1e-9
+    places = np.concatenate([[0.0], schedule.places])
+    np.testing.assert_allclose(np.diff(places), 0.05 * (speeds[1:] + speeds[:-1]), atol=0.007)
 
 
 def test_a_schedule_touches_nobody_while_the_robot_moves_and_waits_no_longer_than_it_must():
-    apart = 0.65
-    free = fastest_schedule(LINE, FAST, 1.0, nobody, apart)
-    schedule = fastest_schedule(LINE, FAST, 1.0, crossing, apart)
-    times = 0.1 * np.arange(len(schedule.places))
-    away = np.array([math.dist((x, 0.0), crossing(t)[0]) for t, x in zip(times, schedule.places, strict=True)])
-    assert away[schedule.speeds > 0.0].min() >= apart - 1e-9
-    unaware = np.array([math.dist((free.at(t)[0], 0.0), crossing(t)[0]) for t in times])
-    assert unaware.min() < apart
+    people = np.array([crossing(0.1 * k) for k in range(1, 200)])
+    free, schedule = scheduled(), scheduled(people)
+    spots = np.column_stack([1.0 + schedule.places, np.full(len(schedule.places), 4.2)])
+    away = np.linalg.norm(spots - people[: len(spots), 0], axis=1)
+    assert away[schedule.speeds > 0.0].min() >= APART - 0.02
+    unaware = np.column_stack([1.0 + free.places, np.full(len(free.places), 4.2)])
+    assert np.linalg.norm(unaware - people[: len(unaware), 0], axis=1).min() < APART - 0.05
     # The person leaves the line's strip after 0.65 m of the way at 0.8 m/s.
-    assert free.end < schedule.end <= free.end + 2.0 * apart / 0.8 + 0.3
+    assert len(free.places) < len(schedule.places) <= len(free.places) + 20.0 * APART / 0.8 + 3
 
 
-def test_no_schedule_leads_through_somebody_who_never_leaves():
-    assert fastest_schedule(LINE, FAST, 1.0, lambda time: np.array([[3.0, 0.0]]), 0.6) is None
+def test_a_schedule_keeps_its_distance_if_that_is_worth_the_time():
+    people = np.array([crossing(0.1 * k) for k in range(1, 200)])
+    shy = scheduled(people, Worth(5.0, 0.3, 3.0))
+    assert shy.near < scheduled(people).near
+    assert len(shy.places) > len(scheduled(people).places)
 
 
-def test_the_path_has_clearance_where_it_costs_little():
-    path = clear_path(LAYOUT, AROUND.start, AROUND.goal)
-    shortest = PATHS.path(AROUND.start, AROUND.goal)
-    length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-    assert shortest.length - 1e-9 <= length <= 1.03 * shortest.length
-    limits = speed_limits(path, 0.7)
-    assert limits.max() == ROBOT.v_max
-    assert limits.min() < 0.9
+def test_a_drive_that_gives_way_touches_nobody_and_arrives():
+    drive = reacting(LINE, Crossers(), HURRY, APART, LEVELS, RISE)
+    for step, (place, speed) in enumerate(zip(drive.places, drive.speeds, strict=True), 1):
+        assert speed == 0.0 or math.dist((1.0 + place, 4.2), crossing(0.1 * step)[0]) >= 0.6
+    assert drive.places[-1] == pytest.approx(5.0, abs=0.02)
+    assert len(scheduled().places) < len(drive.places) <= len(scheduled().places) + 25
 
 
-def drive(motion: Motion, steps: int = 400) -> np.ndarray:
-    """Return rows (x, y, yaw, v, w) at the control steps of a robot among nothing."""
-    robot, rows = Simulation(robot_alone(ROBOT)), []
-    robot.place(AROUND.start)
-    for k in range(steps):
-        rows.append((*robot.pose, *robot.velocity))
-        if motion.ended and max(map(abs, robot.velocity)) < 0.005:
-            break
-        robot.drive(*ROBOT.twist(*motion.action(robot.pose, robot.velocity, 0.1 * k)))
-    return np.array(rows)
+def test_times_on_the_grid_are_those_of_the_shortest_path_and_ways_go_around_people():
+    goal = np.array(AROUND.goal[:2])
+    grid, start = SpaceTime(FIELD, goal, 0.1), np.array(AROUND.start[:2])
+    assert grid.seconds(start) == pytest.approx(shortest().length, rel=0.15)
+    middle = shortest().points[len(shortest().points) // 2]
+    standing = np.tile(middle, (40, 1, 1))
+    way = grid.way(start, standing, 0.66, 1.0, 0.0)
+    assert np.linalg.norm(way - middle, axis=1).min() >= 0.65
+    assert np.linalg.norm(way[-1] - goal) <= 0.15
 
 
-def test_the_motion_ends_at_rest_at_the_goal_and_its_heading_close_to_the_path():
-    motion = Motion(World(), AROUND.start, AROUND.goal, heading=True)
-    rows = drive(motion)
-    assert motion.ended
-    assert math.dist(rows[-1, :2], AROUND.goal[:2]) < 0.02
-    assert abs(math.remainder(rows[-1, 2] - AROUND.goal[2], 2.0 * math.pi)) < 0.02
-    assert all(PATHS.space.barriers.obstacles.nearest(rows[:, :2]) > ROBOT.chassis_radius)
-
-
-def test_the_motion_keeps_off_people_whose_future_it_knows():
-    path = clear_path(LAYOUT, AROUND.start, AROUND.goal)
-    middle, step = path[len(path) // 2], path[len(path) // 2 + 5] - path[len(path) // 2]
-    across = np.array([-step[1], step[0]]) / np.linalg.norm(step)
-
-    def people(time: float) -> np.ndarray:
-        return (middle + across * 0.9 * (time - 5.0))[None]
-
-    rows = drive(Motion(World(people), AROUND.start, AROUND.goal))
-    away = np.array([np.linalg.norm(people(0.1 * k)[0] - row[:2]) for k, row in enumerate(rows)])
-    assert math.dist(rows[-1, :2], AROUND.goal[:2]) < 0.02
-    assert away[np.abs(rows[:, 3]) > 0.05].min() > ROBOT.chassis_radius + BODY
-
-
-def test_with_a_beaker_the_motion_keeps_to_its_limits():
-    beaker = Beaker()
-    rows = drive(Motion(World(), AROUND.start, AROUND.goal, beaker=beaker))
-    limits = GentleLimits.of(beaker)
-    assert math.dist(rows[-1, :2], AROUND.goal[:2]) < 0.02
-    assert np.abs(np.diff(rows[:, 3])).max() <= 0.1 * limits.acceleration + 0.005
-    assert np.abs(rows[:, 3] * rows[:, 4]).max() <= 1.2 * limits.lateral
+def test_a_beakers_limits_raise_it_to_shares_of_the_rim():
+    beaker = Beaker(freeboard=0.005)
+    limits = gentle_limits(beaker)
+    # At a constant acceleration the surface of the first mode rises by rise(a / w^2).
+    assert beaker.rise(limits.acceleration / beaker.frequency**2) == pytest.approx(0.56 * 0.005)
+    assert limits.levels * 0.1 * limits.acceleration >= limits.speed
+    assert gentle_limits(Beaker(freeboard=0.1)) == Limits()

@@ -43,7 +43,7 @@ def module(monkeypatch):
     return module
 
 
-CLASSICAL = ["astar", "blind", "bug2", "dwa", "online_map", "random", "stack", "still", "straight"]
+CLASSICAL = ["astar", "blind", "bug2", "clairvoyant", "dwa", "online_map", "random", "stack", "still", "straight"]
 
 
 @pytest.mark.parametrize("name", CLASSICAL)
@@ -170,7 +170,8 @@ def test_the_list_of_policies_agrees_with_the_classes(entry):
     policy = make_policy(entry.name)
     assert policy.name == entry.name
     assert policy.privileged is (entry.sees == "map")
-    assert entry.sees in ("map", "goal", "none", policy.observation)
+    assert policy.foresees is (entry.sees == "world")
+    assert entry.sees in ("map", "world", "goal", "none", policy.observation)
 
 
 @pytest.mark.parametrize("entry", BUILT_IN.values(), ids=BUILT_IN)

@@ -44,6 +44,9 @@ AHEAD = 1.0
 PATIENCE = 10.0
 """Longest time for which a member of a group waits for the others at a stop, seconds."""
 
+WAYS = 512
+"""Number of ways that are remembered."""
+
 
 @dataclass
 class Walker:
@@ -87,6 +90,8 @@ class Crowd:
         self.yields = tuple(role.yields for role in cast.people)
         self._groups = tuple(role.group for role in cast.people)
         self._stops = tuple(role.stops for role in cast.people)
+        # Shared by the copies that futures are made with, which plan the same ways again and again.
+        self._ways: dict[tuple[Vector, Vector], tuple[Vector, ...]] = {}
         self.walkers = [Walker(*role.start, standing=not role.stops) for role in cast.people]
 
     def copy(self) -> Crowd:
@@ -193,8 +198,13 @@ class Crowd:
 
     def _plan(self, number: int) -> None:
         walker = self.walkers[number]
-        path = self._world.paths.path((walker.x, walker.y), self._stops[number][walker.stop])
-        walker.path, walker.passed = (() if path is None else tuple(map(tuple, path.points.tolist()))), 1
+        ends = (walker.x, walker.y), self._stops[number][walker.stop][:2]
+        if ends not in self._ways:
+            path = self._world.paths.path(*ends)
+            self._ways[ends] = () if path is None else tuple(map(tuple, path.points.tolist()))
+            if len(self._ways) > WAYS:
+                del self._ways[next(iter(self._ways))]
+        walker.path, walker.passed = self._ways[ends], 1
 
     def _taken(self, number: int, x: float, y: float) -> bool:
         """Whether somebody else stands at a stop."""

@@ -163,6 +163,11 @@ class Walking(Presence):
         """Their velocities in the room frame, (n, 2) m/s. Privileged."""
         return np.array([(each.vx, each.vy) for each in self._crowd.walkers], dtype=np.float64).reshape(-1, 2)
 
+    @property
+    def yields(self) -> NDArray[np.bool_]:
+        """Who avoids the robot while it moves, (n,). Privileged."""
+        return np.array(self._crowd.yields, dtype=bool)
+
     def futures(self, times: Sequence[float], path: RobotPath | None = None) -> NDArray[np.float64]:
         """Return where people will be, (t, n, 2) meters: exact if the robot moves as assumed. Privileged.
 
@@ -173,28 +178,26 @@ class Walking(Presence):
         Raises:
             OptionError: a time is before now, or before the one ahead of it.
         """
-        crowd, tick, rest = self._crowd.copy(), self._tick, self._rest
-        last, following = self._last, self._next
+        forecast = self.forecast()
         places, before = [], self._time
         for time in times:
             if not before - EPSILON <= time < math.inf:
                 raise OptionError(f"time {time} s is before {before} s: pass ascending times from now on")
             before = time
-            while time >= (tick + 1) * DT - EPSILON and crowd.walkers:
-                tick += 1
-                x, y, vx, vy, turn = self._standing() if path is None else path(tick * DT)
-                rest = 0.0 if _moves((math.sqrt(vx * vx + vy * vy), turn), 0.0) else rest + DT
-                last = following
-                crowd.step(Disc(x, y, vx, vy, self._radius), rest)
-                following = crowd.places
-            share = (time - tick * DT) / DT
+            while time >= (forecast.tick + 1) * DT - EPSILON and self._places:
+                forecast.step(*(self._standing() if path is None else path((forecast.tick + 1) * DT)))
+            share = (time - forecast.tick * DT) / DT
             places.append(
                 [
                     (ax + (bx - ax) * share, ay + (by - ay) * share)
-                    for (ax, ay), (bx, by) in zip(last, following, strict=True)
+                    for (ax, ay), (bx, by) in zip(forecast.places, forecast.following, strict=True)
                 ]
             )
         return np.array(places, dtype=np.float64).reshape(len(places), -1, 2)
+
+    def forecast(self) -> Forecast:
+        """Return the people from now on, to be advanced with any motion of the robot. Privileged."""
+        return Forecast(self._crowd.copy(), self._last, self._next, self._tick, self._rest, self._radius)
 
     @property
     def outcome(self) -> dict[str, Any]:
@@ -249,6 +252,39 @@ class Walking(Presence):
 
     def _standing(self) -> tuple[float, float, float, float, float]:
         return self._robot.x, self._robot.y, 0.0, 0.0, 0.0
+
+
+class Forecast:
+    """The people from a time on, apart from the episode.
+
+    Attributes:
+        tick: number of 0.1 s since the start of the episode.
+        places: the centers then, meters. following: 0.1 s later, which is already certain.
+    """
+
+    def __init__(
+        self,
+        crowd: Crowd,
+        places: list[tuple[float, float]],
+        following: list[tuple[float, float]],
+        tick: int,
+        rest: float,
+        radius: float,
+    ) -> None:
+        self.places, self.following, self.tick = places, following, tick
+        self._crowd, self._rest, self._radius = crowd, rest, radius
+
+    def step(self, x: float, y: float, vx: float, vy: float, turn: float) -> None:
+        """Advance by 0.1 s.
+
+        Args:
+            x, y, vx, vy: of the robot after that time, in the room frame, m and m/s. turn: its turn rate, rad/s.
+        """
+        self.tick += 1
+        self._rest = 0.0 if _moves((math.sqrt(vx * vx + vy * vy), turn), 0.0) else self._rest + DT
+        self.places = self.following
+        self._crowd.step(Disc(x, y, vx, vy, self._radius), self._rest)
+        self.following = self._crowd.places
 
 
 def _disc(pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float, radius: float) -> Disc:

@@ -13,7 +13,7 @@ from labgym.errors import OptionError
 from labgym.eval.labnav.row import Track
 from labgym.layouts import Layout
 from labgym.policies import Policy
-from labgym.policies.foreknowledge import Foreknowledge, RobotPath
+from labgym.policies.foreknowledge import Forecast, Foreknowledge, RobotPath
 from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.registry import BUILT_IN
 
@@ -56,6 +56,17 @@ class TrueWorld(Foreknowledge):
     def solids(self) -> Layout:
         """Return the true floor."""
         return self._state.task.layout
+
+    @property
+    def yields(self) -> NDArray[np.bool_]:
+        """Which of the people avoid the robot while it moves, (n,)."""
+        walking = self._state.presences.get("people")
+        return walking.yields if isinstance(walking, Walking) else np.zeros(0, dtype=bool)
+
+    def forecast(self) -> Forecast | None:
+        """Return the people from now on; None without people."""
+        walking = self._state.presences.get("people")
+        return walking.forecast() if isinstance(walking, Walking) else None
 
     def people(self, times: Sequence[float], path: RobotPath | None = None) -> NDArray[np.float64]:
         """Return where people will be, (t, n, 2) meters."""

@@ -1,4 +1,4 @@
-"""When to be where on a path: the fastest schedule within the acceleration that touches no moving disc.
+"""When to be where on a route: the schedule worth most within the acceleration that touches no moving disc.
 
 Path-velocity decomposition of K. Kant and S. W. Zucker, Toward efficient trajectory planning, International Journal of
 Robotics Research 5(3), 1986, by dynamic programming over place, speed and time.
@@ -7,138 +7,155 @@ Robotics Research 5(3), 1986, by dynamic programming over place, speed and time.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-People = Callable[[float], Array]
+from labgym.policies.clairvoyant.route import Route
+from labgym.policies.clairvoyant.worth import NEAR, Worth
 
-LONGEST = 120.0
+Array = NDArray[np.float64]
+
+COARSE = 4
+"""People are looked up at every so manyth place."""
+LONGEST = 60.0
 """Time after which no schedule is looked for, seconds."""
 
 
 @dataclass(frozen=True, eq=False)
-class Schedule:
-    """Places and speeds on a path at even times.
+class Crossing:
+    """People who may cross the way.
 
     Attributes:
-        start: time of the first one, seconds. dt: time between them, seconds.
-        places: (k,) lengths along the path, meters. speeds: (k,) m/s.
+        places: (k, n, 2) centers after 1, 2, ... steps, meters. Nobody is expected later.
+        apart: least distance to them while the robot moves, meters.
     """
 
-    start: float
-    dt: float
+    places: Array
+    apart: float
+
+    def around(self, step: int, points: Array) -> tuple[NDArray[np.bool_] | None, NDArray[np.bool_] | None]:
+        """Return whether points (m, 2) are too near after a number of steps, and whether they are near; None: none."""
+        if step > len(self.places) or self.places.shape[1] == 0:
+            return None, None
+        people = self.places[step - 1]
+        low, high = points.min(axis=0) - NEAR, points.max(axis=0) + NEAR
+        people = people[((people > low) & (people < high)).all(axis=1)]
+        if len(people) == 0:
+            return None, None
+        square = ((points[None] - people[:, None]) ** 2).sum(axis=2).min(axis=0)
+        return square < self.apart**2, square < NEAR**2
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """Places and speeds on a route after each time step.
+
+    Attributes:
+        places: (k,) lengths along the route, meters. speeds: (k,) m/s. near: seconds near people. points: of the drive.
+    """
+
     places: Array
     speeds: Array
-
-    def at(self, time: float) -> tuple[float, float]:
-        """Return place, meters, and speed, m/s, at a time; the ends before and after."""
-        times = self.start + self.dt * np.arange(len(self.places))
-        return float(np.interp(time, times, self.places)), float(np.interp(time, times, self.speeds))
-
-    @property
-    def end(self) -> float:
-        """Time at which the robot rests at the end, seconds."""
-        return self.start + self.dt * (len(self.places) - 1)
+    near: float
+    points: float
 
 
-def fastest_schedule(
-    path: Array,
-    limits: Array,
-    acceleration: float,
-    people: People,
-    apart: float,
-    start: float = 0.0,
+def best_schedule(
+    route: Route,
+    crossing: Crossing,
+    worth: Worth,
+    levels: int,
+    rise: float,
     place: float = 0.0,
     speed: float = 0.0,
     dt: float = 0.1,
+    least: float = -math.inf,
 ) -> Schedule | None:
-    """Return the schedule that rests at the end of a path soonest; None if none does within `LONGEST`.
+    """Return the schedule worth most that rests at the end of a route; None if none is worth more than `least`.
 
-    Speeds are multiples of `acceleration dt`; in each step the speed stays, rises or falls by one of them. Places are
-    multiples of half of one times dt, so that the steps are exact. The robot may rest anywhere: people walk around a
-    robot at rest.
+    Speeds are multiples of `rise`; in each step the speed stays, rises or falls by one of them. The robot may rest
+    anywhere: nobody walks into a robot at rest. For each time of arrival the schedule with the least time near people
+    is found, and of these the one worth most is taken.
 
     Args:
-        path: (n, 2) at even steps, meters. limits: (n,) speed limits, m/s.
-        acceleration: along the way, m/s2.
-        people: returns the centers (m, 2) at a time. apart: least distance to them while the robot moves, meters.
-        start: the time now, seconds. place: length along the path, meters. speed: m/s, of the robot now.
-        dt: time step, seconds.
+        route: with its speed limits. crossing: the people. worth: of the drive.
+        levels: number of speeds above 0, up to the greatest one. rise: from one to the next, m/s.
+        place: length along the route now, meters. speed: m/s, now.
+        dt: time step, seconds. least: points.
     """
-    rise = acceleration * dt
     unit = 0.5 * rise * dt
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-    count = math.ceil((along[-1] - place) / unit) + 1
-    spots = np.minimum(place + unit * np.arange(count), along[-1])
-    points = np.column_stack([np.interp(spots, along, path[:, axis]) for axis in range(2)])
-    levels = max(1, math.floor(float(limits.max()) / rise + 1e-9)) + 1
-    slow = np.arange(levels)[:, None] * rise <= np.maximum(np.interp(spots, along, limits), rise)[None, :] + 1e-9
-    level = min(round(speed / rise), levels - 1)
-    slow[: level + 1, : _braking(level) + 1] = True
-    reached = np.zeros((levels, count), dtype=bool)
-    reached[level, 0] = True
-    before: list[NDArray[np.int8]] = []
+    count = max(math.ceil((route.length - place) / unit - 1e-6), 0) + 1
+    spots = np.minimum(place + unit * np.arange(count), route.length)
+    # People are looked up at every fourth place, 2.5 cm apart.
+    points = route.at(spots[::COARSE])[0]
+    allowed = np.interp(spots, route.spacing * np.arange(len(route.fastest)), route.fastest)
+    slow = np.arange(levels + 1)[:, None] * rise <= np.maximum(allowed, rise)[None, :] + 1e-9
+    level = min(round(speed / rise), levels)
+    # Too fast for what follows, the robot may brake.
+    slow[: level + 1, : level * level + 1] = True
+    near = np.full((levels + 1, count), np.inf, dtype=np.float32)
+    near[level, 0] = 0.0
+    came: list[NDArray[np.int8]] = []
+    best, beside, at = least, 0.0, 0
     for step in range(1, round(LONGEST / dt) + 1):
-        clear = _clear(points, people(start + step * dt), apart)
-        following, came = _advanced(reached, slow, clear)
-        before.append(came)
-        reached = following
-        if reached[0, -1]:
-            return _traced(before, spots, rise, start, dt)
-        if not reached.any():
-            return None
-    return None
+        if worth.points(step * dt, 0.0) <= best:
+            break
+        # No place further than at the greatest speed all the time.
+        reached = min(count, 2 * levels * step + 1)
+        blocked, close = crossing.around(step, points[: -(-reached // COARSE)])
+        free = None if blocked is None else ~np.repeat(blocked, COARSE)[:reached]
+        near, change = _advanced(near, slow, reached, free)
+        if close is not None:
+            near[:, :reached][:, np.repeat(close, COARSE)[:reached]] += np.float32(dt)
+        came.append(change)
+        if np.isfinite(near[0, -1]) and worth.points(step * dt, float(near[0, -1])) > best + 1e-9:
+            beside, at = float(near[0, -1]), step
+            best = worth.points(step * dt, beside)
+    if at == 0:
+        return None
+    places, speeds = _traced(came[:at], spots, rise)
+    return Schedule(places, speeds, beside, best)
 
 
 def _advanced(
-    reached: NDArray[np.bool_], slow: NDArray[np.bool_], clear: NDArray[np.bool_]
-) -> tuple[NDArray[np.bool_], NDArray[np.int8]]:
-    """Return the states (levels, places) after a step, and by how many levels the speed changed to get there."""
-    levels, count = reached.shape
-    following = np.zeros_like(reached)
-    came = np.zeros(reached.shape, dtype=np.int8)
+    near: NDArray[np.float32], slow: NDArray[np.bool_], reached: int, free: NDArray[np.bool_] | None
+) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
+    """Return the times near people (levels, places) after a step, and by how many levels the speed changed.
+
+    Args:
+        near: before the step; inf where the robot cannot be. slow: where it may have which speed.
+        reached: number of places that can be reached. free: which of them no person is near; None for all. At the
+            others the robot may only rest on.
+    """
+    levels, _ = near.shape
+    following = np.full_like(near, np.inf)
+    came = np.zeros((levels, reached), dtype=np.int8)
     for level in range(levels):
-        # Of several ways to the same state the evenest is kept.
-        for change in (0, 1, -1):
-            last = level - change
-            if not 0 <= last < levels:
+        target, change = following[level, :reached], came[level]
+        # Of several ways at the same cost the evenest is taken.
+        for step in (0, 1, -1):
+            moved = 2 * level - step
+            if not 0 <= level - step < levels or moved >= reached:
                 continue
-            moved = last + level
-            if moved >= count:
-                continue
-            hit = reached[last, : count - moved] & ~following[level, moved:]
-            following[level, moved:] |= hit
-            came[level, moved:][hit] = change
-    following &= slow
-    following[1:] &= clear
+            source = near[level - step, : reached - moved]
+            better = source < target[moved:]
+            if free is not None and (level or step):
+                better &= free[moved:]
+            np.copyto(target[moved:], source, where=better)
+            np.copyto(change[moved:], np.int8(step), where=better)
+    following[~slow] = np.inf
     return following, came
 
 
-def _clear(points: Array, people: Array, apart: float) -> NDArray[np.bool_]:
-    """Return whether points (n, 2) keep their distance from people (m, 2), (n,)."""
-    if len(people) == 0:
-        return np.ones(len(points), dtype=bool)
-    away = np.hypot(points[:, 0, None] - people[:, 0], points[:, 1, None] - people[:, 1])
-    return np.asarray(away.min(axis=1) >= apart)
-
-
-def _traced(before: list[NDArray[np.int8]], spots: Array, rise: float, start: float, dt: float) -> Schedule:
-    """Return the schedule that ends at rest at the last place."""
+def _traced(came: list[NDArray[np.int8]], spots: Array, rise: float) -> tuple[Array, Array]:
+    """Return the places and speeds (k,) of the schedule that ends at rest at the last place."""
     level, spot = 0, len(spots) - 1
-    states = [(spot, level)]
-    for came in reversed(before):
-        last = level - int(came[level, spot])
-        level, spot = last, spot - last - level
+    states = []
+    for change in reversed(came):
         states.append((spot, level))
+        last = level - int(change[level, spot])
+        level, spot = last, spot - last - level
     states.reverse()
-    places = np.array([spots[spot] for spot, _ in states])
-    return Schedule(start, dt, places, np.array([rise * level for _, level in states]))
-
-
-def _braking(level: int) -> int:
-    """Return the number of units of length that braking from a level to rest takes."""
-    return level * level
+    return np.array([spots[spot] for spot, _ in states]), np.array([rise * level for _, level in states])

@@ -1,0 +1,102 @@
+"""The clairvoyant as a policy."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.conditions.beaker import GRAVITY, Beaker
+from labgym.envs.robot import ROBOT
+from labgym.envs.world import world_of
+from labgym.errors import LabgymError
+from labgym.policies.clairvoyant.clearance import ClearanceField
+from labgym.policies.clairvoyant.drives import AloneDrive, CrowdDrive
+from labgym.policies.clairvoyant.errand import Errand
+from labgym.policies.clairvoyant.route import Limits
+from labgym.policies.clairvoyant.worth import Worth
+from labgym.policies.gentle import shaping_weights
+from labgym.policies.policy import EpisodeStart, Observation, Policy
+from labgym.policies.reckoning import DeadReckoning
+from labgym.policies.tracking import velocities_to_action
+
+INSIDE = 0.015
+"""How far inside the edge of the success disc the robot comes to rest, meters."""
+AT_REST = (0.01, 0.02)
+"""Forward velocity, m/s, and turn rate, rad/s, below which the robot is at rest."""
+DOCKED = (0.01, 0.01)
+"""Errors below which a robot at rest has docked, meters and radians."""
+SHARES = (0.56, 0.5)
+"""Shares of the acceleration that raises a liquid to the rim that are used along and across the way."""
+WORTHS = {"people": (0.3, 0.3), "carry": (1.0, 0.0)}
+"""Weights of time and of distance from people in the scores of tasks; elsewhere people matter little."""
+
+
+class ClairvoyantPolicy(Policy):
+    """Knows the true floor, its true pose, and how people will answer to what it does. It foresees the world.
+
+    - Alone it takes the fastest of several smooth ways and follows it within the limits of the robot.
+    - Among people it plays its drives through before it takes one of them.
+    - With a beaker its accelerations raise the liquid to the rim at most, and leave no oscillation behind.
+    - It stops where braking ends inside the success disc; at a station it turns to the true docking pose.
+    """
+
+    name: ClassVar[str] = "clairvoyant"
+    foresees: ClassVar[bool] = True
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Plan a drive from where the robot stands.
+
+        Raises:
+            LabgymError: the episode has no world.
+        """
+        world = episode.world
+        if world is None:
+            raise LabgymError(f"policy {self.name!r} needs the world: pass an EpisodeStart with world, as LabNav does")
+        floor = world_of(world.solids())
+        self._world, self._carries, self._docks = world, episode.beaker is not None, episode.heading is not None
+        crowded = world.people([world.time]).shape[1] > 0
+        # A robot that carries a liquid brakes by its own schedule.
+        short = world.radius - 2.0 * INSIDE if (crowded or self._carries) and not self._docks else 0.0
+        errand = Errand(
+            world=world,
+            paths=floor.paths,
+            field=floor.derived("clearance field", ClearanceField),
+            short=short,
+            heading=world.goal[2] if self._docks else None,
+            limits=Limits() if episode.beaker is None else gentle_limits(episode.beaker),
+            weights=(1.0,) if episode.beaker is None else shaping_weights(episode.beaker.frequency, ROBOT.control_dt),
+        )
+        self._drive = (
+            CrowdDrive(errand, Worth(1.0, *WORTHS.get(episode.task, (1.0, 0.1)))) if crowded else AloneDrive(errand)
+        )
+
+    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:  # noqa: ARG002
+        """Follow the plan."""
+        return velocities_to_action(*self._drive.wanted(), ROBOT)
+
+    def stop(self, observation: Observation) -> bool:  # noqa: ARG002
+        """Whether braking ends inside the disc or, with a heading or a beaker, the robot rests where it should."""
+        pose, velocity, goal = self._world.pose, self._world.velocity, self._world.goal
+        resting = abs(velocity[0]) <= AT_REST[0] and abs(velocity[1]) <= AT_REST[1]
+        away = math.dist(pose[:2], goal[:2])
+        if self._docks:
+            off = abs(math.remainder(pose[2] - goal[2], 2.0 * math.pi))
+            over = self._drive.over
+            return resting and over > 0.3 and ((away <= DOCKED[0] and off <= DOCKED[1]) or over > 3.0)
+        if away > self._world.radius + 0.5 or (self._carries and not resting):
+            return False
+        reckoning = DeadReckoning()
+        reckoning.pose, reckoning.velocity = pose, velocity
+        while max(map(abs, reckoning.velocity)) > AT_REST[0] / 4.0:
+            reckoning.drive(np.zeros(2))
+        return math.dist(reckoning.pose[:2], goal[:2]) <= self._world.radius - INSIDE
+
+
+def gentle_limits(beaker: Beaker) -> Limits:
+    """Return the limits of the motion with a beaker."""
+    rim = beaker.freeboard * GRAVITY / (beaker.rise(1.0) * GRAVITY / beaker.frequency**2)
+    free = Limits()
+    return Limits(acceleration=min(SHARES[0] * rim, free.acceleration), lateral=min(SHARES[1] * rim, free.lateral))

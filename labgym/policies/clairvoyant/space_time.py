@@ -1,0 +1,154 @@
+"""Ways around people in space and time: dynamic programming on a grid of the floor, backwards from the goal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.policies.clairvoyant.clearance import NODE, ClearanceField
+
+Array = NDArray[np.float64]
+Costs = NDArray[np.float32]
+
+STRIDE = 2
+"""Nodes of the clearance field for one cell."""
+CELL = STRIDE * NODE
+DT = 0.3
+"""Duration of a move, seconds."""
+REACH = 3
+"""Length of the longest move, cells: 1 m/s."""
+FREE, ROOMY = 0.30, 0.36
+"""Clearance that a cell needs, and below which it costs more, meters."""
+TIGHT = 0.2
+"""How much more, of the time."""
+MOVES = tuple(
+    (dy, dx)
+    for dy in range(-REACH, REACH + 1)
+    for dx in range(-REACH, REACH + 1)
+    if dx * dx + dy * dy <= REACH * REACH + 1e-9
+)
+
+
+class SpaceTime:
+    """Ways to one goal on one floor.
+
+    Args:
+        field: of the floor. goal: (2,) meters. radius: of the disc around the goal in which a way ends, meters.
+    """
+
+    def __init__(self, field: ClearanceField, goal: Array, radius: float) -> None:
+        self._low = field.low
+        clearance = field.values[::STRIDE, ::STRIDE]
+        rows, columns = clearance.shape
+        y, x = self._low[1] + CELL * np.arange(rows), self._low[0] + CELL * np.arange(columns)
+        inside = (x[None, :] - goal[0]) ** 2 + (y[:, None] - goal[1]) ** 2 <= max(radius, CELL) ** 2
+        self._free = clearance >= FREE - 0.005
+        self._inside = inside & self._free
+        step = np.where(clearance < ROOMY, DT * (1.0 + TIGHT), DT).astype(np.float32)
+        self._step = np.where(self._free, step, np.float32(np.inf))
+        self._alone = self._settled()
+
+    def seconds(self, point: Array) -> float:
+        """Return the time from a point (2,) to the goal alone, seconds; inf if there is no way."""
+        return float(self._alone[self._cell(point)])
+
+    def way(self, start: Array, places: Array, apart: float, near: float, price: float) -> Array | None:
+        """Return the cheapest way, (k, 2) meters at each move; None if there is none.
+
+        Args:
+            start: (2,) meters. places: (t, n, 2) centers of people at each move, the first at the start.
+            apart, near, price: as `labgym.policies.clairvoyant.schedule.Crossing`.
+        """
+        here = self._cell(start)
+        if not np.isfinite(self._alone[here]):
+            return None
+        values, stack = self._alone, []
+        for people in places[:0:-1]:
+            wait, enter = self._prices(people, apart, near, price)
+            stack.append((values + wait, values + enter))
+            values = self._before(*stack[-1])
+        return self._followed(start, here, stack[::-1])
+
+    def _prices(self, people: Array, apart: float, near: float, price: float) -> tuple[Costs, Costs]:
+        """Return the costs of waiting in each cell among people and of a move into it, seconds."""
+        wait, enter = np.full_like(self._step, DT), self._step.copy()
+        beside, blocked = np.zeros(wait.shape, dtype=bool), np.zeros(wait.shape, dtype=bool)
+        for rows, columns, square in self._windows(people, max(apart, near)):
+            beside[rows, columns] |= square < near * near
+            blocked[rows, columns] |= square < apart * apart
+        wait[beside] += np.float32(price * DT)
+        enter[beside] += np.float32(price * DT)
+        enter[blocked] = np.inf
+        return wait, enter
+
+    def _before(self, waited: Costs, entered: Costs) -> Costs:
+        """Return the values one move earlier, from what it costs to wait in a cell or to move into it and go on."""
+        before = waited.copy()
+        height, width = before.shape
+        for dy, dx in MOVES:
+            if dy == dx == 0:
+                continue
+            target = before[max(-dy, 0) : height - max(dy, 0), max(-dx, 0) : width - max(dx, 0)]
+            source = entered[max(dy, 0) : height + min(dy, 0), max(dx, 0) : width + min(dx, 0)]
+            np.minimum(target, source, out=target)
+        before[self._inside] = 0.0
+        before[~self._free] = np.inf
+        return before
+
+    def _settled(self) -> Costs:
+        """Return the times to the goal without people."""
+        values = np.where(self._inside, np.float32(0.0), np.float32(np.inf))
+        for _ in range(400):
+            before = self._before(values, values + self._step)  # waiting is free: the value stays
+            if np.array_equal(before, values):
+                break
+            values = before
+        return values
+
+    def _followed(self, start: Array, here: tuple[int, int], stack: list[tuple[Costs, Costs]]) -> Array:
+        """Return the way along the cheapest moves; the stack has the costs of waiting and of moving into each cell."""
+        (row, column), way = here, [start]
+        height, width = self._alone.shape
+        alone = self._alone + np.float32(DT), self._alone + self._step
+        for step in range(400):
+            if self._inside[row, column]:
+                break
+            waited, entered = stack[step] if step < len(stack) else alone
+            best, there = float(waited[row, column]), (row, column)
+            for dy, dx in MOVES:
+                y, x = row + dy, column + dx
+                if (dy or dx) and 0 <= y < height and 0 <= x < width and entered[y, x] < best:
+                    best, there = float(entered[y, x]), (y, x)
+            row, column = there
+            way.append(self._low + CELL * np.array([column, row]))
+        return np.array(way)
+
+    def _windows(self, people: Array, reach: float) -> list[tuple[slice, slice, Array]]:
+        """Return the cells around each person and the squares of their distances, m2."""
+        height, width = self._free.shape
+        windows = []
+        for x, y in people.tolist():
+            left, right = ((x - self._low[0] + side * reach) / CELL for side in (-1.0, 1.0))
+            below, above = ((y - self._low[1] + side * reach) / CELL for side in (-1.0, 1.0))
+            rows = slice(max(math.ceil(below), 0), min(math.floor(above) + 1, height))
+            columns = slice(max(math.ceil(left), 0), min(math.floor(right) + 1, width))
+            if rows.start >= rows.stop or columns.start >= columns.stop:
+                continue
+            dy = self._low[1] + CELL * np.arange(rows.start, rows.stop) - y
+            dx = self._low[0] + CELL * np.arange(columns.start, columns.stop) - x
+            windows.append((rows, columns, dy[:, None] ** 2 + dx[None, :] ** 2))
+        return windows
+
+    def _cell(self, point: Array) -> tuple[int, int]:
+        """Return the row and column of the nearest free cell within 0.3 m, or of the cell at a point."""
+        column, row = (round(float(each)) for each in (point - self._low) / CELL)
+        height, width = self._free.shape
+        near = [
+            (dy * dy + dx * dx, row + dy, column + dx)
+            for dy in range(-3, 4)
+            for dx in range(-3, 4)
+            if 0 <= row + dy < height and 0 <= column + dx < width and self._free[row + dy, column + dx]
+        ]
+        return min(near)[1:] if near else (min(max(row, 0), height - 1), min(max(column, 0), width - 1))

@@ -1,0 +1,39 @@
+"""What a drive among people is worth: points for time, and points for distance from people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+NEAR = 1.0
+"""Distance from people within which time costs points, meters between centers."""
+
+
+@dataclass(frozen=True)
+class Worth:
+    """The points of a drive: hurry OT / max(T, OT) + distance max(0, 1 - seconds near people / OT).
+
+    Attributes:
+        ideal: OT, seconds. hurry, distance: the two weights.
+        spent: T so far, seconds. beside: seconds near people so far.
+    """
+
+    ideal: float
+    hurry: float = 1.0
+    distance: float = 0.0
+    spent: float = 0.0
+    beside: float = 0.0
+
+    def points(self, seconds: float, near: float = 0.0) -> float:
+        """Return the points of a drive that takes so much longer and is so much longer near people, seconds."""
+        late = self.hurry * self.ideal / max(self.spent + seconds, self.ideal)
+        return late + self.distance * max(0.0, 1.0 - (self.beside + near) / self.ideal)
+
+    def price(self, seconds: float) -> float:
+        """Return what a second near people is worth in seconds of a drive that takes so much longer."""
+        if self.beside >= self.ideal:
+            return 0.0
+        return self.distance / self.hurry * (max(self.spent + seconds, self.ideal) / self.ideal) ** 2
+
+    def after(self, spent: float, beside: float) -> Worth:
+        """Return the worth with other seconds so far."""
+        return replace(self, spent=spent, beside=beside)
