@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
 from labgym.envs.episode import Episode, stream
-from labgym.envs.parts.protocols import Condition, Sensor, Tasks
+from labgym.envs.parts.protocols import Actions, Condition, Sensor, Tasks
 from labgym.envs.sensors import Camera
 from labgym.envs.setting import Setting
 from labgym.envs.state import State
@@ -270,6 +270,12 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     def tasks(self) -> Tasks:
         """The source of the tasks."""
         return self._tasks
+
+    @property
+    def actions(self) -> Actions:
+        """How actions become commands in the episode: privileged, and to be read only."""
+        actions: Actions = self._actions
+        return actions
 
     @property
     def state(self) -> State:

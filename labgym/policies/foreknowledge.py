@@ -65,6 +65,11 @@ class Foreknowledge(Protocol):
         """Radius of the disc around the goal in which the robot has to rest, meters."""
         ...
 
+    @property
+    def wheels(self) -> tuple[float, float, float]:
+        """The errors of the wheels: factors on forward velocity and turn rate, and the veer, radians per meter."""
+        ...
+
     def solids(self) -> Layout:
         """Return the true floor: with all that has been moved, with panes, and with things that have yet to come."""
         ...

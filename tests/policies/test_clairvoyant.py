@@ -18,7 +18,7 @@ from labgym.policies.clairvoyant.policy import gentle_limits
 from labgym.policies.clairvoyant.reaction import reacting
 from labgym.policies.clairvoyant.reference import turn, turning_time
 from labgym.policies.clairvoyant.rehearsal import rehearsed
-from labgym.policies.clairvoyant.route import Limits, Route, fastest_times
+from labgym.policies.clairvoyant.route import Gait, Limits, Route, fastest_times
 from labgym.policies.clairvoyant.schedule import Crossing, best_schedule
 from labgym.policies.clairvoyant.smoothing import Band, smooth_path
 from labgym.policies.clairvoyant.space_time import SpaceTime
@@ -32,7 +32,7 @@ LINE = Route.of(np.array([[1.0, 4.2], [6.0, 4.2]]), LIMITS)
 """A straight way of 5 m."""
 NOBODY = np.zeros((0, 0, 2))
 HURRY = Worth(5.0)
-LEVELS, RISE = 8, 0.125
+GAIT = Gait(8, 0.125)
 APART = 0.65
 
 
@@ -46,7 +46,7 @@ def crossing(time: float) -> np.ndarray:
 
 
 def scheduled(people=NOBODY, worth=HURRY, route=LINE):
-    return best_schedule(route, Crossing(people, APART), worth, LEVELS, RISE)
+    return best_schedule(route, Crossing(people, APART), worth, GAIT)
 
 
 class Crossers:
@@ -131,7 +131,7 @@ def test_without_people_a_schedule_takes_the_time_of_even_acceleration_and_braki
     assert 0.1 * len(schedule.places) == pytest.approx(5.0 / 1.0 + 1.0 / 1.25, abs=0.11)
     assert (schedule.near, schedule.places[-1]) == (0.0, pytest.approx(5.0))
     speeds = np.concatenate([[0.0], schedule.speeds])
-    assert np.abs(np.diff(speeds)).max() <= RISE + 1e-9
+    assert np.abs(np.diff(speeds)).max() <= GAIT.rise + 1e-9
     places = np.concatenate([[0.0], schedule.places])
     np.testing.assert_allclose(np.diff(places), 0.05 * (speeds[1:] + speeds[:-1]), atol=0.007)
 
@@ -156,7 +156,7 @@ def test_a_schedule_keeps_its_distance_if_that_is_worth_the_time():
 
 
 def test_a_drive_that_gives_way_touches_nobody_and_arrives():
-    drive = reacting(LINE, Crossers(), HURRY, APART, LEVELS, RISE)
+    drive = reacting(LINE, Crossers(), HURRY, APART, GAIT, np.zeros((1, 2)))
     for step, (place, speed) in enumerate(zip(drive.places, drive.speeds, strict=True), 1):
         assert speed == 0.0 or math.dist((1.0 + place, 4.2), crossing(0.1 * step)[0]) >= 0.6
     assert drive.places[-1] == pytest.approx(5.0, abs=0.02)
@@ -179,5 +179,7 @@ def test_a_beakers_limits_raise_it_to_shares_of_the_rim():
     limits = gentle_limits(beaker)
     # At a constant acceleration the surface of the first mode rises by rise(a / w^2).
     assert beaker.rise(limits.acceleration / beaker.frequency**2) == pytest.approx(0.56 * 0.005)
-    assert limits.levels * 0.1 * limits.acceleration >= limits.speed
+    gait = Gait.of(limits)
+    assert 10.0 * gait.rise <= limits.acceleration + 1e-9
+    assert gait.levels * gait.rise == pytest.approx(limits.speed)
     assert gentle_limits(Beaker(freeboard=0.1)) == Limits()

@@ -54,6 +54,11 @@ class SlippingActions(VelocityActions):
         self._forward, self._turn = (1.0 + self.scale * each for each in drawn[:2])
         self._veer = math.radians(self.veer) * drawn[2]
 
+    @property
+    def errors(self) -> tuple[float, float, float]:
+        """The errors of the episode: factors on forward velocity and turn rate, and the veer, radians per meter."""
+        return self._forward, self._turn, self._veer
+
     def commands(self, action: Any, state: State, rng: np.random.Generator) -> Iterable[Command]:
         """Return one command, with the errors of the episode.
 

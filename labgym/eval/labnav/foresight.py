@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.conditions.people import Walking
+from labgym.envs.parts.protocols import Actions
+from labgym.envs.parts.slipping import SlippingActions
 from labgym.envs.state import Pose, State
 from labgym.errors import OptionError
 from labgym.eval.labnav.row import Track
@@ -22,11 +24,12 @@ class TrueWorld(Foreknowledge):
     """The world of a state.
 
     Args:
-        state: of the episode in progress. radius: of the success disc, meters.
+        state: of the episode in progress. actions: of its environment. radius: of the success disc, meters.
     """
 
-    def __init__(self, state: State, radius: float) -> None:
+    def __init__(self, state: State, actions: Actions, radius: float) -> None:
         self._state, self._radius = state, radius
+        self._wheels = actions.errors if isinstance(actions, SlippingActions) else (1.0, 1.0, 0.0)
 
     @property
     def time(self) -> float:
@@ -52,6 +55,11 @@ class TrueWorld(Foreknowledge):
     def radius(self) -> float:
         """Radius of the success disc, meters."""
         return self._radius
+
+    @property
+    def wheels(self) -> tuple[float, float, float]:
+        """The errors of the wheels."""
+        return self._wheels
 
     def solids(self) -> Layout:
         """Return the true floor."""

@@ -224,5 +224,5 @@ class LegDrive:
             task=self._task.name,
             heading=self.goal[2] if self._task.docks else None,
             beaker=carried(state),
-            world=TrueWorld(state, self._task.radius) if self._driver.foresees else None,
+            world=TrueWorld(state, self._env.actions, self._task.radius) if self._driver.foresees else None,
         )

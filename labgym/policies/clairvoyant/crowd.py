@@ -17,7 +17,7 @@ from labgym.policies.clairvoyant.planning import is_clear
 from labgym.policies.clairvoyant.reaction import reacting
 from labgym.policies.clairvoyant.reference import Reference, along_route, standing, turn
 from labgym.policies.clairvoyant.rehearsal import Rehearsal, rehearsed
-from labgym.policies.clairvoyant.route import Limits, Route
+from labgym.policies.clairvoyant.route import Gait, Limits, Route
 from labgym.policies.clairvoyant.schedule import Crossing, best_schedule
 from labgym.policies.clairvoyant.smoothing import Band, smooth_path
 from labgym.policies.clairvoyant.space_time import DT as MOVE
@@ -154,9 +154,7 @@ class CrowdPlanner:
 
     def __init__(self, errand: Errand, worth: Worth) -> None:
         self._errand, self._world, self.worth = errand, errand.world, worth
-        self._late = len(errand.weights) - 1
-        self._levels = errand.limits.levels
-        self._rise = errand.limits.speed / self._levels
+        self._late, self._gait = len(errand.weights) - 1, Gait.of(errand.limits, errand.weights)
         self._grid = SpaceTime(errand.field, np.array(self._world.goal[:2]), errand.short)
 
     def plan(self, alone: Route | None, current: Plan | None, improve: bool = True) -> Plan:
@@ -222,8 +220,7 @@ class CrowdPlanner:
             forecast.step(x, y, 0.0, 0.0, w)
             near += DT * (min(math.dist((x, y), each) for each in forecast.places) < NEAR)
         worth = self.worth.after(self.worth.spent + begun.turning * DT, self.worth.beside + near)
-        place, speed = begun.before[-1].tolist()
-        drive = reacting(begun.route, forecast, worth, apart, self._levels, self._rise, place, speed, DT, least)
+        drive = reacting(begun.route, forecast, worth, apart, self._gait, begun.before, DT, least)
         return None if drive is None else self._built(begun, drive.places, drive.speeds, start)
 
     def _scheduled(self, routes: Sequence[Begun], people: Array, start: Start, least: float) -> Plan | None:
@@ -232,8 +229,9 @@ class CrowdPlanner:
         for begun in routes:
             worth = self.worth.after(self.worth.spent + begun.turning * DT, self.worth.beside)
             place, speed = begun.before[-1].tolist()
-            crossing = Crossing(people[begun.turning :], APART)
-            found = best_schedule(begun.route, crossing, worth, self._levels, self._rise, place, speed, DT, least)
+            # The filter delays the schedule.
+            crossing = Crossing(people[begun.turning + round(self._gait.delay) :], APART)
+            found = best_schedule(begun.route, crossing, worth, self._gait, place, speed, DT, least)
             if found is not None:
                 best, least = self._built(begun, found.places, found.speeds, start), found.points
         return best
@@ -286,10 +284,11 @@ class CrowdPlanner:
     def _braking(self, begun: Begun, start: Start) -> Plan:
         """Return the plan that comes to rest on a route as soon as the limits allow."""
         place, speed = begun.before[-1].tolist()
-        levels = np.arange(min(round(speed / self._rise), self._levels), -1, -1)
-        moves = 0.5 * self._rise * DT * np.cumsum(levels[:-1] + levels[1:])
+        rise = self._gait.rise
+        levels = np.arange(min(round(speed / rise), self._gait.levels), -1, -1)
+        moves = 0.5 * rise * DT * np.cumsum(levels[:-1] + levels[1:])
         places = np.minimum(place + moves, begun.route.length)
-        return replace(self._built(begun, places, self._rise * levels[1:], start, arrives=False), rests=True)
+        return replace(self._built(begun, places, rise * levels[1:], start, arrives=False), rests=True)
 
     def _still(self, start: Start) -> Plan:
         """Return the plan to stand."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from labgym.envs.robot import ROBOT
 from labgym.navigation import Pose
-from labgym.policies.clairvoyant.crowd import CrowdPlanner, Plan, is_moving
+from labgym.policies.clairvoyant.crowd import URGENT, CrowdPlanner, Plan, is_moving
 from labgym.policies.clairvoyant.errand import Errand
 from labgym.policies.clairvoyant.planning import reference_of
 from labgym.policies.clairvoyant.reference import standing
@@ -109,6 +109,8 @@ class CrowdDrive:
         self._planner.worth = self._planner.worth.after(time - self._began, self._beside)
         self._plan = self._planner.plan(alone, plan, improve)
         self._due = time + (CHECK if not self._plan.rests else RETRY if self._plan.route is None else 0.0)
+        # In time to brake before a touch that is expected.
+        self._due = min(self._due, max(self._plan.touch - URGENT, time + ROBOT.control_dt))
 
     def _stays(self, plan: Plan) -> bool:
         """Return whether a plan is carried out without a check now."""

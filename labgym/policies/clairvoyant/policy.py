@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -66,7 +67,10 @@ class ClairvoyantPolicy(Policy):
             field=floor.derived("clearance field", ClearanceField),
             short=short,
             heading=world.goal[2] if self._docks else None,
-            limits=Limits() if episode.beaker is None else gentle_limits(episode.beaker),
+            limits=replace(
+                Limits() if episode.beaker is None else gentle_limits(episode.beaker),
+                speed=min(world.wheels[0], 1.0) * ROBOT.v_max,
+            ),
             weights=(1.0,) if episode.beaker is None else shaping_weights(episode.beaker.frequency, ROBOT.control_dt),
         )
         self._drive = (
@@ -75,7 +79,9 @@ class ClairvoyantPolicy(Policy):
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:  # noqa: ARG002
         """Follow the plan."""
-        return velocities_to_action(*self._drive.wanted(), ROBOT)
+        v, w = self._drive.wanted()
+        forward, turn, veer = self._world.wheels
+        return velocities_to_action(v / forward, (w - v / forward * veer) / turn, ROBOT)
 
     def stop(self, observation: Observation) -> bool:  # noqa: ARG002
         """Whether braking ends inside the disc or, with a heading or a beaker, the robot rests where it should."""

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.policies.clairvoyant.route import Route
+from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR, Worth
 from labgym.policies.foreknowledge import Forecast
 
@@ -45,10 +45,8 @@ def reacting(
     forecast: Forecast,
     worth: Worth,
     apart: float,
-    levels: int,
-    rise: float,
-    place: float = 0.0,
-    speed: float = 0.0,
+    gait: Gait,
+    before: Array,
     dt: float = 0.1,
     least: float = -math.inf,
 ) -> Reaction | None:
@@ -57,14 +55,15 @@ def reacting(
     Args:
         route: with its speed limits. forecast: the people; it is advanced. worth: of the drive.
         apart: distance that the robot keeps while it moves, meters.
-        levels: number of speeds above 0, up to the greatest one. rise: from one to the next, m/s.
-        place: length along the route now, meters. speed: m/s, one of them. dt: seconds. least: points.
+        gait: speeds, and the filter after them. before: (k, 2) places, meters, and speeds, m/s, until now, before the
+            filter. dt: seconds. least: points.
     """
+    rise, weights = gait.rise, np.array(gait.weights)
     unit = 0.5 * rise * dt
-    level, near = min(round(speed / rise), levels), 0.0
+    place, level, near = float(before[-1, 0]), min(round(float(before[-1, 1]) / rise), gait.levels), 0.0
     along = route.spacing * np.arange(len(route.points))
     fastest = _braked(route, rise / dt)
-    places, speeds = [], []
+    raw = before.tolist()
     for step in range(1, round(LONGEST / dt) + 1):
         if worth.points(step * dt, near) <= least:
             return None
@@ -73,31 +72,42 @@ def reacting(
         for following in (level + 1, level):
             reach = place + (level + following) * unit
             allowed = float(np.interp(reach, along, fastest)) + 1e-9
-            if following <= levels and following * rise <= max(allowed, rise if following > level else 0.0):
+            if following <= gait.levels and following * rise <= max(allowed, rise if following > level else 0.0):
                 if reach + following**2 * unit > route.length + unit:
                     continue
-                if _safe(route, place, level, following, unit, now, then, apart):
+                if _safe(route, place, level, following, unit, now, then, apart, gait.delay):
                     best = following
                     break
         place = min(place + (level + best) * unit, route.length)
         level = best
-        places.append(place)
-        speeds.append(level * rise)
-        (point,), (yaw,), (curvature,) = route.at(np.array([place]))
-        v = level * rise
+        raw.append([place, level * rise])
+        reached, v = (weights @ np.array(raw[: -len(weights) - 1 : -1])).tolist()
+        (point,), (yaw,), (curvature,) = route.at(np.array([reached]))
         x, y = point.tolist()
         forecast.step(x, y, v * math.cos(yaw), v * math.sin(yaw), v * float(curvature))
         if min((math.dist((x, y), each) for each in forecast.places), default=math.inf) < NEAR:
             near += dt
         if level == 0 and place >= route.length - 2.5 * unit:
-            return Reaction(np.array(places), np.array(speeds), near, worth.points(step * dt, near))
+            places, speeds = np.array(raw[len(before) :]).T
+            return Reaction(places, speeds, near, worth.points(step * dt, near))
     return None
 
 
 def _safe(
-    route: Route, place: float, level: int, following: int, unit: float, now: Array, then: Array, apart: float
+    route: Route,
+    place: float,
+    level: int,
+    following: int,
+    unit: float,
+    now: Array,
+    then: Array,
+    apart: float,
+    delay: float,
 ) -> bool:
-    """Return whether the robot may take a speed: whether it then still rests before it touches anybody."""
+    """Return whether the robot may take a speed: whether it then still rests before it touches anybody.
+
+    Its places are reached some steps later, the delay of the filter.
+    """
     if len(now) == 0:
         return True
     levels = [level, following]
@@ -108,7 +118,7 @@ def _safe(
     moves = unit * np.cumsum([before + after for before, after in pairwise(levels)])
     spots = np.minimum(place + np.concatenate([[0.0], moves]), route.length)
     points, steps = route.at(spots)[0], np.arange(len(spots))
-    people = now[None] + (then - now)[None] * steps[:, None, None]
+    people = now[None] + (then - now)[None] * (steps + delay)[:, None, None]
     away = np.hypot(*(points[:, None] - people).transpose(2, 0, 1)).min(axis=1)
     # Somebody at the robot's side may be left behind, but not approached.
     limit = apart if away[0] >= apart else max(float(away[0]), LEAST)

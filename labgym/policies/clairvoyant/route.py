@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,10 +36,30 @@ class Limits:
     turn: float = 1.4
     turn_acceleration: float = 3.2
 
+
+@dataclass(frozen=True)
+class Gait:
+    """How speeds follow each other.
+
+    Attributes:
+        levels: number of speeds above 0. rise: from one to the next in a control step, m/s.
+        weights: of the filter that the speeds pass, newest first, with sum 1.
+    """
+
+    levels: int
+    rise: float
+    weights: tuple[float, ...] = (1.0,)
+
+    @classmethod
+    def of(cls, limits: Limits, weights: Sequence[float] = (1.0,)) -> Gait:
+        """Return the gait that reaches the greatest speed within the acceleration."""
+        levels = math.ceil(limits.speed / (limits.acceleration * ROBOT.control_dt) - 1e-9)
+        return cls(levels, limits.speed / levels, tuple(weights))
+
     @property
-    def levels(self) -> int:
-        """Number of even steps of speed, one for each control step, in which the greatest speed is reached."""
-        return math.ceil(self.speed / (self.acceleration * ROBOT.control_dt) - 1e-9)
+    def delay(self) -> float:
+        """The delay of the filter, control steps."""
+        return sum(age * weight for age, weight in enumerate(self.weights))
 
 
 @dataclass(frozen=True, eq=False)

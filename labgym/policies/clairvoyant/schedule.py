@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.policies.clairvoyant.route import Route
+from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR, Worth
 
 Array = NDArray[np.float64]
@@ -66,8 +66,7 @@ def best_schedule(
     route: Route,
     crossing: Crossing,
     worth: Worth,
-    levels: int,
-    rise: float,
+    gait: Gait,
     place: float = 0.0,
     speed: float = 0.0,
     dt: float = 0.1,
@@ -75,16 +74,17 @@ def best_schedule(
 ) -> Schedule | None:
     """Return the schedule worth most that rests at the end of a route; None if none is worth more than `least`.
 
-    Speeds are multiples of `rise`; in each step the speed stays, rises or falls by one of them. The robot may rest
-    anywhere: nobody walks into a robot at rest. For each time of arrival the schedule with the least time near people
-    is found, and of these the one worth most is taken.
+    Speeds are multiples of the gait's rise; in each step the speed stays, rises or falls by one of them. The robot may
+    rest anywhere: nobody walks into a robot at rest. For each time of arrival the schedule with the least time near
+    people is found, and of these the one worth most is taken.
 
     Args:
         route: with its speed limits. crossing: the people. worth: of the drive.
-        levels: number of speeds above 0, up to the greatest one. rise: from one to the next, m/s.
+        gait: speeds.
         place: length along the route now, meters. speed: m/s, now.
         dt: time step, seconds. least: points.
     """
+    levels, rise = gait.levels, gait.rise
     unit = 0.5 * rise * dt
     count = max(math.ceil((route.length - place) / unit - 1e-6), 0) + 1
     spots = np.minimum(place + unit * np.arange(count), route.length)
