@@ -165,7 +165,7 @@ class Walking(Presence):
 
     @property
     def yields(self) -> NDArray[np.bool_]:
-        """Who avoids the robot while it moves, (n,). Privileged."""
+        """Whether each person avoids the robot while it moves, (n,). Privileged."""
         return np.array(self._crowd.yields, dtype=bool)
 
     def futures(self, times: Sequence[float], path: RobotPath | None = None) -> NDArray[np.float64]:

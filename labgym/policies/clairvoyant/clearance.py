@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 NODE = 0.05
 """Distance between the nodes, meters."""
 FAR = 2.0
-"""Greatest distance that is told apart, meters."""
+"""Distances greater than this count as this, meters."""
 ROWS = 20_000
 """Number of nodes that are computed at a time."""
 

@@ -219,7 +219,7 @@ class CrowdPlanner:
         for (x, y, _), (_, w) in zip(reference.poses[1:].tolist(), reference.velocities[1:].tolist(), strict=True):
             forecast.step(x, y, 0.0, 0.0, w)
             near += DT * (min(math.dist((x, y), each) for each in forecast.places) < NEAR)
-        worth = self.worth.after(self.worth.spent + begun.turning * DT, self.worth.beside + near)
+        worth = self.worth.after(self.worth.spent + begun.turning * DT, self.worth.close + near)
         drive = reacting(begun.route, forecast, worth, apart, self._gait, begun.before, DT, least)
         return None if drive is None else self._built(begun, drive.places, drive.speeds, start)
 
@@ -227,7 +227,7 @@ class CrowdPlanner:
         """Return the plan worth most for people who move as expected; None if none is worth more than `least`."""
         best: Plan | None = None
         for begun in routes:
-            worth = self.worth.after(self.worth.spent + begun.turning * DT, self.worth.beside)
+            worth = self.worth.after(self.worth.spent + begun.turning * DT, self.worth.close)
             place, speed = begun.before[-1].tolist()
             # The filter delays the schedule.
             crossing = Crossing(people[begun.turning + round(self._gait.delay) :], APART)

@@ -20,7 +20,7 @@ ITERATIONS = 150
 
 @dataclass(frozen=True)
 class Band:
-    """What the length of a path is worth; all terms are in meters of length.
+    """Weights of the terms of a path's cost, in meters of length.
 
     Attributes:
         bend: of curvature squared, m2 for each meter. sharp: of curvature beyond `curvature` squared.

@@ -55,7 +55,7 @@ class SpaceTime:
         return float(self._alone[self._cell(point)])
 
     def way(self, start: Array, places: Array, apart: float, near: float, price: float) -> Array | None:
-        """Return the cheapest way, (k, 2) meters at each move; None if there is none.
+        """Return the cheapest way, (k, 2) meters at each move; None if the goal cannot be reached.
 
         Args:
             start: (2,) meters. places: (t, n, 2) centers of people at each move, the first at the start.

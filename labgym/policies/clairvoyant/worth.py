@@ -1,4 +1,4 @@
-"""What a drive among people is worth: points for time, and points for distance from people."""
+"""The worth of a drive among people: points for time, and points for distance from people."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ class Worth:
 
     Attributes:
         ideal: OT, seconds. hurry, distance: the two weights.
-        spent: T so far, seconds. beside: seconds near people so far.
+        spent: T so far, seconds. close: seconds near people so far.
     """
 
     ideal: float
     hurry: float = 1.0
     distance: float = 0.0
     spent: float = 0.0
-    beside: float = 0.0
+    close: float = 0.0
 
     def points(self, seconds: float, near: float = 0.0) -> float:
         """Return the points of a drive that takes so much longer and is so much longer near people, seconds."""
         late = self.hurry * self.ideal / max(self.spent + seconds, self.ideal)
-        return late + self.distance * max(0.0, 1.0 - (self.beside + near) / self.ideal)
+        return late + self.distance * max(0.0, 1.0 - (self.close + near) / self.ideal)
 
     def price(self, seconds: float) -> float:
         """Return what a second near people is worth in seconds of a drive that takes so much longer."""
-        if self.beside >= self.ideal:
+        if self.close >= self.ideal:
             return 0.0
         return self.distance / self.hurry * (max(self.spent + seconds, self.ideal) / self.ideal) ** 2
 
-    def after(self, spent: float, beside: float) -> Worth:
+    def after(self, spent: float, close: float) -> Worth:
         """Return the worth with other seconds so far."""
-        return replace(self, spent=spent, beside=beside)
+        return replace(self, spent=spent, close=close)
