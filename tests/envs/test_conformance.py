@@ -29,6 +29,7 @@ IDS = sorted(name for name in gym.registry if name.startswith("Lab"))
 LIDAR = [name for name in IDS if "Depth" not in name and "RGBD" not in name]
 STEPS, STOPS = 40, 20
 """Steps of a drive, and from one possible STOP to the next."""
+LONG = 1000
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +70,9 @@ def digest(name: str, path: str, seed: int = 7, steps: int = STEPS) -> str:
 
 
 def digests_of_all(path: str) -> dict[str, str]:
-    return {name: digest(name, path) for name in IDS}
+    """The digests of all ids, and those of long drives of the ids whose steps are short."""
+    long = {f"{name}, {LONG} steps": digest(name, path, steps=LONG) for name in LIDAR if not name.startswith("LabNav")}
+    return {**{name: digest(name, path) for name in IDS}, **long}
 
 
 @pytest.fixture(scope="module")
