@@ -17,7 +17,7 @@ from labgym.cli.arguments import (
     PolicyOptions,
     numbers,
 )
-from labgym.cli.episodes import view_episode
+from labgym.cli.episodes import view_episode, watch_episode
 from labgym.cli.outcome import DONE, written
 from labgym.cli.viewing import watch
 from labgym.errors import OptionError
@@ -97,8 +97,8 @@ def view(
             floor of floors-val by --seed.
         level: Level of the task, 1 to 3.
         episode: With --task, a published episode in place of a drawn one, such as floors-val-0003/1.
-        web: Serve the laboratories on 127.0.0.1 with a robot that drives their goal pairs, and its sensors, until
-            Ctrl-C; nothing is written. The arguments below are for --web.
+        web: Serve the laboratories on 127.0.0.1 with a robot that drives their goal pairs, or the episode of --task,
+            and its sensors, until Ctrl-C; nothing is written. The arguments below are for --web.
         suite: Name of a suite (test, val, navdp_compat), or its .json file, whose episodes the robot drives.
         policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help).
         pair: Index of the first goal pair, in the first layout.
@@ -117,7 +117,7 @@ def view(
         if camera != "topdown" or pair:
             raise OptionError("--task shows an episode of LabNav: leave out --camera and --pair")
         if web:
-            raise OptionError("--task draws a picture; --web shows layouts and the suites of layouts: leave one out")
+            return watch_episode(task, level, episode, seed, policy, options, port)
         return view_episode(task, level, episode, seed, out, (width, height))
     if episode is not None or level != 2:
         raise OptionError("--level and --episode are for --task: name a task of LabNav")

@@ -1,14 +1,17 @@
-"""`labgym view --task`: the world of a LabNav episode as a picture."""
+"""`labgym view --task`: the world of a LabNav episode as a picture, or in the browser."""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from labgym.cli.outcome import written
+from labgym.cli.arguments import PolicyOptions, allow_local_modules, parse_options
+from labgym.cli.outcome import DONE, written
 
 if TYPE_CHECKING:
     from labgym.envs.labnav.episodes import LabNavEpisode
+    from labgym.eval.labnav.drive import LabNavDrive
     from labgym.layouts import Layout
 
 SIZE = (900, 560)
@@ -36,6 +39,31 @@ def view_episode(
     layout, chosen = _episode(task, level, episode, seed)
     world = EpisodeWorld.of(task, level, chosen, layout)
     return written(save_episode_picture(episode_picture(world, width, height), out))
+
+
+def watch_episode(
+    task: str, level: int, episode: str | None, seed: int, policy: str, options: PolicyOptions, port: int
+) -> int:
+    """Show a policy on an episode in the browser; the arguments are those of `labgym view`."""
+    from labgym.cli.viewing import opened
+    from labgym.eval.driving.runner import open_driver, policy_source
+    from labgym.policies.kernels import kernel_mode
+    from labgym.viewer import Console, LabNavShow, LabNavWatch, run_viewer
+
+    allow_local_modules()
+    watch = LabNavWatch.of(task, level, *_episode(task, level, episode, seed))
+    source = policy_source(policy, parse_options(options))
+    with open_driver(policy, source, None, kernel_mode(), isolated=True) as driver:
+        show = LabNavShow((watch,), driver, policy, Console(), seed, _print)
+        with suppress(KeyboardInterrupt):
+            run_viewer(show, port, 0, opened)
+    return DONE
+
+
+def _print(drive: LabNavDrive) -> None:
+    row = drive.row
+    contact = f" ({row.contact})" if row.contact else ""
+    print(f"{row.key}: {row.ending}{contact} after {row.time:.1f} s, score {row.score:.3f}", flush=True)
 
 
 def _episode(task: str, level: int, episode: str | None, seed: int) -> tuple[Layout, LabNavEpisode]:

@@ -44,7 +44,7 @@ def watch(
     try:
         show = Show(episodes, rules, driver, policy, Console(), seed, finished=_print)
         with suppress(KeyboardInterrupt):
-            run_viewer(show, port, first, _opened)
+            run_viewer(show, port, first, opened)
     finally:
         driver.close()
     return DONE
@@ -93,7 +93,7 @@ def play(
     console = Console()
     show = Show(episodes, rules, Person(console), name, console, waits=True, finished=finished)
     with suppress(KeyboardInterrupt):
-        run_viewer(show, port, 0, _opened)
+        run_viewer(show, port, 0, opened)
     if out is not None and drives:
         written(out)
     if film is not None and drives:
@@ -150,7 +150,8 @@ def _film(layout: Layout, drive: Drive, path: Path) -> None:
     written(film.save_film(tqdm(pictures, "film", len(drive.route)), path))
 
 
-def _opened(url: str) -> None:
+def opened(url: str) -> None:
+    """Print the address of a page."""
     print(f"Open {url} in a browser of this machine; press Ctrl-C to stop", flush=True)
 
 

@@ -44,11 +44,6 @@ def description(episode: Episode, success_distance: float) -> dict[str, Any]:
     """Return what the page draws of an episode: its ends, its shortest path and the plan; meters, room frame."""
     layout, pair = episode.layout, episode.assignment.pair
     path = ShortestPaths(layout).path(pair.start[:2], pair.goal[:2])
-    floor = layout.floor
-    bounds = (0.0, 0.0, floor.room.width, floor.room.depth) if floor.is_rectangle else floor.bounds
-    walls = [box.corners() for box in building_solids(floor).values() if box.z0 < OBSTACLE_HEIGHT]
-    boxes = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
-    furniture = [box.corners() for box in boxes if box.z0 < OBSTACLE_HEIGHT]
     return {
         "label": episode.label,
         "layout": layout.id,
@@ -58,6 +53,18 @@ def description(episode: Episode, success_distance: float) -> dict[str, Any]:
         "success_distance": success_distance,
         "shortest": None if path is None else round(path.length, 3),
         "path": [] if path is None else np.round(path.points, 3).tolist(),
+        **plan_of(layout),
+    }
+
+
+def plan_of(layout: Layout) -> dict[str, Any]:
+    """Return what the page draws of a floor: bounds, walls and furniture below 1.4 m, as corners in meters."""
+    floor = layout.floor
+    bounds = (0.0, 0.0, floor.room.width, floor.room.depth) if floor.is_rectangle else floor.bounds
+    walls = [box.corners() for box in building_solids(floor).values() if box.z0 < OBSTACLE_HEIGHT]
+    boxes = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
+    furniture = [box.corners() for box in boxes if box.z0 < OBSTACLE_HEIGHT]
+    return {
         "bounds": [round(float(value), 3) for value in bounds],
         "walls": [np.round(corners, 3).tolist() for corners in walls],
         "furniture": [np.round(corners, 3).tolist() for corners in furniture],

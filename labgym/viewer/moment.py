@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.sensors import RANGE, Camera, Lidar
+from labgym.envs.state import State
 from labgym.envs.world import World
 from labgym.eval.driving.episode_row import EpisodeRow
 
@@ -28,6 +29,8 @@ class Moment:
         pose: x, y, yaw. distance: to the goal. touching: whether the robot touches something.
         lidar: ranges as in the environment's observation. color, depth: camera images, PNG in base64.
         result: outcome of the finished episode, and None before.
+        bodies: what moves besides the robot: number of its shape, x, y, yaw. people: x, y, yaw of each person, and
+            whether the person yields (1) or does not see the robot (0).
     """
 
     phase: str
@@ -46,6 +49,8 @@ class Moment:
     paused: bool = False
     speed: float = 1.0
     result: dict[str, Any] | None = None
+    bodies: tuple[tuple[int, float, float, float], ...] = ()
+    people: tuple[tuple[float, float, float, int], ...] = ()
 
     def record(self) -> dict[str, Any]:
         """Return the data of a message to the page."""
@@ -77,6 +82,36 @@ class Senses:
             lidar=tuple(np.round(self._lidar.scan(world.solid, pose).astype(float), 3).tolist()),
             color=_png(color[..., ::-1]),
             depth=_png(_shades(depth)),
+        )
+
+    def of_state(
+        self,
+        state: State,
+        phase: str,
+        episode: int,
+        attempt: int,
+        bodies: tuple[tuple[int, float, float, float], ...],
+        people: tuple[tuple[float, float, float, int], ...],
+    ) -> Moment:
+        """Return the moment of an environment's state, with what moves besides the robot."""
+        x, y, yaw = state.pose
+        color, depth = self._camera.colour_and_depth(state.rays("visual"), state.pose)
+        return Moment(
+            phase=phase,
+            episode=episode,
+            attempt=attempt,
+            pose=(round(x, 4), round(y, 4), round(yaw, 4)),
+            distance=round(state.distance, 3),
+            path_length=round(state.path_length, 3),
+            time=round(state.time, 3),
+            contacts=state.contacts,
+            touching=bool(state.touched),
+            clearance=round(state.clearance, 3),
+            lidar=tuple(np.round(self._lidar.scan(state.rays("solid"), state.pose).astype(float), 3).tolist()),
+            color=_png(color[..., ::-1]),
+            depth=_png(_shades(depth)),
+            bodies=bodies,
+            people=people,
         )
 
 

@@ -15,10 +15,9 @@ from labgym.errors import DocumentError, LabgymError
 from labgym.policies.http.bounded import BoundedHandler, BoundedServer
 from labgym.scenes.files import glb_bytes
 from labgym.viewer.console import Command
-from labgym.viewer.episodes import description
 from labgym.viewer.origin import foreign_problem
 from labgym.viewer.robot_glb import robot_glb
-from labgym.viewer.show import Show
+from labgym.viewer.show import Stage
 
 HOST = "127.0.0.1"
 MAX_BODY = 1024
@@ -59,7 +58,7 @@ class ViewerServer(BoundedServer):
         OptionError: the port is not available.
     """
 
-    def __init__(self, show: Show, port: int = 8000) -> None:
+    def __init__(self, show: Stage, port: int = 8000) -> None:
         self.show = show
         self.streams = threading.BoundedSemaphore(MAX_STREAMS)
         self.closing = threading.Event()
@@ -74,14 +73,14 @@ class ViewerServer(BoundedServer):
 
     def scene(self, number: int) -> bytes:
         """Return the scene of an episode's layout as binary glTF; the last ones stay in memory."""
-        layout = self.show.episodes[number].layout
+        layout = self.show.layout(number)
         with self._compiling:
-            if layout.id not in self._scenes:
+            if layout.hash not in self._scenes:
                 content = glb_bytes(layout)
                 while len(self._scenes) >= SCENES:
                     del self._scenes[next(iter(self._scenes))]
-                self._scenes[layout.id] = content
-            return self._scenes[layout.id]
+                self._scenes[layout.hash] = content
+            return self._scenes[layout.hash]
 
     def server_close(self) -> None:
         """Stop listening and end the streams."""
@@ -104,10 +103,12 @@ class _Handler(BoundedHandler):
             self._answer(HTTPStatus.OK, robot_glb(), "model/gltf-binary")
         elif path == "/episodes.json":
             show = self.server.show
-            labels = [episode.label for episode in show.episodes]
-            self._json({"episodes": labels, "driver": show.label, "person": show.waits, "suite": show.suite.label})
+            content = {"episodes": show.labels, "driver": show.label, "person": show.waits, "suite": show.suite_label}
+            self._json(content)
         elif path == "/events":
             self._stream()
+        elif path.startswith("/shape/"):
+            self._shape(path)
         else:
             self._episode_part(path)
 
@@ -136,18 +137,28 @@ class _Handler(BoundedHandler):
         """Answer with /episode/N.json or /episode/N.glb."""
         stem, _, kind = path.removeprefix("/episode/").partition(".")
         show = self.server.show
-        if not (path.startswith("/episode/") and stem.isdecimal() and len(stem) < 7 and int(stem) < len(show.episodes)):
+        if not (path.startswith("/episode/") and stem.isdecimal() and len(stem) < 7 and int(stem) < len(show.labels)):
             self._problem(HTTPStatus.NOT_FOUND, "no such page")
             return
         try:
             if kind == "glb":
                 self._answer(HTTPStatus.OK, self.server.scene(int(stem)), "model/gltf-binary")
             elif kind == "json":
-                self._json(description(show.episodes[int(stem)], show.suite.success_distance))
+                self._json(show.description(int(stem)))
             else:
                 self._problem(HTTPStatus.NOT_FOUND, "no such page")
         except LabgymError as error:
             self._problem(HTTPStatus.INTERNAL_SERVER_ERROR, str(error))
+
+    def _shape(self, path: str) -> None:
+        """Answer with /shape/N.glb."""
+        stem, _, kind = path.removeprefix("/shape/").partition(".")
+        known = kind == "glb" and stem.isdecimal() and len(stem) < 7
+        content = self.server.show.shape(int(stem)) if known else None
+        if content is None:
+            self._problem(HTTPStatus.NOT_FOUND, "no such page")
+        else:
+            self._answer(HTTPStatus.OK, content, "model/gltf-binary")
 
     def _stream(self) -> None:
         """Send the moments of the drive as server-sent events until the page leaves; late pages skip moments."""

@@ -6,10 +6,10 @@ import threading
 from collections.abc import Callable
 
 from labgym.viewer.server import ViewerServer
-from labgym.viewer.show import Show
+from labgym.viewer.show import Stage
 
 
-def run_viewer(show: Show, port: int, first: int = 0, opened: Callable[[str], None] = lambda _: None) -> None:
+def run_viewer(show: Stage, port: int, first: int = 0, opened: Callable[[str], None] = lambda _: None) -> None:
     """Serve a show on loopback and drive it in this thread until an exception such as KeyboardInterrupt ends it.
 
     Args:

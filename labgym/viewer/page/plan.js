@@ -1,6 +1,6 @@
 // The plan of a floor with the robot, its lidar, the shortest path and the way driven.
 
-const INK = '#3c444b', FURNITURE = '#b9c0c6', PATH = '#0f6fb5', TRAIL = '#d97706', GOAL = '#2c7a3f', HIT = '#00a3a3';
+const INK = '#3c444b', FURNITURE = '#b9c0c6', PATH = '#0f6fb5', TRAIL = '#d97706', GOAL = '#2c7a3f', HIT = '#00a3a3', YIELDS = '#8e63b8', UNSEEING = '#5a2a86';
 
 export class Plan {
   constructor(canvas) {
@@ -22,12 +22,13 @@ export class Plan {
     this.bottom = (this.canvas.height + (y1 - y0) * this.scale) / 2 + y0 * this.scale;
   }
 
-  draw(pose, lidarPoints, trail) {
+  draw(pose, lidarPoints, trail, people = []) {
     if (!this.episode) return;
     const c = this.context, e = this.episode;
     c.fillStyle = '#f7f7f4';
     c.fillRect(0, 0, this.canvas.width, this.canvas.height);
     for (const corners of e.furniture) this.polygon(corners, FURNITURE);
+    for (const [color, corners] of e.changes ?? []) this.polygon(corners, color);
     for (const corners of e.walls) this.polygon(corners, INK);
     this.line(e.path, PATH, 3, [9, 6]);
     this.line(trail, TRAIL, 3.5, []);
@@ -38,6 +39,13 @@ export class Plan {
     c.beginPath();
     c.arc(this.x(e.goal[0]), this.y(e.goal[1]), e.success_distance * this.scale, 0, 2 * Math.PI);
     c.stroke();
+    for (const [x, y, yaw, yields] of people) {
+      c.fillStyle = yields ? YIELDS : UNSEEING;
+      c.beginPath();
+      c.arc(this.x(x), this.y(y), Math.max(0.26 * this.scale, 4), 0, 2 * Math.PI);
+      c.fill();
+      this.line([[x, y], [x + 0.5 * Math.cos(yaw), y + 0.5 * Math.sin(yaw)]], c.fillStyle, 3, []);
+    }
     if (!pose) return;
     c.save();
     c.translate(this.x(pose[0]), this.y(pose[1]));

@@ -49,6 +49,8 @@ shade.position.z = 0.006;
 room.add(hits, fan, way, shade);
 
 const plan = new Plan(element('plan'));
+const crowd = new THREE.Group(), shapes = new Map(), figuresOf = [];
+scene.add(crowd);
 let episode = null, moment = null, drawn = null, trail = [], lidarPoints = [], shownAttempt = -1, loading = null, mode = 'follow', paused = false;
 
 const loadGlb = async (url) => {
@@ -125,6 +127,39 @@ async function load(number) {
   document.body.dataset.scene = 'ready';
   send({ loaded: number });
   announce();
+}
+
+// What moves besides the robot: each body is a group with the meshes of its shape, which episodes share.
+function shapeOf(number) {
+  if (!shapes.has(number)) shapes.set(number, loadGlb(`shape/${number}.glb`).then(merged));
+  return shapes.get(number);
+}
+
+function stand(bodies) {
+  bodies.forEach(([number, x, y, yaw], i) => {
+    let body = figuresOf[i];
+    if (!body || body.number !== number) {
+      if (body) crowd.remove(body.group);
+      body = figuresOf[i] = { number, group: new THREE.Group(), pose: [x, y, yaw], target: [x, y, yaw] };
+      crowd.add(body.group);
+      const { group } = body;
+      shapeOf(number).then((meshes) => group.add(...meshes.map((mesh) => new THREE.Mesh(mesh.geometry, mesh.material)))).catch(() => {});
+    }
+    if (Math.hypot(x - body.pose[0], y - body.pose[1]) > 1) body.pose = [x, y, yaw];
+    body.target = [x, y, yaw];
+  });
+  for (const gone of figuresOf.splice(bodies.length)) crowd.remove(gone.group);
+}
+
+function moveCrowd(share) {
+  for (const { group, pose, target } of figuresOf) {
+    const turn = target[2] - pose[2];
+    pose[0] += share * (target[0] - pose[0]);
+    pose[1] += share * (target[1] - pose[1]);
+    pose[2] += share * Math.atan2(Math.sin(turn), Math.cos(turn));
+    group.position.set(pose[0], 0, -pose[1]);
+    group.rotation.y = pose[2];
+  }
 }
 
 function light([x0, y0, x1, y1]) {
@@ -210,6 +245,8 @@ function receive(next) {
     way.geometry = band(trail, 0.07, 0.014);
   }
   way.visible = trail.length > 1;
+  stand(next.bodies);
+  document.body.dataset.bodies = next.bodies.length;
   figures(next);
 }
 
@@ -243,8 +280,8 @@ function announce() {
   if (document.body.dataset.scene !== 'ready' || !moment) return;
   if (moment.phase === 'ready') return say('Your turn', 'Drive to the green ring with the arrow keys or W A S D. The clock starts with the first key.');
   if (moment.phase !== 'finished') return say(paused ? 'Paused' : '');
-  const r = moment.result, spl = r.spl === null ? '' : `SPL ${r.spl.toFixed(3)}, `;
-  const words = `${spl}${r.contacts} contacts, ${r.path_length.toFixed(2)} m in ${r.time.toFixed(1)} s${r.error ? `; ${r.error}` : ''}`;
+  const r = moment.result, spl = r.spl === undefined || r.spl === null ? '' : `SPL ${r.spl.toFixed(3)}, `;
+  const words = r.words ?? `${spl}${r.contacts} contacts, ${r.path_length.toFixed(2)} m in ${r.time.toFixed(1)} s${r.error ? `; ${r.error}` : ''}`;
   return say(r.success ? 'Goal reached' : `Not reached: ${r.final_distance.toFixed(2)} m away`, words, r.success ? 'good' : 'bad', true);
 }
 
@@ -346,7 +383,8 @@ function frame(now) {
     robot.rotation.y = drawn[2];
     shade.position.set(drawn[0], drawn[1], 0.006);
     if (mode === 'follow') follow(seconds, jump);
-    plan.draw(drawn, lidarPoints, trail);
+    moveCrowd(share);
+    plan.draw(drawn, lidarPoints, trail, moment.people);
   }
   if (mode !== 'follow') orbit.update();
   renderer.render(scene, camera);
