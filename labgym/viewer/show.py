@@ -48,7 +48,7 @@ class Stage(ABC):
     @property
     @abstractmethod
     def labels(self) -> list[str]:
-        """What the page lists: a line for each episode."""
+        """A line for each episode, which the page lists."""
 
     @property
     @abstractmethod
