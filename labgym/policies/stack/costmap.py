@@ -52,6 +52,7 @@ class Costmap:
 
     Attributes:
         evidence: (ny, nx) int16, cells around the nodes of `static`; above 0 is marked.
+        unexplained: (m, 2) returns of the latest scan that the map does not explain, meters.
     """
 
     def __init__(self, static: DistanceField, seen: DistanceField, exact: bool = True, clearing: bool = True) -> None:
@@ -59,7 +60,9 @@ class Costmap:
         self._loose: cKDTree | None = None
         self.evidence: NDArray[np.int16] = np.zeros(static.values.shape, np.int16)
         self._marks: Index = np.empty(0, dtype=np.intp)
+        self._guesses: Index = np.empty(0, dtype=np.intp)
         self._near = np.full((1, 1), FAR, dtype=np.float32)
+        self.unexplained: Array = np.empty((0, 2))
         self._corner, self._middle, self._stale = (0, 0), (math.inf, math.inf), True
 
     def observe(self, pose: Pose, ranges: Array, points: Array, ignored: NDArray[np.bool_]) -> Array:
@@ -81,6 +84,7 @@ class Costmap:
         evidence = self.evidence.reshape(-1)
         cells = self._flat(new)
         fresh = evidence[cells] <= 0
+        self.unexplained = new
         hit = np.unique(cells)
         evidence[hit] = np.minimum(evidence[hit] + HIT, MOST)
         self._remember(np.union1d(self._marks, hit))
@@ -90,7 +94,7 @@ class Costmap:
     def clearance(self, points: Array) -> Array:
         """Return the distance from points (n, 2) near the robot to the nearest obstacle, (n,) meters."""
         least = self._static.at(points)
-        if len(self._marks):
+        if len(self._marks) or len(self._guesses):
             rows, columns = self._cells(points)
             ny, nx = self._near.shape
             rows = np.minimum(np.maximum(rows - self._corner[0], 0), ny - 1)
@@ -100,14 +104,23 @@ class Costmap:
             return np.asarray(least)
         return np.asarray(np.minimum(least, self._loose.query(points, distance_upper_bound=CARE)[0]))
 
-    def everywhere(self, marks: bool = True) -> tuple[OccupancyGrid, Array]:
+    def guess(self, points: Array) -> None:
+        """Set the places (n, 2) at which something is assumed to be, meters, in place of those before."""
+        guesses = np.unique(self._flat(points))
+        self._stale = self._stale or not np.array_equal(guesses, self._guesses)
+        self._guesses = guesses
+
+    def everywhere(self, marks: bool = True, guesses: bool = True) -> tuple[OccupancyGrid, Array]:
         """Return the occupied cells, and the clearance at the center of every cell, (ny, nx) meters.
 
         Args:
-            marks: whether to include what the lidar has marked.
+            marks: whether to include what the lidar has marked. guesses: whether to include what is assumed.
         """
         static, step = self._static, self._static.resolution
-        clearance = np.minimum(static.values, _distances((self.evidence > 0) & marks, step))
+        marked = (self.evidence > 0) & marks
+        if guesses:
+            marked.reshape(-1)[self._guesses] = True
+        clearance = np.minimum(static.values, _distances(marked, step))
         origin = static.origin[0] - step / 2.0, static.origin[1] - step / 2.0
         return OccupancyGrid(clearance <= 0.0, step, origin), clearance
 
@@ -143,7 +156,12 @@ class Costmap:
         (row,), (column,) = self._cells(np.array([pose[:2]]))
         half = round(WINDOW / step)
         top, left = max(0, int(row) - half), max(0, int(column) - half)
-        marked = self.evidence[top : int(row) + half, left : int(column) + half] > 0
+        bottom, right = int(row) + half, int(column) + half
+        marked = self.evidence[top:bottom, left:right] > 0
+        if len(self._guesses):
+            rows, columns = np.divmod(self._guesses, self._static.values.shape[1])
+            inside = (rows >= top) & (rows < bottom) & (columns >= left) & (columns < right)
+            marked[rows[inside] - top, columns[inside] - left] = True
         self._corner, self._middle, self._stale = (top, left), pose[:2], False
         self._near = _distances(marked, step)
 

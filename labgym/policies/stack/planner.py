@@ -76,10 +76,10 @@ class Plan:
 def planned(costmap: Costmap, start: Pose, goal: tuple[float, float]) -> Plan | None:
     """Return a plan from a pose to a goal, meters in the map's frame; None if even the map leaves no path.
 
-    If marks close every way, the plan ignores them: what stands there may leave.
+    If guesses close every way, the plan ignores them; if marks do, it ignores them, too: what stands there may leave.
     """
-    for marks in (True, False):
-        grid, clearance = costmap.everywhere(marks)
+    for marks, guesses in ((True, True), (True, False), (False, False)):
+        grid, clearance = costmap.everywhere(marks, guesses)
         for radius in RADII:
             options = PlannerOptions(radius, COMFORT, AVERSION, SNAP)
             path = GridPlanner(grid, options, clearance=clearance, search=compiled_search()).plan(start[:2], goal)

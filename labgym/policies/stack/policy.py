@@ -24,6 +24,7 @@ from labgym.policies.stack.docking import Station
 from labgym.policies.stack.localization import Localizer
 from labgym.policies.stack.mounting import Mounting
 from labgym.policies.stack.old_map import OldMap
+from labgym.policies.stack.panes import Panes
 from labgym.policies.stack.people import Crowd
 from labgym.policies.stack.planner import Plan, planned
 from labgym.policies.stack.recovery import Recovery
@@ -104,6 +105,7 @@ class StackPolicy(Policy):
         self._costmap = Costmap(old.clearance, old.seen, exact, clearing)
         things = episode.task in DRIFTING
         self._crowd = Crowd(episode.robot.control_dt, things) if episode.task in PEOPLED else None
+        self._panes = Panes() if episode.task in SEE_THROUGH else None
         self._mounting = Mounting(old.seen, truth.pair.goal) if episode.task in MISMOUNTED else None
         self._begin(episode, truth, old)
 
@@ -198,6 +200,8 @@ class StackPolicy(Policy):
         if self._crowd is not None:
             walking = self._crowd.observe(pose, points, self._map[1].seen.at(points) > 1.5 * UNEXPLAINED)
         self._costmap.observe(pose, ranges, points, walking)
+        if self._panes is not None:
+            self._costmap.guess(self._panes.observe(pose, ranges, self._costmap.unexplained))
         if self._docking:
             self._station.observe(pose if self._mounting is None else compose(pose, self._mounting.offset), ranges)
 

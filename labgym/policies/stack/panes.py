@@ -1,0 +1,117 @@
+"""Panes of glass: straight lines through single returns, drawn on to where the lidar could not have seen them yet."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.sensors import LIDAR_RAYS
+from labgym.navigation import Pose
+
+Array = NDArray[np.float64]
+
+ON, NEAR = 0.12, 1.3
+"""Distance from a line within which a return belongs to it, and from its ends along it, meters."""
+FURTHER = 0.8
+"""Length by which a pane is drawn on beyond what was seen of it, meters."""
+SQUARE = math.cos(math.radians(7.0))
+"""Cosine of the angle to a pane's normal up to which the lidar certainly sees it."""
+BEHIND = 0.15
+"""Distance by which a ray must pass a place for nothing to be there, meters."""
+FITTED, EXTENT = 5, 0.15
+"""Number of returns and their extent, meters, from which their line is fitted; before, it is square to the ray."""
+MOST = 300
+"""Greatest number of returns of a pane that are stored."""
+SPACING = 0.04
+"""Distance between the points of a pane, meters."""
+
+
+class Pane:
+    """A pane that was seen in part: a line, the part seen, and the places along it that are known to be open."""
+
+    def __init__(self, point: Array, pose: Pose) -> None:
+        self._points: list[Array] = [point]
+        away = point - np.array(pose[:2])
+        self._square = np.array([-away[1], away[0]]) / max(float(np.linalg.norm(away)), 1e-9)
+        self.low, self.high = -math.inf, math.inf
+        self._fit()
+
+    def holds(self, point: Array) -> bool:
+        """Whether a return belongs to the pane."""
+        offset = point - self.middle
+        along, across = float(offset @ self.along), float(offset @ self.normal)
+        return abs(across) < ON and self.first - NEAR < along < self.last + NEAR
+
+    def add(self, point: Array) -> None:
+        """Take in a return of the pane."""
+        if len(self._points) < MOST:
+            self._points.append(point)
+        place = float((point - self.middle) @ self.along)
+        # What was seen is there, whatever a ray suggested.
+        self.low, self.high = min(self.low, place), max(self.high, place)
+        self._fit()
+
+    def open(self, pose: Pose, ranges: Array) -> None:
+        """Note where rays at right angles pass the line beyond what was seen of it."""
+        places = np.concatenate([self.first - self._steps, self.last + self._steps])
+        points = self.middle + places[:, None] * self.along
+        dx, dy = points[:, 0] - pose[0], points[:, 1] - pose[1]
+        away = np.maximum(np.hypot(dx, dy), 1e-9)
+        bearing = np.arctan2(dy, dx) - pose[2]
+        ray = np.round((bearing + math.pi) / (2.0 * math.pi) * LIDAR_RAYS).astype(np.intp) % LIDAR_RAYS
+        square = np.abs(dx * self.normal[0] + dy * self.normal[1]) / away > SQUARE
+        passed = places[square & (ranges[ray] > away + BEHIND)]
+        before, after = passed[passed < self.first], passed[passed > self.last]
+        self.low = max(self.low, float(before.max(initial=-math.inf)))
+        self.high = min(self.high, float(after.min(initial=math.inf)))
+
+    @property
+    def points(self) -> Array:
+        """Points of the pane and of its assumed continuation, (n, 2) meters."""
+        first, last = max(self.first - FURTHER, self.low), min(self.last + FURTHER, self.high)
+        count = max(2, math.ceil((last - first) / SPACING) + 1)
+        return np.asarray(self.middle + np.linspace(first, last, count)[:, None] * self.along)
+
+    @property
+    def _steps(self) -> Array:
+        return np.arange(SPACING, FURTHER + SPACING, SPACING)
+
+    def _fit(self) -> None:
+        """Fit the line; places along it are counted from its first return."""
+        points = np.array(self._points)
+        along = self._square
+        if len(points) >= FITTED:
+            centered = points - points.mean(axis=0)
+            _, sizes, axes = np.linalg.svd(centered, full_matrices=False)
+            if float(np.ptp(centered @ axes[0])) > EXTENT and sizes[1] < 0.3 * sizes[0]:
+                along = axes[0] if float(axes[0] @ self._square) > 0.0 else -axes[0]
+        self.middle, self.along = points[0], along
+        self.normal = np.array([-along[1], along[0]])
+        places = (points - self.middle) @ along
+        self.first, self.last = float(places.min()), float(places.max())
+
+
+class Panes:
+    """The panes that were seen so far, in a world whose map lacks nothing else."""
+
+    def __init__(self) -> None:
+        self._panes: list[Pane] = []
+
+    def observe(self, pose: Pose, ranges: Array, returns: Array) -> Array:
+        """Take in a scan and return points of all panes and of their assumed continuations, (n, 2) meters.
+
+        Args:
+            pose: of the robot in the map's frame. ranges: (180,) of the scan, meters.
+            returns: (m, 2) those that the map does not explain, in the map's frame, meters.
+        """
+        for point in returns:
+            pane = next((each for each in self._panes if each.holds(point)), None)
+            if pane is None:
+                self._panes.append(Pane(point, pose))
+            else:
+                pane.add(point)
+        for pane in self._panes:
+            pane.open(pose, ranges)
+        return np.concatenate([pane.points for pane in self._panes]) if self._panes else np.empty((0, 2))
