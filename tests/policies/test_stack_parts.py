@@ -22,6 +22,7 @@ from labgym.policies.stack.field import REACH, DistanceField
 from labgym.policies.stack.localization import Localizer
 from labgym.policies.stack.mounting import Mounting
 from labgym.policies.stack.old_map import OldMap, ray_lengths
+from labgym.policies.stack.panes import FURTHER, Panes
 from labgym.policies.stack.people import Crowd, Person, approach_cost, clusters, way_cost
 from labgym.policies.stack.planner import Plan, planned
 from labgym.policies.stack.waiting import Waiting
@@ -364,3 +365,42 @@ def test_the_place_of_the_lidar_follows_from_scans_of_the_map_to_millimeters(off
     assert mounting.offset[2] == pytest.approx(offset[2], abs=math.radians(0.2))
     corner = np.array([[1.0, 2.0]])
     assert mounting.corrected(corner) == pytest.approx(to_world(corner, mounting.offset))
+
+
+def glass_scan(pose, pane=((-0.8, 2.0), (0.8, 2.0))) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ranges (180,) and the returns of a lidar that sees a pane along x up to 10 degrees off its normal."""
+    angles = pose[2] - math.pi + 2.0 * math.pi / 180 * np.arange(180)
+    (x0, y), (x1, _) = pane
+    away = (y - pose[1]) / np.where(np.abs(np.sin(angles)) < 1e-9, 1e-9, np.sin(angles))
+    place = pose[0] + away * np.cos(angles)
+    seen = (away > 0.0) & (place >= x0) & (place <= x1) & (np.abs(np.sin(angles)) > math.cos(math.radians(10.0)))
+    ranges = np.where(seen, away, 10.0)
+    return ranges, np.column_stack([place[seen], np.full(int(seen.sum()), y)])
+
+
+def test_a_pane_is_drawn_on_from_what_was_seen_of_it_and_ends_where_rays_pass():
+    panes, points = Panes(), np.empty((0, 2))
+    for step in np.linspace(0.0, 1.0, 12):
+        pose = (-0.6 + 0.4 * step, 0.4 + 0.5 * step, 0.8)
+        points = panes.observe(pose, *glass_scan(pose))
+    seen = -0.2 + 1.1 * math.tan(math.radians(10.0))
+    assert np.abs(points[:, 1] - 2.0).max() < 0.02
+    assert points[:, 0].max() == pytest.approx(seen + FURTHER, abs=0.08)
+    for x in np.linspace(-0.2, 1.4, 40):
+        points = panes.observe((x, 1.2, 1.5), *glass_scan((x, 1.2, 1.5)))
+    assert points[:, 0].max() == pytest.approx(0.8, abs=0.1)
+    panes.doubt()
+    assert panes.observe((1.4, 1.2, 1.5), *glass_scan((1.4, 1.2, 1.5)))[:, 0].min() > points[:, 0].min()
+
+
+def test_a_guess_is_an_obstacle_until_it_closes_every_way():
+    layers = costmap()
+    layers.guess(np.column_stack([np.full(40, 2.0), np.linspace(0.0, 2.0, 40)]))
+    around = planned(layers, HERE, (3.5, 1.5))
+    assert around is not None
+    assert layers.clearance(np.array([[1.7, 1.0]]))[0] == pytest.approx(0.3, abs=0.03)
+    assert around.remaining > 2.7
+    layers.guess(np.column_stack([np.full(70, 2.0), np.linspace(0.0, 3.0, 70)]))
+    through = planned(layers, HERE, (3.5, 1.5))
+    assert through is not None
+    assert through.remaining < 2.7

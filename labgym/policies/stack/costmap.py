@@ -58,6 +58,7 @@ class Costmap:
     def __init__(self, static: DistanceField, seen: DistanceField, exact: bool = True, clearing: bool = True) -> None:
         self._static, self._seen, self._exact, self._clearing = static, seen, exact, clearing
         self._loose: cKDTree | None = None
+        self._returns: Array = np.empty((0, 2))
         self.evidence: NDArray[np.int16] = np.zeros(static.values.shape, np.int16)
         self._marks: Index = np.empty(0, dtype=np.intp)
         self._guesses: Index = np.empty(0, dtype=np.intp)
@@ -80,6 +81,7 @@ class Costmap:
         off = np.where(near & ~ignored, self._seen.at(points), -math.inf)
         new = points[off > UNEXPLAINED]
         loose = points[off > OFF] if self._exact else new
+        self._returns = loose
         self._loose = cKDTree(loose) if len(loose) else None
         evidence = self.evidence.reshape(-1)
         cells = self._flat(new)
@@ -109,6 +111,9 @@ class Costmap:
         guesses = np.unique(self._flat(points))
         self._stale = self._stale or not np.array_equal(guesses, self._guesses)
         self._guesses = guesses
+        if len(points):
+            # Cells are too coarse for what the robot slides along.
+            self._loose = cKDTree(np.concatenate([self._returns, points]))
 
     def everywhere(self, marks: bool = True, guesses: bool = True) -> tuple[OccupancyGrid, Array]:
         """Return the occupied cells, and the clearance at the center of every cell, (ny, nx) meters.

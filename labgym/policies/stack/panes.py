@@ -14,12 +14,14 @@ Array = NDArray[np.float64]
 
 ON, NEAR = 0.12, 1.3
 """Distance from a line within which a return belongs to it, and from its ends along it, meters."""
-FURTHER = 0.8
+FURTHER = 0.6
 """Length by which a pane is drawn on beyond what was seen of it, meters."""
 SQUARE = math.cos(math.radians(7.0))
 """Cosine of the angle to a pane's normal up to which the lidar certainly sees it."""
 BEHIND = 0.15
 """Distance by which a ray must pass a place for nothing to be there, meters."""
+CERTAIN = 0.3
+"""Extent of the part seen from which the direction of a pane is certain, meters."""
 FITTED, EXTENT = 5, 0.15
 """Number of returns and their extent, meters, from which their line is fitted; before, it is square to the ray."""
 MOST = 300
@@ -54,7 +56,9 @@ class Pane:
         self._fit()
 
     def open(self, pose: Pose, ranges: Array) -> None:
-        """Note where rays at right angles pass the line beyond what was seen of it."""
+        """Note where rays at right angles pass the line beyond what was seen of it, once the line is certain."""
+        if self.last - self.first < CERTAIN:
+            return
         places = np.concatenate([self.first - self._steps, self.last + self._steps])
         points = self.middle + places[:, None] * self.along
         dx, dy = points[:, 0] - pose[0], points[:, 1] - pose[1]
@@ -67,10 +71,9 @@ class Pane:
         self.low = max(self.low, float(before.max(initial=-math.inf)))
         self.high = min(self.high, float(after.min(initial=math.inf)))
 
-    @property
-    def points(self) -> Array:
-        """Points of the pane and of its assumed continuation, (n, 2) meters."""
-        first, last = max(self.first - FURTHER, self.low), min(self.last + FURTHER, self.high)
+    def points(self, further: float) -> Array:
+        """Return points of the pane and of its assumed continuation by a length, meters, (n, 2) meters."""
+        first, last = max(self.first - further, self.low), min(self.last + further, self.high)
         count = max(2, math.ceil((last - first) / SPACING) + 1)
         return np.asarray(self.middle + np.linspace(first, last, count)[:, None] * self.along)
 
@@ -98,6 +101,11 @@ class Panes:
 
     def __init__(self) -> None:
         self._panes: list[Pane] = []
+        self._further = FURTHER
+
+    def doubt(self) -> None:
+        """Draw panes on by half as much from now on: the robot is stuck."""
+        self._further /= 2.0
 
     def observe(self, pose: Pose, ranges: Array, returns: Array) -> Array:
         """Take in a scan and return points of all panes and of their assumed continuations, (n, 2) meters.
@@ -114,4 +122,4 @@ class Panes:
                 pane.add(point)
         for pane in self._panes:
             pane.open(pose, ranges)
-        return np.concatenate([pane.points for pane in self._panes]) if self._panes else np.empty((0, 2))
+        return np.concatenate([pane.points(self._further) for pane in self._panes] or [np.empty((0, 2))])

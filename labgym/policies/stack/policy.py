@@ -72,8 +72,10 @@ class StackPolicy(Policy):
     - Costmap: the old map, obstacles marked and cleared by the lidar, clearance.
     - Planner: a taut path on the costmap, planned again when something blocks it.
     - Controller: sampled velocities (MPPI) within limits on acceleration, and on jerk with a beaker.
-    - Docking: the goal follows the measured pose of its station; the last half meter is straight.
-    - People: clusters that move are predicted at constant velocity; the robot goes round them or waits at rest.
+    - Docking: the goal follows the measured pose of its station, by a lidar whose mounting is measured, too; the last
+      half meter is straight.
+    - Glass: panes are drawn on from what the lidar has seen of them.
+    - People: clusters that move are predicted at constant velocity; the robot goes round them, or rests out of their way.
     - Recovery: wait, back off, forget marks, turn, plan again.
     """
 
@@ -229,6 +231,8 @@ class StackPolicy(Policy):
         near = any(math.dist(person.place, pose[:2]) < ALONGSIDE for person in people)
         recovered = self._recovery.step(pose, near, self._stopping, self._points, self._costmap)
         if recovered is not None:
+            if self._panes is not None and self._plan is not None:
+                self._panes.doubt()
             self._plan = None
             self._controller.restart()
             return recovered
