@@ -75,7 +75,7 @@ class StackPolicy(Policy):
     - Docking: the goal follows the measured pose of its station, by a lidar whose mounting is measured, too; the last
       half meter is straight.
     - Glass: panes are drawn on from what the lidar has seen of them.
-    - People: clusters that move are predicted at constant velocity; the robot goes round them, or rests out of their way.
+    - People: clusters that move are predicted at constant velocity; the robot goes round them or rests aside.
     - Recovery: wait, back off, forget marks, turn, plan again.
     """
 
