@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 SHARE = 0.5
 """Share of the freeboard that a constant acceleration along the way, or one across it, raises the surface by. The
 other part is for both at once, for the oscillation about that level and for the steps of the commands."""
+HARD = 0.93
+"""Share of the robot's acceleration with which it brakes hard."""
 
 
 @dataclass(frozen=True)
@@ -73,19 +75,19 @@ class GentleCommands:
 
     def __init__(self, limits: GentleLimits, robot: RobotSpec = ROBOT) -> None:
         self.limits = limits
-        self._step = limits.acceleration * robot.control_dt
+        self._step, self._hard = limits.acceleration * robot.control_dt, HARD * robot.acceleration * robot.control_dt
         self._ramp = deque([0.0] * len(limits.weights), maxlen=len(limits.weights))
 
-    def command(self, v: float) -> float:
-        """Return the forward velocity to command, m/s, for the wanted one."""
-        last = self._ramp[0]
-        self._ramp.appendleft(min(max(v, last - self._step), last + self._step))
-        return sum(weight * speed for weight, speed in zip(self.limits.weights, self._ramp, strict=True))
+    def command(self, v: float, hard: bool = False) -> float:
+        """Return the forward velocity to command, m/s, for the wanted one.
 
-    def halt(self) -> float:
-        """Return 0 m/s, commanded at once: the robot brakes as hard as it can, and the liquid rises as it may."""
-        self._ramp.extend([0.0] * len(self.limits.weights))
-        return 0.0
+        Args:
+            v: the wanted velocity, m/s. hard: brake as hard as the robot can, without an oscillation as before.
+        """
+        last = self._ramp[0]
+        slower = self._hard if hard else self._step
+        self._ramp.appendleft(min(max(v, last - slower), last + self._step))
+        return sum(weight * speed for weight, speed in zip(self.limits.weights, self._ramp, strict=True))
 
     @property
     def history(self) -> tuple[float, ...]:

@@ -103,3 +103,17 @@ def test_the_approach_never_brakes_harder_than_allowed(distance, braking):
     assert near * (far - near) / 1e-5 <= braking * (1.0 + 1e-3)
     assert near**2 / (2.0 * braking) <= distance + 1e-12
     assert approach_speed(-1.0, braking) == 0.0
+
+
+def test_hard_braking_is_sooner_at_rest_and_passes_the_same_filter():
+    def stopped(hard: bool) -> tuple[int, float]:
+        commands = GentleCommands(GentleLimits.of(Beaker()))
+        driven = [commands.command(0.9) for _ in range(30)]
+        driven += [commands.command(0.0, hard) for _ in range(30)]
+        assert driven[29] == pytest.approx(0.9)
+        drops = -np.diff(driven) / ROBOT.control_dt
+        return int(np.argmax(np.array(driven[30:]) == 0.0)), float(drops.max())
+
+    (soft_steps, soft), (hard_steps, hard) = stopped(False), stopped(True)
+    assert hard_steps < soft_steps
+    assert soft < hard < ROBOT.acceleration

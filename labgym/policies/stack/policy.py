@@ -28,7 +28,7 @@ from labgym.policies.stack.panes import Panes
 from labgym.policies.stack.people import Crowd
 from labgym.policies.stack.planner import Plan, planned
 from labgym.policies.stack.recovery import Recovery
-from labgym.policies.stack.waiting import EDGING, Waiting
+from labgym.policies.stack.waiting import EDGING, Waiting, too_late
 from labgym.policies.tracking import PathTracker, TrackingOptions, approach_speed, turn_towards, velocities_to_action
 
 Array = NDArray[np.float64]
@@ -45,8 +45,8 @@ WELL_INSIDE = 0.02
 """Distance from the edge of the goal's disc at which a robot that rests there may stop, meters."""
 AT_EASE = 0.08
 """Speed below which a robot that rests for people turns towards its path, m/s."""
-TOO_NEAR = 1.1
-"""Distance of a person within which a robot with a beaker brakes hard, meters."""
+GENTLY_LATE, TOO_NEAR = 0.35, 0.66
+"""Time by which gentle braking comes late, seconds; distance from a person at its end that is too little, meters."""
 MISMOUNTED = frozenset({"dock"})
 """Tasks in which the lidar is a little off its place."""
 SEE_THROUGH = frozenset({"glass"})
@@ -126,7 +126,7 @@ class StackPolicy(Policy):
         self._sense(pose, np.asarray(observation["lidar"], dtype=np.float64))
         v, w = self._drive(*self._expected(pose, velocity))
         if self._gentle is not None:
-            v = self._gentle.halt() if self._emergency(pose, velocity[0]) else self._gentle.command(v)
+            v = self._gentle.command(v, self._emergency(pose, velocity[0]))
         action = velocities_to_action(v, w, self._robot)
         self._pending.append((v, w))
         return action
@@ -268,9 +268,13 @@ class StackPolicy(Policy):
 
     def _emergency(self, pose: Pose, speed: float) -> bool:
         """Return whether the robot has to brake for somebody who is too near to brake gently."""
-        people = () if self._crowd is None else self._crowd.alive
-        near = any(person.sure and math.dist(person.place, pose[:2]) < TOO_NEAR for person in people)
-        return near and speed > AT_EASE and self._waiting.resting
+        if self._gentle is None or self._crowd is None or not self._waiting.resting:
+            return False
+        braking = self._gentle.limits.acceleration
+        return any(
+            person.sure and too_late(person, pose, speed, braking, GENTLY_LATE, TOO_NEAR)
+            for person in self._crowd.alive
+        )
 
     def _rest_at_goal(self, pose: Pose) -> tuple[float, float] | None:
         """Return the velocities of a robot that has to rest, and may as well stop: it is in the goal's disc."""

@@ -57,7 +57,7 @@ class Waiting:
         away = math.hypot(dx, dy)
         if away < TOUCHING and not (abs(speed) > AT_REST and _parting(person, pose, speed)):
             return True
-        if person.walking and (_meet(person, pose, speed) or _overtakes(person, pose, speed)):
+        if person.walking and (_meet(person, pose, speed) or too_late(person, pose, speed)):
             return True
         if abs(speed) > AT_REST or away > (SET_OFF if person.walking else BESIDE):
             return False
@@ -65,15 +65,22 @@ class Waiting:
         return (person.velocity[0] * dx + person.velocity[1] * dy) / away < RECEDING
 
 
-def _overtakes(person: Person, pose: Pose, speed: float) -> bool:
-    """Return whether one who comes nearer would be too near by the time at which the robot has braked to rest."""
+def too_late(
+    person: Person, pose: Pose, speed: float, braking: float = BRAKING, late: float = LATE, near: float = TOUCHING
+) -> bool:
+    """Return whether one who comes nearer is too near by the time at which the robot has braked to rest.
+
+    Args:
+        person: at a velocity. pose, speed: of the robot, m/s.
+        braking: its deceleration, m/s2. late: time after which it begins, seconds. near: distance that is too near, m.
+    """
     if speed <= AT_REST or _parting(person, pose, speed):
         return False
-    time = speed / BRAKING + LATE
-    way = speed * speed / (2.0 * BRAKING) + speed * LATE / 2.0
+    time = speed / braking + late
+    way = speed * speed / (2.0 * braking) + speed * late / 2.0
     dx = person.place[0] + person.velocity[0] * time - pose[0] - way * math.cos(pose[2])
     dy = person.place[1] + person.velocity[1] * time - pose[1] - way * math.sin(pose[2])
-    return math.hypot(dx, dy) < TOUCHING
+    return math.hypot(dx, dy) < near
 
 
 def _parting(person: Person, pose: Pose, speed: float) -> bool:
