@@ -127,8 +127,14 @@ class Suite(Document):
 
     @property
     def label(self) -> str:
-        """Name and version, as reports print them."""
+        """Name and version, as rows have them."""
         return f"{self.name}/{self.version}"
+
+    @property
+    def title(self) -> str:
+        """Name and version, as tables print them: "lab30 (test/3)" for the suite of the published test layouts."""
+        other = next((other for other, name in ALIASES.items() if name == self.name == self.split), None)
+        return self.label if other is None else f"{other} ({self.label})"
 
     def repeated(self, repeats: int | None = None, jitter: Jitter | None = None) -> Suite:
         """Return the suite with other repeats, another jitter or both, and a name that says so.

@@ -99,7 +99,7 @@ def view(
         episode: With --task, a published episode in place of a drawn one, such as floors-val-0003/1.
         web: Serve the laboratories on 127.0.0.1 with a robot that drives their goal pairs, or the episode of --task,
             and its sensors, until Ctrl-C; nothing is written. The arguments below are for --web.
-        suite: Name of a suite (test, val, navdp_compat), or its .json file, whose episodes the robot drives.
+        suite: Name of a suite (lab30, val, navdp_compat), or its .json file, whose episodes the robot drives.
         policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help).
         pair: Index of the first goal pair, in the first layout.
         seed: Random seed of the policy, and of an episode that is drawn.

@@ -44,7 +44,7 @@ def eval_(
     Args:
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt, .safetensors or .zip
             file, or the http:// URL of a policy server.
-        suite: Name of a suite (test, also called lab30; val; navdp_compat; labnav-aisle, labnav-mini, labnav), or its
+        suite: Name of a suite (lab30, val, navdp_compat, labnav, labnav-aisle, labnav-mini; lab30 is also test), or its
             .json file. The file of a suite without published layouts needs them in --layouts.
         layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
             writes), or ids of published layouts.
@@ -102,7 +102,7 @@ def eval_(
         layouts=chosen,
     )
     summary = result.summary
-    print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.label}').text()}\n")
+    print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.title}').text()}\n")
     written(folder)
     return complaints([f"the policy failed in {summary.errors} episodes"] if summary.errors else [])
 

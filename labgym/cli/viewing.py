@@ -66,7 +66,7 @@ def play(
 
     Args:
         layouts: Layouts to drive in instead of a suite: .json files, folders of them, or ids of published layouts.
-        suite: Name of a suite (test, val, navdp_compat), or its .json file.
+        suite: Name of a suite (lab30, val, navdp_compat), or its .json file.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         out: Folder for the finished episodes, in the files of labgym eval, so that labgym report reads it. An episode
             that is driven again replaces its row.

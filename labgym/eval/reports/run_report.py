@@ -31,7 +31,7 @@ def _navigation(evaluations: Sequence[Evaluation]) -> Table:
     """Return the table of evaluations on one suite."""
     suite = evaluations[0].summary.suite
     if suite.metrics == "navdp":
-        return navigation_table({one.name: one.metrics for one in evaluations}, f"suite {suite.label}")
+        return navigation_table({one.name: one.metrics for one in evaluations}, f"suite {suite.title}")
     return leaderboard(evaluations)
 
 

@@ -184,7 +184,7 @@ def leaderboard(evaluations: Sequence[TableRow]) -> Table:
         for row in paper().navigation.rows
         if str(row["method"]).startswith(name)
     ]
-    suite, counts = evaluations[0].summary.suite.label, {one.summary.episodes for one in evaluations}
+    suite, counts = evaluations[0].summary.suite.title, {one.summary.episodes for one in evaluations}
     episodes = f"{counts.pop()} episodes" if len(counts) == 1 else "different numbers of episodes"
     return Table(
         title=f"Navigation, suite {suite}, {episodes} per policy",

@@ -54,5 +54,9 @@ def test_a_suite_without_a_split_has_no_layouts_of_its_own():
 def test_lab30_is_the_suite_of_the_published_test_layouts():
     assert load_suite("lab30") == load_suite("test")
     assert len(load_suite("lab30").load_layouts()) == 30
+    assert load_suite("lab30").title == "lab30 (test/3)"
+    assert load_suite("val").title == load_suite("val").label
+    other = load_suite("test").model_copy(update={"split": None})
+    assert other.title == other.label == "test/3"
     with pytest.raises(UnknownNameError, match="lab30"):
         load_suite("lab300")
