@@ -6,7 +6,7 @@ from labgym.eval.labnav.suites import ALL, LabNavSuite
 
 SECONDS = {
     "still": 1.5, "straight": 1.0, "blind": 1.5, "bug2": 2.0, "astar": 1.5, "ppo": 1.5, "dwa": 6.0, "online_map": 8.0,
-    "stack": 20.0, "iplanner": 10.0, "navdp": 12.0,
+    "stack": 20.0, "clairvoyant": 6.0, "iplanner": 10.0, "navdp": 12.0,
 }  # fmt: skip
 """CPU seconds of a drive by policy on one core: estimates from a few drafts."""
 FULL = 300

@@ -91,6 +91,21 @@ def track_of(driver: PolicyProcess | Policy) -> Track:
     return "deployed" if driver.privileged else "mapless"
 
 
+def in_place(driver: PolicyProcess | Policy, source: PolicySource) -> PolicyProcess | Policy:
+    """Return the driver of a policy: its process or, if it foresees the world, a new one in this process.
+
+    Args:
+        driver: the policy in its process. source: the policy.
+
+    Raises:
+        OptionError: it foresees the world and is not built in.
+    """
+    if not driver.foresees:
+        return driver
+    check_foresight(source)
+    return source.make()
+
+
 def check_foresight(source: PolicySource) -> None:
     """Refuse a policy that foresees the world and is not built in: it would run in the evaluator's process.
 

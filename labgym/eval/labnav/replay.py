@@ -18,6 +18,7 @@ from labgym.eval.driving.folders import short_name
 from labgym.eval.driving.runner import open_driver, policy_source
 from labgym.eval.labnav.drive import LabNavDrive, drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.foresight import in_place
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.layouts import Layout
@@ -139,7 +140,7 @@ def drive_again(
     source, mode = policy_source(policy, dict(options or {})), kernel_mode(kernels)
     with open_driver(policy, source, None, mode, isolated=True) as driver:
         (drive,) = drive_floor(
-            driver,
+            in_place(driver, source),
             part.layout(episode.floor),
             (episode,),
             part.task,

@@ -21,8 +21,8 @@ from labgym.eval.driving.runner import (
     policy_source,
 )
 from labgym.eval.driving.shard import policy_process
-from labgym.eval.labnav.drive import LabNavDrive, LabNavDriver, drive_floor
-from labgym.eval.labnav.foresight import check_foresight, track_of
+from labgym.eval.labnav.drive import LabNavDrive, drive_floor
+from labgym.eval.labnav.foresight import check_foresight, in_place, track_of
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, summarise
@@ -218,23 +218,10 @@ def drive_shard(
         policy, files, limits, kernels, label: as for `labgym.eval.driving.shard.drive_shard`.
         layout, episodes, task, level, suite, seed, seconds: as for `drive_floor`.
     """
-    driver = _driver(policy, files, limits, kernels)
+    driver = in_place(policy_process(policy, files, limits, kernels), policy)
     drives = drive_floor(driver, layout, episodes, task, level, label, suite, seed, seconds)
     folder = f"{SHARDS}/labnav-{task}-{level}/{layout.id}"
     return ShardOutput({f"{folder}/{name}": content for name, content in drive_files(drives).items()})
-
-
-def _driver(source: PolicySource, files: str, limits: ProcessLimits | None, kernels: str) -> LabNavDriver:
-    """Return a policy in its own process or, if it foresees the world, in this one.
-
-    Raises:
-        OptionError: it foresees the world and is not built in.
-    """
-    process = policy_process(source, files, limits, kernels)
-    if not process.foresees:
-        return process
-    check_foresight(source)
-    return source.make()
 
 
 def drive_files(drives: Iterable[LabNavDrive]) -> dict[str, bytes]:

@@ -19,6 +19,7 @@ from labgym.eval.driving.runner import (
 )
 from labgym.eval.driving.shard import policy_process
 from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.foresight import in_place
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow
 from labgym.eval.labnav.runner import drive_files
 from labgym.eval.labnav.suites import LabNavSuite
@@ -148,7 +149,7 @@ def drive_all(
     files: dict[str, bytes] = {}
     kernels = kernel_mode(None).kind
     for one in entrants:
-        driver = policy_process(one.source, one.files, None, kernels, len(entrants))
+        driver = in_place(policy_process(one.source, one.files, None, kernels, len(entrants)), one.source)
         drives = drive_floor(driver, layout, part.episodes, part.task, part.level, one.label, label, seed, seconds)
         content = drive_files(drives)
         place = f"{FOLDER}/{part.name}/{layout.id}/{one.label}"

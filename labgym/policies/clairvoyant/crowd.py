@@ -149,11 +149,12 @@ class CrowdPlanner:
     answer to the rehearsal, and points count.
 
     Args:
-        errand: the drive. worth: of the drive so far; to be kept up to date.
+        errand: the drive.
+        worth: of the drive so far; to be kept up to date, as `driven`, the length driven so far, meters.
     """
 
     def __init__(self, errand: Errand, worth: Worth) -> None:
-        self._errand, self._world, self.worth = errand, errand.world, worth
+        self._errand, self._world, self.worth, self.driven = errand, errand.world, worth, 0.0
         self._late, self._gait = len(errand.weights) - 1, Gait.of(errand.limits, errand.weights)
         self._grid = SpaceTime(errand.field, np.array(self._world.goal[:2]), errand.short)
 
@@ -200,7 +201,13 @@ class CrowdPlanner:
         ahead = min(DT * (len(motion.poses) - 1) + BEYOND, HORIZON)
         people = self._world.people(_times(motion.start, ahead), motion.at)
         touch, near = touch_of(motion, people)
-        return replace(plan, worth=self.worth, touch=touch, near=near), people
+        along = np.hypot(*np.diff(motion.poses[:, :2], axis=0).T).sum()
+        worth = self.worth.along(self.driven + float(along))
+        return replace(plan, worth=worth, touch=touch, near=near), people
+
+    def _worth(self, begun: Begun) -> Worth:
+        """Return the worth of the drive on a route."""
+        return self.worth.along(self.driven + begun.route.length - float(begun.before[-1, 0]))
 
     def _begun(self, route: Route, before: Array, start: Start) -> Begun:
         """Return a route with the turn in place that comes first."""
@@ -219,7 +226,7 @@ class CrowdPlanner:
         for (x, y, _), (_, w) in zip(reference.poses[1:].tolist(), reference.velocities[1:].tolist(), strict=True):
             forecast.step(x, y, 0.0, 0.0, w)
             near += DT * (min(math.dist((x, y), each) for each in forecast.places) < NEAR)
-        worth = self.worth.after(self.worth.spent + begun.turning * DT, self.worth.close + near)
+        worth = self._worth(begun).after(self.worth.spent + begun.turning * DT, self.worth.close + near)
         drive = reacting(begun.route, forecast, worth, apart, self._gait, begun.before, DT, least)
         return None if drive is None else self._built(begun, drive.places, drive.speeds, start)
 
@@ -227,7 +234,7 @@ class CrowdPlanner:
         """Return the plan worth most for people who move as expected; None if none is worth more than `least`."""
         best: Plan | None = None
         for begun in routes:
-            worth = self.worth.after(self.worth.spent + begun.turning * DT, self.worth.close)
+            worth = self._worth(begun).after(self.worth.spent + begun.turning * DT, self.worth.close)
             place, speed = begun.before[-1].tolist()
             # The filter delays the schedule.
             crossing = Crossing(people[begun.turning + round(self._gait.delay) :], APART)

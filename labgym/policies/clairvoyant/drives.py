@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -67,8 +68,8 @@ class CrowdDrive:
         way = errand.way(pose)
         self._alone: tuple[Pose, Route] | None = None if way is None else (pose, way.route)
         length = 1.0 if way is None else way.route.length
-        self._planner = CrowdPlanner(errand, Worth(max(length, 0.5), worth.hurry, worth.distance))
-        self._began, self._beside = time, 0.0
+        self._planner = CrowdPlanner(errand, replace(worth, ideal=max(length, 0.5)))
+        self._began, self._beside, self._last = time, 0.0, pose
         self._due, self._improve = time, time
         self._plan: Plan | None = None
 
@@ -85,6 +86,8 @@ class CrowdDrive:
         people = world.people([world.time])[0] - np.array(world.pose[:2])
         if np.hypot(people[:, 0], people[:, 1]).min(initial=math.inf) < NEAR:
             self._beside += ROBOT.control_dt
+        self._planner.driven += math.dist(world.pose[:2], self._last[:2])
+        self._last = world.pose
         if world.time >= self._due - 1e-6:
             self._replan()
         if self._plan is None or self._plan.route is None:

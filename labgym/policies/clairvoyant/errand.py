@@ -29,6 +29,7 @@ class Errand:
         world: the foreknowledge. paths, field: of the true floor.
         short: radius of the disc around the goal at whose edge the drive ends, meters.
         heading: at the goal, radians; None for any. limits: of the motion. weights: of the filter of the motion.
+        taut: whether the length of the way counts, not its time.
     """
 
     world: Foreknowledge
@@ -38,6 +39,7 @@ class Errand:
     heading: float | None
     limits: Limits
     weights: Sequence[float]
+    taut: bool = False
 
     def points(self, pose: Pose) -> Array | None:
         """Return the shortest path from a pose to the goal, (n, 2) meters; None without a way.
@@ -59,4 +61,4 @@ class Errand:
         points = self.points(pose)
         if points is None:
             return None
-        return fastest_way(points, self.field, pose, self.limits, self.heading, self.short, quick)
+        return fastest_way(points, self.field, pose, self.limits, self.heading, self.short, quick, self.taut)

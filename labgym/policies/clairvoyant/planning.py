@@ -26,6 +26,9 @@ LEAST = 0.285
 BANDS = (Band(), Band(radius=0.30, bend=0.005, twist=0.001))
 """Weights of paths: the second one for narrow places."""
 
+TAUT = Band(radius=0.305, bend=0.003, sharp=0.05, twist=0.0005)
+"""Weights of paths whose length counts, not their time."""
+
 
 @dataclass(frozen=True, eq=False)
 class Way:
@@ -50,6 +53,7 @@ def fastest_way(
     heading: float | None = None,
     short: float = 0.0,
     quick: bool = False,
+    taut: bool = False,
 ) -> Way | None:
     """Return the fastest of several ways along a polyline for a robot at rest; None if none is clear.
 
@@ -57,11 +61,11 @@ def fastest_way(
         points: (m, 2) from the robot to the goal, meters. field: of the floor. pose: of the robot.
         limits: of the motion. heading: at the goal, radians; None for any.
         short: radius of the disc around the end at whose edge the way ends, meters.
-        quick: whether only the way with a turn in place is made.
+        quick: whether only the way with a turn in place is made. taut: whether length counts, not time.
     """
     best: Way | None = None
-    for band in BANDS:
-        for left, end in [(None, None)] if quick else _ends(points, field, band, pose, heading):
+    for band in (TAUT, *BANDS) if taut else BANDS:
+        for left, end in [(None, None)] if quick or taut else _ends(points, field, band, pose, heading):
             path = smooth_path(points, field, band, left, end)
             route = Route.of(_cut(path, points[-1], short), limits, left)
             way = way_along(route, pose, limits, heading)

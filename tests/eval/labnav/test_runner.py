@@ -155,3 +155,11 @@ def test_only_built_in_policies_foresee_the_world_and_only_in_labnav(suite):
         evaluate_labnav(Oracle(), suite, progress=False)
     with pytest.raises(OptionError, match="only LabNav hands out"):
         evaluate(Oracle(), [island_laboratory()], progress=False)
+
+
+def test_the_privileged_track_is_evaluated_in_this_process(suite):
+    report = evaluate_labnav("clairvoyant", suite, progress=False)
+    assert report.summary.track == "privileged"
+    assert "clairvoyant (privileged)" in summary_table(report.summary).text()
+    assert {(row.track, row.error, row.time) for row in report.rows} == {("privileged", None, 2.0)}
+    assert all(row.path_length > 0.3 for row in report.rows)
