@@ -161,5 +161,4 @@ def test_the_privileged_track_is_evaluated_in_this_process(suite):
     report = evaluate_labnav("clairvoyant", suite, progress=False)
     assert report.summary.track == "privileged"
     assert "clairvoyant (privileged)" in summary_table(report.summary).text()
-    assert {(row.track, row.error, row.time) for row in report.rows} == {("privileged", None, 2.0)}
-    assert all(row.path_length > 0.3 for row in report.rows)
+    assert {(row.track, row.error, row.time) for row in report.rows} == {("privileged", None, suite.seconds)}
