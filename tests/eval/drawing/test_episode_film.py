@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from labgym.envs.labnav.episodes import published_episodes
+from labgym.envs.labnav.drawing import draw_suite
 from labgym.eval.drawing.episode_film import HOLD, Panel, episode_film
 from labgym.eval.drawing.episode_plan import PERSON, ROBOT_COLOR, UNSEEING, dense, nose, people_of, route_of
 from labgym.eval.labnav.replay import drive_again
@@ -16,7 +16,7 @@ from labgym.scenes import MissingRendererError
 
 @pytest.fixture(scope="module")
 def shown():
-    part = published_episodes("people", 2)
+    part = draw_suite("people", 2, "floors-val", 1, 1, seed=3)
     return drive_again("still", part, part.episodes[0], seconds=0.1)
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from labgym.cli import main
+from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.necks import RADII
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 from labgym.eval.labnav.evaluation import LabNavEvaluation, is_labnav_run
@@ -21,7 +23,7 @@ from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 @pytest.fixture(scope="module")
 def suite():
     """An episode of `people` and one of `carry`, cut after 2 s."""
-    parts = tuple(load_labnav(f"labnav-{task}").parts[0].first(1, 1) for task in ("people", "carry"))
+    parts = tuple(draw_suite(task, 2, "floors-val", 1, 1, seed=3) for task in ("people", "carry"))
     return LabNavSuite("labnav-mini", parts, seconds=2.0)
 
 
@@ -96,14 +98,16 @@ def test_episodes_are_named_by_a_unique_end_of_their_key(folder):
     evaluation = LabNavEvaluation.read(folder)
     row = evaluation.rows[0]
     assert evaluation.row(row.key) is row
-    with pytest.raises(OptionError, match="name its task too"):
-        evaluation.row(f"{row.floor}/{row.number}")
-    with pytest.raises(UnknownNameError, match="people-2/floors-val-0000/0"):
+    with pytest.raises(UnknownNameError, match=row.key):
         evaluation.row("elsewhere/3")
-    part, episode, seconds = published_episode("labnav-people", f"{row.floor}/{row.number}")
-    assert (part.name, episode.number, seconds) == ("labnav-people-2", row.number, 120.0)
+    twins = replace(evaluation, rows=(row, row.model_copy(update={"task": "carry"})))
     with pytest.raises(OptionError, match="name its task too"):
-        published_episode("labnav-mini", f"{row.floor}/{row.number}")
+        twins.row(f"{row.floor}/{row.number}")
+    first = load_labnav("labnav-people").parts[0].episodes[0]
+    part, episode, seconds = published_episode("labnav-people", first.key)
+    assert (part.name, episode, seconds) == ("labnav-people-2", first, 120.0)
+    with pytest.raises(OptionError, match="name its task too"):
+        published_episode("labnav-mini", load_labnav("labnav-mini").parts[0].episodes[0].key)
     with pytest.raises(UnknownNameError, match="people-2/"):
         published_episode("labnav-people", "people-2/nowhere/1")
 
@@ -113,9 +117,9 @@ def test_episodes_are_named_by_a_unique_end_of_their_key(folder):
     [
         (("FOLDER",), "name an episode"),
         (("FOLDER", "--episode", "nowhere/1"), "'nowhere/1' not found"),
-        (("FOLDER", "--episode", "people-2/floors-val-0000/0", "--seed", "3"), "--seed and --options"),
-        (("FOLDER", "--episode", "people-2/floors-val-0000/0", "--width", "20"), "minimum is 480x270"),
-        (("labnav-people", "--episode", "floors-val-0000/0", "--start", "1,2,0"), "--start is for a layout"),
+        (("FOLDER", "--episode", "x/0", "--seed", "3"), "--seed and --options"),
+        (("FOLDER", "--episode", "x/0", "--width", "20"), "minimum is 480x270"),
+        (("labnav-people", "--episode", "x/0", "--start", "1,2,0"), "--start is for a layout"),
         (("test-sub_01", "--episode", "1"), "neither"),
     ],
 )
