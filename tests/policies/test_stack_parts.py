@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from laboratories import island_laboratory
 from map_drives import Drift, with_people
 
-from labgym.envs.parts.endings import RestEnding
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import Lidar
 from labgym.geometry import OrientedBox, compose, to_local, to_world, wrap_angle
@@ -322,15 +321,6 @@ def test_what_stands_for_long_and_never_walked_is_a_thing():
     for k in range(10):
         crowd.observe(HERE, np.add(points, (0.0, 0.1 * k)), np.ones(3, dtype=bool))
     assert len(crowd.alive) == 1
-
-
-def test_a_robot_that_people_stand_beside_edges_along_its_path_as_slowly_as_one_at_rest():
-    waiting, here, stands = Waiting(), (0.0, 0.0, 0.0), (Person((0.7, 0.0), (0.0, 0.0), False),)
-    assert waiting.step(here, 0.0, stands)
-    assert waiting.edge(0.3) == 0.0
-    assert all(waiting.step(here, 0.0, stands) for _ in range(30))
-    assert 0.0 < waiting.edge(0.3) < RestEnding().speed
-    assert waiting.edge(-2.0) == 0.0
 
 
 def test_a_robot_does_not_brake_for_one_who_falls_behind():

@@ -17,7 +17,6 @@ from labgym.envs.conditions.crowd import DT, RADIUS, REST, Crowd
 from labgym.envs.conditions.figures import figure
 from labgym.envs.conditions.half_planes import Vector
 from labgym.envs.conditions.orca import Disc
-from labgym.envs.parts.endings import RestEnding
 from labgym.envs.parts.kinds import count, positive
 from labgym.envs.parts.protocols import Condition, Motion, Presence
 from labgym.envs.state import State
@@ -34,8 +33,9 @@ CLOSE, BESIDE, MET = 1.0, 1.5, 3.0
 """Distances between centers that the outcome reports, meters."""
 FIRST_FACE = 1 << 28
 """Number of the first face of people in what sensors see: after those of any scene."""
-AT_REST = RestEnding()
-"""The speeds below which the robot rests, those of the environments of version 1."""
+AT_REST = 0.01
+"""Speed below which the robot rests, m/s. At the 0.05 m/s of `RestEnding` a robot could creep through a crowd, which
+makes way for what rests."""
 EPSILON = 1e-9
 
 
@@ -44,7 +44,7 @@ class People(Condition):
     """People who walk between workplaces along shortest paths, stand there, and avoid each other.
 
     Some avoid the robot, too; the others do not see it until it has been at rest for 0.5 s. Nobody walks into a robot
-    at rest. Touching a person counts while the robot moves: faster than 0.05 m/s. A round robot that turns on the spot
+    at rest. Touching a person counts while the robot moves: faster than 0.01 m/s. A round robot that turns on the spot
     takes no floor from anybody, and counts as at rest.
 
     Their data is that of `labgym.envs.conditions.cast.Cast`. List this condition after those that change the layout.
@@ -296,7 +296,7 @@ def _disc(pose: tuple[float, float, float], velocity: tuple[float, float], sidew
 def _moves(velocity: tuple[float, float], sideways: float) -> bool:
     """Whether the robot moves; a turn on the spot is none."""
     speed = math.sqrt(velocity[0] * velocity[0] + sideways * sideways)
-    return speed >= AT_REST.speed
+    return speed >= AT_REST
 
 
 def _hiding(layout: Layout) -> Obstacles:

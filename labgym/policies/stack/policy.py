@@ -29,7 +29,7 @@ from labgym.policies.stack.panes import Panes
 from labgym.policies.stack.people import Crowd
 from labgym.policies.stack.planner import Plan, planned
 from labgym.policies.stack.recovery import Recovery
-from labgym.policies.stack.waiting import EDGING, Waiting, too_late
+from labgym.policies.stack.waiting import Waiting, too_late
 from labgym.policies.tracking import PathTracker, TrackingOptions, approach_speed, turn_towards, velocities_to_action
 
 Array = NDArray[np.float64]
@@ -249,7 +249,7 @@ class StackPolicy(Policy):
             bearing = bearing_of(self._plan, pose)
             # A turn on the spot takes no floor from anybody.
             turn = self._robot.twist(*turn_towards(bearing, self._robot))[1] if abs(velocity[0]) < AT_EASE else 0.0
-            return self._rest_at_goal(pose) or (self._waiting.edge(bearing), turn)
+            return self._rest_at_goal(pose) or (0.0, turn)
         if not self._docking and (self._stopping or (left < 0.03 and self._plan.offset(pose) < 0.15)):
             self._stopping = self._arrival.active
             if self._stopping:
@@ -323,5 +323,5 @@ class StackPolicy(Policy):
             self._parked = PathTracker(path, self._robot, options, self._parked is None, goal[2])
         v, w = self._robot.twist(*self._parked.action(pose, velocity[0]))
         if self._crowd is not None and self._waiting.step(pose, velocity[0], self._crowd.alive):
-            v = min(max(v, -EDGING), EDGING)
+            v = 0.0
         return v, w

@@ -20,36 +20,22 @@ SOON, CLOSE = 1.0, 0.72
 """A robot brakes for a person who walks if they would be within this distance, meters, within this time, seconds."""
 BRAKING, LATE = 1.4, 0.2
 """Deceleration of the robot, m/s2, and time by which it comes late, seconds."""
-EDGE, EDGING, AHEAD = 15, 0.043, 1.0
-"""Control steps of rest after which the robot edges along its path, its speed, m/s, below that of a robot at rest, and
-the greatest bearing of the path at which it does so, radians."""
 
 
 class Waiting:
-    """Decides whether the robot has to rest; counts how long it has.
+    """Decides whether the robot has to rest.
 
     Attributes:
         resting: the latest decision.
     """
 
     def __init__(self) -> None:
-        self._waited, self.resting = 0, False
+        self.resting = False
 
     def step(self, pose: Pose, speed: float, people: tuple[Person, ...]) -> bool:
         """Return whether a robot at a pose and a speed, m/s, has to rest for people."""
-        rest = self.resting = any(self._holds(person, pose, speed) for person in people)
-        self._waited = self._waited + 1 if rest else max(0, self._waited - 2)
-        return rest
-
-    def edge(self, bearing: float) -> float:
-        """Return the forward velocity of a robot that has to rest, m/s: 0, or so little that it counts as at rest.
-
-        Everybody goes round a robot at rest, but in a narrow place nobody can: it gives way there as it edges on.
-
-        Args:
-            bearing: of its path, relative to the heading, radians.
-        """
-        return EDGING if self._waited >= EDGE and abs(bearing) < AHEAD else 0.0
+        self.resting = any(self._holds(person, pose, speed) for person in people)
+        return self.resting
 
     def _holds(self, person: Person, pose: Pose, speed: float) -> bool:
         """Return whether a person makes the robot rest."""

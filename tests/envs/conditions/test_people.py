@@ -154,6 +154,15 @@ def test_a_moving_robot_touches_a_person_who_does_not_see_it_and_the_person_has_
     assert info["outcomes"]["people"]["least_distance"] < 0.57
 
 
+def test_a_robot_that_creeps_is_not_at_rest():
+    env = driven((3.2, 1.0, False, [(0.9, 1.0)]))
+    for _ in range(60):
+        *_, info = env.step(np.array([0.03, 0.0], dtype=np.float32))
+        if info["touched"]:
+            break
+    assert info["touched"] == ("person 1",)
+
+
 def test_a_robot_that_turns_on_the_spot_counts_as_at_rest():
     env = driven((3.2, 1.0, False, [(0.9, 1.0)]))
     for _ in range(60):
