@@ -20,7 +20,7 @@ from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.tables import leaderboard
 from labgym.runs import ExecutorOptions
 
-SECONDS = 2.0
+SECONDS = 1.0
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_rows_agree_with_published_drives_that_the_shorter_limit_cuts_off(folder
     assert agreement([row], {}, SECONDS).compared == 0
 
 
-@pytest.mark.parametrize("change", [{"score": 0.5}, {"time": 1.9}, {"ending": "contact"}])
+@pytest.mark.parametrize("change", [{"score": 0.5}, {"time": 0.9}, {"ending": "contact"}])
 def test_a_row_that_differs_is_named(folder, change):
     (row,) = labnav.read_rows(folder / "episodes.jsonl")
     expected = Outcome.of(row).model_copy(update=change)
