@@ -97,9 +97,9 @@ def drive_files(drives: Iterable[Drive]) -> dict[str, bytes]:
     """Return the content of rows, routes and times of episodes, by the file's name."""
     drives = tuple(drives)
     return {
-        EPISODES: b"".join(_line(drive.row) for drive in drives),
-        ROUTES: b"".join(_line(_route(drive)) for drive in drives),
-        TIMES: b"".join(_line(_time(drive)) for drive in drives),
+        EPISODES: b"".join(record_line(drive.row) for drive in drives),
+        ROUTES: b"".join(record_line(_route(drive)) for drive in drives),
+        TIMES: b"".join(record_line(_time(drive)) for drive in drives),
     }
 
 
@@ -188,5 +188,6 @@ def _time(drive: Drive) -> EpisodeTime:
     return EpisodeTime(layout=layout, pair=pair, repeat=repeat, planning_ms=drive.planning_ms)
 
 
-def _line(record: Record) -> bytes:
+def record_line(record: Record) -> bytes:
+    """Return a record as a line of JSON."""
     return json.dumps(record.model_dump(mode="json"), allow_nan=False).encode() + b"\n"

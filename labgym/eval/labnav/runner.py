@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from labgym.documents import Record, files_digest, json_bytes, parse_json
+from labgym.documents import files_digest, json_bytes
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.errors import OptionError
-from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES
+from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, parse_lines, record_line
 from labgym.eval.driving.folders import short_name
 from labgym.eval.driving.runner import (
     catalog_digest,
@@ -193,8 +192,8 @@ class _Run:
 
     def report(self, content: dict[str, bytes]) -> LabNavReport:
         """Return the report on the content of the files."""
-        rows = tuple(LabNavRow.model_validate(each) for each in _lines(EPISODES, content[EPISODES]))
-        times = tuple(LabNavTime.model_validate(each) for each in _lines(TIMES, content[TIMES]))
+        rows = tuple(parse_lines(EPISODES, content[EPISODES], LabNavRow).values())
+        times = tuple(parse_lines(TIMES, content[TIMES], LabNavTime).values())
         return LabNavReport(summarise(self._suite, rows, **self._fields), rows, times, self._latency)
 
 
@@ -234,12 +233,3 @@ def drive_files(drives: Iterable[LabNavDrive]) -> dict[str, bytes]:
         ROUTES: b"".join(map(record_line, routes)),
         TIMES: b"".join(map(record_line, times)),
     }
-
-
-def record_line(record: Record) -> bytes:
-    """Return a record as a line of JSON."""
-    return json.dumps(record.model_dump(mode="json"), allow_nan=False).encode() + b"\n"
-
-
-def _lines(name: str, content: bytes) -> list[Any]:
-    return [parse_json(line, name) for line in content.splitlines()]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from labgym.documents import files_digest, parse_json
+from labgym.documents import files_digest
 from labgym.envs.labnav.episodes import LabNavEpisodes
 from labgym.eval.driving.files import EPISODES, ROUTES
 from labgym.eval.driving.folders import short_name
@@ -20,7 +20,6 @@ from labgym.eval.driving.runner import (
 from labgym.eval.driving.shard import policy_process
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.foresight import in_place
-from labgym.eval.labnav.row import LabNavRoute, LabNavRow
 from labgym.eval.labnav.runner import drive_files
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.layouts import Layout
@@ -59,18 +58,6 @@ class Entrant:
         return cls(source, label, files_digest(files), fingerprint)
 
 
-@dataclass(frozen=True)
-class Driven:
-    """The drives of several policies.
-
-    Attributes:
-        rows: of each policy in the suite's order, by label. routes: by label and the episode's key.
-    """
-
-    rows: dict[str, tuple[LabNavRow, ...]]
-    routes: dict[str, dict[str, LabNavRoute]]
-
-
 def drive_together(
     policies: Sequence[str],
     suite: LabNavSuite,
@@ -78,8 +65,10 @@ def drive_together(
     executor: ExecutorOptions,
     seed: int = 0,
     progress: bool = True,
-) -> Driven:
-    """Drive several policies through a suite and return their rows and routes.
+) -> dict[str, dict[str, bytes]]:
+    """Drive several policies through a suite and return the content of their files, by label and name.
+
+    The files are `episodes.jsonl` and `routes.jsonl`, in the suite's order.
 
     Args:
         policies: names for `make_policy`.
@@ -114,22 +103,13 @@ def drive_together(
             contents |= output.files
     finally:
         close_shared_process()
-    rows: dict[str, tuple[LabNavRow, ...]] = {}
-    routes: dict[str, dict[str, LabNavRoute]] = {}
-    for one in entrants:
-        places = [f"{FOLDER}/{shard.name}/{one.label}" for shard in shards]
-        rows[one.label] = tuple(
-            LabNavRow.model_validate(parse_json(line, EPISODES))
-            for place in places
-            for line in contents[f"{place}/{EPISODES}"].splitlines()
-        )
-        driven = [
-            LabNavRoute.model_validate(parse_json(line, ROUTES))
-            for place in places
-            for line in contents[f"{place}/{ROUTES}"].splitlines()
-        ]
-        routes[one.label] = {route.key: route for route in driven}
-    return Driven(rows, routes)
+    return {
+        one.label: {
+            name: b"".join(contents[f"{FOLDER}/{shard.name}/{one.label}/{name}"] for shard in shards)
+            for name in (EPISODES, ROUTES)
+        }
+        for one in entrants
+    }
 
 
 def drive_all(

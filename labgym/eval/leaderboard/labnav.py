@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from labgym.artefacts import artefacts
-from labgym.documents import Document, Record, parse_json
+from labgym.documents import Document, Record
 from labgym.errors import DocumentError
 from labgym.eval.driving.episode_row import Length, Share
-from labgym.eval.driving.files import EPISODES, SUMMARY
+from labgym.eval.driving.files import EPISODES, SUMMARY, read_lines
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.summary import LabNavSummary
@@ -74,16 +74,12 @@ class LabNavResult(Document):
 
 
 def read_rows(path: Path) -> tuple[LabNavRow, ...]:
-    """Return the rows of a file.
+    """Return the rows of a policy's file.
 
     Raises:
-        DocumentError: it cannot be read.
+        DocumentError: it is missing, or a line cannot be read or repeats an episode.
     """
-    try:
-        lines: list[Any] = [parse_json(line, path) for line in path.read_bytes().splitlines()]
-        return tuple(map(LabNavRow.model_validate, lines))
-    except (OSError, ValueError) as error:
-        raise DocumentError(path, "", str(error).splitlines()[0]) from None
+    return tuple(read_lines(path, LabNavRow).checked(path, path.name).values())
 
 
 def published_results() -> tuple[LabNavResult, ...]:

@@ -11,6 +11,7 @@ from labgym.documents import write_text
 from labgym.errors import OptionError
 from labgym.eval.drawing.palette import policy_colors
 from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.reports.environment import page_environment
 from labgym.eval.reports.labnav_pictures import draw_routes, route_jobs
 from labgym.eval.reports.labnav_tables import (
     ENDINGS,
@@ -140,16 +141,7 @@ def labnav_page(evaluations: Sequence[LabNavEvaluation], pictures: bool = True) 
 
 def render_labnav(page: LabNavPage) -> str:
     """Return the page as HTML; all text is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("labgym.eval.reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("labnav.html.j2").render(page=page)
+    return page_environment().get_template("labnav.html.j2").render(page=page)
 
 
 def _tiles(order: Sequence[LabNavEvaluation]) -> tuple[Tile, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from labgym.documents import write_text
+from labgym.eval.reports.environment import page_environment
 from labgym.table import Table
 
 
@@ -71,16 +72,7 @@ class Report:
 
 def render_report(report: Report) -> str:
     """Return the page as HTML; all text is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("labgym.eval.reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("report.html.j2").render(report=report)
+    return page_environment().get_template("report.html.j2").render(report=report)
 
 
 def write_report(report: Report, path: str | Path) -> Path:

@@ -8,18 +8,14 @@ import io
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from labgym.documents import write_text
 from labgym.eval.drawing.pictures import with_palette
 from labgym.eval.drawing.trace_frames import State, draw_state, judged
+from labgym.eval.reports.environment import page_environment
 from labgym.eval.reports.report import Picture
 from labgym.layouts.trace import Iteration, Trace, Trial
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
 
 SHOWN_TRIALS = 60
 """Most trials of one iteration on the page; the document has up to 400."""
@@ -64,7 +60,7 @@ def render_trace(trace: Trace, states: Sequence[State]) -> str:
         ("accepted trials", f"{trials['accepted']} of {sum(map(judged, trace.iterations))}"),
     )
     return (
-        _environment()
+        page_environment()
         .get_template("trace.html.j2")
         .render(
             title=f"Trace of {trace.start.id}",
@@ -122,16 +118,3 @@ def _trial(trial: Trial) -> tuple[str, str, str]:
         words.append(f"v = {trial.v}, errors {trial.errors}, F = {trial.fitness:.4f}{reach}")
     words += [f"+{count} {kind}" for kind, count in trial.worse.items()]
     return f"{trial.operator}: {commands}" if commands else trial.operator, trial.verdict, ", ".join(words)
-
-
-@cache
-def _environment() -> Environment:
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    return Environment(
-        loader=PackageLoader("labgym.eval.reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )

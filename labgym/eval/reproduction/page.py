@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
-from typing import TYPE_CHECKING
 
+from labgym.eval.reports.environment import page_environment
 from labgym.eval.reports.report import Picture
 from labgym.eval.reproduction.figures import Figures, FigureTable
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
 
 
 @dataclass(frozen=True)
@@ -75,7 +71,7 @@ class Page:
 
     def html(self) -> str:
         """Return the page; all text is escaped."""
-        return _environment().get_template("study.html.j2").render(page=self)
+        return page_environment("labgym.eval.reproduction").get_template("study.html.j2").render(page=self)
 
 
 def study_page(figures: Figures, sections: Sequence[Section], commit: str) -> Page:
@@ -92,18 +88,4 @@ def study_page(figures: Figures, sections: Sequence[Section], commit: str) -> Pa
         text=figures.summary,
         sections=(Section("Figures", tables=figures.tables), *sections),
         provenance=(*figures.facts.items(), ("commit", commit)),
-    )
-
-
-@cache
-def _environment() -> Environment:
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-
-    packages = ("labgym.eval.reproduction", "labgym.eval.reports")
-    return Environment(
-        loader=ChoiceLoader([PackageLoader(package) for package in packages]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
     )

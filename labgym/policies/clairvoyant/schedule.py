@@ -18,7 +18,7 @@ from labgym.policies.clairvoyant.worth import NEAR, Worth
 Array = NDArray[np.float64]
 
 COARSE = 4
-"""People are looked up at every so manyth place."""
+"""People are looked up at one place of this many."""
 LONGEST = 60.0
 """Time after which no schedule is looked for, seconds."""
 

@@ -9,7 +9,9 @@ import pytest
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.errors import DocumentError
+from labgym.eval.driving.files import EPISODES, ROUTES, parse_lines
 from labgym.eval.driving.runner import evaluate
+from labgym.eval.labnav.row import LabNavRoute, LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.together import drive_together
@@ -37,11 +39,11 @@ def folder(suite, tmp_path_factory):
 
 def test_policies_that_share_worlds_drive_as_each_alone(suite, folder):
     driven = drive_together(["still", "straight"], suite, None, ExecutorOptions(), progress=False)
-    assert driven.rows["straight"] == evaluate_labnav("straight", suite, folder, progress=False).rows
-    assert set(driven.rows) == {"still", "straight"}
-    assert [route.poses[0] for route in driven.routes["still"].values()] == [
-        route.poses[-1] for route in driven.routes["still"].values()
-    ]
+    rows = tuple(parse_lines(EPISODES, driven["straight"][EPISODES], LabNavRow).values())
+    assert rows == evaluate_labnav("straight", suite, folder, progress=False).rows
+    assert set(driven) == {"still", "straight"}
+    routes = parse_lines(ROUTES, driven["still"][ROUTES], LabNavRoute)
+    assert [route.poses[0] for route in routes.values()] == [route.poses[-1] for route in routes.values()]
 
 
 def test_a_result_keeps_the_outcome_of_every_episode(folder, tmp_path):
