@@ -55,6 +55,12 @@ def numbers(name: str, text: str | None) -> tuple[float, ...] | None:
         raise OptionError(f"--{name} {text[:60]!r} must be numbers with commas between them, such as 1.5,2,0") from None
 
 
+def sized(size: tuple[int | None, int | None], default: tuple[int, int]) -> tuple[int, int]:
+    """Return width and height in pixels: those asked for, else those by default."""
+    width, height = size
+    return default[0] if width is None else width, default[1] if height is None else height
+
+
 @dataclass(frozen=True)
 class ExecutorArguments:
     """Arguments of the commands whose work may run on other processes or machines.

@@ -15,6 +15,7 @@ from labgym.table import Table, number
 if TYPE_CHECKING:
     from labgym.assets.inference import Agreement, Inference
     from labgym.eval.driving.episode_row import EpisodeRow
+    from labgym.eval.labnav.row import LabNavRow
     from labgym.eval.scoring.layout_report import LayoutReport
     from labgym.layouts.rules.regulations import Ruling
     from labgym.protocols.experiments import Experiment
@@ -300,6 +301,12 @@ def episode_outcome(row: EpisodeRow) -> str:
     else:
         end = f"time limit of {row.time:g} s reached, {row.final_distance:.2f} m from the goal"
     return f"{end}, {row.path_length:.2f} m driven"
+
+
+def labnav_outcome(row: LabNavRow) -> str:
+    """Return how an episode of LabNav ended, after which time and with which score."""
+    contact = f" ({row.contact})" if row.contact else ""
+    return f"{row.key}: {row.ending}{contact} after {row.time:.1f} s, score {row.score:.3f}"
 
 
 def _because(reaction: Reaction) -> str:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from labgym.cli.arguments import PolicyOptions, allow_local_modules, parse_options
+from labgym.cli.arguments import PolicyOptions, allow_local_modules, parse_options, sized
 from labgym.cli.outcome import DONE, written
 
 if TYPE_CHECKING:
@@ -31,9 +31,7 @@ def view_episode(
     )
 
     out = Path(f"{task}-{level}.png") if out is None else out
-    width, height = (SIZE[k] if size[k] is None else size[k] for k in (0, 1))
-    assert width is not None
-    assert height is not None
+    width, height = sized(size, SIZE)
     check_picture_path(out)
     check_episode_size(width, height)
     layout, chosen = _episode(task, level, episode, seed)
@@ -61,9 +59,9 @@ def watch_episode(
 
 
 def _print(drive: LabNavDrive) -> None:
-    row = drive.row
-    contact = f" ({row.contact})" if row.contact else ""
-    print(f"{row.key}: {row.ending}{contact} after {row.time:.1f} s, score {row.score:.3f}", flush=True)
+    from labgym.cli.describe import labnav_outcome
+
+    print(labnav_outcome(drive.row), flush=True)
 
 
 def _episode(task: str, level: int, episode: str | None, seed: int) -> tuple[Layout, LabNavEpisode]:

@@ -15,6 +15,7 @@ from labgym.cli.arguments import (
     allow_local_modules,
     numbers,
     parse_options,
+    sized,
 )
 from labgym.cli.outcome import complaints, written
 from labgym.errors import OptionError
@@ -87,7 +88,7 @@ def record(
     if episode is None:
         raise OptionError(f"name an episode of {layout} with --episode; labgym record --help shows how they are named")
     if not folder or is_labnav_run(layout):
-        check_episode_film_size(*_sized((width, height), WIDE))
+        check_episode_film_size(*sized((width, height), WIDE))
     if folder:
         return _film_episode(Path(layout), episode, policy, seed, options, out, (width, height), quality)
     from labgym.eval.labnav.published import published_episode
@@ -122,7 +123,7 @@ def _film_pair(
     ends = numbers("start", start), numbers("goal", goal)
     drive = drive_pair(policy or "astar", scene, pair, seed, parse_options(options), *ends)
     print(episode_outcome(drive.row))
-    _save(film(scene, drive.route, *_sized(size, SMALL), quality), len(drive.route), out)
+    _save(film(scene, drive.route, *sized(size, SMALL), quality), len(drive.route), out)
     return complaints([drive.row.error] if drive.row.error else [])
 
 
@@ -149,16 +150,16 @@ def _film_episode(
         return _film_labnav(replay(LabNavEvaluation.read(folder), episode, policy), out, size, quality)
     layout, row, route = recorded_drive(folder, episode, policy)
     print(episode_outcome(row))
-    return _save(film(layout, route, *_sized(size, SMALL), quality), len(route), out)
+    return _save(film(layout, route, *sized(size, SMALL), quality), len(route), out)
 
 
 def _film_labnav(shown: Replay, out: Path, size: tuple[int | None, int | None], quality: Quality) -> int:
+    from labgym.cli.describe import labnav_outcome
     from labgym.eval.drawing.episode_film import HOLD, episode_film
 
     row = shown.row
-    contact = f" ({row.contact})" if row.contact else ""
-    print(f"{row.key}: {row.ending}{contact} after {row.time:.1f} s, score {row.score:.3f}")
-    _save(episode_film(shown, *_sized(size, WIDE), quality), len(shown.shots) + HOLD, out)
+    print(labnav_outcome(row))
+    _save(episode_film(shown, *sized(size, WIDE), quality), len(shown.shots) + HOLD, out)
     return complaints([row.error] if row.error else [])
 
 
@@ -168,10 +169,3 @@ def _save(pictures: Iterable[Picture], count: int, out: Path) -> int:
     from labgym.eval.drawing.film import save_film
 
     return written(save_film(tqdm(pictures, "film", count), out))
-
-
-def _sized(size: tuple[int | None, int | None], default: tuple[int, int]) -> tuple[int, int]:
-    width, height = (default[k] if size[k] is None else size[k] for k in (0, 1))
-    assert width is not None
-    assert height is not None
-    return width, height
