@@ -37,6 +37,9 @@ from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, save_episode_picture
 from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.leaderboard.lab30 import Lab30Result
+from labgym.eval.leaderboard.labnav import LabNavResult, published_results
+from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reports.labnav_comparison import LabNavComparison
 from labgym.eval.reproduction.figures import Figures
@@ -96,7 +99,7 @@ USES = {
 PARTS = {"wall": "#484848", "pane": "#40a0e0", "sill": "#90b8d0", "leaf": "#c06030", "column": "#202020"}
 """Colors of spaces by use, and of solid parts, in the plans of floors."""
 
-BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
+MARKS = "<!-- {name}: begin -->", "<!-- {name}: end -->"
 DOCUMENTS: tuple[type[Document], ...] = (
     AssetFile,
     Annotation,
@@ -120,6 +123,8 @@ DOCUMENTS: tuple[type[Document], ...] = (
     NavigationSummary,
     Comparison,
     LabNavComparison,
+    LabNavResult,
+    Lab30Result,
     Figures,
     RecordedReply,
     Words,
@@ -151,6 +156,7 @@ def pages() -> dict[Path, str]:
     floors, moving = DOCS / "floors.md", DOCS / "moving-parts.md"
     return {
         **schemas,
+        README: with_tables(README.read_text(encoding="utf-8"), results_tables(), "results of LabNav"),
         DOCS / "environment.md": environment_page(LabPointNavEnv, LabPointNavGoalEnv),
         floors: with_tables(floors.read_text(encoding="utf-8"), parameter_tables()),
         moving: with_tables(moving.read_text(encoding="utf-8"), moving_tables()),
@@ -227,17 +233,24 @@ def draw_plan(axes: Axes, draw: FloorDraw) -> None:
     axes.axis("off")
 
 
-def with_tables(readme: str, tables: str) -> str:
-    """Return the README with the block between its markers replaced.
+def results_tables() -> str:
+    """Return the table of the published results of LabNav."""
+    results = published_results()
+    return published_table(results).markdown() if results else "No results are published yet."
+
+
+def with_tables(page: str, tables: str, name: str = "tables") -> str:
+    """Return a page with the block between its markers of that name replaced.
 
     Raises:
         LabgymError: the markers are missing.
     """
-    before, begin, rest = readme.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise LabgymError(f"{README.name} has no block between {BEGIN} and {END}")
-    return f"{before}{BEGIN}\n\n{tables.strip()}\n\n{END}{after}"
+    begin, end = (mark.format(name=name) for mark in MARKS)
+    before, first, rest = page.partition(begin)
+    _, last, after = rest.partition(end)
+    if not first or not last:
+        raise LabgymError(f"the page has no block between {begin} and {end}")
+    return f"{before}{begin}\n\n{tables.strip()}\n\n{end}{after}"
 
 
 def draw_laboratories(folder: Path) -> None:
@@ -279,7 +292,7 @@ def main() -> int:
     files = pages()
     if arguments.run:
         tables = (arguments.run / "tables.md").read_text(encoding="utf-8")
-        files[README] = with_tables(README.read_text(encoding="utf-8"), tables)
+        files[README] = with_tables(files[README], tables)
         for name, folder in (("overview", "views"), ("topdown", "pictures")):
             write_bytes(DOCS / "pictures" / f"{name}.png", (arguments.run / folder / f"{SHOWN}.png").read_bytes())
     stale = [path for path, text in files.items() if not path.is_file() or path.read_text(encoding="utf-8") != text]

@@ -16,8 +16,8 @@ def leaderboard(
     """Show the published results of LabNav and of lab30.
 
     Args:
-        add: Folders of complete evaluations (labgym eval --suite labnav, or --suite lab30) to write among the published
-            results of this installation first.
+        add: Folders of complete evaluations (labgym eval --suite labnav, --suite labnav-aisle or another of its tasks,
+            or --suite lab30) to write among the published results of this installation first.
     """
     from labgym.documents import read_json
     from labgym.eval.driving.files import SUMMARY

@@ -10,14 +10,19 @@ from pydantic import Field
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import Length, Share
+from labgym.eval.driving.evaluation import sessions_of
 from labgym.eval.driving.files import EPISODES, SUMMARY, read_lines
+from labgym.eval.labnav.figure import arithmetic, figure
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.suites import PREFIX, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
 
 FOLDER = "leaderboard/labnav"
+SAME = ("policy", "options", "track", "sensors", "seed", "latency")
+"""Fields in which results of one policy agree."""
 DIGITS = 9
 """Decimal places of published scores and times."""
 
@@ -45,12 +50,14 @@ class LabNavResult(Document):
 
     Attributes:
         summary: of its evaluation. outcomes: of all episodes, in the suite's order.
+        commits: of the checkouts in which each task was driven, by its suite; "-dirty" follows a commit with changes.
     """
 
     SCHEMA: ClassVar[str] = "labgym.labnav-result/1"
 
     summary: LabNavSummary
     outcomes: Annotated[tuple[Outcome, ...], Field(max_length=100_000)]
+    commits: dict[str, tuple[str, ...]] = Field(default_factory=dict)
 
     @classmethod
     def of(cls, folder: str | Path) -> LabNavResult:
@@ -65,7 +72,56 @@ class LabNavResult(Document):
         if missing:
             problem = f"holds {missing[0].episodes} of {missing[0].expected} episodes of {missing[0].task}"
             raise DocumentError(folder, "", f"{problem}; run the same labgym eval command again")
-        return cls(summary=summary, outcomes=tuple(map(Outcome.of, read_rows(folder / EPISODES))))
+        sessions = [each for each in sessions_of(folder) if each.commit is not None]
+        commits = tuple(dict.fromkeys(f"{each.commit}{'-dirty' if each.dirty else ''}" for each in sessions))
+        return cls(
+            summary=summary,
+            outcomes=tuple(map(Outcome.of, read_rows(folder / EPISODES))),
+            commits={task.suite: commits for task in summary.tasks} if commits else {},
+        )
+
+    def joined(self, other: LabNavResult) -> LabNavResult:
+        """Return the result of the tasks of both; where both have a task, that of `other` counts.
+
+        With all eight tasks of the suite labnav it has the figure LabNav.
+
+        Raises:
+            OptionError: the results are of other policies, options, random seeds or suites.
+        """
+        for name in SAME:
+            mine, theirs = (getattr(each.summary, name) for each in (self, other))
+            if mine != theirs:
+                policy = other.summary.policy
+                raise OptionError(f"{policy} is published with {name} {mine!r}, and this result has {theirs!r}")
+        suite = load_labnav(PREFIX)
+        tasks = {task.suite: task for task in (*self.summary.tasks, *other.summary.tasks)}
+        order = [part.label for part in suite.parts]
+        foreign = [label for label in tasks if label not in order]
+        if foreign:
+            raise OptionError(f"{foreign[0]} is not a part of the suite {suite.name}: its result cannot be joined")
+        parts = tuple(tasks[label] for label in order if label in tasks)
+        outcomes = {**self.by_key, **other.by_key}
+        keys = [f"{part.task}-{part.level}/{episode.key}" for part in suite.parts for episode in part.episodes]
+        whole = len(parts) == len(suite.parts) and suite.figure
+        scores: dict[str, list[tuple[str, float]]] = {part.task: [] for part in parts}
+        for key in keys:
+            if key in outcomes:
+                scores[key.partition("-")[0]].append((key.split("/")[-2], outcomes[key].score))
+        summary = other.summary.model_copy(
+            update={
+                "suite": suite.name,
+                "hash": suite.hash,
+                "tasks": parts,
+                "labnav": figure(scores) if whole else None,
+                "arithmetic": arithmetic([part.score.value or 0.0 for part in parts]) if whole else None,
+            }
+        )
+        commits = {**self.commits, **other.commits}
+        return LabNavResult(
+            summary=summary,
+            outcomes=tuple(outcomes[key] for key in keys if key in outcomes),
+            commits={label: commits[label] for label in order if label in commits},
+        )
 
     @property
     def by_key(self) -> dict[str, Outcome]:
@@ -95,15 +151,21 @@ def published_results() -> tuple[LabNavResult, ...]:
 def publish(folder: str | Path, place: Path | None = None) -> Path:
     """Write the result of an evaluation's folder among the published ones, and return its path.
 
+    Tasks that the policy has there stay unless the folder has them, too.
+
     Args:
-        folder: written by `labgym eval --suite labnav`. place: another folder to write to.
+        folder: written by `labgym eval --suite labnav`, or of one of its tasks. place: another folder to write to.
 
     Raises:
         DocumentError: the folder holds no complete LabNav evaluation.
+        OptionError: the published result of the policy is of other options, or of another suite.
     """
     result = LabNavResult.of(folder)
     place = artefacts("eval") / FOLDER if place is None else place
-    return result.save(place / f"{result.summary.policy}.json")
+    path = place / f"{result.summary.policy}.json"
+    if path.is_file():
+        result = LabNavResult.load(path).joined(result)
+    return result.save(path)
 
 
 def _rank(result: LabNavResult) -> float:

@@ -37,7 +37,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
     counts = sorted({task.episodes for one in results for task in one.summary.tasks})
     episodes = f"{counts[0]} episodes" if len(counts) == 1 else f"{counts[0]} to {counts[-1]} episodes"
     return Table(
-        title=f"LabNav, suite {first.tasks[0].suite.rpartition('/')[2]}, {episodes} per task",
+        title=f"LabNav, version {first.tasks[0].suite.rpartition('/')[2]}, {episodes} per task",
         columns=("Policy", "Knows", "LabNav ↑", "Mean ↑", *(f"{task} ↑" for task in ALL), "Touched ↓"),
         rows=tuple(rows),
         notes=(

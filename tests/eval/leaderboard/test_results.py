@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+import math
+from typing import Any
 
 import pytest
 
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.files import EPISODES, ROUTES, parse_lines
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
-from labgym.eval.labnav.suites import LabNavSuite
+from labgym.eval.labnav.suites import ALL, LabNavSuite, load_labnav
+from labgym.eval.labnav.summary import summarise
 from labgym.eval.labnav.together import drive_together
 from labgym.eval.leaderboard import lab30, labnav
 from labgym.eval.leaderboard.check import agreement
@@ -54,6 +57,53 @@ def test_a_result_keeps_the_outcome_of_every_episode(folder, tmp_path):
     assert result.by_key == {row.key: Outcome.of(row)}
     (line,) = published_table([result]).rows
     assert line[:2] == ("straight", "-")
+
+
+@pytest.fixture(scope="module")
+def result_of(folder):
+    """Return a function that returns a complete result of a published task with the same score in every episode."""
+    (row,) = labnav.read_rows(folder / EPISODES)
+
+    def result(task: str, score: float, **fields: Any) -> LabNavResult:
+        suite = load_labnav(f"labnav-{task}")
+        (part,) = suite.parts
+        same = {"suite": part.label, "task": task, "level": 2, "score": score}
+        rows = [row.model_copy(update={**same, "floor": one.floor, "number": one.number}) for one in part.episodes]
+        known = {"options": {}, "track": "mapless", "sensors": "lidar", "seed": 0, "latency": 0.0, "policy": "mine"}
+        summary = summarise(suite, rows, **(known | fields))
+        outcomes = tuple(map(Outcome.of, rows))
+        return LabNavResult(summary=summary, outcomes=outcomes, commits={part.label: ("a" * 40,)})
+
+    return result
+
+
+def test_tasks_driven_one_by_one_give_the_figure_when_the_last_one_is_there(result_of):
+    scores = {"aisle": 0.8, "moved": 0.4, "people": 0.1, "odometry": 0.0, "dock": 0.5, "glass": 1.0, "carry": 0.2}
+    joined = result_of("shift", 0.3)
+    for task, score in scores.items():
+        assert joined.summary.labnav is None
+        joined = joined.joined(result_of(task, score))
+    values = [*scores.values(), 0.3]
+    assert joined.summary.labnav.value == pytest.approx(
+        100.0 * (math.prod(value + 0.05 for value in values) ** (1 / 8) - 0.05)
+    )
+    assert joined.summary.arithmetic == pytest.approx(100.0 * sum(values) / 8)
+    assert [part.task for part in joined.summary.tasks] == list(ALL)
+    assert joined.summary.suite == "labnav"
+    assert joined.summary.hash == load_labnav("labnav").hash
+    assert len(joined.outcomes) == 2400
+    assert len(joined.commits) == 8
+
+
+def test_a_task_driven_again_replaces_its_result(result_of):
+    joined = result_of("aisle", 0.8).joined(result_of("dock", 0.5)).joined(result_of("aisle", 0.6))
+    assert [part.score.value for part in joined.summary.tasks] == pytest.approx([0.6, 0.5])
+    assert len(joined.outcomes) == 600
+
+
+def test_results_of_other_options_are_not_joined(result_of):
+    with pytest.raises(OptionError, match="mine is published with options"):
+        result_of("aisle", 0.8).joined(result_of("dock", 0.5, options={"speed": 0.5}))
 
 
 def test_an_incomplete_evaluation_is_not_published(folder, tmp_path):
