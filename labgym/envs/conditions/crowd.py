@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -92,12 +94,15 @@ class Crowd:
         self._stops = tuple(role.stops for role in cast.people)
         # Shared by the copies that futures are made with, which plan the same ways again and again.
         self._ways: dict[tuple[Vector, Vector], tuple[Vector, ...]] = {}
+        self._yielding = np.array(self.yields, dtype=np.bool_)
+        self._compiled = False
         self.walkers = [Walker(*role.start, standing=not role.stops) for role in cast.people]
 
     def copy(self) -> Crowd:
-        """Return a crowd that goes on from here separately."""
+        """Return a crowd that goes on from here separately, with compiled velocities where numba is installed."""
         other = object.__new__(Crowd)
         other.__dict__ |= self.__dict__
+        other._compiled = True
         other.walkers = [replace(walker) for walker in self.walkers]
         return other
 
@@ -114,7 +119,35 @@ class Crowd:
         """
         walkers = self.walkers
         preferred = [self._preferred(number) for number in range(len(walkers))]
-        discs = [Disc(each.x, each.y, each.vx, each.vy, RADIUS) for each in walkers]
+        compiled = compiled_velocities() if self._compiled and self._model == "orca" else None
+        if compiled is None or robot is None:
+            velocities = self._velocities(preferred, robot, rest)
+        else:
+            velocities = compiled(
+                np.array([(each.x, each.y, each.vx, each.vy) for each in walkers]).reshape(-1, 4),
+                np.array(preferred).reshape(-1, 2),
+                self._yielding,
+                tuple(map(float, robot)),
+                rest >= REST,
+                rest > 0.0,
+                self._world.derived("walls of people", Walls.of).boxes,
+                self._speed,
+                RADIUS,
+                GAP,
+                AVOIDANCE.neighbors,
+                (AVOIDANCE.horizon, AVOIDANCE.horizon_walls, AVOIDANCE.reach, AVOIDANCE.dt),
+            ).tolist()
+        for walker, (vx, vy) in zip(walkers, velocities, strict=True):
+            walker.vx, walker.vy = vx, vy
+            walker.x, walker.y = walker.x + vx * DT, walker.y + vy * DT
+            speed = math.sqrt(vx * vx + vy * vy)
+            walker.walked += speed * DT
+            if speed > 0.2 * self._speed and not walker.standing:
+                walker.yaw = math.atan2(vy, vx)
+
+    def _velocities(self, preferred: Sequence[Vector], robot: Disc | None, rest: float) -> list[Vector]:
+        """Return the next velocities of the people, m/s; the arguments of `step`, and the velocities alone."""
+        discs = [Disc(each.x, each.y, each.vx, each.vy, RADIUS) for each in self.walkers]
         reach = RADIUS + self._speed * AVOIDANCE.horizon_walls
         points = np.array(self.places, dtype=np.float64).reshape(-1, 2)
         walls = self._world.derived("walls of people", Walls.of).near(points, reach)
@@ -130,13 +163,7 @@ class Crowd:
                 if rest > 0.0:
                     blocks.append(_kept_off(disc, robot))
             velocities.append(self._velocity(disc, preferred[number], others, walls[number], blocks))
-        for walker, (vx, vy) in zip(walkers, velocities, strict=True):
-            walker.vx, walker.vy = vx, vy
-            walker.x, walker.y = walker.x + vx * DT, walker.y + vy * DT
-            speed = math.sqrt(vx * vx + vy * vy)
-            walker.walked += speed * DT
-            if speed > 0.2 * self._speed and not walker.standing:
-                walker.yaw = math.atan2(vy, vx)
+        return velocities
 
     def _velocity(
         self,
@@ -261,6 +288,16 @@ class Crowd:
         pace = min(speed, to_go / (2.0 * DT)) / length
         turn = TO_THE_RIGHT if to_go > LOOKAHEAD else 0.0
         return (dx + turn * dy) * pace, (dy - turn * dx) * pace
+
+
+@cache
+def compiled_velocities() -> Callable[..., Any] | None:
+    """Return the compiled velocities of people, None without numba: the same bits, sooner."""
+    try:
+        from labgym.envs.conditions.crowd_kernel import velocities
+    except ImportError:
+        return None
+    return velocities
 
 
 def _kept_off(disc: Disc, robot: Disc) -> HalfPlane:

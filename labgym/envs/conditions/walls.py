@@ -20,8 +20,13 @@ class Walls:
     """
 
     def __init__(self, boxes: BoxArray) -> None:
-        self._center, self._half = boxes.centre, boxes.half
+        self._center, self._half = np.ascontiguousarray(boxes.centre), np.ascontiguousarray(boxes.half)
         self._cosine, self._sine = np.cos(boxes.yaw), np.sin(boxes.yaw)
+
+    @property
+    def boxes(self) -> tuple[Array, Array, Array, Array]:
+        """Centers (m, 2) and halves (m, 2), meters, and cosines (m,) and sines (m,) of the rectangles."""
+        return self._center, self._half, self._cosine, self._sine
 
     @classmethod
     def of(cls, layout: Layout) -> Walls:

@@ -7,7 +7,9 @@ Robotics Research 5(3), 1986, by dynamic programming over place, speed and time.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ Array = NDArray[np.float64]
 
 COARSE = 4
 """People are looked up at one place of this many."""
+NOBODY = np.zeros((0, 2))
 LONGEST = 60.0
 """Time after which no schedule is looked for, seconds."""
 
@@ -89,7 +92,7 @@ def best_schedule(
     count = max(math.ceil((route.length - place) / unit - 1e-6), 0) + 1
     spots = np.minimum(place + unit * np.arange(count), route.length)
     # People are looked up at every fourth place, 2.5 cm apart.
-    points = route.at(spots[::COARSE])[0]
+    points, people = route.at(spots[::COARSE])[0], np.ascontiguousarray(crossing.places)
     allowed = np.interp(spots, route.spacing * np.arange(len(route.fastest)), route.fastest)
     slow = np.arange(levels + 1)[:, None] * rise <= np.maximum(allowed, rise)[None, :] + 1e-9
     level = min(round(speed / rise), levels)
@@ -97,6 +100,7 @@ def best_schedule(
     slow[: level + 1, : level * level + 1] = True
     near = np.full((levels + 1, count), np.inf, dtype=np.float32)
     near[level, 0] = 0.0
+    after, compiled = np.full_like(near, np.inf), compiled_step()
     came: list[NDArray[np.int8]] = []
     best, beside, at = least, 0.0, 0
     for step in range(1, round(LONGEST / dt) + 1):
@@ -104,11 +108,19 @@ def best_schedule(
             break
         # No place further than at the greatest speed all the time.
         reached = min(count, 2 * levels * step + 1)
-        blocked, close = crossing.around(step, points[: -(-reached // COARSE)])
-        free = None if blocked is None else ~np.repeat(blocked, COARSE)[:reached]
-        near, change = _advanced(near, slow, reached, free)
-        if close is not None:
-            near[:, :reached][:, np.repeat(close, COARSE)[:reached]] += np.float32(dt)
+        seen = points[: -(-reached // COARSE)]
+        if compiled is None:
+            blocked, close = crossing.around(step, seen)
+            free = None if blocked is None else ~np.repeat(blocked, COARSE)[:reached]
+            near, change = _advanced(near, slow, reached, free)
+            if close is not None:
+                near[:, :reached][:, np.repeat(close, COARSE)[:reached]] += np.float32(dt)
+        else:
+            change = np.empty((levels + 1, reached), dtype=np.int8)
+            now = people[step - 1] if step <= len(people) else NOBODY
+            limits = crossing.apart**2, NEAR**2, NEAR
+            compiled(near, after, change, slow, now, seen, COARSE, limits, np.float32(dt))
+            near, after = after, near
         came.append(change)
         if np.isfinite(near[0, -1]) and worth.points(step * dt, float(near[0, -1])) > best + 1e-9:
             beside, at = float(near[0, -1]), step
@@ -117,6 +129,16 @@ def best_schedule(
         return None
     places, speeds = _traced(came[:at], spots, rise)
     return Schedule(places, speeds, beside, best)
+
+
+@cache
+def compiled_step() -> Callable[..., None] | None:
+    """Return the compiled step of `best_schedule`, None without numba: the same bits, sooner."""
+    try:
+        from labgym.policies.clairvoyant.schedule_kernel import advance
+    except ImportError:
+        return None
+    return advance
 
 
 def _advanced(
