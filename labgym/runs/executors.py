@@ -25,6 +25,7 @@ class ExecutorOptions:
             has as many workers as have joined it.
         scheduler: address of the Dask scheduler, such as tcp://127.0.0.1:8786.
         slurm: parameters of Slurm jobs by submitit's names, such as {"slurm_partition": "cpu", "timeout_min": 60}.
+        apart: whether a single local worker is a process too, with one thread for numerical libraries.
 
     Raises:
         OptionError: the number of workers is not positive, or an option belongs to another executor.
@@ -34,6 +35,7 @@ class ExecutorOptions:
     workers: int = 1
     scheduler: str | None = None
     slurm: Mapping[str, Any] = field(default_factory=dict)
+    apart: bool = False
 
     def __post_init__(self) -> None:
         if self.kind not in EXECUTORS:
@@ -95,7 +97,7 @@ class ThisProcess(Executor):
 
 @contextmanager
 def _local(options: ExecutorOptions, _: Path) -> Iterator[Workers]:
-    if options.workers == 1:
+    if options.workers == 1 and not options.apart:
         yield Workers(ThisProcess(), lambda: 1)
         return
     from labgym.runs.local_pool import LocalPool, WorkerLostError

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -71,8 +71,8 @@ def evaluate_labnav(
     """Drive a policy through the episodes of a LabNav suite and return the results.
 
     The policy runs in a separate process, and each episode in a fresh copy of it; a built-in policy that foresees the
-    world runs in this one. Apart from the measured times, the
-    results do not depend on the executor or on interruptions.
+    world runs in the worker that drives, never in this process. Apart from the measured times, the results do not
+    depend on the executor or on interruptions.
 
     Args:
         policy: a name for `make_policy`, or a policy, which is copied in its present state.
@@ -83,7 +83,7 @@ def evaluate_labnav(
         progress: whether to show a progress bar.
         options: arguments for `make_policy`.
         fresh: rename an existing folder and start anew.
-        executor: where floors are driven; by default in this process.
+        executor: where floors are driven; by default in this process, or in one worker for a policy that foresees.
         limits: limits of time and memory of the policy's process.
         kernels: as for `labgym.eval.driving.runner.evaluate`.
 
@@ -105,6 +105,8 @@ def evaluate_labnav(
             raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with workers=1")
         if driver.foresees:
             check_foresight(source)
+            if here:  # with all cores, numerical libraries spend their time waiting in its tiny problems
+                executor, here = replace(executor, apart=True), False
         if executor.kind == "dask":
             source = source.portable(driver.files())
         run = _Run(source, driver, label, suite, seed, limits, mode.kind)

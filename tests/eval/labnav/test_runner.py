@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -13,12 +14,14 @@ from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import suite_file
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.runner import evaluate
+from labgym.eval.labnav import runner
 from labgym.eval.labnav.cost import cost
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import MINI, LabNavSuite, is_labnav, load_labnav, suite_names
 from labgym.eval.labnav.summary import kind_of, summarise, summary_table
 from labgym.policies import Policy
+from labgym.runs import ExecutorOptions, open_executor
 
 PUBLISHED = [name for name in suite_names() if suite_file(name).is_file()]
 
@@ -157,8 +160,19 @@ def test_only_built_in_policies_foresee_the_world_and_only_in_labnav(suite):
         evaluate(Oracle(), [island_laboratory()], progress=False)
 
 
-def test_the_privileged_track_is_evaluated_in_this_process(suite):
+def test_the_privileged_track_is_evaluated_in_one_worker_with_one_thread(suite, monkeypatch):
+    opened, runner_shards = [], runner.run_shards
+
+    def run_shards(shards, folder, executor, *arguments, **options):
+        opened.append(executor)
+        return runner_shards(shards, folder, executor, *arguments, **options)
+
+    monkeypatch.setattr(runner, "run_shards", run_shards)
     report = evaluate_labnav("clairvoyant", suite, progress=False)
+    assert opened == [ExecutorOptions(apart=True)]
+    with open_executor(opened[0]) as workers:
+        assert workers.executor.submit(os.getpid).result() != os.getpid()
+        assert workers.executor.submit(os.getenv, "OPENBLAS_NUM_THREADS").result() == "1"
     assert report.summary.track == "privileged"
     assert "clairvoyant (privileged)" in summary_table(report.summary).text()
     assert {(row.track, row.error, row.time) for row in report.rows} == {("privileged", None, suite.seconds)}
