@@ -60,6 +60,7 @@ class Walker:
         stop: index of the stop to which the person walks, or at which they stand. standing: which of the two.
         waiting: time left to stand, seconds. group_wait: time waited for the group, seconds.
         path: the way to the stop; none before it is planned. passed: number of its points that are passed.
+        beyond: length of the path after the next point, meters.
         to_go: way to go at the latest progress, meters. stalled: time since then, seconds.
     """
 
@@ -75,6 +76,7 @@ class Walker:
     group_wait: float = 0.0
     path: tuple[Vector, ...] = ()
     passed: int = 0
+    beyond: float = 0.0
     to_go: float = math.inf
     stalled: float = 0.0
 
@@ -90,7 +92,9 @@ class Crowd:
         self._world, self._speed = world, cast.speed
         self._model: Model = cast.model
         self.yields = tuple(role.yields for role in cast.people)
-        self._groups = tuple(role.group for role in cast.people)
+        self._groups = tuple(
+            tuple(k for k, other in enumerate(cast.people) if other.group == role.group) for role in cast.people
+        )
         self._stops = tuple(role.stops for role in cast.people)
         # Shared by the copies that futures are made with, which plan the same ways again and again.
         self._ways: dict[tuple[Vector, Vector], tuple[Vector, ...]] = {}
@@ -204,8 +208,7 @@ class Crowd:
 
     def _wait(self, number: int) -> None:
         walker = self.walkers[number]
-        group = [k for k, other in enumerate(self._groups) if other == self._groups[number]]
-        together = all(self.walkers[k].standing for k in group)
+        together = all(self.walkers[k].standing for k in self._groups[number])
         walker.group_wait += 0.0 if together else DT
         if together or walker.group_wait > PATIENCE:
             walker.waiting -= DT
@@ -232,6 +235,7 @@ class Crowd:
             if len(self._ways) > WAYS:
                 del self._ways[next(iter(self._ways))]
         walker.path, walker.passed = self._ways[ends], 1
+        walker.beyond = _length(walker.path, 1)
 
     def _taken(self, number: int, x: float, y: float) -> bool:
         """Whether somebody else stands at a stop."""
@@ -243,17 +247,17 @@ class Crowd:
 
     def _ahead(self, walker: Walker) -> tuple[Vector, float]:
         """Return the point of the path to walk to, and the way to go, meters; pass the points that lie behind."""
-        path, last = walker.path, len(walker.path) - 1
-        while walker.passed < last:
-            (ax, ay), (bx, by) = path[walker.passed - 1], path[walker.passed]
-            if (walker.x - bx) * (bx - ax) + (walker.y - by) * (by - ay) < 0.0:
+        path, last, place, x, y = walker.path, len(walker.path) - 1, walker.passed, walker.x, walker.y
+        while place < last:
+            (ax, ay), (bx, by) = path[place - 1], path[place]
+            if (x - bx) * (bx - ax) + (y - by) * (by - ay) < 0.0:
                 break
-            walker.passed += 1
-        place, x, y = walker.passed, walker.x, walker.y
+            place += 1
+        if place != walker.passed:
+            walker.passed, walker.beyond = place, _length(path, place)
+        rest = math.dist((x, y), path[place]) + walker.beyond
         while place < last and (path[place][0] - x) ** 2 + (path[place][1] - y) ** 2 < LOOKAHEAD * LOOKAHEAD:
             place += 1
-        rest = math.dist((x, y), path[walker.passed])
-        rest += sum(math.dist(path[k], path[k + 1]) for k in range(walker.passed, last))
         return path[place], rest
 
     def _watch(self, number: int, to_go: float) -> None:
@@ -270,12 +274,12 @@ class Crowd:
 
     def _pace(self, number: int, to_go: float) -> float:
         """Return the speed of a person, m/s: members of a group wait for the last one."""
-        group, stop = self._groups[number], self.walkers[number].stop
-        behind = [
-            walker.to_go
-            for k, walker in enumerate(self.walkers)
-            if k != number and self._groups[k] == group and walker.stop == stop and not walker.standing
-        ]
+        group = self._groups[number]
+        if len(group) == 1:
+            return self._speed
+        walkers, stop = self.walkers, self.walkers[number].stop
+        others = [walkers[k] for k in group if k != number]
+        behind = [other.to_go for other in others if other.stop == stop and not other.standing]
         late = any(to_go + AHEAD < other < math.inf for other in behind)
         return self._speed * (0.5 if late else 1.0)
 
@@ -288,6 +292,11 @@ class Crowd:
         pace = min(speed, to_go / (2.0 * DT)) / length
         turn = TO_THE_RIGHT if to_go > LOOKAHEAD else 0.0
         return (dx + turn * dy) * pace, (dy - turn * dx) * pace
+
+
+def _length(path: Sequence[Vector], first: int) -> float:
+    """Return the length of a path from its point of a number on, meters."""
+    return sum((math.dist(path[k], path[k + 1]) for k in range(first, len(path) - 1)), 0.0)
 
 
 @cache
