@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 from labgym.eval.driving.intervals import Estimate
+from labgym.eval.labnav.figure import paired_difference, significant, swaps
 from labgym.eval.labnav.suites import ALL
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
@@ -44,8 +46,29 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
             "LabNav is 100 (exp(mean ln(s + 0.05)) - 0.05) over the eight mean scores s, with its 95% interval over "
             "floors; Mean is 100 times their arithmetic mean.",
             "Touched: share of episodes with a contact.",
+            *_pairs([result for result in results if result.summary.labnav is not None]),
         ),
     )
+
+
+def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
+    """Return sentences on the pairs of policies that are apart, and on those whose order depends on the mean."""
+    pairs = list(combinations(results, 2))
+    if not pairs:
+        return ()
+    scores = {one.summary.policy: {key: each.score for key, each in one.by_key.items()} for one in results}
+    unclear = [
+        f"{a.summary.policy} and {b.summary.policy}"
+        for a, b in pairs
+        if not significant(paired_difference(scores[a.summary.policy], scores[b.summary.policy]))
+    ]
+    apart = f"{len(pairs) - len(unclear)} of {len(pairs)} pairs of policies are apart (the 95% interval of the paired "
+    apart += "difference of their mean scores, with floors as the unit, excludes 0)"
+    text = apart + (f"; not {', '.join(unclear)}." if unclear else ".")
+    order = swaps({one.summary.policy: [task.score.value or 0.0 for task in one.summary.tasks] for one in results})
+    if not order:
+        return text, "Both means order all policies in the same way."
+    return text, f"The means order these pairs differently: {', '.join(f'{a} and {b}' for a, b in order)}."
 
 
 def _figure(estimate: Estimate | None) -> str:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -93,6 +95,18 @@ def test_tasks_driven_one_by_one_give_the_figure_when_the_last_one_is_there(resu
     assert joined.summary.hash == load_labnav("labnav").hash
     assert len(joined.outcomes) == 2400
     assert len(joined.commits) == 8
+
+
+def test_the_table_names_pairs_that_are_not_apart_and_those_whose_order_depends_on_the_mean(result_of):
+    def whole(policy: str, scores: Sequence[float]) -> LabNavResult:
+        parts = [result_of(task, score, policy=policy) for task, score in zip(ALL, scores, strict=True)]
+        return functools.reduce(LabNavResult.joined, parts)
+
+    even, uneven = whole("even", [0.4] * 8), whole("uneven", [1.0] * 4 + [0.0] * 4)
+    text = " ".join(published_table([even, uneven, whole("twin", [0.4] * 8)]).notes)
+    assert "2 of 3 pairs of policies are apart" in text
+    assert "not even and twin." in text
+    assert "The means order these pairs differently: even and uneven, twin and uneven." in text
 
 
 def test_a_task_driven_again_replaces_its_result(result_of):
