@@ -9,12 +9,13 @@ from typing import Annotated, Literal
 from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
-from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber
 from labgym.cli.outcome import written
 from labgym.cli.reinforcement import her, ppo, sac
 from labgym.errors import MissingDependencyError, OptionError
 
 Sensor = Literal["lidar", "depth"]
+DataFormat = Literal["planner", "parquet", "minari"]
 
 DataFolder = Annotated[Path, arg(help="Folder of the dataset, written by labgym data.")]
 Threads = Annotated[int, arg(help="Number of torch threads; the last bits of the weights depend on it.")]
@@ -33,29 +34,74 @@ for command in (ppo, sac, her):
 
 
 def data(
-    out: Path = Path("runs/data"),
-    samples: int = 50_000,
+    out: OptionalPath = None,
+    format: DataFormat = "planner",  # noqa: A002
+    samples: OptionalWholeNumber = None,
+    task: OptionalText = None,
+    level: OptionalWholeNumber = None,
+    split: OptionalText = None,
+    policy: OptionalText = None,
+    sensors: Annotated[Literal["lidar", "depth", "rgbd"] | None, arg(help_behavior_hint="")] = None,
+    episodes: OptionalWholeNumber = None,
+    successful: Annotated[bool, arg(help_behavior_hint="")] = False,
     seed: int = 0,
-    shard: int = 500,
+    shard: OptionalWholeNumber = None,
     execution: Execution = THIS_PROCESS,
     fresh: Fresh = False,
 ) -> int:
-    """Make a training set from newly generated layouts: frames, goals, expert paths and privileged maps.
+    """Make training data: samples for the learned planners, or drives of an expert for other libraries.
 
-    An interrupted command resumes.
+    An interrupted command resumes. docs/training-data.md describes the files.
 
     Args:
-        out: Folder for manifest.json and the parquet files.
-        samples: Number of samples.
+        out: Folder; by default runs/data, or runs/FORMAT/NAME for drives.
+        format: planner: frames, goals, expert paths and maps, for labgym train. parquet, minari: drives of an
+            expert.
+        samples: Number of samples of the format planner (50000).
+        task: Task of the drives: one of LabNav, such as people (the default), or point.
+        level: Level of the task of LabNav, 1 to 3 (2).
+        split: Layouts of the drives: floors-train (the default) or floors-val; for point also train (its default), val.
+        policy: Expert, a built-in policy (stack; for point astar); labgym policies lists them.
+        sensors: Sensors of the observations (lidar); the expert has its own.
+        episodes: Number of drives (100).
+        successful: Keep successful drives only: one that fails is drawn again.
         seed: Random seed; the files depend on it, not on the number of workers.
-        shard: Number of samples in a shard of two files, the unit of work and of resuming.
+        shard: Samples (500) or drives (10) in a shard, the unit of work and of resuming.
     """
-    from labgym.policies.data import DataOptions, make_dataset
-
-    _check_at_least(1, samples=samples, shard=shard)
     _check_at_least(0, seed=seed)
-    make_dataset(out, DataOptions(samples=samples, seed=seed, shard=shard), execution.options(), fresh)
-    return written(out)
+    drives = {
+        "task": task, "level": level, "split": split, "policy": policy, "sensors": sensors, "episodes": episodes,
+        "successful": successful or None,
+    }  # fmt: skip
+    if format == "planner":
+        from labgym.policies.data import DataOptions, make_dataset
+
+        for name, value in drives.items():
+            if value is not None:
+                raise OptionError(f"--{name} belongs to drives: add --format parquet or minari")
+        sizes = {"samples": 50_000 if samples is None else samples, "shard": 500 if shard is None else shard}
+        _check_at_least(1, **sizes)
+        out = out or Path("runs/data")
+        make_dataset(out, DataOptions(**sizes, seed=seed), execution.options(), fresh)
+        return written(out)
+    if samples is not None:
+        raise OptionError(f"--samples belongs to --format planner: pass the number of drives with --episodes {samples}")
+    from labgym.datasets import drive_options, make_drives
+
+    options = drive_options(
+        task or "people",
+        policy,
+        split,
+        level,
+        format=format,
+        sensors=sensors or "lidar",
+        episodes=100 if episodes is None else episodes,
+        successful=successful,
+        seed=seed,
+        shard=10 if shard is None else shard,
+    )
+    folder = out or Path("runs") / format / options.name
+    return written(make_drives(folder, options, execution.options(), fresh))
 
 
 @train_app.command

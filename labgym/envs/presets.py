@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from labgym.envs.config import PointNavConfig
+from labgym.envs.config import LABNAV, PointNavConfig
 from labgym.envs.labnav.tasks import HEADLINE, TASKS, config_of
 from labgym.envs.parts.discrete import DiscreteActions
 from labgym.envs.parts.endings import REST_DISTANCE, RestEnding, StopEnding
@@ -53,16 +53,29 @@ def labnav_id(task: str) -> str:
     return f"LabNav{task.capitalize()}-v0"
 
 
-def _labnav(task: str) -> PointNavConfig:
-    return config_of(task, HEADLINE, split=FLOORS_TRAIN, drives=f"labnav-{task}-{HEADLINE}")
+def labnav_config_name(task: str, level: int, observation: str) -> str:
+    """Return the name for `preset` of a LabNav task at a level with an observation, such as "labnav-people-3-rgbd"."""
+    return f"{LABNAV}{task}-{level}-{observation}"
+
+
+def _labnav(task: str, level: int = HEADLINE, observation: str = "lidar") -> PointNavConfig:
+    return config_of(task, level, observation, split=FLOORS_TRAIN, drives=f"{LABNAV}{task}-{level}")
 
 
 def preset(name: str) -> PointNavConfig:
-    """Return the configuration of a registered environment.
+    """Return the configuration of a registered environment, or of a LabNav task at any level with any observation.
+
+    Args:
+        name: an id, or a name such as "labnav-people-3-rgbd".
 
     Raises:
-        UnknownNameError: no environment has that id.
+        UnknownNameError: no environment has that id, or the task, level or observation does not exist.
     """
-    if name not in presets():
-        raise UnknownNameError("configuration (an id, or a .json or .yaml file)", name, presets())
-    return presets()[name]
+    if name in presets():
+        return presets()[name]
+    task, _, rest = name.removeprefix(LABNAV).partition("-")
+    level, _, observation = rest.partition("-")
+    if not name.startswith(LABNAV) or not level.isdecimal():
+        kind = 'configuration (an id, "labnav-TASK-LEVEL-OBSERVATION", or a .json or .yaml file)'
+        raise UnknownNameError(kind, name, presets())
+    return _labnav(task, int(level), observation or "lidar")

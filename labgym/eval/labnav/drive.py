@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from labgym.envs.conditions.payload import beaker_of
 from labgym.envs.labnav.episodes import EpisodeTasks, LabNavEpisode
@@ -19,7 +20,25 @@ from labgym.eval.labnav.rules import delay_of, ending_of
 from labgym.eval.labnav.shift import drive_shift, shift_endings
 from labgym.layouts import Layout
 
-__all__ = ["LabNavDrive", "LabNavDriver", "drive_floor", "score_of"]
+__all__ = ["Finished", "LabNavDrive", "LabNavDriver", "drive_floor", "score_of"]
+
+
+@dataclass(frozen=True)
+class Finished:
+    """The facts about an episode of one drive on which its score depends, as in `LabNavRow`.
+
+    Attributes:
+        task: name. success: S. shortest, path_length: L* and P, meters. time: T, seconds.
+        final_distance, final_heading: from the goal pose, meters and radians.
+    """
+
+    task: str
+    success: bool
+    shortest: float
+    path_length: float
+    time: float
+    final_distance: float
+    final_heading: float
 
 
 def drive_floor(
@@ -89,11 +108,11 @@ def drive_once(
     return LabNavDrive.of(row, recorder, driver)
 
 
-def score_of(row: LabNavRow, state: State) -> float:
+def score_of(row: LabNavRow | Finished, state: State) -> float:
     """Return the score of an episode at its end.
 
     Args:
-        row: the results. state: at the end.
+        row: the results, or those on which the score depends. state: at the end.
     """
     outcomes = {name: one.outcome for name, one in state.presences.items()}
     if row.task == "aisle":

@@ -100,7 +100,7 @@ def fields_of(
         "contacts": state.contacts,
         "waited": round(recorder.waited, 6),
         "delay": delay_of(driver.latency),
-        "outcomes": _plain(outcomes),
+        "outcomes": plain(outcomes),
     }
 
 
@@ -111,12 +111,12 @@ def _neck(task: Task) -> float | None:
     return min(fitting) if len(fitting) == len(discs) else None
 
 
-def _plain(value: Any) -> Any:
-    """Return outcomes as bounded JSON data."""
+def plain(value: Any) -> Any:
+    """Return outcomes as bounded JSON data: at most 100 entries of a list, and no number that is not finite."""
     if isinstance(value, Mapping):
-        return {str(key)[:100]: _plain(each) for key, each in list(value.items())[:MOST_OUTCOME]}
+        return {str(key)[:100]: plain(each) for key, each in list(value.items())[:MOST_OUTCOME]}
     if isinstance(value, list | tuple | np.ndarray):
-        return [_plain(each) for each in list(value)[:MOST_OUTCOME]]
+        return [plain(each) for each in list(value)[:MOST_OUTCOME]]
     if isinstance(value, bool | np.bool_):
         return bool(value)
     if isinstance(value, int | np.integer):

@@ -1,0 +1,6 @@
+"""Datasets of expert drives for other training libraries: Parquet and Minari."""
+
+from labgym.datasets.make import make_drives
+from labgym.datasets.options import FORMATS, DriveOptions, drive_options
+
+__all__ = ["FORMATS", "DriveOptions", "drive_options", "make_drives"]

@@ -1,0 +1,82 @@
+"""Making one shard: drive episodes, and return their steps and rows as parquet files."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from labgym.datasets.driving import Drives, Episode, EpisodeFacts
+from labgym.datasets.options import DriveOptions
+from labgym.datasets.tables import episode_table, parquet_bytes, step_table
+from labgym.eval.driving.shard import policy_process
+from labgym.eval.labnav.foresight import in_place
+from labgym.policies.process import PolicySource
+from labgym.runs import ShardOutput
+from labgym.runs.folder import SHARDS
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A drive of the expert, kept or dropped.
+
+    Attributes:
+        kept: whether it is in the dataset. success, score, ending: as in the table of episodes.
+        steps: number of steps if it is kept, else 0.
+    """
+
+    kept: bool
+    success: bool
+    score: float
+    ending: str
+    steps: int = 0
+
+    @classmethod
+    def of(cls, facts: EpisodeFacts, steps: int | None) -> Attempt:
+        """Return a drive that was kept with its number of steps, or dropped (None)."""
+        return cls(steps is not None, facts.success, facts.score, facts.ending, steps or 0)
+
+
+def steps_file(options: DriveOptions, index: int) -> str:
+    """Return the path of the steps of a shard; those of other formats than parquet are merged at the end."""
+    return f"steps/{index:05d}.parquet" if options.format == "parquet" else f"{SHARDS}/{index:05d}/steps.parquet"
+
+
+def episodes_file(index: int) -> str:
+    """Return the path of the episodes of a shard, which are merged at the end."""
+    return f"{SHARDS}/{index:05d}/episodes.parquet"
+
+
+def make_shard(options: DriveOptions, index: int, expert: PolicySource, files: str, kernels: str) -> ShardOutput:
+    """Drive the episodes of a shard; they depend on the options and the index alone.
+
+    Args:
+        expert, files, kernels: as for `labgym.eval.driving.shard.drive_shard`.
+    """
+    driver = in_place(policy_process(expert, files, None, kernels), expert)
+    drives = Drives(options, driver)
+    steps, rows, attempts = [], [], []
+    try:
+        observation, action = drives.spaces
+        for number in options.numbers(index):
+            episode: Episode = drives.episode(number)
+            steps.append(step_table(episode, observation, action))
+            rows.append(episode_table(episode, observation, options))
+            attempts += [Attempt.of(each, None) for each in episode.dropped]
+            attempts.append(Attempt.of(episode.facts, len(episode.steps)))
+    finally:
+        drives.close()
+    content = {steps_file(options, index): parquet_bytes(steps), episodes_file(index): parquet_bytes(rows)}
+    record: list[dict[str, Any]] = [asdict(each) for each in attempts]
+    return ShardOutput(content, record)
+
+
+def attempts_of(record: Any) -> list[Attempt]:
+    """Return the drives of a shard's record."""
+    return [Attempt(**each) for each in record]
+
+
+def mean(values: list[float]) -> float:
+    """Return the mean of values, 0 for none."""
+    return float(np.mean(values)) if values else 0.0
