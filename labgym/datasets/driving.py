@@ -1,4 +1,4 @@
-"""Expert drives in the environments of the Gym ids, each on a layout of its own, with results by LabNav's rules."""
+"""Expert drives in the environments of the Gym ids, each on a separate layout, with results by LabNav's rules."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ DRAWS = 200
 FAILURES = 20
 """Number of drives that may fail in a row where only successful ones are kept."""
 POINT_TASK = LabNavTask(POINT, "drive to a point and rest there", {})
-"""What the expert is told of the task "point": it rests at the goal, and may say when."""
+"""The task "point" for the expert: it rests at the goal, and may say when."""
 
 
 @dataclass(frozen=True)
 class EpisodeFacts:
-    """What is known of an episode besides its steps.
+    """The facts about an episode besides its steps.
 
     Attributes:
         number: of the episode. seed: `reset(seed=seed)` of the environment begins it. attempt: number of drives of the

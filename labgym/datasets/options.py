@@ -1,4 +1,4 @@
-"""What a dataset of drives holds: task, floors, expert, sensors and format, and the environment that follows."""
+"""Options of a dataset of drives: task, floors, expert, sensors and format, and the environment that follows."""
 
 from __future__ import annotations
 
