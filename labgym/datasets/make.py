@@ -59,7 +59,7 @@ def make_drives(
     Args:
         folder: for the files of the format, `README.md` and the record of the run.
         options: what to drive.
-        executor: where the shards are driven.
+        executor: where the shards are driven; by default in this process.
         fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
 
