@@ -15,7 +15,7 @@ from labgym.cli.reinforcement import her, ppo, sac
 from labgym.errors import MissingDependencyError, OptionError
 
 Sensor = Literal["lidar", "depth"]
-DataFormat = Literal["planner", "parquet", "minari"]
+DataFormat = Literal["planner", "parquet", "minari", "lerobot"]
 
 DataFolder = Annotated[Path, arg(help="Folder of the dataset, written by labgym data.")]
 Threads = Annotated[int, arg(help="Number of torch threads; the last bits of the weights depend on it.")]
@@ -55,7 +55,7 @@ def data(
 
     Args:
         out: Folder; by default runs/data, or runs/FORMAT/NAME for drives.
-        format: planner: frames, goals, expert paths and maps, for labgym train. parquet, minari: drives of an
+        format: planner: frames, goals, expert paths and maps, for labgym train. parquet, minari, lerobot: drives of an
             expert.
         samples: Number of samples of the format planner (50000).
         task: Task of the drives: one of LabNav, such as people (the default), or point.
@@ -78,7 +78,7 @@ def data(
 
         for name, value in drives.items():
             if value is not None:
-                raise OptionError(f"--{name} belongs to drives: add --format parquet or minari")
+                raise OptionError(f"--{name} belongs to drives: add --format parquet, minari or lerobot")
         sizes = {"samples": 50_000 if samples is None else samples, "shard": 500 if shard is None else shard}
         _check_at_least(1, **sizes)
         out = out or Path("runs/data")

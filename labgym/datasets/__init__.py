@@ -1,4 +1,4 @@
-"""Datasets of expert drives for other training libraries: Parquet and Minari."""
+"""Datasets of expert drives for other training libraries: Parquet, Minari and LeRobot."""
 
 from labgym.datasets.make import make_drives
 from labgym.datasets.options import FORMATS, DriveOptions, drive_options

@@ -22,11 +22,15 @@ steps, episodes = pd.read_parquet("steps"), pd.read_parquet("episodes.parquet")"
 
 dataset = minari.load_dataset("{name}")
 env = dataset.recover_environment()""",
+    "lerobot": """from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+dataset = LeRobotDataset("{name}", root=".")""",
 }
 HUB = {
     "parquet": ("labgym", 'configs:\n- config_name: steps\n  data_files: "steps/*.parquet"\n- config_name: episodes\n'
                 "  data_files: episodes.parquet\n"),
     "minari": ("minari", ""),
+    "lerobot": ("LeRobot", 'configs:\n- config_name: default\n  data_files: "data/*/*.parquet"\n'),
 }  # fmt: skip
 """Tag and configuration of the card's header, by format."""
 
@@ -125,4 +129,6 @@ def _limits(options: DriveOptions) -> str:
     limits.append(
         "Columns that begin with `privileged.` are what no policy may see; do not train policies on them as inputs."
     )
+    if options.format == "lerobot" and options.sensors != "lidar":
+        limits.append("Videos are compressed. That of depth has 8 bits; the feature `depth` has the exact meters.")
     return "\n".join(f"- {each}" for each in limits)

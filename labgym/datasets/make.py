@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
 import labgym
 from labgym.datasets.card import card
+from labgym.datasets.lerobot_format import lerobot_files
 from labgym.datasets.minari_format import minari_files
 from labgym.datasets.options import DriveOptions
 from labgym.datasets.parquet_format import parquet_files
@@ -34,11 +36,16 @@ RECORDED = (
     "shapely",
 )
 """Packages whose versions can change the bytes of a dataset."""
-PACKAGES = {"parquet": (), "minari": (("minari", "minari"), ("h5py", "h5py"))}
+PACKAGES = {
+    "parquet": (),
+    "minari": (("minari", "minari"), ("h5py", "h5py")),
+    "lerobot": (("imageio_ffmpeg", "imageio-ffmpeg"),),
+}
 """Packages of each format, besides pyarrow: names for import and of the distribution."""
 FILES: dict[str, Callable[[DriveOptions, FinishedShards], Iterator[tuple[str, Content]]]] = {
     "parquet": parquet_files,
     "minari": minari_files,
+    "lerobot": lerobot_files,
 }
 """The merged files of each format."""
 CARD = "README.md"
@@ -76,6 +83,8 @@ def make_drives(
         paths = driver.files()
         fingerprint = policy_fingerprint(options.policy, source, options.policy, paths)
         portable = source.portable(paths) if executor.kind == "dask" else source
+        if driver.foresees and executor == ExecutorOptions():
+            executor = replace(executor, apart=True)  # It drives in a process with one thread, as in an evaluation.
     identity = RunIdentity.of(
         "drives",
         options=options.model_dump(mode="json"),

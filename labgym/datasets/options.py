@@ -15,7 +15,7 @@ from labgym.envs.presets import labnav_config_name, labnav_id
 from labgym.errors import OptionError, UnknownNameError
 from labgym.policies.registry import BUILT_IN
 
-Format = Literal["parquet", "minari"]
+Format = Literal["parquet", "minari", "lerobot"]
 Sensors = Literal["lidar", "depth", "rgbd"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 

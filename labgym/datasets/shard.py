@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from labgym.datasets.driving import Drives, Episode, EpisodeFacts
+from labgym.datasets.lerobot_videos import lerobot_videos
 from labgym.datasets.options import DriveOptions
 from labgym.datasets.tables import episode_table, parquet_bytes, step_table
 from labgym.eval.driving.shard import policy_process
@@ -56,18 +57,21 @@ def make_shard(options: DriveOptions, index: int, expert: PolicySource, files: s
     """
     driver = in_place(policy_process(expert, files, None, kernels), expert)
     drives = Drives(options, driver)
-    steps, rows, attempts = [], [], []
+    steps, rows, attempts, observed = [], [], [], []
     try:
         observation, action = drives.spaces
         for number in options.numbers(index):
             episode: Episode = drives.episode(number)
             steps.append(step_table(episode, observation, action))
             rows.append(episode_table(episode, observation, options))
+            if options.format == "lerobot":
+                observed += episode.steps.observations[:-1]
             attempts += [Attempt.of(each, None) for each in episode.dropped]
             attempts.append(Attempt.of(episode.facts, len(episode.steps)))
     finally:
         drives.close()
     content = {steps_file(options, index): parquet_bytes(steps), episodes_file(index): parquet_bytes(rows)}
+    content |= lerobot_videos(index, observed)
     record: list[dict[str, Any]] = [asdict(each) for each in attempts]
     return ShardOutput(content, record)
 

@@ -10,54 +10,41 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from labgym.datasets import drive_options, make_drives
+from labgym.datasets import DriveOptions, drive_options, make_drives
 from labgym.datasets.tables import OBSERVATION, column_array, observations_of
 
 minari = pytest.importorskip("minari")
 
-OPTIONS = {
-    "task": "point",
-    "policy": "astar",
-    "split": "val",
-    "level": None,
-    "sensors": "rgbd",
-    "episodes": 2,
-    "seed": 9,
-}
-CHOSEN = drive_options(format="minari", shard=1, **OPTIONS)
+
+@pytest.fixture(scope="module")
+def chosen(camera) -> DriveOptions:
+    return drive_options(format="minari", shard=1, **camera)
 
 
 @pytest.fixture(scope="module")
-def root(tmp_path_factory) -> Path:
+def root(tmp_path_factory, chosen) -> Path:
     """The folder of $MINARI_DATASETS_PATH."""
     root = tmp_path_factory.mktemp("minari")
-    make_drives(root / CHOSEN.name, CHOSEN, progress=False)
+    make_drives(root / chosen.name, chosen, progress=False)
     return root
 
 
-@pytest.fixture(scope="module")
-def tables(tmp_path_factory) -> Path:
-    """The same drives in the format parquet."""
-    chosen = drive_options(format="parquet", shard=2, **OPTIONS)
-    return make_drives(tmp_path_factory.mktemp("parquet"), chosen, progress=False)
-
-
 @pytest.fixture
-def dataset(root, monkeypatch):
+def dataset(root, chosen, monkeypatch):
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(root))
-    return minari.load_dataset(CHOSEN.name)
+    return minari.load_dataset(chosen.name)
 
 
-def test_minari_loads_the_dataset_with_the_spaces_of_the_environment(dataset):
-    env = gym.make(CHOSEN.spec)
+def test_minari_loads_the_dataset_with_the_spaces_of_the_environment(dataset, chosen):
+    env = gym.make(chosen.spec)
     assert dataset.observation_space == env.observation_space
     assert dataset.action_space == env.action_space
-    assert (dataset.total_episodes, dataset.id) == (2, CHOSEN.name)
-    assert minari.list_local_datasets().keys() == {CHOSEN.name}
+    assert (dataset.total_episodes, dataset.id) == (2, chosen.name)
+    assert minari.list_local_datasets().keys() == {chosen.name}
 
 
-def test_episodes_equal_those_of_the_other_format(dataset, tables):
-    steps, rows = pq.read_table(tables / "steps"), pd.read_parquet(tables / "episodes.parquet")
+def test_episodes_equal_those_of_the_other_format(dataset, camera_tables):
+    steps, rows = pq.read_table(camera_tables / "steps"), pd.read_parquet(camera_tables / "episodes.parquet")
     for episode in dataset.iterate_episodes():
         own = steps.filter(np.array(steps["episode_index"]) == episode.id)
         expected = observations_of(own, dataset.observation_space)
@@ -89,8 +76,8 @@ def test_the_recovered_environment_begins_each_episode_as_it_was(dataset):
     assert all(np.array_equal(value, episode.observations[name][1]) for name, value in observation.items())
 
 
-def test_merging_again_gives_the_same_bytes(root, tmp_path):
-    make_drives(tmp_path, CHOSEN, progress=False)
+def test_merging_again_gives_the_same_bytes(root, chosen, tmp_path):
+    make_drives(tmp_path, chosen, progress=False)
     for name in ("main_data.hdf5", "metadata.json"):
-        assert (tmp_path / "data" / name).read_bytes() == (root / CHOSEN.name / "data" / name).read_bytes()
+        assert (tmp_path / "data" / name).read_bytes() == (root / chosen.name / "data" / name).read_bytes()
     shutil.rmtree(tmp_path / "data")

@@ -47,16 +47,6 @@ def episodes(people) -> pd.DataFrame:
     return pd.read_parquet(people / "episodes.parquet")
 
 
-@pytest.fixture(scope="module")
-def rooms(tmp_path_factory) -> Path:
-    """Drives of a policy that knows the map, with colors and depth, in the rooms of the split val."""
-    return make_drives(
-        tmp_path_factory.mktemp("rooms"),
-        options(task="point", split="val", level=None, sensors="rgbd", episodes=1),
-        progress=False,
-    )
-
-
 def assert_replays(folder: Path, chosen: DriveOptions, episode: int) -> None:
     """The environment returns what the dataset holds, to the bit, when its actions are carried out again."""
     rows, table = pd.read_parquet(folder / "episodes.parquet"), steps_of(folder, episode)
@@ -86,8 +76,8 @@ def test_an_episode_replays_bit_for_bit_in_the_gym_environment(people):
     assert_replays(people, options(), 0)
 
 
-def test_camera_drives_replay_bit_for_bit_although_the_expert_had_other_sensors(rooms):
-    assert_replays(rooms, options(task="point", split="val", level=None, sensors="rgbd", episodes=1), 0)
+def test_camera_drives_replay_bit_for_bit_although_the_expert_had_other_sensors(camera, camera_tables):
+    assert_replays(camera_tables, options(**camera), 0)
 
 
 def test_tables_have_the_documented_columns(people):
@@ -129,8 +119,8 @@ def test_stop_is_sent_once_at_the_end_of_a_successful_drive(people, episodes):
         assert bool(stops[-1]) == (row.ending not in ("contact", "stuck", "time"))
 
 
-def test_observations_hold_nothing_but_what_the_environment_shows(people, rooms):
-    cases = (people, {"goal", "velocity", "odometry", "lidar"}), (rooms, {"goal", "velocity", "rgb", "depth"})
+def test_observations_hold_nothing_but_what_the_environment_shows(people, camera_tables):
+    cases = (people, {"goal", "velocity", "odometry", "lidar"}), (camera_tables, {"goal", "velocity", "rgb", "depth"})
     for folder, shown in cases:
         names = pq.read_table(folder / "steps").column_names
         assert {name.removeprefix("observation.") for name in names if name.startswith("observation.")} == shown

@@ -1,0 +1,69 @@
+"""MP4 files of camera images, whose bytes depend on the images and on the build of ffmpeg alone."""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.errors import LabgymError, MissingDependencyError
+
+CODEC, PIXELS = "h264", "yuv420p"
+QUALITY = "18"
+"""Constant rate factor of color: hardly visible losses."""
+LOSSLESS = "0"
+KEY_FRAMES = "2"
+"""Every second image can be decoded alone or with one other, as in LeRobot's own videos: training reads at random."""
+DEPTH_REACH = 10.0
+"""Depth that is white, meters."""
+
+
+def mp4(frames: Iterable[NDArray[np.uint8]], shape: tuple[int, int], rate: int, lossless: bool = False) -> bytes:
+    """Return images as an MP4 video in H.264.
+
+    Args:
+        frames: (rows, columns, 3) RGB. shape: rows and columns. rate: images per second.
+        lossless: whether the encoder keeps the values of brightness, for which 8 bits hold 220 steps.
+
+    Raises:
+        MissingDependencyError: imageio-ffmpeg is not installed.
+        LabgymError: ffmpeg failed.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "video.mp4"
+        command = [
+            *(_ffmpeg(), "-v", "error", "-y"),
+            *("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{shape[1]}x{shape[0]}", "-r", str(rate), "-i", "-"),
+            *("-an", "-c:v", "libx264", "-preset", "medium", "-crf", LOSSLESS if lossless else QUALITY),
+            *("-g", KEY_FRAMES, "-bf", "0", "-pix_fmt", PIXELS, "-threads", "1"),
+            *("-sws_flags", "bicubic+bitexact+accurate_rnd+full_chroma_int"),
+            *("-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-movflags", "+faststart"),
+            str(target),
+        ]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            content = b"".join(np.ascontiguousarray(frame).tobytes() for frame in frames)
+            _, errors = process.communicate(content)
+        if process.returncode or not target.is_file():
+            reason = " ".join(errors.decode(errors="replace").split())[-200:]
+            raise LabgymError(f"ffmpeg could not write a video ({reason or process.returncode})")
+        return target.read_bytes()
+
+
+def depth_picture(depth: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return depth images (..., rows, columns), meters, as gray images (..., rows, columns, 3): white is 10 m."""
+    gray = np.rint(np.clip(depth / DEPTH_REACH, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return np.repeat(gray[..., None], 3, axis=-1)
+
+
+def _ffmpeg() -> str:
+    """Return the path of the program that imageio-ffmpeg ships."""
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        raise MissingDependencyError("imageio-ffmpeg", "videos of the format lerobot", "data") from None
+    return str(imageio_ffmpeg.get_ffmpeg_exe())
