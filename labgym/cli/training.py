@@ -41,7 +41,7 @@ def data(
     level: OptionalWholeNumber = None,
     split: OptionalText = None,
     policy: OptionalText = None,
-    sensors: Annotated[Literal["lidar", "depth", "rgbd"] | None, arg(help_behavior_hint="")] = None,
+    sensors: OptionalText = None,
     episodes: OptionalWholeNumber = None,
     successful: Annotated[bool, arg(help_behavior_hint="")] = False,
     seed: int = 0,
@@ -62,7 +62,7 @@ def data(
         level: Level of the task of LabNav, 1 to 3 (2).
         split: Layouts of the drives: floors-train (the default) or floors-val; for point also train (its default), val.
         policy: Expert, a built-in policy (stack; for point astar); labgym policies lists them.
-        sensors: Sensors of the observations (lidar); the expert has its own.
+        sensors: Sensors of the observations: lidar (the default), depth or rgbd; the expert has its own.
         episodes: Number of drives (100).
         successful: Keep successful drives only: one that fails is drawn again.
         seed: Random seed; the files depend on it, not on the number of workers.

@@ -115,6 +115,9 @@ def drive_options(task: str, policy: str | None, split: str | None, level: int |
     policy = policy or DEFAULT_POLICY.get(task, "stack")
     if policy not in BUILT_IN:
         raise UnknownNameError("expert (a built-in policy)", policy, BUILT_IN)
+    sensors = values.get("sensors", "lidar")
+    if sensors not in get_args(Sensors):
+        raise UnknownNameError("sensors", sensors, get_args(Sensors))
     if level is not None and (point or level not in (1, 2, 3)):
         raise OptionError(
             f"level is {level}, expected 1, 2 or 3" + (": only tasks of LabNav have levels" if point else "")

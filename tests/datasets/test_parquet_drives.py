@@ -197,6 +197,7 @@ def test_test_splits_are_refused_in_one_line(task, split, tmp_path, capsys):
         (["--format", "parquet", "--task", "point", "--level", "1"], "only tasks of LabNav have levels"),
         (["--format", "parquet", "--task", "points"], "task 'points' not found; nearest: point"),
         (["--format", "parquet", "--policy", "mine:Policy"], "expert (a built-in policy) 'mine:Policy' not found"),
+        (["--format", "parquet", "--sensors", "sonar"], "sensors 'sonar' not found; available: depth, lidar, rgbd"),
         (["--format", "parquet", "--episodes", "0"], "episodes is 0, expected 1 to"),
         (["--format", "parquet", "--task", "point", "--policy", "clairvoyant"], "foresees the world"),
     ],
