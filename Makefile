@@ -7,6 +7,7 @@
 # make fuzz     read 10 000 damaged and hostile files per loader; ARGS="--fuzz-seed 7 -k onnx" chooses others
 # make lint     check formatting, lint, types and the import contract
 # make docs     regenerate the JSON Schemas and the environment page in docs/
+# make site     build the documentation as a site in runs/site; open runs/site/index.html
 # make clean    remove .venv, caches and runs
 # Pass arguments with ARGS: make run ARGS="--seed 1", make test ARGS="-k layouts"
 # Choose the interpreter with PYTHON: make run PYTHON=python3.12
@@ -18,7 +19,7 @@ STAMP := $(VENV)/.installed
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test install install-locked lock lowest fuzz lint docs clean
+.PHONY: help run test install install-locked lock lowest fuzz lint docs site clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -47,6 +48,9 @@ lock: install
 docs: install
 	$(BIN)/python docs/generate.py
 
+site: install
+	$(BIN)/python -m sphinx -q -W --keep-going -c docs . runs/site
+
 install: $(STAMP)
 
 # The stamp is written last, so an interrupted installation is resumed.
@@ -55,7 +59,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("labgym: error: Python 3.11 or newer is required, $(PYTHON) is %d.%d; choose another interpreter: make PYTHON=python3.11" % sys.version_info[:2])'
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "labgym: error: $(PYTHON) cannot create virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 2; }
 	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt --editable '.[all,dev]'
+	$(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt --editable '.[all,dev,docs]'
 	@touch $@
 
 # The packages first, each checked by its hash; then labgym itself, which needs nothing more.

@@ -37,7 +37,7 @@ def test_schemas_name_every_field_of_a_published_document(schema, data):
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "CHANGELOG.md", *(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md"))]
+    "page", ["README.md", "CHANGELOG.md", *(p.relative_to(ROOT).as_posix() for p in ROOT.glob("docs/**/*.md"))]
 )
 def test_links_and_pictures_of_a_page_are_there(page):
     text = (ROOT / page).read_text(encoding="utf-8")

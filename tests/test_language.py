@@ -53,7 +53,7 @@ ALLOWED: dict[str, frozenset[str]] = {}
 
 def sources() -> list[Path]:
     """Return the package's modules and the pages that readers see."""
-    pages = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "Makefile", *ROOT.glob("docs/*.md")]
+    pages = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "Makefile", *ROOT.glob("docs/**/*.md")]
     return sorted([*ROOT.glob("labgym/**/*.py"), *ROOT.glob("labgym/**/*.j2"), *pages, *ROOT.glob("policies/**/*.md")])
 
 

@@ -1,0 +1,65 @@
+"""Settings of the documentation's site: `make site` builds it with Sphinx, and warnings are errors.
+
+The repository's root is Sphinx's source folder, so that the links of a page lead to the same files here and on a code
+host. docs/site has the extensions, the style and the page that forwards from the site's root.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+sys.path[:0] = [str(ROOT), str(HERE / "site")]
+
+from labgym import __version__  # noqa: E402 - of this checkout, which the line above puts first
+
+project = "labgym"
+author = project_copyright = "labgym contributors"
+release = version = __version__
+
+root_doc = "docs/index"
+SOURCES = {"docs", "policies", "README.md", "CHANGELOG.md"}
+include_patterns = ["docs/**", "README.md", "CHANGELOG.md", "policies/*/CARD.md"]
+exclude_patterns = [*sorted({path.name for path in ROOT.iterdir()} - SOURCES), "docs/site"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "commands",
+    "contents",
+    "docstrings",
+    "mathml",
+    "repository",
+]
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+highlight_language = "text"
+default_role = "code"
+
+autodoc_default_options = {"members": True, "undoc-members": True, "show-inheritance": True}
+toc_object_entries = False  # furo copies the whole tree for every page: seconds a page with all members
+napoleon_use_rtype = False  # the signature has the type
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 88
+OPTIONAL = ("numba", "openai", "pxr", "pyarrow", "safetensors", "stable_baselines3", "torch", "warp", "yaml")
+autodoc_mock_imports = [name for name in OPTIONAL if find_spec(name) is None]
+
+html_theme = "furo"
+html_title = f"labgym {release}"
+html_static_path = ["site/static"]
+html_css_files = ["style.css"]
+html_extra_path = ["site/root"]
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_sphinx = False
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#0b6e4f", "color-brand-content": "#0b6e4f"},
+    "dark_css_variables": {"color-brand-primary": "#5fd3a6", "color-brand-content": "#5fd3a6"},
+}

@@ -1,0 +1,76 @@
+"""Docstrings in the reference of the Python API.
+
+Fields of a class are described in its section "Attributes"; here each description moves to the entry of its field,
+which has the type. Names that only pydantic and `Document` use are left out, and so are constants without a docstring.
+"""
+
+from __future__ import annotations
+
+import builtins
+import inspect
+import re
+from typing import Any
+
+from docutils import nodes
+from sphinx import addnodes
+from sphinx.application import Sphinx
+
+MACHINERY = {"model_config", "model_post_init", "ADDED", "SCHEMA"}
+"""Members that serve pydantic and `Document`, not the reader."""
+
+PAGES = {"LabPointNavEnv": "docs/environment", "LabPointNavGoalEnv": "docs/environment"}
+"""Classes whose docstring is a page: the reference shows the first paragraph and links to the page."""
+
+SECTION = re.compile(r"^Attributes:\n((?:(?: {4}.*)?\n)+)", re.MULTILINE)
+FIELD = re.compile(r"^ {4}([A-Za-z_][\w, ]*): (.*(?:\n {5,}.*)*)", re.MULTILINE)
+
+
+def fields(docstring: str) -> dict[str, str]:
+    """Return the descriptions in the section "Attributes" of a class's docstring, by name of the field."""
+    section = SECTION.search(inspect.cleandoc(docstring) + "\n")
+    described = {}
+    for names, text in FIELD.findall(section[1] if section else ""):
+        for name in names.split(", "):
+            described[name] = " ".join(text.split())
+    return described
+
+
+def skip(app: Sphinx, what: str, name: str, member: object, skipped: bool, options: object) -> bool | None:
+    """Leave out the machinery, and values of a module that have no docstring."""
+    constant = what == "module" and not (inspect.isclass(member) or inspect.isroutine(member))
+    return True if name in MACHINERY or constant else None
+
+
+def arrange(app: Sphinx, what: str, name: str, member: object, options: object, lines: list[str]) -> None:
+    """Shorten docstrings that are pages, move descriptions of fields, and list the names of a module."""
+    owner, _, last = name.rpartition(".")
+    if what == "class" and last in PAGES:
+        first = inspect.cleandoc("\n".join(lines)).split("\n\n")[0]
+        lines[:] = [*first.splitlines(), "", f"Specified in :doc:`/{PAGES[last]}`.", ""]
+    elif what == "class":
+        text = "\n".join(lines) + "\n"
+        lines[:] = SECTION.sub("", text).splitlines()
+        app.env.temp_data.setdefault("labgym_fields", {})[name] = fields(text)
+    elif what in ("attribute", "property", "data", "type"):
+        described = app.env.temp_data.get("labgym_fields", {}).get(owner, {})
+        text = lines if any(line.strip() for line in lines) else [described.get(last, "")]
+        lines[:] = ["", *text, ""]  # napoleon takes the words before a colon in the first line for a type
+    elif what == "module":
+        names = [each for each in getattr(member, "__all__", ()) if not each.isupper()]
+        links = ", ".join(f":py:obj:`~{name}.{each}`" for each in names)
+        lines += ["", links, ""] if links else []
+
+
+def unlink_builtins(app: Sphinx, doctree: nodes.document) -> None:
+    """Show names of Python's own types as text: Sphinx would look for a field of the same name, such as `object`."""
+    for node in list(doctree.findall(addnodes.pending_xref)):
+        if node["refdomain"] == "py" and hasattr(builtins, node["reftarget"]):
+            node.replace_self(nodes.Text(node["reftarget"]))
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the extension; its docstrings come before napoleon's."""
+    app.connect("autodoc-skip-member", skip)
+    app.connect("autodoc-process-docstring", arrange, priority=400)
+    app.connect("doctree-read", unlink_builtins)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
