@@ -151,8 +151,9 @@ def _eval_labnav(
 def report(folders: Folders, workers: int = 1) -> int:
     """Draw the routes and write tables and report.html for the results in folders.
 
-    Folders of LabNav (labgym eval --suite labnav) have another report: scores by task and track, pairs of policies
-    that are apart, how episodes end, figures by difficulty, and routes.
+    For folders of LabNav (labgym eval --suite labnav), report.html is a site: a leaderboard with the published results
+    of the same episodes, a page for each policy, a viewer of episodes, and the pairs of policies that are apart. Films
+    that labgym record wrote into FOLDER/films, such as people-2_floors-test-0000_1.mp4, are linked.
 
     Every figure is computed from the episodes. Exit 1 if a summary does not match them, or if files are damaged or were
     changed.
@@ -167,7 +168,7 @@ def report(folders: Folders, workers: int = 1) -> int:
     if not folders:
         raise OptionError("no folder of results; name one, for example runs/default")
     if _of_labnav(folders):
-        from labgym.eval.reports.labnav_page import report_labnav
+        from labgym.eval.reports.labnav_report import report_labnav
 
         tables, paths, problems = report_labnav(folders)
         for table in tables:

@@ -7,17 +7,21 @@ from typing import Annotated
 
 from tyro.conf import arg
 
+from labgym.cli.arguments import OptionalPath
 from labgym.cli.outcome import DONE, written
 
 
 def leaderboard(
     add: Annotated[tuple[Path, ...], arg(metavar="FOLDER [FOLDER ...]", help_behavior_hint="")] = (),
+    out: OptionalPath = None,
 ) -> int:
     """Show the published results of LabNav and of lab30.
 
     Args:
         add: Folders of complete evaluations (labgym eval --suite labnav, --suite labnav-aisle or another of its tasks,
             or --suite lab30) to write among the published results of this installation first.
+        out: Folder for the site of the published results: a leaderboard, a page for each policy, floors of episodes,
+            and pairs of policies, in one index.html.
     """
     from labgym.documents import read_json
     from labgym.eval.driving.files import SUMMARY
@@ -34,4 +38,8 @@ def leaderboard(
     results, lab30 = published_results(), published_lab30()
     for table in (*([published_table(results)] if results else []), *([lab30_table(lab30)] if lab30 else [])):
         print(f"\n{table.text()}\n")
+    if out is not None:
+        from labgym.eval.reports.labnav_report import write_leaderboard
+
+        written(write_leaderboard(out, results))
     return DONE

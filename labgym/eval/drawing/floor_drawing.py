@@ -67,7 +67,7 @@ def swings(floor: Floor) -> list[Rectangle]:
     for wall in floor.walls:
         for opening in wall.openings:
             if opening.kind == "door":
-                points = _sweep(wall, opening, max(math.pi / 2.0, opening.angle))
+                points = sweep(wall, opening, max(math.pi / 2.0, opening.angle))
                 (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
                 bounds.append((x0, y0, x1, y1))
     return bounds
@@ -149,13 +149,13 @@ def _draw_opening(axes: Axes, wall: Wall, opening: Opening) -> None:
         axes.plot(*ends.T, color=palette.WALL, linewidth=0.8 if opening.kind == "window" else 2.0, zorder=5)
     elif opening.kind == "door":
         turn = opening.angle if opening.state == "open" else math.pi / 2.0
-        points = _sweep(wall, opening, turn)
+        points = sweep(wall, opening, turn)
         axes.plot(*points[1:].T, color=palette.DOOR, linewidth=0.7, linestyle=(0, (3, 2)), zorder=5)
         leaf = points[[0, -1]]
         axes.plot(*leaf.T, color=palette.DOOR, linewidth=2.0, solid_capstyle="butt", zorder=6)
 
 
-def _sweep(wall: Wall, opening: Opening, angle: float) -> Array:
+def sweep(wall: Wall, opening: Opening, angle: float) -> Array:
     """Return the hinge of a door and the points that the free edge of its leaf passes, from closed to an angle."""
     side = 1.0 if opening.swing == "left" else -1.0
     low, high = opening.span
@@ -179,13 +179,13 @@ def _fill(axes: Axes, shape: shapely.Geometry, color: str, order: float) -> None
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    rings = [np.array(ring.coords)[:, :2] for ring in _rings(shape)]
+    rings = [np.array(ring.coords)[:, :2] for ring in outlines(shape)]
     if rings:
         outline = Path.make_compound_path(*[Path(ring, closed=True) for ring in rings])
         axes.add_patch(PathPatch(outline, facecolor=color, edgecolor="none", linewidth=0.0, zorder=order))
 
 
-def _rings(shape: shapely.Geometry) -> Iterator[shapely.LinearRing]:
+def outlines(shape: shapely.Geometry) -> Iterator[shapely.LinearRing]:
     """Yield outer rings and holes, which run in opposite directions, so that holes stay empty."""
     for part in shapely.get_parts(shapely.orient_polygons(shape)):
         if part.geom_type == "Polygon":

@@ -17,7 +17,7 @@ from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import classes, summarise
 from labgym.eval.reports.labnav_comparison import LabNavComparison, compare_labnav
-from labgym.eval.reports.labnav_page import report_labnav
+from labgym.eval.reports.labnav_report import report_labnav
 from labgym.eval.reports.labnav_tables import labnav_tables
 
 TASKS = ("aisle", "people")
@@ -84,20 +84,26 @@ def folders(tmp_path, suite):
 class Page(HTMLParser):
     def __init__(self, text):
         super().__init__()
-        self.open, self.links = [], []
+        self.open, self.links, self.scripts = [], [], []
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
         self.links += [value for name, value in attributes if name in ("src", "href")]
-        if tag not in ("meta", "img", "br"):
+        if tag == "script":
+            self.scripts.append("")
+        if tag not in ("meta", "img", "br", "input"):
             self.open.append(tag)
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
 
+    def handle_data(self, text):
+        if self.open and self.open[-1] == "script":
+            self.scripts[-1] += text
+
 
 def test_the_report_has_a_table_for_each_track_and_what_differs(folders):
-    tables, paths, problems = report_labnav(folders, pictures=False)
+    tables, paths, problems = report_labnav(folders, published=())
     titles = [table.title for table in tables]
     assert [title.split(":")[0] for title in titles[:3]] == ["Deployed", "Mapless", "Privileged"]
     assert tables[0].rows[0][:2] == ("good", "85.0")
@@ -112,11 +118,15 @@ def test_the_report_has_a_table_for_each_track_and_what_differs(folders):
 
 
 def test_the_page_is_whole_and_loads_nothing_from_elsewhere(folders):
-    report_labnav(folders[:2])
+    report_labnav(folders[:2], published=())
     page = Page((folders[0] / "report.html").read_text())
     assert page.open == []
-    assert page.links
-    assert all(link.startswith("data:image/png;base64,") for link in page.links)
+    assert {"#leaderboard", "#policies", "#episodes", "#pairs", "#p0", "#p1"} <= set(page.links)
+    assert all(link.startswith("#") for link in page.links)
+    data = json.loads(page.scripts[0])
+    assert data["policies"] == ["good", "bad"]
+    driven = set(LabNavEvaluation.read(folders[0]).scores)
+    assert {one["key"] for one in data["episodes"]} == {key for key in driven if key.startswith("aisle-2/")}
 
 
 def test_difficulty_is_computed_from_the_rows(folders):
@@ -180,5 +190,5 @@ def test_bad_input_is_one_line(folders, tmp_path, capsys):
 
 
 def test_a_folder_named_twice_counts_once(folders):
-    tables, _, _ = report_labnav([folders[0], folders[0]], pictures=False)
+    tables, _, _ = report_labnav([folders[0], folders[0]], published=())
     assert not any(table.title.startswith("Differences") for table in tables)

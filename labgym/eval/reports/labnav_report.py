@@ -1,0 +1,99 @@
+"""The report on evaluations of LabNav, and the site of the published results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+from labgym.documents import write_text
+from labgym.errors import DocumentError, OptionError
+from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.suites import ALL
+from labgym.eval.leaderboard.lab30 import published_lab30
+from labgym.eval.leaderboard.labnav import LabNavResult, published_results
+from labgym.eval.reports.labnav_tables import labnav_tables
+from labgym.eval.reports.results import named_apart
+from labgym.eval.reports.site.entries import Entry, beside, ranked_entries
+from labgym.eval.reports.site.page import site_of, write_site
+from labgym.eval.reports.tables import leaderboard
+from labgym.table import Table
+
+
+def report_labnav(
+    folders: Sequence[str | Path], published: Sequence[LabNavResult] | None = None
+) -> tuple[tuple[Table, ...], tuple[Path, ...], tuple[str, ...]]:
+    """Write the report on evaluations into the first folder; return its tables, its files, and contradictions.
+
+    Args:
+        folders: of evaluations of one suite.
+        published: results that the page shows, too; by default the published ones of the same episodes.
+
+    Raises:
+        DocumentError: a folder holds no finished evaluation of LabNav.
+        OptionError: the suites differ.
+    """
+    places = {Path(folder).resolve(): Path(folder) for folder in folders}
+    evaluations = named_apart([LabNavEvaluation.read(folder) for folder in places.values()], LabNavEvaluation.named)
+    suites = {(one.summary.suite, one.summary.hash): one for one in evaluations}
+    if len(suites) > 1:
+        a, b = list(suites.values())[:2]
+        names = f"{a.summary.suite} ({a.folder}) and {b.summary.suite} ({b.folder})"
+        raise OptionError(f"the evaluations are of different episodes: {names}; report them separately")
+    _check_tasks(evaluations)
+    tables = labnav_tables(evaluations)
+    home = Path(folders[0])
+    results = published_results() if published is None else published
+    problems = tuple(problem for one in evaluations for problem in one.problems)
+    site = site_of(beside(evaluations, results), home, problems=problems, facts=_provenance(evaluations))
+    text = "\n\n\n".join(table.text() for table in tables) + "\n"
+    markdown = "\n\n".join(f"**{escape(table.title, quote=False)}**\n\n{table.markdown()}" for table in tables) + "\n"
+    paths = (
+        write_text(home / "tables.txt", text),
+        write_text(home / "tables.md", markdown),
+        write_site(site, home / "report.html"),
+    )
+    return tables, paths, site.problems
+
+
+def write_leaderboard(folder: str | Path, results: Sequence[LabNavResult] | None = None) -> Path:
+    """Write the site of the published results into a folder and return the path of its page.
+
+    Args:
+        folder: the folder. results: by default the published ones.
+
+    Raises:
+        DocumentError: a published file is broken.
+        OptionError: no result is published.
+    """
+    results = published_results() if results is None else results
+    if not results:
+        raise OptionError("no results of LabNav are published here: add evaluations with labgym leaderboard --add")
+    lab30 = published_lab30()
+    site = site_of(
+        ranked_entries([Entry.of_result(one) for one in results]),
+        Path(folder),
+        title="LabNav leaderboard",
+        other=[leaderboard(lab30)] if lab30 else [],
+        facts=[("episodes", digest) for digest in dict.fromkeys(one.summary.hash for one in results)],
+    )
+    return write_site(site, Path(folder) / "index.html")
+
+
+def _check_tasks(evaluations: Sequence[LabNavEvaluation]) -> None:
+    for one in evaluations:
+        unknown = [task.task for task in one.summary.tasks if task.task not in ALL]
+        if unknown or not one.summary.tasks:
+            name = repr(unknown[0][:40]) if unknown else "none"
+            raise DocumentError(one.folder, "tasks", f"{name}; the tasks of LabNav are {', '.join(ALL)}")
+
+
+def _provenance(evaluations: Sequence[LabNavEvaluation]) -> tuple[tuple[str, str], ...]:
+    """Return how the evaluations were made: episodes, seed, code and commit."""
+    facts: list[tuple[str, str]] = [("episodes", evaluations[0].summary.hash)]
+    for one in evaluations:
+        code = "unknown" if one.identity is None else one.identity.code[:12]
+        commit = f", commit {one.provenance[-1].commit or 'not a checkout'}" if one.provenance else ""
+        dirty = " with changes" if one.provenance and one.provenance[-1].dirty else ""
+        facts.append((one.name, f"{len(one.rows)} episodes, seed {one.summary.seed}, code {code}{commit}{dirty}"))
+    return tuple(facts)

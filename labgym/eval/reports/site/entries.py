@@ -1,0 +1,175 @@
+"""The entries of the site: evaluations from folders, and published results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from statistics import fmean, median
+from typing import Literal
+
+from labgym.artefacts import artefacts
+from labgym.eval.driving.drive import Route
+from labgym.eval.driving.intervals import Estimate
+from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.suites import MINI
+from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
+from labgym.eval.leaderboard.labnav import LabNavResult
+from labgym.policies.registry import BUILT_IN, FILES
+
+Kind = Literal["learned", "classical", "reference", "other"]
+KINDS: dict[Kind, str] = {
+    "learned": "has trained weights",
+    "classical": "planning and control without training",
+    "reference": "shows a bound or the level of chance",
+    "other": "a policy that is not built in",
+}
+"""Kinds of policies and what they mean, in the order of the leaderboard."""
+REFERENCES = frozenset({"blind", "clairvoyant", "random", "still", "straight"})
+"""Built-in policies that are references."""
+CARDS = {"ppo": "ppo-lidar"}
+"""Folders of model cards that do not have the name of their policy."""
+PUBLISHED = " (published)"
+"""End of the name of a published result whose name a folder has, too."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The results of a policy on the site.
+
+    Attributes:
+        name: unique on the page. kind: of the policy. published: whether it is a published result.
+        summary: of the tasks on the page.
+        scores, endings: of each episode, by its key.
+        rows, routes: by the key; empty for a published result.
+        planning: median over episodes of the milliseconds per action; None if it was not measured.
+        slow: number of episodes in which it was slower than declared.
+        evaluation: the folder; None for a published result.
+    """
+
+    name: str
+    kind: Kind
+    published: bool
+    summary: LabNavSummary
+    scores: Mapping[str, float]
+    endings: Mapping[str, Ending]
+    rows: Mapping[str, LabNavRow] = field(default_factory=dict)
+    routes: Mapping[str, Route] = field(default_factory=dict)
+    planning: float | None = None
+    slow: int = 0
+    evaluation: LabNavEvaluation | None = None
+
+    @classmethod
+    def driven(cls, one: LabNavEvaluation) -> Entry:
+        """Return the entry of an evaluation's folder."""
+        times = [time.planning_ms for time in one.times.values() if time.planning_ms is not None]
+        return cls(
+            name=one.name,
+            kind=kind_of_policy(one.summary.policy),
+            published=False,
+            summary=one.summary,
+            scores=one.scores,
+            endings={row.key: row.ending for row in one.rows},
+            rows={row.key: row for row in one.rows},
+            routes=one.routes,
+            planning=median(times) if times else None,
+            slow=sum(time.slow for time in one.times.values()),
+            evaluation=one,
+        )
+
+    @classmethod
+    def of_result(cls, result: LabNavResult) -> Entry:
+        """Return the entry of a published result."""
+        return cls(
+            name=result.summary.policy,
+            kind=kind_of_policy(result.summary.policy),
+            published=True,
+            summary=result.summary,
+            scores={one.key: one.score for one in result.outcomes},
+            endings={one.key: one.ending for one in result.outcomes},
+        )
+
+    @property
+    def tasks(self) -> dict[str, TaskSummary]:
+        """The results by task and level, such as "aisle-2"."""
+        return {f"{each.task}-{each.level}": each for each in self.summary.tasks}
+
+    @property
+    def mean(self) -> float:
+        """100 times the arithmetic mean of the task means."""
+        return 100.0 * fmean([task.score.value or 0.0 for task in self.summary.tasks])
+
+    @property
+    def figure(self) -> Estimate:
+        """LabNav; where tasks are missing 100 times the mean score, which has an interval if it is that of one task."""
+        if self.summary.labnav is not None:
+            return self.summary.labnav
+        low = high = None
+        if len(self.summary.tasks) == 1:
+            (task,) = self.summary.tasks
+            low, high = (None if end is None else 100.0 * end for end in (task.score.low, task.score.high))
+        return Estimate(value=self.mean, low=low, high=high, count=len(self.scores), nulls=0)
+
+    def share(self, quantity: Literal["success", "contacts"]) -> float | None:
+        """Return the share of episodes that succeeded, or in which the robot touched something."""
+        counted = [(getattr(task, quantity).value, task.episodes) for task in self.summary.tasks]
+        whole = sum(count for value, count in counted if value is not None)
+        return sum(value * count for value, count in counted if value is not None) / whole if whole else None
+
+
+def kind_of_policy(label: str) -> Kind:
+    """Return the kind of a policy by the label in its rows."""
+    if label in REFERENCES:
+        return "reference"
+    if label in BUILT_IN:
+        return "learned" if BUILT_IN[label].extra == "train" or card_of(label) is not None else "classical"
+    return "learned" if Path(label).suffix.lower() in FILES else "other"
+
+
+def card_of(label: str) -> Path | None:
+    """Return the model card of a built-in policy; None without one."""
+    if label not in BUILT_IN:
+        return None
+    path = artefacts("policies") / CARDS.get(label, label) / "CARD.md"
+    return path if path.is_file() else None
+
+
+def ranked_entries(entries: Sequence[Entry]) -> tuple[Entry, ...]:
+    """Return entries by their kind, learned ones first, and by their figure, the best first."""
+    order = list(KINDS)
+    return tuple(sorted(entries, key=lambda one: (order.index(one.kind), -(one.figure.value or 0.0), one.name)))
+
+
+def beside(evaluations: Sequence[LabNavEvaluation], published: Sequence[LabNavResult]) -> tuple[Entry, ...]:
+    """Return the entries of evaluations of one suite, and of the published results on the same tasks.
+
+    A published result is left out if a folder holds the same outcomes, and if it lacks a task of the evaluations. The
+    small suite has other limits of time, so that no published result belongs to it.
+    """
+    entries = [Entry.driven(one) for one in evaluations]
+    first = evaluations[0].summary
+    labels = [task.suite for task in first.tasks]
+    names = {one.name for one in entries}
+    for result in published if first.suite != MINI else ():
+        summary = result.summary
+        tasks = tuple(task for task in summary.tasks if task.suite in labels)
+        if len(tasks) < len(labels):
+            continue
+        whole = len(tasks) == len(summary.tasks)
+        restricted = summary.model_copy(
+            update={"tasks": tasks, **({} if whole else {"labnav": None, "arithmetic": None})}
+        )
+        prefixes = tuple(f"{task.task}-{task.level}/" for task in tasks)
+        entry = Entry.of_result(result)
+        entry = replace(
+            entry,
+            name=entry.name + (PUBLISHED if entry.name in names else ""),
+            summary=restricted,
+            scores={key: score for key, score in entry.scores.items() if key.startswith(prefixes)},
+            endings={key: ending for key, ending in entry.endings.items() if key.startswith(prefixes)},
+        )
+        if not any(one.name + PUBLISHED == entry.name and one.endings == entry.endings for one in entries):
+            entries.append(entry)
+    return ranked_entries(entries)

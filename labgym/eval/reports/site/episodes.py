@@ -1,0 +1,232 @@
+"""The episodes in the viewer: which ones, and what the page holds of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
+from labgym.envs.labnav.tasks import task_of
+from labgym.envs.labnav.worlds import prepared
+from labgym.envs.robot import ROBOT
+from labgym.envs.tasks import Task
+from labgym.errors import LabgymError
+from labgym.eval.driving.drive import Route
+from labgym.eval.labnav.people_along import people_along
+from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.suites import load_labnav
+from labgym.eval.reports.site.entries import Entry
+from labgym.eval.reports.site.plans import plan_of_map, thing_name, world_of_episode
+
+MOST_EPISODES = 60
+"""Greatest number of episodes in the viewer."""
+TELLING = 2
+"""Episodes of each task on which the policies differ most."""
+MOST_POSES, MOST_MOMENTS = 400, 200
+"""Greatest number of poses of a route, and of moments at which people are drawn."""
+FILMS = "films"
+"""Folder in that of an evaluation where its films are, named after their episodes."""
+
+
+@dataclass
+class Shown:
+    """What the viewer shows.
+
+    Attributes:
+        episodes: in the order of the suite, as the page holds them. plans: floors by their key.
+        problems: a sentence for each task whose episodes cannot be shown.
+    """
+
+    episodes: list[dict[str, Any]] = field(default_factory=list)
+    plans: dict[str, dict[str, Any]] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+
+    @property
+    def keys(self) -> frozenset[str]:
+        """The keys of the episodes."""
+        return frozenset(one["key"] for one in self.episodes)
+
+
+def episodes_shown(entries: Sequence[Entry], home: Path, most: int = MOST_EPISODES) -> Shown:
+    """Return the episodes of the viewer.
+
+    Args:
+        entries: of one suite, in the order of the page. home: folder of the page, for links to films.
+        most: greatest number of episodes.
+    """
+    shown = Shown()
+    try:
+        suite = load_labnav(entries[0].summary.suite)
+    except LabgymError as error:
+        shown.problems.append(f"no episodes are shown: {error}")
+        return shown
+    parts = []
+    for part in suite.parts:
+        labels = {task.suite for one in entries for task in one.summary.tasks if task.task == part.task}
+        if labels - {part.label}:
+            shown.problems.append(f"episodes of {part.name} are not shown: they are now those of {part.label}")
+        else:
+            parts.append(part)
+    places = {f"{part.task}-{part.level}/{each.key}": (part, each) for part in parts for each in part.episodes}
+    for key in chosen(entries, list(places), most):
+        part, episode = places[key]
+        layout = part.layout(episode.floor)
+        task = prepared(part.task, part.level, episode, layout)
+        name = f"{part.split}/{episode.floor}"
+        if task.old_map is not None and task.old_map.hash != layout.hash:
+            name += f"/{key}"
+        if name not in shown.plans:
+            shown.plans[name] = plan_of_map(task.old_map or task.layout)
+        shown.episodes.append(_episode(key, part, episode, task, name, entries, home))
+    return shown
+
+
+def chosen(entries: Sequence[Entry], keys: Sequence[str], most: int) -> list[str]:
+    """Return the episodes to show, in the order of the suite.
+
+    Of each task those on which the scores differ most, on different floors; then those that show how each policy fails
+    in each task, as many ways at a time as possible.
+
+    Args:
+        entries: the policies. keys: of all episodes. most: greatest number.
+    """
+    keys = [key for key in keys if any(key in one.endings for one in entries)]
+    if len(keys) <= most:
+        return list(keys)
+    picked: list[str] = []
+    for task in dict.fromkeys(key.split("/")[0] for key in keys):
+        picked += _telling(entries, [key for key in keys if key.startswith(f"{task}/")])
+    picked = picked[:most]
+    ways: dict[str, set[tuple[str, str, str]]] = {key: set() for key in keys}
+    for one in entries:
+        for key in keys:
+            if key in one.endings:
+                ways[key].add((one.name, key.split("/")[0], one.endings[key]))
+    missing = set().union(*ways.values()) - set().union(*(ways[key] for key in picked))
+    while missing and len(picked) < most:
+        best = max(keys, key=lambda key: len(ways[key] & missing))
+        picked.append(best)
+        missing -= ways[best]
+    return [key for key in keys if key in set(picked)]
+
+
+def _telling(entries: Sequence[Entry], keys: Sequence[str]) -> list[str]:
+    """Return the episodes with the greatest spread of scores, on different floors where possible."""
+    scores = {key: [one.scores[key] for one in entries if key in one.scores] for key in keys}
+    spread = {key: float(np.std(values)) for key, values in scores.items() if values}
+    order = {key: number for number, key in enumerate(keys)}
+    picked: list[str] = []
+    for key in sorted(spread, key=lambda key: (-spread[key], order[key])):
+        if key.split("/")[-2] not in {each.split("/")[-2] for each in picked}:
+            picked.append(key)
+    return picked[:TELLING]
+
+
+def _episode(
+    key: str,
+    part: LabNavEpisodes,
+    episode: LabNavEpisode,
+    task: Task,
+    plan: str,
+    entries: Sequence[Entry],
+    home: Path,
+) -> dict[str, Any]:
+    """Return an episode as the page holds it."""
+    runs = [
+        {
+            "policy": number,
+            "score": round(one.scores[key], 3),
+            "ending": one.endings[key],
+            **_drive(one, key, task, home),
+        }
+        for number, one in enumerate(entries)
+        if key in one.scores and key in one.endings
+    ]
+    return {
+        "key": key,
+        "task": part.task,
+        "level": part.level,
+        "words": task_of(part.task).summary,
+        "plan": plan,
+        "floor": episode.floor,
+        "number": episode.number,
+        "length": round(sum(episode.lengths), 2),
+        "radius": round(task_of(part.task).radius * 100),
+        **world_of_episode(task),
+        "runs": runs,
+    }
+
+
+def _drive(one: Entry, key: str, task: Task, home: Path) -> dict[str, Any]:
+    """Return what the page holds of a drive: score, ending, facts, route, people and film."""
+    row, route = one.rows.get(key), one.routes.get(key)
+    drive: dict[str, Any] = {"score": round(one.scores[key], 3), "ending": one.endings[key]}
+    drive |= {} if row is None else facts_of(row)
+    film = film_of(one, key, home)
+    if film is not None:
+        drive["film"] = film
+    if route:
+        drive["route"] = packed_route(route)
+        people = people_along(task, route)
+        if people.yields:
+            every = max(1, -(-len(route) // MOST_MOMENTS))
+            drive["people"] = {
+                "dt": round(every * ROBOT.control_dt, 1),
+                "yields": [int(each) for each in people.yields],
+                "places": packed(people.places[::every].reshape(-1, 2 * len(people.yields))),
+            }
+    return drive
+
+
+def facts_of(row: LabNavRow) -> dict[str, Any]:
+    """Return what the viewer says about a drive."""
+    facts: dict[str, Any] = {
+        "time": round(row.time, 1),
+        "driven": round(row.path_length, 2),
+        "away": round(row.final_distance, 2),
+        "touches": row.contacts,
+    }
+    if row.contact:
+        facts["contact"] = thing_name(row.contact)
+    if row.legs:
+        facts["legs"] = [[leg.ending, int(leg.docked), round(leg.time, 1)] for leg in row.legs]
+    if row.error:
+        facts["error"] = row.error[:300]
+    return facts
+
+
+def packed_route(route: Route) -> dict[str, Any]:
+    """Return a route as whole centimeters and degrees, with the seconds between two poses."""
+    every = max(1, -(-len(route) // MOST_POSES))
+    poses = np.asarray(route, dtype=np.float64)
+    kept = np.unique(np.append(np.arange(0, len(poses), every), len(poses) - 1))
+    turns = np.degrees(np.unwrap(poses[kept, 2])) / 100.0
+    return {
+        "dt": round(every * ROBOT.control_dt, 1),
+        "seconds": round((len(poses) - 1) * ROBOT.control_dt, 1),
+        "poses": packed(np.column_stack([poses[kept, :2], turns])),
+    }
+
+
+def packed(table: NDArray[np.float64]) -> list[int]:
+    """Return the first row of a table in hundredths, and the difference of each row from the one before, as a list."""
+    whole = np.rint(table * 100.0).astype(np.int64)
+    return np.diff(whole, axis=0, prepend=np.zeros((1, whole.shape[1]), dtype=np.int64)).ravel().tolist()
+
+
+def film_of(one: Entry, key: str, home: Path) -> str | None:
+    """Return the address of an episode's film, relative to the page; None without a film."""
+    if one.evaluation is None:
+        return None
+    for suffix in (".mp4", ".gif"):
+        path = one.evaluation.folder / FILMS / (key.replace("/", "_") + suffix)
+        if path.is_file():
+            return quote(Path(os.path.relpath(path.resolve(), home.resolve())).as_posix())
+    return None

@@ -1,0 +1,317 @@
+"""The contents of the site, and its page."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from labgym.documents import write_text
+from labgym.eval.driving.intervals import Estimate
+from labgym.eval.labnav.figure import paired_difference, significant
+from labgym.eval.labnav.row import Track
+from labgym.eval.labnav.summary import TaskSummary
+from labgym.eval.reports.environment import PACKAGE, page_environment
+from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS, interval
+from labgym.eval.reports.site.entries import KINDS, Entry, card_of
+from labgym.eval.reports.site.episodes import Shown, episodes_shown
+from labgym.eval.reports.site.plans import CLASSES as FURNITURE
+from labgym.eval.reports.site.plans import thing_name
+from labgym.table import Table
+
+SCRIPT, STYLE = "site.js", "site.css"
+MOST_CONTACTS = 8
+"""Most kinds of things touched that a policy's section lists."""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A figure with its interval: text, and value and ends in percent of the scale."""
+
+    text: str
+    value: float
+    low: float | None
+    high: float | None
+    short: str = ""
+
+    @classmethod
+    def of(cls, estimate: Estimate, digits: int, scale: float) -> Bar | None:
+        """Return the bar of an estimate; None if it has no value."""
+        if estimate.value is None:
+            return None
+        ends = [None if end is None else scale * end for end in (estimate.low, estimate.high)]
+        text = interval(estimate, digits)
+        return cls(text, scale * estimate.value, ends[0], ends[1], text.partition(" ")[0])
+
+
+@dataclass(frozen=True)
+class TaskLine:
+    """A task in the section of a policy; `endings` are (ending, count, address of an episode or "")."""
+
+    name: str
+    score: Bar | None
+    success: str
+    contacts: str
+    episodes: int
+    endings: tuple[tuple[str, int, str], ...]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A policy: its row in the leaderboard, and its section.
+
+    Attributes:
+        number: on the page, which is also its color. facts: names and values. classes: scores by difficulty.
+        touched: things whose touch ended a drive, with counts. card: text of the model card.
+    """
+
+    number: int
+    entry: Entry
+    figure: Bar | None
+    mean: float
+    success: float | None
+    contacts: float | None
+    scores: tuple[Bar | None, ...]
+    lines: tuple[TaskLine, ...]
+    facts: tuple[tuple[str, str], ...]
+    classes: tuple[tuple[str, tuple[tuple[str, float, int], ...]], ...]
+    touched: str
+    card: str
+
+
+@dataclass(frozen=True)
+class PairLine:
+    """A pair of policies, the better one first; the difference and its ends are in hundredths of the score."""
+
+    first: Section
+    second: Section
+    text: str
+    value: float
+    low: float | None
+    high: float | None
+    episodes: int
+    apart: bool
+
+
+@dataclass(frozen=True)
+class Site:
+    """The contents of the page.
+
+    Attributes:
+        headline: name of the figure. tasks: names. tracks: with their sections. pairs: all of them.
+        shown: the episodes of the viewer. other: tables of other suites. facts: provenance.
+    """
+
+    title: str
+    subtitle: str
+    headline: str
+    tasks: tuple[str, ...]
+    tracks: tuple[tuple[Track, str, tuple[Section, ...]], ...]
+    sections: tuple[Section, ...]
+    endings: tuple[str, ...]
+    pairs: tuple[PairLine, ...]
+    shown: Shown
+    notes: tuple[str, ...]
+    problems: tuple[str, ...]
+    other: tuple[Table, ...]
+    facts: tuple[tuple[str, str], ...]
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """What the script reads: policies, furniture, floors and episodes."""
+        return {
+            "policies": [one.entry.name for one in self.sections],
+            "furniture": dict(FURNITURE.values()),
+            "plans": self.shown.plans,
+            "episodes": self.shown.episodes,
+        }
+
+
+def site_of(
+    entries: Sequence[Entry],
+    home: Path,
+    title: str = "LabNav",
+    problems: Iterable[str] = (),
+    other: Iterable[Table] = (),
+    facts: Iterable[tuple[str, str]] = (),
+) -> Site:
+    """Return the contents of the site.
+
+    Args:
+        entries: of the same tasks, in the order of the page. home: folder of the page.
+        title: heading. problems: contradictions in the results. other: tables of other suites. facts: provenance.
+    """
+    shown = episodes_shown(entries, home)
+    tasks = tuple(entries[0].tasks)
+    sections = tuple(_section(number, one, shown) for number, one in enumerate(entries))
+    tracks = tuple(
+        (track, words, chosen)
+        for track, words in TRACKS.items()
+        if (chosen := tuple(one for one in sections if one.entry.summary.track == track))
+    )
+    first = entries[0].summary
+    counts = {name: task.episodes for name, task in entries[0].tasks.items()}
+    each = sorted(set(counts.values()))
+    episodes = f"{each[0]}" if len(each) == 1 else f"{each[0]} to {each[-1]}"
+    return Site(
+        title=title,
+        subtitle=f"Navigation in chemistry laboratories at work: suite {first.suite}, {episodes} episodes a task",
+        headline="LabNav" if first.labnav is not None else "Mean score",
+        tasks=tasks,
+        tracks=tracks,
+        sections=sections,
+        endings=tuple(name for name in ENDINGS if any(name in each.endings.values() for each in entries)),
+        pairs=_pairs(sections),
+        shown=shown,
+        notes=_notes(entries),
+        problems=(*problems, *shown.problems),
+        other=tuple(other),
+        facts=tuple(facts),
+    )
+
+
+def render_site(site: Site) -> str:
+    """Return the page as HTML; all text is escaped, and the script and the data are part of it."""
+    script, style = (files(PACKAGE).joinpath("templates", name).read_text("utf-8") for name in (SCRIPT, STYLE))
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    template = page_environment().get_template("site.html.j2")
+    return template.render(site=site, kinds=KINDS, script=script, style=style, digest=digest, data=embedded(site.data))
+
+
+def write_site(site: Site, path: str | Path) -> Path:
+    """Write the page atomically and return its path."""
+    return write_text(path, render_site(site))
+
+
+def embedded(data: Any) -> str:
+    """Return data as JSON that a script element can hold: nothing in it can end the element or open another."""
+    text = json.dumps(data, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _section(number: int, one: Entry, shown: Shown) -> Section:
+    card = card_of(one.summary.policy)
+    return Section(
+        number=number,
+        entry=one,
+        figure=Bar.of(one.figure, 1, 1.0),
+        mean=one.mean,
+        success=one.share("success"),
+        contacts=one.share("contacts"),
+        scores=tuple(Bar.of(task.score, 2, 100.0) for task in one.summary.tasks),
+        lines=tuple(_line(number, one, name, task, shown) for name, task in one.tasks.items()),
+        facts=_facts(one),
+        classes=tuple((title, rows) for field, title in CLASSES.items() if len(rows := _classes(one, field)) > 1),
+        touched=_touched(one),
+        card="" if card is None else card.read_text("utf-8"),
+    )
+
+
+def _line(number: int, one: Entry, name: str, task: TaskSummary, shown: Shown) -> TaskLine:
+    first: dict[str, str] = {}
+    for index, episode in enumerate(shown.episodes):
+        ending = one.endings.get(episode["key"])
+        if episode["key"].startswith(f"{name}/") and ending is not None:
+            first.setdefault(ending, f"#e{index}.p{number}")
+    endings = tuple((each, task.endings.get(each, 0), first.get(each, "")) for each in ENDINGS)
+    success, contacts = (interval(each, 2) for each in (task.success, task.contacts))
+    return TaskLine(name.replace("-", " "), Bar.of(task.score, 2, 100.0), success, contacts, task.episodes, endings)
+
+
+def _facts(one: Entry) -> tuple[tuple[str, str], ...]:
+    """Return what a section says about a policy besides its scores."""
+    summary = one.summary
+    options = ", ".join(f"{name}={value}" for name, value in summary.options.items())
+    planning = "not recorded" if one.planning is None else f"{one.planning:.1f} ms an action (median of episodes)"
+    facts = [
+        ("Kind", f"{one.kind}: {KINDS[one.kind]}"),
+        ("Track", TRACKS[summary.track]),
+        ("Sensors", summary.sensors),
+        ("Options", options or "defaults"),
+        ("Declared latency", f"{summary.latency:g} s"),
+        ("Measured time", planning),
+        ("Random seed", str(summary.seed)),
+    ]
+    if one.slow:
+        facts.append(("Slower than declared", f"in {one.slow} episodes"))
+    parked = sum(task.parked for task in summary.tasks)
+    if parked:
+        facts.append(("Stopped by the evaluator", f"in {parked} episodes: the policy cannot stop"))
+    for task in summary.tasks:
+        if task.precise is not None:
+            facts.append(("Docked within 0.05 m and 0.05 rad", interval(task.precise, 2)))
+        if task.legs:
+            facts.append(("Drives of shifts", ", ".join(f"{name} {count}" for name, count in task.legs.items())))
+    return tuple(facts)
+
+
+def _classes(one: Entry, field: str) -> tuple[tuple[str, float, int], ...]:
+    """Return name, mean score and number of episodes of each class of difficulty, over all tasks."""
+    totals: dict[str, tuple[float, int]] = {}
+    for task in one.summary.tasks:
+        groups: Mapping[str, tuple[float, int]] = getattr(task, field)
+        for name, (mean, count) in groups.items():
+            score, episodes = totals.get(name, (0.0, 0))
+            totals[name] = score + mean * count, episodes + count
+    return tuple((name, score / count, count) for name, (score, count) in sorted(totals.items(), key=_class_order))
+
+
+def _class_order(item: tuple[str, Any]) -> tuple[float, str]:
+    """Return the order of a class by the first number in its name, "<" before it and ">=" after it."""
+    name = item[0]
+    number = next((float(word) for word in name.split() if word.replace(".", "", 1).isdigit()), 0.0)
+    return number - 1e-3 * name.startswith("<") + 1e-3 * name.startswith(">="), name
+
+
+def _touched(one: Entry) -> str:
+    counts: Counter[str] = Counter()
+    for task in one.summary.tasks:
+        for kind, count in task.contact.items():
+            counts[thing_name(kind)] += count
+    words = [f"{name} {count}" for name, count in counts.most_common(MOST_CONTACTS)]
+    rest = len(counts) - len(words)
+    return ", ".join(words) + (f" and {rest} other kinds" if rest > 0 else "")
+
+
+def _pairs(sections: Sequence[Section]) -> tuple[PairLine, ...]:
+    """Return the paired differences of all pairs of policies that share episodes."""
+    order = sorted(sections, key=lambda one: -(one.entry.figure.value or 0.0))
+    lines = []
+    for a, b in combinations(order, 2):
+        if not a.entry.scores.keys() & b.entry.scores.keys():
+            continue
+        result = paired_difference(a.entry.scores, b.entry.scores)
+        value = result.difference.value or 0.0
+        if value < 0.0:
+            a, b = b, a
+            result = paired_difference(a.entry.scores, b.entry.scores)
+        one = result.difference
+        low, high = (None if end is None else 100.0 * end for end in (one.low, one.high))
+        words, apart = interval(one, 3), significant(result)
+        lines.append(PairLine(a, b, words, abs(100.0 * value), low, high, one.count, apart))
+    return tuple(lines)
+
+
+def _notes(entries: Sequence[Entry]) -> tuple[str, ...]:
+    """Return how to read the figures."""
+    notes = []
+    if any(one.summary.labnav is not None for one in entries):
+        notes.append("LabNav is 100 (exp(mean ln(s + 0.05)) - 0.05) over the mean scores s of the eight tasks.")
+    else:
+        notes.append("The mean score is 100 times the mean of the tasks' mean scores; LabNav needs all eight tasks.")
+    notes.append(
+        "Intervals are 95% intervals over floors. SR: share of episodes that succeeded, in shift of whole shifts."
+    )
+    notes.append("Collision rate: share of episodes in which the robot touched something.")
+    if any(one.published for one in entries):
+        notes.append("Published results have no routes.")
+    if any(one.summary.draft for one in entries):
+        notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
+    return tuple(notes)

@@ -1,0 +1,225 @@
+"""Floors and worlds of episodes as the viewer draws them: plain data in centimeters, room frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from labgym.assets import Asset
+from labgym.envs.conditions.panes import FRAMED, FRAMELESS
+from labgym.envs.tasks import Task
+from labgym.eval.drawing import palette
+from labgym.eval.drawing.episode_plan import route_of
+from labgym.eval.drawing.floor_drawing import outlines, sweep
+from labgym.eval.drawing.plan_labels import readable_name
+from labgym.geometry import OrientedBox
+from labgym.layouts.floor import Floor
+from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.navigation import OBSTACLE_HEIGHT
+from labgym.scenes.building import building_solids
+from labgym.scenes.floor_covering import coverings, region_outline
+
+CM = 100.0
+CLASSES: dict[str, tuple[str, str]] = {
+    palette.BENCH.label: ("bench", "Bench, table or desk"),
+    palette.HOOD.label: ("hood", "Fume hood or glove box"),
+    palette.STORAGE.label: ("storage", "Storage cabinet"),
+    palette.COLD.label: ("cold", "Refrigerator or freezer"),
+    palette.SAFETY.label: ("safety", "Shower, eyewash, spill kit"),
+    palette.WASTE.label: ("waste", "Waste"),
+    palette.OTHER.label: ("other", "Other equipment"),
+}
+"""Class and words in the legend of each kind of furniture, by the label of its swatch."""
+STORES = {
+    "Flammable": "flammables",
+    "Acid": "acids",
+    "Base": "bases",
+    "Oxidizer": "oxidizers",
+    "Toxic": "toxics",
+    "WaterReactive": "water-reactive chemicals",
+    "Gas": "gases",
+}
+"""Words for the chemicals of a storage cabinet, which the plan marks in the color of the cabinet."""
+MOST_CONTENTS = 12
+"""Most names of contents that are listed of a piece of furniture."""
+
+
+def plan_of_map(layout: Layout) -> dict[str, Any]:
+    """Return the floor and the furniture of a map.
+
+    Returns:
+        `bounds` (x0, y0, x1, y1); `rooms` and `walls`, SVG paths whose y points up; `doors`, leaf and sweep of each;
+        `panes`, windows and glazing as lines; `names` of the spaces with their middles; `items`, each
+        [x, y, width, depth, yaw in degrees, class, store, name, contents] with the front along +y.
+    """
+    floor = layout.floor
+    rooms = region_of(floor)
+    solids = region_outline([box for box in building_solids(floor, leaves=False).values() if box.z0 < OBSTACLE_HEIGHT])
+    ways = [wall.piece(*opening.span, 0.0, opening.top) for wall in floor.walls for opening in wall.openings]
+    walls = shapely.difference(solids, region_outline(ways)) if ways else solids
+    x0, y0, x1, y1 = shapely.union(rooms, solids).bounds
+    doors, panes = _openings(floor)
+    return {
+        "bounds": centimeters((x0, y0, x1, y1)),
+        "rooms": svg_path(rooms),
+        "walls": svg_path(walls),
+        "doors": doors,
+        "panes": panes,
+        "names": [] if floor.is_rectangle else _names(layout),
+        "items": [
+            _item(layout, placement)
+            for placement in layout.placements
+            if placement.support == FLOOR and layout.box(placement.id).z0 < OBSTACLE_HEIGHT
+        ],
+    }
+
+
+def world_of_episode(task: Task) -> dict[str, Any]:
+    """Return what an episode adds to its map.
+
+    Args:
+        task: the episode after its conditions.
+
+    Returns:
+        `start`; `goals`, each [x, y, yaw in degrees, name]; `dock`, whether the heading counts; `path`, the shortest
+        one as a flat list; `changes`, each [kind, name, corners as a flat list], where kind is "added", "movable",
+        "gone", "glass", "shut" or "opened".
+    """
+    pairs = (task.pair, *task.following)
+    return {
+        "start": _pose(task.pair.start),
+        "goals": [[*_pose(pair.goal), place_name(pair.goal_location)] for pair in pairs],
+        "dock": "station" in task.conditions,
+        "path": centimeters(route_of(task).ravel()),
+        "changes": changes_of_map(task),
+    }
+
+
+def changes_of_map(task: Task) -> list[list[Any]]:
+    """Return what differs between the map and the true floor, and glass, as `world_of_episode`."""
+    before, after = task.old_map or task.layout, task.layout
+    changes = [
+        _change("gone", placement, before.box(placement.id))
+        for placement in before.placements
+        if placement.support == FLOOR and not _same(placement, after.by_id.get(placement.id))
+    ]
+    for placement in after.placements:
+        then, box = before.by_id.get(placement.id), after.box(placement.id)
+        if placement.support != FLOOR or box.z0 >= OBSTACLE_HEIGHT:
+            continue
+        if placement.asset in (FRAMED, FRAMELESS):
+            changes.append(_change("glass", placement, box))
+        elif not _same(placement, then):
+            changes.append(_change("movable" if placement.id in task.pushable else "added", placement, box))
+        parts = after.open_parts(placement.id)
+        known = before.open_parts(placement.id) if _same(placement, then) else []
+        changes += [_change("added", placement, part) for part in parts if part not in known]
+    for old, new in zip(before.floor.walls, after.floor.walls, strict=False):
+        for was, opening in zip(old.openings, new.openings, strict=False):
+            if was.state != opening.state:
+                ends = np.array([new.point(along) for along in opening.span])
+                kind = "shut" if opening.state == "closed" else "opened"
+                changes.append([kind, "door", centimeters(ends.ravel())])
+    return changes
+
+
+def region_of(floor: Floor) -> shapely.Geometry:
+    """Return the outline of the floor's coverings."""
+    if floor.is_rectangle:
+        return shapely.box(0.0, 0.0, floor.room.width, floor.room.depth)
+    return shapely.union_all(list(coverings(floor)))
+
+
+def svg_path(shape: shapely.Geometry) -> str:
+    """Return the rings of a shape as an SVG path in centimeters."""
+    paths = []
+    for ring in outlines(shape):
+        points = np.rint(np.array(ring.coords)[:-1, :2] * CM).astype(np.int64)
+        kept = points[(points != np.roll(points, 1, axis=0)).any(axis=1)].tolist()
+        paths.append("M" + "L".join(f"{x} {y}" for x, y in kept) + "Z")
+    return "".join(paths)
+
+
+def centimeters(values: Iterable[float] | NDArray[np.float64]) -> list[int]:
+    """Return lengths in meters as whole centimeters."""
+    return [round(float(value) * CM) for value in values]
+
+
+def place_name(location: str) -> str:
+    """Return the name of a place in words: "entry-2" is "exit 2", "FumeHood" is "fume hood"."""
+    if location.startswith("entry"):
+        return "exit" + location.removeprefix("entry").replace("-", " ")
+    words = "" if location == "anywhere" else readable_name(location.rstrip("0123456789").rstrip("_"))
+    return words[:1].lower() + words[1:]
+
+
+def thing_name(name: str) -> str:
+    """Return the name of a thing that the robot touched in words: "SmallCarton_3" is "small carton"."""
+    if name.startswith("person"):
+        return name
+    base = name.partition("_")[0]
+    words = readable_name(base)
+    return words[:1].lower() + words[1:]
+
+
+def asset_name(asset: Asset) -> str:
+    """Return the name of an asset in words: its first synonym for chemicals and instruments."""
+    if asset.kind in ("reagent", "instrument") and asset.synonyms_en:
+        return asset.synonyms_en[0]
+    return readable_name(asset.name)
+
+
+def _item(layout: Layout, placement: Placement) -> list[Any]:
+    asset, box = layout.asset(placement.id), layout.box(placement.id)
+    held = [layout.asset(each.id) for each in layout.placements if each.support == placement.id]
+    contents = list(dict.fromkeys(map(asset_name, held)))
+    more = len(contents) - MOST_CONTENTS
+    words = ", ".join(contents[:MOST_CONTENTS]) + (f" and {more} more" if more > 0 else "")
+    kind = CLASSES[palette.swatch(asset).label][0]
+    return [*_box(box), kind, STORES.get(asset.storage_class or "", ""), asset_name(asset), words]
+
+
+def _change(kind: str, placement: Placement, box: OrientedBox) -> list[Any]:
+    return [kind, readable_name(placement.asset), centimeters(box.corners().ravel())]
+
+
+def _box(box: OrientedBox) -> list[float]:
+    return [*centimeters((box.x, box.y, box.width, box.depth)), round(float(np.degrees(box.yaw)), 1)]
+
+
+def _pose(pose: Sequence[float]) -> list[int]:
+    return [*centimeters(pose[:2]), round(float(np.degrees(pose[2])))]
+
+
+def _same(placement: Placement, other: Placement | None) -> bool:
+    return other is not None and (placement.position, placement.yaw) == (other.position, other.yaw)
+
+
+def _openings(floor: Floor) -> tuple[list[list[list[int]]], list[list[int]]]:
+    """Return leaf and sweep of each door, and the lines of windows and glazing."""
+    doors, panes = [], []
+    for wall in floor.walls:
+        for opening in wall.openings:
+            if opening.kind in ("window", "glazing"):
+                panes.append(centimeters(np.array([wall.point(u) for u in opening.span]).ravel()))
+            elif opening.kind == "door":
+                turn = opening.angle if opening.state == "open" else np.pi / 2.0
+                points = sweep(wall, opening, turn)[[0, *range(1, 25, 4), -1]]
+                doors.append([centimeters(points[[0, -1]].ravel()), centimeters(points[1:].ravel())])
+    return doors, panes
+
+
+def _names(layout: Layout) -> list[list[Any]]:
+    """Return the names of the spaces, each in the middle of the largest disc that covers no furniture."""
+    furniture = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
+    taken = region_outline(furniture) if furniture else shapely.Polygon()
+    names = []
+    for space, outline in zip(layout.floor.spaces, coverings(layout.floor), strict=True):
+        free = shapely.difference(outline, taken)
+        x, y = shapely.get_coordinates(shapely.maximum_inscribed_circle(free))[0].tolist()
+        names.append([*centimeters((x, y)), space.id.replace("_", " ")])
+    return names
