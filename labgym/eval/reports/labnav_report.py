@@ -9,12 +9,12 @@ from pathlib import Path
 from labgym.documents import write_text
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.suites import ALL
+from labgym.eval.labnav.suites import ALL, PREFIX
 from labgym.eval.leaderboard.lab30 import published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_tables import labnav_tables
 from labgym.eval.reports.results import named_apart
-from labgym.eval.reports.site.entries import Entry, beside, ranked_entries
+from labgym.eval.reports.site.entries import Entry, ranked_entries, with_published
 from labgym.eval.reports.site.page import site_of, write_site
 from labgym.eval.reports.tables import leaderboard
 from labgym.table import Table
@@ -45,7 +45,8 @@ def report_labnav(
     home = Path(folders[0])
     results = published_results() if published is None else published
     problems = tuple(problem for one in evaluations for problem in one.problems)
-    site = site_of(beside(evaluations, results), home, problems=problems, facts=_provenance(evaluations))
+    entries = with_published(evaluations, results)
+    site = site_of(entries, evaluations[0].summary.suite, home, problems=problems, facts=_provenance(evaluations))
     text = "\n\n\n".join(table.text() for table in tables) + "\n"
     markdown = "\n\n".join(f"**{escape(table.title, quote=False)}**\n\n{table.markdown()}" for table in tables) + "\n"
     paths = (
@@ -72,12 +73,19 @@ def write_leaderboard(folder: str | Path, results: Sequence[LabNavResult] | None
     lab30 = published_lab30()
     site = site_of(
         ranked_entries([Entry.of_result(one) for one in results]),
+        PREFIX,
         Path(folder),
         title="LabNav leaderboard",
         other=[leaderboard(lab30)] if lab30 else [],
-        facts=[("episodes", digest) for digest in dict.fromkeys(one.summary.hash for one in results)],
+        facts=[(one.summary.policy, _commits(one)) for one in results],
     )
     return write_site(site, Path(folder) / "index.html")
+
+
+def _commits(result: LabNavResult) -> str:
+    """Return the commits that drove a published result."""
+    commits = dict.fromkeys(commit[:12] for each in result.commits.values() for commit in each)
+    return f"seed {result.summary.seed}, commit {', '.join(commits) or 'not recorded'}"
 
 
 def _check_tasks(evaluations: Sequence[LabNavEvaluation]) -> None:

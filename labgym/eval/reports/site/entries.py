@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import fmean, median
@@ -137,39 +137,44 @@ def card_of(label: str) -> Path | None:
 
 
 def ranked_entries(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """Return entries by their kind, learned ones first, and by their figure, the best first."""
+    """Return entries by their kind, learned ones first, then those with all tasks, then the best figure first."""
     order = list(KINDS)
-    return tuple(sorted(entries, key=lambda one: (order.index(one.kind), -(one.figure.value or 0.0), one.name)))
+    most = max((len(one.tasks) for one in entries), default=0)
+
+    def rank(one: Entry) -> tuple[int, bool, float, str]:
+        return order.index(one.kind), len(one.tasks) < most, -(one.figure.value or 0.0), one.name
+
+    return tuple(sorted(entries, key=rank))
 
 
-def beside(evaluations: Sequence[LabNavEvaluation], published: Sequence[LabNavResult]) -> tuple[Entry, ...]:
+def with_published(evaluations: Sequence[LabNavEvaluation], published: Sequence[LabNavResult]) -> tuple[Entry, ...]:
     """Return the entries of evaluations of one suite, and of the published results on the same tasks.
 
-    A published result is left out if a folder holds the same outcomes, and if it lacks a task of the evaluations. The
-    small suite has other limits of time, so that no published result belongs to it.
+    A published result is left out if it shares no task with the evaluations, or if a folder holds the same outcomes.
+    The small suite has other limits of time, so that no published result belongs to it.
     """
     entries = [Entry.driven(one) for one in evaluations]
     first = evaluations[0].summary
-    labels = [task.suite for task in first.tasks]
-    names = {one.name for one in entries}
+    labels = {task.suite for task in first.tasks}
+    driven = {one.name: one for one in entries}
     for result in published if first.suite != MINI else ():
-        summary = result.summary
-        tasks = tuple(task for task in summary.tasks if task.suite in labels)
-        if len(tasks) < len(labels):
+        entry = restricted(Entry.of_result(result), labels)
+        same = driven.get(entry.name)
+        if not entry.summary.tasks or (same is not None and same.endings == entry.endings):
             continue
-        whole = len(tasks) == len(summary.tasks)
-        restricted = summary.model_copy(
-            update={"tasks": tasks, **({} if whole else {"labnav": None, "arithmetic": None})}
-        )
-        prefixes = tuple(f"{task.task}-{task.level}/" for task in tasks)
-        entry = Entry.of_result(result)
-        entry = replace(
-            entry,
-            name=entry.name + (PUBLISHED if entry.name in names else ""),
-            summary=restricted,
-            scores={key: score for key, score in entry.scores.items() if key.startswith(prefixes)},
-            endings={key: ending for key, ending in entry.endings.items() if key.startswith(prefixes)},
-        )
-        if not any(one.name + PUBLISHED == entry.name and one.endings == entry.endings for one in entries):
-            entries.append(entry)
+        entries.append(entry if same is None else replace(entry, name=entry.name + PUBLISHED))
     return ranked_entries(entries)
+
+
+def restricted(entry: Entry, labels: Set[str]) -> Entry:
+    """Return an entry with the tasks of some suites, named with their versions."""
+    tasks = tuple(task for task in entry.summary.tasks if task.suite in labels)
+    if len(tasks) == len(entry.summary.tasks):
+        return entry
+    prefixes = tuple(f"{task.task}-{task.level}/" for task in tasks)
+    return replace(
+        entry,
+        summary=entry.summary.model_copy(update={"tasks": tasks, "labnav": None, "arithmetic": None}),
+        scores={key: score for key, score in entry.scores.items() if key.startswith(prefixes)},
+        endings={key: ending for key, ending in entry.endings.items() if key.startswith(prefixes)},
+    )

@@ -54,21 +54,21 @@ class Shown:
         return frozenset(one["key"] for one in self.episodes)
 
 
-def episodes_shown(entries: Sequence[Entry], home: Path, most: int = MOST_EPISODES) -> Shown:
+def episodes_shown(entries: Sequence[Entry], suite: str, home: Path, most: int = MOST_EPISODES) -> Shown:
     """Return the episodes of the viewer.
 
     Args:
-        entries: of one suite, in the order of the page. home: folder of the page, for links to films.
-        most: greatest number of episodes.
+        entries: in the order of the page. suite: name of that of their episodes.
+        home: folder of the page, for links to films. most: greatest number of episodes.
     """
     shown = Shown()
     try:
-        suite = load_labnav(entries[0].summary.suite)
+        published = load_labnav(suite).parts
     except LabgymError as error:
         shown.problems.append(f"no episodes are shown: {error}")
         return shown
     parts = []
-    for part in suite.parts:
+    for part in published:
         labels = {task.suite for one in entries for task in one.summary.tasks if task.task == part.task}
         if labels - {part.label}:
             shown.problems.append(f"episodes of {part.name} are not shown: they are now those of {part.label}")

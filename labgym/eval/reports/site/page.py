@@ -17,6 +17,7 @@ from labgym.documents import write_text
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant
 from labgym.eval.labnav.row import Track
+from labgym.eval.labnav.suites import ALL
 from labgym.eval.labnav.summary import TaskSummary
 from labgym.eval.reports.environment import PACKAGE, page_environment
 from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS, interval
@@ -75,7 +76,7 @@ class Section:
     number: int
     entry: Entry
     figure: Bar | None
-    mean: float
+    mean: float | None
     success: float | None
     contacts: float | None
     scores: tuple[Bar | None, ...]
@@ -136,6 +137,7 @@ class Site:
 
 def site_of(
     entries: Sequence[Entry],
+    suite: str,
     home: Path,
     title: str = "LabNav",
     problems: Iterable[str] = (),
@@ -145,25 +147,24 @@ def site_of(
     """Return the contents of the site.
 
     Args:
-        entries: of the same tasks, in the order of the page. home: folder of the page.
+        entries: in the order of the page. suite: name of that of their episodes. home: folder of the page.
         title: heading. problems: contradictions in the results. other: tables of other suites. facts: provenance.
     """
-    shown = episodes_shown(entries, home)
-    tasks = tuple(entries[0].tasks)
-    sections = tuple(_section(number, one, shown) for number, one in enumerate(entries))
+    shown = episodes_shown(entries, suite, home)
+    names = {name for one in entries for name in one.tasks}
+    tasks = tuple(sorted(names, key=lambda name: (ALL.index(name.rpartition("-")[0]), name)))
+    sections = tuple(_section(number, one, tasks, shown) for number, one in enumerate(entries))
     tracks = tuple(
         (track, words, chosen)
         for track, words in TRACKS.items()
         if (chosen := tuple(one for one in sections if one.entry.summary.track == track))
     )
-    first = entries[0].summary
-    counts = {name: task.episodes for name, task in entries[0].tasks.items()}
-    each = sorted(set(counts.values()))
+    each = sorted({task.episodes for one in entries for task in one.summary.tasks})
     episodes = f"{each[0]}" if len(each) == 1 else f"{each[0]} to {each[-1]}"
     return Site(
         title=title,
-        subtitle=f"Navigation in chemistry laboratories at work: suite {first.suite}, {episodes} episodes a task",
-        headline="LabNav" if first.labnav is not None else "Mean score",
+        subtitle=f"Navigation in chemistry laboratories at work: suite {suite}, {episodes} episodes a task",
+        headline="LabNav" if any(one.summary.labnav is not None for one in entries) else "Mean score",
         tasks=tasks,
         tracks=tracks,
         sections=sections,
@@ -196,16 +197,16 @@ def embedded(data: Any) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _section(number: int, one: Entry, shown: Shown) -> Section:
+def _section(number: int, one: Entry, tasks: Sequence[str], shown: Shown) -> Section:
     card = card_of(one.summary.policy)
     return Section(
         number=number,
         entry=one,
-        figure=Bar.of(one.figure, 1, 1.0),
-        mean=one.mean,
+        figure=Bar.of(one.figure, 1, 1.0) if len(one.tasks) == len(tasks) else None,
+        mean=one.mean if len(one.tasks) == len(tasks) else None,
         success=one.share("success"),
         contacts=one.share("contacts"),
-        scores=tuple(Bar.of(task.score, 2, 100.0) for task in one.summary.tasks),
+        scores=tuple(Bar.of(one.tasks[name].score, 2, 100.0) if name in one.tasks else None for name in tasks),
         lines=tuple(_line(number, one, name, task, shown) for name, task in one.tasks.items()),
         facts=_facts(one),
         classes=tuple((title, rows) for field, title in CLASSES.items() if len(rows := _classes(one, field)) > 1),
@@ -231,6 +232,7 @@ def _facts(one: Entry) -> tuple[tuple[str, str], ...]:
     options = ", ".join(f"{name}={value}" for name, value in summary.options.items())
     planning = "not recorded" if one.planning is None else f"{one.planning:.1f} ms an action (median of episodes)"
     facts = [
+        ("Label", summary.policy),
         ("Kind", f"{one.kind}: {KINDS[one.kind]}"),
         ("Track", TRACKS[summary.track]),
         ("Sensors", summary.sensors),
