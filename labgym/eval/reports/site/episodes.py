@@ -1,4 +1,4 @@
-"""The episodes in the viewer: which ones, and what the page holds of them."""
+"""Episodes of the viewer: their choice, and the data that the page holds of them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FILMS = "films"
 
 @dataclass
 class Shown:
-    """What the viewer shows.
+    """The episodes in the viewer, and their floors.
 
     Attributes:
         episodes: in the order of the suite, as the page holds them. plans: floors by their key.

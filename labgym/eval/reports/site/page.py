@@ -126,7 +126,7 @@ class Site:
 
     @property
     def data(self) -> dict[str, Any]:
-        """What the script reads: policies, furniture, floors and episodes."""
+        """The data that the script reads: policies, furniture, floors and episodes."""
         return {
             "policies": [one.entry.name for one in self.sections],
             "furniture": dict(FURNITURE.values()),
