@@ -66,7 +66,7 @@ class LabNavEvaluation:
         records = tuple(rows.records.values())
         recomputed = summary.recomputed(records)
         problems = [*changed_files(folder), *rows.problems, *routes.problems, *times.problems]
-        differing = _differences(summary, recomputed)
+        differing = summary_differences(summary, recomputed)
         if differing:
             words = f"{SUMMARY} does not match the rows in {in_one_line(differing)}"
             problems.insert(0, f"{words}; the figures shown are computed from the rows")
@@ -127,7 +127,7 @@ def is_labnav_run(folder: str | Path) -> bool:
     return False
 
 
-def _differences(summary: LabNavSummary, recomputed: LabNavSummary) -> list[str]:
+def summary_differences(summary: LabNavSummary, recomputed: LabNavSummary) -> list[str]:
     """Return the figures in which a summary differs from that of the rows."""
     names = [] if _alike(summary.labnav, recomputed.labnav) else ["labnav"]
     for one, other in zip(summary.tasks, recomputed.tasks, strict=True):

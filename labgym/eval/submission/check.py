@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from itertools import islice
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,37 +13,18 @@ from labgym.eval.driving.assignments import assignments
 from labgym.eval.driving.episode_row import Key
 from labgym.eval.driving.files import SUMMARY
 from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.labnav.evaluation import is_labnav_run
 from labgym.eval.submission.folder import Episodes, episode_name
+from labgym.eval.submission.labnav_check import check_labnav
 from labgym.eval.submission.published import Published, suite_problems
 from labgym.eval.submission.record_checks import RunRecord, record_problems, summary_problems
 from labgym.eval.submission.route_checks import route_problems
 from labgym.eval.submission.row_checks import Terms, row_problems
 from labgym.eval.submission.second_drive import drive_problems, sampled
 from labgym.eval.submission.submitted_policy import PolicyChoice
+from labgym.eval.submission.verdict import Verdict, listed
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess
-
-MOST = 20
-"""Largest number of problems of one kind that are listed."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The outcome of a check.
-
-    Attributes:
-        problems: a line for each failed check; empty if the submission passes.
-        facts: a line for each check that was made or left out.
-    """
-
-    problems: tuple[str, ...]
-    facts: tuple[str, ...]
-
-    @property
-    def passed(self) -> bool:
-        """Whether there is no problem."""
-        return not self.problems
-
 
 def check_submission(
     folder: str | Path,
@@ -62,7 +41,7 @@ def check_submission(
     Nothing in the folder is executed, and no class that it names is imported unless it is built in.
 
     Args:
-        folder: folder written by `evaluate` or `labgym eval`.
+        folder: folder written by `evaluate`, `evaluate_labnav` or `labgym eval`.
         seed: random seed of the episodes that are driven again; by default it is drawn, so that nobody can know it
             in advance.
         suite: name or .json file of the suite, if it is not the published one of the submission's name.
@@ -79,6 +58,8 @@ def check_submission(
     folder = Path(folder)
     if not (folder / SUMMARY).is_file():
         raise DocumentError(folder, "", f"holds no {SUMMARY}; pass the folder of a finished labgym eval")
+    if is_labnav_run(folder):
+        return check_labnav(folder, seed, suite, policy, options, drive, other_code, progress)
     try:
         summary = NavigationSummary.load(folder / SUMMARY)
         published = Published.of(summary.suite, suite)
@@ -91,9 +72,9 @@ def check_submission(
     problems = [
         *record_problems(record, summary, published, other_code),
         *suite_problems(summary.suite, published.suite),
-        *_listed(episodes.problems, "problems of files"),
-        *_listed(_completeness(episodes, published), "episodes"),
-        *_listed(_episode_problems(episodes, published, terms), "problems of episodes"),
+        *listed(episodes.problems, "problems of files"),
+        *listed(_completeness(episodes, published), "episodes"),
+        *listed(_episode_problems(episodes, published, terms), "problems of episodes"),
         *summary_problems(summary, tuple(episodes.rows.values()), published, exactly=record.code_is_present),
     ]
     facts = [f"{len(episodes.rows)} of {published.episodes} episodes of suite {published.suite.label} checked"]
@@ -104,8 +85,12 @@ def check_submission(
     keys = sampled(published, seed)
     driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
     try:
-        problems += choice.problems(driver, summary, record)
-        problems += _listed(drive_problems(driver, keys, published, episodes, terms, progress), "episodes")
+        stated = {
+            "privileged": (driver.privileged, summary.privileged),
+            "sensors": (driver.observation, summary.sensors),
+        }
+        problems += choice.problems(driver, stated, summary.policy, record)
+        problems += listed(drive_problems(driver, keys, published, episodes, terms, progress), "episodes")
     finally:
         driver.close()
     facts.append(f"{len(keys)} episodes driven again with {choice.name!r}, chosen with --seed {seed}")
@@ -140,8 +125,3 @@ def _episode_problems(episodes: Episodes, published: Published, terms: Terms) ->
                 problems += route_problems(row, episodes.route(key), terms.suite, world)
             yield from (f"episode {episode_name(key)}: {problem}" for problem in problems)
 
-
-def _listed(problems: Iterable[str], kind: str) -> list[str]:
-    """Return the first problems, and a line if there are more."""
-    first = list(islice(problems, MOST + 1))
-    return first if len(first) <= MOST else [*first[:MOST], f"more {kind} like these are not listed"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,9 +80,19 @@ def record_problems(
         published: the published suite.
         other_code: accept results of another version of labgym.
     """
+    identity = () if record.identity is None else _identity_problems(record.identity, summary, published)
+    yield from run_problems(record, identity, other_code)
+
+
+def run_problems(record: RunRecord, identity: Iterable[str], other_code: bool) -> Iterator[str]:
+    """Yield a sentence for each part of a run's record that is missing or does not agree with the files.
+
+    Args:
+        record: the record of the run. identity: problems of its identity. other_code: as for `record_problems`.
+    """
     yield from record.problems
     if record.identity is not None:
-        yield from _identity_problems(record.identity, summary, published)
+        yield from identity
         if not record.code_is_present and not other_code:
             yield (
                 f"{IDENTITY_FILE}: driven by other code ({record.identity.code[:12]}) than this installation's "
@@ -94,6 +104,24 @@ def record_problems(
             yield from _manifest_problems(record.folder, record.manifest)
     if not record.problems and not any("labgym" in session.versions for session in record.sessions):
         yield f"{PROVENANCE_FILE} does not record the version of labgym"
+
+
+def stated_problems(identity: RunIdentity, kind: str, expected: Mapping[str, object]) -> Iterator[str]:
+    """Yield a sentence for each input of an identity that differs from the summary's, and for unpinned kernels.
+
+    Args:
+        identity: `run.json`. kind: expected of the run. expected: inputs of the run by name; of "policy" its label.
+    """
+    if identity.kind != kind:
+        yield f"{IDENTITY_FILE} is that of a {identity.kind[:40]!r} run, expected {kind!r}"
+        return
+    policy = identity.inputs.get("policy")
+    stated = {**identity.inputs, "policy": policy.get("label") if isinstance(policy, dict) else None}
+    for name, value in expected.items():
+        if stated.get(name) != value:
+            yield f"{IDENTITY_FILE} and {SUMMARY} differ in {name}"
+    if identity.inputs.get("kernels") != PINNED.name:
+        yield f"{IDENTITY_FILE}: not driven in kernels {PINNED.name}; the results of others depend on the machine"
 
 
 def summary_problems(
@@ -121,24 +149,22 @@ def summary_problems(
 
 
 def _identity_problems(identity: RunIdentity, summary: NavigationSummary, published: Published) -> Iterator[str]:
-    if identity.kind != "eval":
-        yield f"{IDENTITY_FILE} is that of a {identity.kind[:40]!r} run, expected 'eval'"
-        return
-    policy = identity.inputs.get("policy")
-    stated = {
-        "suite": (identity.inputs.get("suite"), summary.suite.model_dump(mode="json")),
-        "layouts": (identity.inputs.get("layouts"), summary.layouts),
-        "seed": (identity.inputs.get("seed"), summary.seed),
-        "policy": (policy.get("label") if isinstance(policy, dict) else None, summary.policy),
+    expected = {
+        "suite": summary.suite.model_dump(mode="json"),
+        "layouts": summary.layouts,
+        "seed": summary.seed,
+        "policy": summary.policy,
     }
-    for name, (value, expected) in stated.items():
-        if value != expected:
-            yield f"{IDENTITY_FILE} and {SUMMARY} differ in {name}"
+    yield from stated_problems(identity, "eval", expected)
+    if identity.kind != "eval":
+        return
     if identity.inputs.get("isolated") is not True:
         yield f"{IDENTITY_FILE}: the policy was not driven in a separate process"
-    if identity.inputs.get("kernels") != PINNED.name:
-        yield f"{IDENTITY_FILE}: not driven in kernels {PINNED.name}; the results of others depend on the machine"
-    catalog = published.catalog
+    yield from catalog_problems(identity, published.catalog)
+
+
+def catalog_problems(identity: RunIdentity, catalog: str) -> Iterator[str]:
+    """Yield a sentence if a run was driven with another catalog than that of a digest."""
     if identity.inputs.get("catalog") != catalog:
         yield f"{IDENTITY_FILE}: driven with another catalog of assets than this installation's"
 

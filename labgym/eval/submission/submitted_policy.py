@@ -9,6 +9,7 @@ from typing import Any
 from labgym.errors import OptionError
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.runner import policy_fingerprint
+from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.submission.record_checks import RunRecord
 from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.registry import BUILT_IN
@@ -29,7 +30,9 @@ class PolicyChoice:
     passed: bool = False
 
     @classmethod
-    def of(cls, summary: NavigationSummary, name: str | None, options: Mapping[str, Any] | None) -> PolicyChoice:
+    def of(
+        cls, summary: NavigationSummary | LabNavSummary, name: str | None, options: Mapping[str, Any] | None
+    ) -> PolicyChoice:
         """Return the policy that the user passed, or else the built-in one that a submission names.
 
         A submission cannot choose a class, a file or a server: only built-in names are taken from it, and only
@@ -57,17 +60,21 @@ class PolicyChoice:
         """The policy, for a separate process."""
         return PolicySource.named(self.name, self.options)
 
-    def problems(self, policy: PolicyProcess, summary: NavigationSummary, record: RunRecord) -> Iterator[str]:
-        """Yield a sentence for each way in which the policy is not the one that the submission names."""
-        for name, value, stated in (
-            ("privileged", policy.privileged, summary.privileged),
-            ("sensors", policy.observation, summary.sensors),
-        ):
-            if value != stated:
-                yield f"{name} of the policy is {value!r}, the submission says {stated!r}"
+    def problems(
+        self, policy: PolicyProcess, stated: Mapping[str, tuple[object, object]], label: str, record: RunRecord
+    ) -> Iterator[str]:
+        """Yield a sentence for each way in which the policy is not the one that the submission names.
+
+        Args:
+            policy: in its process. stated: properties of it, and what the submission says of them.
+            label: of the policy in the submission. record: of the run.
+        """
+        for name, (value, claimed) in stated.items():
+            if value != claimed:
+                yield f"{name} of the policy is {value!r}, the submission says {claimed!r}"
         if record.identity is None:
             return
-        expected = policy_fingerprint(self.name, self.source, summary.policy, policy.files()).model_dump()
+        expected = policy_fingerprint(self.name, self.source, label, policy.files()).model_dump()
         stated_policy = record.identity.inputs.get("policy")
         differing = [
             name
