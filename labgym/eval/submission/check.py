@@ -26,6 +26,7 @@ from labgym.eval.submission.verdict import Verdict, listed
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess
 
+
 def check_submission(
     folder: str | Path,
     seed: int | None = None,
@@ -124,4 +125,3 @@ def _episode_problems(episodes: Episodes, published: Published, terms: Terms) ->
             if key in episodes.routes:
                 problems += route_problems(row, episodes.route(key), terms.suite, world)
             yield from (f"episode {episode_name(key)}: {problem}" for problem in problems)
-

@@ -7,15 +7,15 @@ import re
 from html.parser import HTMLParser
 
 import pytest
+from labnav_folders import write_folder
 
 from labgym.cli import main
 from labgym.envs.labnav.episodes import published_episodes
 from labgym.errors import OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference
-from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.suites import LabNavSuite
-from labgym.eval.labnav.summary import classes, summarise
+from labgym.eval.labnav.summary import classes
 from labgym.eval.reports.labnav_comparison import LabNavComparison, compare_labnav
 from labgym.eval.reports.labnav_report import report_labnav
 from labgym.eval.reports.labnav_tables import labnav_tables
@@ -28,56 +28,11 @@ def suite():
     return LabNavSuite("labnav-aisle-2", tuple(published_episodes(task, 2).first(6, 2) for task in TASKS))
 
 
-def row(part, episode, policy, track, score, **fields):
-    return LabNavRow(
-        suite=part.label,
-        task=part.task,
-        level=part.level,
-        floor=episode.floor,
-        floor_hash=episode.floor_hash,
-        number=episode.number,
-        policy=policy,
-        track=track,
-        seed=0,
-        score=score,
-        success=score > 0.0,
-        ending="success" if score else "contact",
-        contact="" if score else "person 3",
-        shortest=episode.length,
-        straight=5.0,
-        path_length=10.0,
-        time=12.0,
-        final_distance=0.1,
-        final_heading=0.0,
-        odometry_error=0.0,
-        steps=120,
-        contacts=0 if score else 4,
-        outcomes={"people": {"met": 2}} if part.task == "people" else {},
-        **fields,
-    )
-
-
-def written(folder, suite, policy, track, score_of):
-    """Write the folder of an evaluation whose scores are made up."""
-    rows = [row(part, one, policy, track, score_of(part, one)) for part in suite.parts for one in part.episodes]
-    fields = {"options": {}, "sensors": "lidar", "seed": 0, "latency": 0.0}
-    summary = summarise(suite, rows, policy=policy, track=track, **fields)
-    folder.mkdir()
-    (folder / "summary.json").write_text(json.dumps(summary.to_json()))
-    (folder / "episodes.jsonl").write_text("".join(json.dumps(one.model_dump(mode="json")) + "\n" for one in rows))
-    route = [[0.0, 0.0, 0.0], [1.0, 0.5, 0.0]]
-    routes = [json.dumps({"key": one.key, "poses": route}) for one in rows]
-    times = [json.dumps({"key": one.key, "planning_ms": 1.0, "slow": False}) for one in rows]
-    (folder / "routes.jsonl").write_text("\n".join(routes) + "\n")
-    (folder / "times.jsonl").write_text("\n".join(times) + "\n")
-    return folder
-
-
 @pytest.fixture
 def folders(tmp_path, suite):
-    good = written(tmp_path / "good", suite, "good", "deployed", lambda _, one: 0.8 + 0.1 * one.number)
-    bad = written(tmp_path / "bad", suite, "bad", "mapless", lambda part, _: 0.1 if part.task == "aisle" else 0.0)
-    best = written(tmp_path / "best", suite, "best", "privileged", lambda _, __: 0.95)
+    good = write_folder(tmp_path / "good", suite, "good", "deployed", lambda _, one: 0.8 + 0.1 * one.number)
+    bad = write_folder(tmp_path / "bad", suite, "bad", "mapless", lambda part, _: 0.1 if part.task == "aisle" else 0.0)
+    best = write_folder(tmp_path / "best", suite, "best", "privileged", lambda _, __: 0.95)
     return good, bad, best
 
 
@@ -169,7 +124,7 @@ def test_a_comparison_is_the_paired_difference_of_all_and_of_each_task(folders, 
 
 def test_folders_of_different_episodes_are_not_reported_together(folders, suite, tmp_path):
     other = LabNavSuite("labnav-aisle-2", suite.parts[:1])
-    folder = written(tmp_path / "other", other, "other", "mapless", lambda _, __: 0.5)
+    folder = write_folder(tmp_path / "other", other, "other", "mapless", lambda _, __: 0.5)
     with pytest.raises(OptionError, match="different episodes"):
         report_labnav([folders[0], folder])
     comparison, _ = compare_labnav([folders[0], folder])

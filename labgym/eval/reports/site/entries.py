@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from statistics import fmean, median
 from typing import Literal
@@ -16,7 +17,7 @@ from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import MINI
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
-from labgym.eval.leaderboard.labnav import LabNavResult
+from labgym.eval.leaderboard.labnav import LabNavResult, Outcome
 from labgym.policies.registry import BUILT_IN, FILES
 
 Kind = Literal["learned", "classical", "reference", "other"]
@@ -42,7 +43,7 @@ class Entry:
     Attributes:
         name: unique on the page. kind: of the policy. published: whether it is a published result.
         summary: of the tasks on the page.
-        scores, endings: of each episode, by its key.
+        outcomes: of each episode, by its key.
         rows, routes: by the key; empty for a published result.
         planning: median over episodes of the milliseconds per action; None if it was not measured.
         slow: number of episodes in which it was slower than declared.
@@ -53,8 +54,7 @@ class Entry:
     kind: Kind
     published: bool
     summary: LabNavSummary
-    scores: Mapping[str, float]
-    endings: Mapping[str, Ending]
+    outcomes: Mapping[str, Outcome]
     rows: Mapping[str, LabNavRow] = field(default_factory=dict)
     routes: Mapping[str, Route] = field(default_factory=dict)
     planning: float | None = None
@@ -70,8 +70,7 @@ class Entry:
             kind=kind_of_policy(one.summary.policy),
             published=False,
             summary=one.summary,
-            scores=one.scores,
-            endings={row.key: row.ending for row in one.rows},
+            outcomes={row.key: Outcome.of(row) for row in one.rows},
             rows={row.key: row for row in one.rows},
             routes=one.routes,
             planning=median(times) if times else None,
@@ -87,11 +86,20 @@ class Entry:
             kind=kind_of_policy(result.summary.policy),
             published=True,
             summary=result.summary,
-            scores={one.key: one.score for one in result.outcomes},
-            endings={one.key: one.ending for one in result.outcomes},
+            outcomes=result.by_key,
         )
 
-    @property
+    @cached_property
+    def scores(self) -> dict[str, float]:
+        """The scores of the episodes, by their keys."""
+        return {key: one.score for key, one in self.outcomes.items()}
+
+    @cached_property
+    def endings(self) -> dict[str, Ending]:
+        """How the episodes ended, by their keys."""
+        return {key: one.ending for key, one in self.outcomes.items()}
+
+    @cached_property
     def tasks(self) -> dict[str, TaskSummary]:
         """The results by task and level, such as "aisle-2"."""
         return {f"{each.task}-{each.level}": each for each in self.summary.tasks}
@@ -160,7 +168,7 @@ def with_published(evaluations: Sequence[LabNavEvaluation], published: Sequence[
     for result in published if first.suite != MINI else ():
         entry = restricted(Entry.of_result(result), labels)
         same = driven.get(entry.name)
-        if not entry.summary.tasks or (same is not None and same.endings == entry.endings):
+        if not entry.summary.tasks or (same is not None and same.outcomes == entry.outcomes):
             continue
         entries.append(entry if same is None else replace(entry, name=entry.name + PUBLISHED))
     return ranked_entries(entries)
@@ -175,6 +183,5 @@ def restricted(entry: Entry, labels: Set[str]) -> Entry:
     return replace(
         entry,
         summary=entry.summary.model_copy(update={"tasks": tasks, "labnav": None, "arithmetic": None}),
-        scores={key: score for key, score in entry.scores.items() if key.startswith(prefixes)},
-        endings={key: ending for key, ending in entry.endings.items() if key.startswith(prefixes)},
+        outcomes={key: one for key, one in entry.outcomes.items() if key.startswith(prefixes)},
     )

@@ -97,7 +97,7 @@ def chosen(entries: Sequence[Entry], keys: Sequence[str], most: int) -> list[str
     Args:
         entries: the policies. keys: of all episodes. most: greatest number.
     """
-    keys = [key for key in keys if any(key in one.endings for one in entries)]
+    keys = [key for key in keys if any(key in one.outcomes for one in entries)]
     if len(keys) <= most:
         return list(keys)
     picked: list[str] = []
@@ -147,7 +147,7 @@ def _episode(
             **_drive(one, key, task, home),
         }
         for number, one in enumerate(entries)
-        if key in one.scores and key in one.endings
+        if key in one.outcomes
     ]
     return {
         "key": key,
@@ -167,7 +167,8 @@ def _episode(
 def _drive(one: Entry, key: str, task: Task, home: Path) -> dict[str, Any]:
     """Return what the page holds of a drive: score, ending, facts, route, people and film."""
     row, route = one.rows.get(key), one.routes.get(key)
-    drive: dict[str, Any] = {"score": round(one.scores[key], 3), "ending": one.endings[key]}
+    outcome = one.outcomes[key]
+    drive: dict[str, Any] = {"score": round(outcome.score, 3), "ending": outcome.ending, "time": round(outcome.time, 1)}
     drive |= {} if row is None else facts_of(row)
     film = film_of(one, key, home)
     if film is not None:
@@ -188,7 +189,6 @@ def _drive(one: Entry, key: str, task: Task, home: Path) -> dict[str, Any]:
 def facts_of(row: LabNavRow) -> dict[str, Any]:
     """Return what the viewer says about a drive."""
     facts: dict[str, Any] = {
-        "time": round(row.time, 1),
         "driven": round(row.path_length, 2),
         "away": round(row.final_distance, 2),
         "touches": row.contacts,

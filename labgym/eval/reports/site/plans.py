@@ -109,11 +109,12 @@ def changes_of_map(task: Task) -> list[list[Any]]:
     ]
     for placement in after.placements:
         then, box = before.by_id.get(placement.id), after.box(placement.id)
-        if placement.support != FLOOR or box.z0 >= OBSTACLE_HEIGHT:
-            continue
         if placement.asset in (FRAMED, FRAMELESS):
             changes.append(_change("glass", placement, box))
-        elif not _same(placement, then):
+            continue
+        if placement.support != FLOOR or box.z0 >= OBSTACLE_HEIGHT:
+            continue
+        if not _same(placement, then):
             changes.append(_change("movable" if placement.id in task.pushable else "added", placement, box))
         parts = after.open_parts(placement.id)
         known = before.open_parts(placement.id) if _same(placement, then) else []

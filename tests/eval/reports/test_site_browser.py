@@ -1,0 +1,184 @@
+"""The site in headless Chromium: a click through every view, by mouse and by keyboard, without an error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from headless_browser import Tab, browser, chromium
+from labnav_folders import line_to_goal, write_folder
+
+from labgym.envs.labnav.episodes import published_episodes
+from labgym.eval.labnav.suites import LabNavSuite
+from labgym.eval.reports.labnav_report import report_labnav
+
+pytestmark = pytest.mark.skipif(chromium() is None, reason="needs Chromium (Debian: apt install chromium)")
+VIEWS = ("leaderboard", "policies", "episodes", "pairs", "about")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    suite = LabNavSuite("labnav-people-2", (published_episodes("people", 2).first(2, 2),))
+    home = tmp_path_factory.mktemp("runs")
+    folders = [
+        write_folder(home / "first", suite, "first", "deployed", lambda _, one: 0.4 + 0.1 * one.number, line_to_goal),
+        write_folder(home / "second", suite, "second", "deployed", lambda _, one: 0.9 * one.number, line_to_goal),
+        write_folder(home / "third", suite, "third", "mapless", lambda _, __: 0.0, line_to_goal),
+    ]
+    report_labnav(folders, published=())
+    return folders[0] / "report.html"
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory):
+    with browser(tmp_path_factory.mktemp("profile")) as opened:
+        yield opened
+
+
+def opened(tab: Tab, page: Path, address: str = "", width: int = 1280, mobile: bool = False) -> Tab:
+    tab.open("about:blank", width, 860, mobile)
+    tab.open(f"{page.as_uri()}#{address}", width, 860, mobile)
+    tab.wait("document.readyState === 'complete' && document.documentElement.classList.contains('scripted')")
+    return tab
+
+
+def visible(tab: Tab) -> list[str]:
+    return tab.value("[...document.querySelectorAll('.view')].filter((one) => !one.hidden).map((one) => one.id)")
+
+
+def pressed(tab: Tab, key: str) -> None:
+    text = {"text": "\r"} if key == "Enter" else {}
+    codes = {"Enter": 13, "Tab": 9, "ArrowRight": 39, "End": 35, "Home": 36, " ": 32}
+    for kind in ("keyDown", "keyUp"):
+        tab.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=codes[key], **text)
+
+
+def changed(tab: Tab, name: str, value: str) -> None:
+    tab.value(f"{{const one = document.getElementById('{name}'); one.value = '{value}';"
+              " one.dispatchEvent(new Event('change')); one.dispatchEvent(new Event('input'));}")  # fmt: skip
+
+
+def names_in(tab: Tab, track: str) -> list[str]:
+    return tab.value(
+        f"[...document.querySelectorAll('[data-track={track}] th[scope=row] a')].map((one) => one.textContent)"
+    )
+
+
+def test_every_view_opens_by_a_click_and_fits_desktop_and_phone(tab, page):
+    for width, mobile in ((1280, False), (360, True)):
+        opened(tab, page, width=width, mobile=mobile)
+        for view in VIEWS:
+            tab.value(f"document.querySelector('nav a[href=\"#{view}\"]').click()")
+            tab.wait(f"!document.getElementById('{view}').hidden")
+            assert visible(tab) == [view]
+            assert tab.value("document.documentElement.scrollWidth") <= width
+    assert tab.errors == []
+
+
+def test_a_column_sorts_by_the_keyboard_and_says_so(tab, page):
+    opened(tab, page)
+    assert names_in(tab, "deployed") == ["first", "second"]
+    tab.value("document.querySelectorAll('.board thead button')[2].focus()")
+    pressed(tab, "Enter")
+    assert tab.value("document.querySelectorAll('.board thead th')[2].ariaSort") == "descending"
+    assert names_in(tab, "deployed") == ["first", "second"]
+    pressed(tab, "Enter")
+    assert tab.value("document.querySelectorAll('.board thead th')[2].ariaSort") == "ascending"
+    assert names_in(tab, "deployed") == ["second", "first"]
+    assert tab.value("document.querySelectorAll('.board [aria-sort]').length") == 1
+    assert tab.errors == []
+
+
+def test_a_track_can_be_chosen(tab, page):
+    opened(tab, page)
+    tab.value("document.querySelector('input[value=mapless]').click()")
+    shown = (
+        "[...document.querySelectorAll('.board tbody')].filter((one) => !one.hidden).map((one) => one.dataset.track)"
+    )
+    assert tab.value(shown) == ["mapless"]
+    tab.value("document.querySelector('input[name=track]').click()")
+    assert tab.value(shown) == ["deployed", "mapless"]
+
+
+def test_an_ending_leads_to_an_episode_that_ended_so(tab, page):
+    opened(tab, page)
+    tab.value("[...document.querySelectorAll('.board a')].find((one) => one.textContent === 'third').click()")
+    tab.wait("!document.getElementById('policies').hidden")
+    shown = "[...document.querySelectorAll('.policy')].filter((one) => !one.hidden)"
+    assert tab.value(f"{shown}.map((one) => one.querySelector('h3').textContent)") == ["third"]
+    tab.value(f"{shown}[0].querySelector('td.end a').click()")
+    tab.wait("!document.getElementById('episodes').hidden && document.querySelectorAll('#plan .driven').length === 1")
+    words = tab.value("document.getElementById('runs').textContent")
+    assert "contact with person 3" in words
+    assert tab.errors == []
+
+
+def test_people_and_robots_move_with_the_slider_and_the_play_button(tab, page):
+    opened(tab, page, "episodes")
+    bodies = "[...document.querySelectorAll('#plan g[transform] > .yields, #plan g[transform] > .unseeing')]"
+    places = f"{bodies}.map((one) => one.parentNode.getAttribute('transform')).join()"
+    robot = "document.querySelector('#plan .robot').getAttribute('transform')"
+    tab.value("document.getElementById('clock').focus()")
+    pressed(tab, "Home")
+    first = tab.value(places), tab.value(robot)
+    assert tab.value("document.getElementById('clock').getAttribute('aria-valuetext')").startswith("0.0 of ")
+    pressed(tab, "End")
+    last = tab.value(places), tab.value(robot)
+    assert first[0] != last[0]
+    assert first[1] != last[1]
+    changed(tab, "speed", "16")
+    tab.value("document.getElementById('play').click()")
+    assert tab.value("document.getElementById('play').textContent") == "Pause"
+    tab.wait("document.getElementById('play').textContent === 'Play'", seconds=30)
+    assert tab.value("Number(document.getElementById('clock').value) === Number(document.getElementById('clock').max)")
+    assert tab.value(robot) == last[1]
+    assert tab.errors == []
+
+
+def test_routes_zoom_and_the_choice_of_episodes(tab, page):
+    opened(tab, page, "episodes")
+    assert tab.value("document.querySelectorAll('#plan .driven').length") == 3
+    tab.value("document.querySelector('#runs input').click()")
+    assert tab.value("document.querySelectorAll('#plan .driven').length") == 2
+    whole = tab.value("document.getElementById('plan').getAttribute('viewBox')")
+    tab.value("document.querySelector('[data-zoom=\"0.7\"]').click()")
+    assert tab.value("document.getElementById('plan').getAttribute('viewBox')") != whole
+    tab.value("document.querySelector('[data-zoom=\"0\"]').click()")
+    assert tab.value("document.getElementById('plan').getAttribute('viewBox')") == whole
+    changed(
+        tab, "who", tab.value("[...document.getElementById('who').options].find((one) => one.text === 'second').value")
+    )
+    changed(tab, "how", "contact")
+    assert tab.value("document.getElementById('episode').options.length") == 2
+    before = tab.value("location.hash")
+    tab.value("document.getElementById('next').click()")
+    tab.wait(f"location.hash !== '{before}'")
+    assert "Fume hood" in tab.value("document.getElementById('legend').textContent")
+    assert tab.value("document.querySelectorAll('#equipment li').length") > 5
+    assert tab.errors == []
+
+
+def test_pairs_filter_by_policy(tab, page):
+    opened(tab, page, "pairs")
+    rows = "[...document.querySelectorAll('.pairs tbody tr')].filter((one) => !one.hidden).length"
+    assert tab.value(rows) == 3
+    changed(tab, "pair-of", tab.value("document.getElementById('pair-of').options[1].value"))
+    assert tab.value(rows) == 2
+    tab.value("document.getElementById('only-apart').click()")
+    assert tab.value(rows) <= 2
+    assert tab.errors == []
+
+
+def test_controls_have_names_and_tables_have_headers(tab, page):
+    opened(tab, page)
+    unnamed = (
+        "[...document.querySelectorAll('select, input, button')].filter((one) => "
+        "!(one.labels && one.labels.length) && !one.ariaLabel && !one.textContent.trim()).map((one) => one.outerHTML)"
+    )
+    assert tab.value(unnamed) == []
+    assert tab.value("[...document.querySelectorAll('th')].filter((one) => !one.scope).length") == 0
+    assert tab.value("[...document.querySelectorAll('table')].filter((one) => !one.caption).length") == 0
+    assert tab.value("document.querySelector('#plan').getAttribute('role')") == "img"
+    tab.value("location.hash = 'episodes'")
+    tab.wait("document.getElementById('plan-text').textContent.length > 20")
+    assert "third: contact with person 3" in tab.value("document.getElementById('plan-text').textContent")
