@@ -15,6 +15,7 @@ from labgym.envs.labnav.worlds import prepared
 from labgym.envs.robot import ROBOT
 from labgym.eval.driving.drive import Route
 from labgym.eval.driving.kinematics import first_jump
+from labgym.eval.driving.navigation_metrics import spl
 from labgym.eval.labnav import scores
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.shift import score_of_legs
@@ -92,7 +93,7 @@ def recomputed_score(row: LabNavRow, episode: LabNavEpisode) -> float:
         return scores.dock(row.success, row.final_distance, row.final_heading)
     if row.task == "shift":
         return score_of_legs(row.legs, row.goals)
-    return scores.spl(row.success, row.shortest, row.path_length)
+    return spl(row.success, row.shortest, row.path_length)
 
 
 def labnav_route_problems(
