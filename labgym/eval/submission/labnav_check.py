@@ -61,7 +61,7 @@ class LabNavSubmission:
 def check_labnav(
     folder: Path,
     seed: int | None = None,
-    suite: str | None = None,
+    suite: str | LabNavSuite | None = None,
     policy: str | None = None,
     options: Mapping[str, Any] | None = None,
     drive: bool = True,
@@ -70,12 +70,14 @@ def check_labnav(
 ) -> Verdict:
     """Check the folder of a LabNav evaluation; the arguments are those of `check_submission`.
 
+    `suite` may also be a suite that is not published.
+
     Raises:
         OptionError: `drive` is on, and the policy is not available or the processor cannot run the pinned kernels.
     """
     try:
         summary = LabNavSummary.load(folder / SUMMARY)
-        published = load_labnav(suite or summary.suite)
+        published = suite if isinstance(suite, LabNavSuite) else load_labnav(suite or summary.suite)
         _check_sizes(folder)
     except (DocumentError, UnknownNameError) as error:
         return Verdict((str(error),), ())

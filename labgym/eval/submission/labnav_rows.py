@@ -60,7 +60,7 @@ def labnav_row_problems(
     }
     for name, (value, expected) in stated.items():
         if value != expected:
-            yield f"{name} is {str(value)[:80]!r}, expected {str(expected)!r}"
+            yield f"{name} is {repr(value)[:80]}, expected {expected!r}"
     yield from _ending_problems(row, terms.seconds)
     try:
         expected_score = recomputed_score(row, episode)

@@ -125,6 +125,17 @@ class Site:
     facts: tuple[tuple[str, str], ...]
 
     @property
+    def mixed(self) -> bool:
+        """Whether there are runs and published results."""
+        return len({one.entry.published for one in self.sections}) > 1
+
+    @property
+    def reach(self) -> float:
+        """The largest end of an interval of a pair, in hundredths of the score: where the bars of pairs end."""
+        ends = [abs(end) for pair in self.pairs for end in (pair.value, pair.low, pair.high) if end is not None]
+        return max([1.0, *ends])
+
+    @property
     def data(self) -> dict[str, Any]:
         """The data that the script reads: policies, furniture, floors and episodes."""
         return {

@@ -154,17 +154,14 @@ def place_name(location: str) -> str:
     """Return the name of a place in words: "entry-2" is "exit 2", "FumeHood" is "fume hood"."""
     if location.startswith("entry"):
         return "exit" + location.removeprefix("entry").replace("-", " ")
-    words = "" if location == "anywhere" else readable_name(location.rstrip("0123456789").rstrip("_"))
-    return words[:1].lower() + words[1:]
+    return "" if location == "anywhere" else _lower(readable_name(location.rstrip("0123456789").rstrip("_")))
 
 
 def thing_name(name: str) -> str:
     """Return the name of a thing that the robot touched in words: "SmallCarton_3" is "small carton"."""
     if name.startswith("person"):
         return name
-    base = name.partition("_")[0]
-    words = readable_name(base)
-    return words[:1].lower() + words[1:]
+    return _lower(readable_name(name.partition("_")[0]))
 
 
 def asset_name(asset: Asset) -> str:
@@ -172,6 +169,11 @@ def asset_name(asset: Asset) -> str:
     if asset.kind in ("reagent", "instrument") and asset.synonyms_en:
         return asset.synonyms_en[0]
     return readable_name(asset.name)
+
+
+def _lower(words: str) -> str:
+    """Return words without a capital at the start, unless they start with an abbreviation such as CO."""
+    return words if words[1:2].isupper() else words[:1].lower() + words[1:]
 
 
 def _item(layout: Layout, placement: Placement) -> list[Any]:

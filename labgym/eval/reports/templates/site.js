@@ -331,7 +331,7 @@ function play() {
 
 // ---- Drives, legend and equipment of an episode.
 
-const CHANGES = { added: 'not on the map', movable: 'not on the map, can be pushed (where it stood at first)', gone: 'on the map only', glass: 'glass, not on the map', shut: 'shut, open on the map', opened: 'open, shut on the map' };
+const CHANGES = { added: 'not on the map', movable: 'not on the map, can be pushed', gone: 'on the map only', glass: 'glass, not on the map', shut: 'shut, open on the map', opened: 'open, shut on the map' };
 const lookOf = (policy) => `r${policy % COLORS}${policy >= COLORS ? ' dashed' : ''}`;
 
 function endingWords(drive) {
@@ -342,7 +342,7 @@ function listRuns() {
   const list = byId('runs');
   list.replaceChildren();
   for (const drive of state.drives) {
-    const item = write(list, 'li', ''), name = write(item, 'label', '');
+    const item = write(list, 'li', '', drive.poses.length ? '' : 'still'), name = write(item, drive.poses.length ? 'label' : 'div', '', 'name');
     if (drive.poses.length) {
       const box = write(name, 'input', '');
       box.type = 'checkbox';
@@ -350,7 +350,7 @@ function listRuns() {
       box.addEventListener('change', () => { if (box.checked) state.hidden.delete(drive.policy); else state.hidden.add(drive.policy); setEnd(false); });
     }
     write(name, 'span', drive.name);
-    swatch(name, 'path', { class: `driven ${lookOf(drive.policy)}`, d: 'M3 8H41' }, '0 0 44 16', 44);
+    if (drive.poses.length) swatch(name, 'path', { class: `driven ${lookOf(drive.policy)}`, d: 'M3 8H41' }, '0 0 44 16', 44);
     const words = write(item, 'p', '');
     write(words, 'span', endingWords(drive), drive.ending === 'success' ? 'ok' : 'no');
     words.append(`, score ${drive.score.toFixed(2)}` + (drive.driven === undefined ? '' : `, ${drive.driven.toFixed(1)} m driven`) + (drive.poses.length ? '' : '; no route'));
@@ -380,8 +380,8 @@ function listLegend(episode) {
   for (const store of new Set(plan.items.map((item) => item[6]).filter((each) => each))) entry(`Cabinet for ${store}`, 'path', { class: `store s-${store.split(' ')[0]}`, d: 'M0 8H20' });
   for (const kind of new Set(episode.changes.map((change) => change[0]))) {
     const words = CHANGES[kind];
-    if (kind === 'shut' || kind === 'opened') entry(`Door: ${words}`, 'path', { class: kind, d: 'M0 60H200' }, '0 0 200 120');
-    else entry(words[0].toUpperCase() + words.slice(1), 'rect', { x: 10, y: 20, width: 150, height: 90, class: kind }, '0 0 170 130');
+    if (kind === 'shut' || kind === 'opened') entry(`Door: ${words}`, 'path', { class: kind, d: 'M0 8H20' });
+    else entry(words[0].toUpperCase() + words.slice(1), 'rect', { ...area, class: kind });
   }
   if (state.drives.some((drive) => drive.crowd.length)) {
     for (const [yields, words] of [[1, 'Person, makes way'], [0, 'Person, does not see the robot']]) {
