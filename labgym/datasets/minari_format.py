@@ -42,7 +42,8 @@ def minari_files(options: DriveOptions, shards: FinishedShards) -> Iterator[tupl
     env.close()
     assert isinstance(observation, spaces.Dict)
     assert isinstance(action, spaces.Box)
-    with temporary_folder(shards.path) as temporary:
+    # Minari's storage joins its folder to paths that already begin with it, which only absolute paths survive.
+    with temporary_folder(shards.path.resolve()) as temporary:
         storage = MinariStorage.new(
             temporary / DATA, observation, action, spec, data_format="hdf5", jpeg_encoding=False
         )

@@ -76,8 +76,9 @@ def test_the_recovered_environment_begins_each_episode_as_it_was(dataset):
     assert all(np.array_equal(value, episode.observations[name][1]) for name, value in observation.items())
 
 
-def test_merging_again_gives_the_same_bytes(root, chosen, tmp_path):
-    make_drives(tmp_path, chosen, progress=False)
+def test_a_relative_folder_gives_the_same_bytes(root, chosen, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path.parent)
+    make_drives(tmp_path.name, chosen, progress=False)
     for name in ("main_data.hdf5", "metadata.json"):
         assert (tmp_path / "data" / name).read_bytes() == (root / chosen.name / "data" / name).read_bytes()
     shutil.rmtree(tmp_path / "data")
