@@ -74,6 +74,15 @@ def test_every_drive_of_a_folder_has_a_route_and_people_at_the_same_times(site, 
             assert (count - 1) * people["dt"] == pytest.approx(run["route"]["seconds"], abs=people["dt"])
 
 
+def test_a_route_of_more_poses_than_any_drive_is_not_shown(evaluations, tmp_path):
+    entry = Entry.driven(evaluations[0])
+    key = next(iter(entry.outcomes))
+    endless = Entry(**{**vars_of(entry), "routes": {key: [(0.0, 0.0, 0.0)] * 20_000}})
+    shown = {one["key"]: one["runs"][0] for one in episodes_shown([endless], "labnav-people-2", tmp_path).episodes}
+    assert "route" not in shown[key]
+    assert "people" not in shown[key]
+
+
 def test_people_start_where_the_episode_has_them(site, suite):
     episodes = {f"people-2/{one.key}": one for one in suite.parts[0].episodes}
     for shown in site.shown.episodes:

@@ -31,6 +31,8 @@ TELLING = 2
 """Episodes of each task on which the policies differ most."""
 MOST_POSES, MOST_MOMENTS = 400, 200
 """Greatest number of poses of a route, and of moments at which people are drawn."""
+LONGEST = 15_000
+"""Most poses of a route that is shown; a shift of ten drives has 12 500."""
 FILMS = "films"
 """Folder in that of an evaluation where its films are, named after their episodes."""
 
@@ -173,7 +175,7 @@ def _drive(one: Entry, key: str, task: Task, home: Path) -> dict[str, Any]:
     film = film_of(one, key, home)
     if film is not None:
         drive["film"] = film
-    if route:
+    if route and len(route) <= LONGEST:
         drive["route"] = packed_route(route)
         people = people_along(task, route)
         if people.yields:
