@@ -331,7 +331,7 @@ function play() {
 
 // ---- Drives, legend and equipment of an episode.
 
-const CHANGES = { added: 'not on the map', movable: 'not on the map, can be pushed', gone: 'on the map only', glass: 'glass, not on the map', shut: 'shut, open on the map', opened: 'open, shut on the map' };
+const CHANGES = { added: 'not on the map, or elsewhere on it', movable: 'not on the map, can be pushed', gone: 'on the map only', glass: 'glass, not on the map', shut: 'shut, open on the map', opened: 'open, shut on the map' };
 const lookOf = (policy) => `r${policy % COLORS}${policy >= COLORS ? ' dashed' : ''}`;
 
 function endingWords(drive) {
