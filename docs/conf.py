@@ -52,6 +52,7 @@ OPTIONAL = ("numba", "openai", "pxr", "pyarrow", "safetensors", "stable_baseline
 autodoc_mock_imports = [name for name in OPTIONAL if find_spec(name) is None]
 
 html_theme = "furo"
+pygments_dark_style = "github-dark"
 html_title = f"labgym {release}"
 html_static_path = ["site/static"]
 html_css_files = ["style.css"]

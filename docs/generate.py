@@ -147,7 +147,8 @@ def schema(document: type[Document]) -> str:
 def environment_page(environment: type, goals: type) -> str:
     """Return the page of the environments: the docstrings of the class and of that for relabeled goals."""
     text, more = (inspect.cleandoc(each.__doc__ or "") for each in (environment, goals))
-    return f"# LabPointNav\n\n{text}\n\n# LabPointNavGoal-v1\n\n{more}\n"
+    more = more.replace("\n## ", "\n### ")
+    return f"# LabPointNav\n\n{text}\n\n## LabPointNavGoal-v1\n\n{more}\n"
 
 
 def pages() -> dict[Path, str]:

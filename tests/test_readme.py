@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
+from pages import blocks, run_python, smaller
 
 from labgym.policies import make_policy
 
-README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
-SNIPPETS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SNIPPETS = [code for language, code in blocks(README) if language == "python"]
 
 SMALLER = (
     ("total_timesteps=1_000_000", "total_timesteps=8"),
@@ -22,12 +23,6 @@ SMALLER = (
 )
 
 
-def smaller(snippet: str) -> str:
-    for large, small in SMALLER:
-        snippet = snippet.replace(large, small)
-    return snippet
-
-
 def snippet(*words: str) -> str:
     return next(code for code in SNIPPETS if all(word in code for word in words))
 
@@ -35,9 +30,7 @@ def snippet(*words: str) -> str:
 def run(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
     monkeypatch.chdir(folder)
     names: dict[str, object] = {"__name__": "__main__"}
-    script = folder / "snippet.py"
-    script.write_text(smaller(code))
-    exec(compile(smaller(code), str(script), "exec"), names)
+    run_python(smaller(code, SMALLER), folder, names)
     return names
 
 
@@ -50,6 +43,11 @@ def test_the_environment_snippet_makes_a_step(tmp_path, monkeypatch):
     names = run(snippet("gym.make"), tmp_path, monkeypatch)
     assert names["env"].observation_space.contains(names["observation"])
     assert names["info"]["time"] == pytest.approx(0.1)
+
+
+def test_the_site_s_landing_page_shows_the_same_environment_snippet():
+    shown = [code for _, code in blocks((ROOT / "docs" / "index.md").read_text(encoding="utf-8"))]
+    assert shown == [snippet("gym.make")]
 
 
 def test_the_training_snippet_trains_and_saves(tmp_path, monkeypatch):

@@ -21,6 +21,10 @@ MACHINERY = {"model_config", "model_post_init", "ADDED", "SCHEMA"}
 PAGES = {"LabPointNavEnv": "docs/environment", "LabPointNavGoalEnv": "docs/environment"}
 """Classes whose docstring is a page: the reference shows the first paragraph and links to the page."""
 
+VALUES = ("attribute", "property", "data", "type")
+"""Kinds of members that are values."""
+
+TYPE = ":type: "
 SECTION = re.compile(r"^Attributes:\n((?:(?: {4}.*)?\n)+)", re.MULTILINE)
 FIELD = re.compile(r"^ {4}([A-Za-z_][\w, ]*): (.*(?:\n {5,}.*)*)", re.MULTILINE)
 
@@ -51,14 +55,21 @@ def arrange(app: Sphinx, what: str, name: str, member: object, options: object, 
         text = "\n".join(lines) + "\n"
         lines[:] = SECTION.sub("", text).splitlines()
         app.env.temp_data.setdefault("labgym_fields", {})[name] = fields(text)
-    elif what in ("attribute", "property", "data", "type"):
+    elif what in VALUES and not any(line.strip() for line in lines):
         described = app.env.temp_data.get("labgym_fields", {}).get(owner, {})
-        text = lines if any(line.strip() for line in lines) else [described.get(last, "")]
-        lines[:] = ["", *text, ""]  # napoleon takes the words before a colon in the first line for a type
+        lines[:] = [described.get(last, ""), ""]
     elif what == "module":
         names = [each for each in getattr(member, "__all__", ()) if not each.isupper()]
         links = ", ".join(f":py:obj:`~{name}.{each}`" for each in names)
         lines += ["", links, ""] if links else []
+
+
+def rejoin(app: Sphinx, what: str, name: str, member: object, options: object, lines: list[str]) -> None:
+    """Put back the words before a colon in the first line of a value, which napoleon takes for a type."""
+    place = next((index for index, line in enumerate(lines) if line.startswith(TYPE)), None)
+    if what in VALUES and place is not None:
+        words = lines.pop(place).removeprefix(TYPE)
+        lines[0] = f"{words}: {lines[0]}"
 
 
 def unlink_builtins(app: Sphinx, doctree: nodes.document) -> None:
@@ -69,8 +80,9 @@ def unlink_builtins(app: Sphinx, doctree: nodes.document) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the extension; its docstrings come before napoleon's."""
+    """Register the extension: napoleon has priority 500."""
     app.connect("autodoc-skip-member", skip)
     app.connect("autodoc-process-docstring", arrange, priority=400)
+    app.connect("autodoc-process-docstring", rejoin, priority=600)
     app.connect("doctree-read", unlink_builtins)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
