@@ -31,7 +31,7 @@ def visit_inline(translator: HTML5Translator, node: nodes.Element) -> None:
 
 
 def visit_block(translator: HTML5Translator, node: nodes.Element) -> None:
-    """Write a formula on a line of its own, in a box that scrolls if the formula is too wide."""
+    """Write a displayed formula, in a box that scrolls if the formula is too wide."""
     translator.body.append(f'<div class="formula">{formula(node, block=True)}</div>\n')
     raise nodes.SkipNode
 
