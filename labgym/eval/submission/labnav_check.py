@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from tqdm import tqdm
 
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
@@ -25,7 +24,7 @@ from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
 from labgym.eval.submission.record_checks import RunRecord, catalog_problems, run_problems, stated_problems
-from labgym.eval.submission.second_drive import FEWEST, SHARE
+from labgym.eval.submission.second_drive import random_tenth
 from labgym.eval.submission.submitted_policy import PolicyChoice
 from labgym.eval.submission.verdict import Verdict, listed
 from labgym.layouts import Layout
@@ -107,7 +106,7 @@ def check_labnav(
         facts.append("no episode was driven again (--no-drive): the policy itself is not verified")
         return Verdict(tuple(problems), tuple(facts))
     seed = secrets.randbelow(2**32) if seed is None else seed
-    keys = sampled_keys(list(submission.episodes), seed)
+    keys = random_tenth(list(submission.episodes), seed)
     driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
     try:
         stated = {"track": (track_of(driver), summary.track), "sensors": (driver.observation, summary.sensors)}
@@ -117,13 +116,6 @@ def check_labnav(
         driver.close()
     facts.append(f"{len(keys)} episodes driven again with {choice.name!r}, chosen with --seed {seed}")
     return Verdict(tuple(problems), tuple(facts))
-
-
-def sampled_keys(keys: Sequence[str], seed: int) -> tuple[str, ...]:
-    """Return a random tenth of the keys of a suite's episodes, at least five, in the suite's order."""
-    count = min(len(keys), max(FEWEST, round(SHARE * len(keys) + 0.499)))
-    chosen = np.random.default_rng(seed).choice(len(keys), size=count, replace=False)
-    return tuple(keys[index] for index in sorted(chosen.tolist()))
 
 
 def _check_sizes(folder: Path) -> None:

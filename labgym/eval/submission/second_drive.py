@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
 from tqdm import tqdm
@@ -15,6 +16,7 @@ from labgym.eval.submission.published import Published
 from labgym.eval.submission.row_checks import Terms
 from labgym.policies.policy import Driver
 
+T = TypeVar("T")
 SHARE = 0.1
 FEWEST = 5
 """At least this many episodes are driven again."""
@@ -22,7 +24,11 @@ FEWEST = 5
 
 def sampled(published: Published, seed: int) -> tuple[Key, ...]:
     """Return a random tenth of a suite's episodes, at least five, in the suite's order."""
-    keys = [key for layout in published.keys.values() for key in layout]
+    return random_tenth([key for layout in published.keys.values() for key in layout], seed)
+
+
+def random_tenth(keys: Sequence[T], seed: int) -> tuple[T, ...]:
+    """Return a random tenth of the keys of episodes, at least five, in their order."""
     count = min(len(keys), max(FEWEST, round(SHARE * len(keys) + 0.499)))
     chosen = np.random.default_rng(seed).choice(len(keys), size=count, replace=False)
     return tuple(keys[index] for index in sorted(chosen.tolist()))

@@ -17,7 +17,8 @@ from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_report import report_labnav, write_leaderboard
-from labgym.eval.reports.site.entries import Entry, kind_of_policy, ranked_entries, with_published
+from labgym.eval.reports.site.card import card_html
+from labgym.eval.reports.site.entries import Entry, card_of, kind_of_policy, ranked_entries, with_published
 from labgym.eval.reports.site.episodes import chosen, episodes_shown, packed, packed_route
 from labgym.eval.reports.site.page import embedded, render_site, site_of
 from labgym.eval.reports.site.plans import place_name, plan_of_map, thing_name, world_of_episode
@@ -262,6 +263,26 @@ def test_a_folder_of_an_unknown_task_is_refused_in_one_line(evaluations, tmp_pat
     error = capsys.readouterr().err
     assert "'cooking'; the tasks of LabNav are aisle" in error
     assert error.count("\n") == 1
+
+
+def test_model_cards_become_html_without_links_and_markup_of_their_text():
+    text = "# ppo: lidar\n\nUses `a<b>` and **bold**,\nsee [page](http://x).\n\n![plot](x.png)\n\n"
+    html = card_html(text + "| A | B |\n| --- | ---: |\n| <i>x</i> | 2 |\n\n- one\n  more\n- two\n\n```\na <b>\n```\n")
+    assert html.split("\n") == [
+        "<h4>ppo: lidar</h4>",
+        "<p>Uses <code>a&lt;b&gt;</code> and <b>bold</b>, see page.</p>",
+        '<div class="scroll"><table><thead><tr><th scope="col">A</th><th scope="col">B</th></tr></thead>'
+        '<tbody><tr><th scope="row">&lt;i&gt;x&lt;/i&gt;</th><td>2</td></tr></tbody></table></div>',
+        "<ul><li>one more</li><li>two</li></ul>",
+        "<pre>a &lt;b&gt;</pre>",
+    ]
+
+
+def test_every_policy_with_a_model_card_shows_it():
+    cards = {name: card_of(name) for name in BUILT_IN}
+    shown = {name: card_html(path.read_text("utf-8")) for name, path in cards.items() if path is not None}
+    assert {"ppo", "ppo-depth", "navdp", "iplanner"} <= set(shown)
+    assert all("<h4>Results</h4>" in html and "<img" not in html and "<a " not in html for html in shown.values())
 
 
 def test_packed_tables_are_the_differences_of_hundredths():

@@ -21,6 +21,7 @@ from labgym.eval.labnav.suites import ALL
 from labgym.eval.labnav.summary import TaskSummary
 from labgym.eval.reports.environment import PACKAGE, page_environment
 from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS, interval
+from labgym.eval.reports.site.card import card_html
 from labgym.eval.reports.site.entries import KINDS, Entry, card_of
 from labgym.eval.reports.site.episodes import Shown, episodes_shown
 from labgym.eval.reports.site.plans import CLASSES as FURNITURE
@@ -70,7 +71,7 @@ class Section:
 
     Attributes:
         number: on the page, which is also its color. facts: names and values. classes: scores by difficulty.
-        touched: things whose touch ended a drive, with counts. card: text of the model card.
+        touched: things whose touch ended a drive, with counts. card: the model card as HTML.
     """
 
     number: int
@@ -222,7 +223,7 @@ def _section(number: int, one: Entry, tasks: Sequence[str], shown: Shown) -> Sec
         facts=_facts(one),
         classes=tuple((title, rows) for field, title in CLASSES.items() if len(rows := _classes(one, field)) > 1),
         touched=_touched(one),
-        card="" if card is None else card.read_text("utf-8"),
+        card="" if card is None else card_html(card.read_text("utf-8")),
     )
 
 
