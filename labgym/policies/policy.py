@@ -85,7 +85,7 @@ class Policy(ABC):
         observation: the sensors: "lidar", "depth" or "rgbd".
         privileged: whether the policy receives the map; reports show it.
         foresees: whether the policy receives the world as it is and will be (`EpisodeStart.world`). Only LabNav hands
-            it out, to built-in policies, which then run in the evaluator's process.
+            it out, to built-in policies, which then run in the process that simulates.
         exclusive: whether only one instance may drive at a time, because all would share one state: a server's.
         goal_kinds: the kinds of goal that the policy can drive to; `labgym serve` refuses requests with others.
         latency: declared time from an observation to its action, seconds; LabNav delays actions by it.

@@ -1,4 +1,4 @@
-"""The privileged track: the world as the simulation knows it, for built-in policies in the evaluator's process."""
+"""The privileged track: the world as the simulation knows it, for built-in policies, in the process that simulates."""
 
 from __future__ import annotations
 
