@@ -38,6 +38,7 @@ extensions = [
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
+smartquotes = False  # pages quote values of options
 highlight_language = "text"
 default_role = "code"
 

@@ -102,3 +102,14 @@ def test_formulas_are_mathml(pages, site):
 @pytest.mark.parametrize("name", ["labgym.envs.LabPointNavEnv", "labgym.policies.Policy", "labgym.layouts.generate"])
 def test_public_names_are_in_the_reference(name, pages):
     assert any(name in page.ids for page in pages.values())
+
+
+def test_a_link_named_by_its_file_shows_the_title_of_the_page(site):
+    text = (site / "docs/wrappers.html").read_text(encoding="utf-8")
+    assert ">environment.md<" not in text
+    assert ">LabPointNav<" in text
+
+
+def test_blocks_of_commands_are_highlighted(site):
+    text = (site / "docs/training.html").read_text(encoding="utf-8")
+    assert "highlight-bash" in text.partition("pip")[0]

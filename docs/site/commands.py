@@ -13,7 +13,7 @@ COMMANDS = ("labgym ", "make ", "pip ", "dask ", "openssl ", "export ", "python 
 def color_commands(app: Sphinx, doctree: nodes.document) -> None:
     """Highlight blocks without a language that begin with a command as shell commands."""
     for node in doctree.findall(nodes.literal_block):
-        if node.get("language", "text") == "text" and node.astext().startswith(COMMANDS):
+        if node.get("language", "none") in ("none", "text") and node.astext().startswith(COMMANDS):
             node["language"] = "bash"
 
 

@@ -12,6 +12,7 @@ import re
 from typing import Any
 
 from docutils import nodes
+from pydantic import BaseModel
 from sphinx import addnodes
 from sphinx.application import Sphinx
 
@@ -64,6 +65,13 @@ def arrange(app: Sphinx, what: str, name: str, member: object, options: object, 
         lines += ["", links, ""] if links else []
 
 
+def hide_fields(
+    app: Sphinx, what: str, name: str, member: object, options: object, signature: str | None, returned: str | None
+) -> tuple[str, str] | None:
+    """Leave out the signature of a pydantic model: its fields follow, each with its type."""
+    return ("", "") if what == "class" and isinstance(member, type) and issubclass(member, BaseModel) else None
+
+
 def rejoin(app: Sphinx, what: str, name: str, member: object, options: object, lines: list[str]) -> None:
     """Put back the words before a colon in the first line of a value, which napoleon takes for a type."""
     place = next((index for index, line in enumerate(lines) if line.startswith(TYPE)), None)
@@ -82,6 +90,7 @@ def unlink_builtins(app: Sphinx, doctree: nodes.document) -> None:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register the extension: napoleon has priority 500."""
     app.connect("autodoc-skip-member", skip)
+    app.connect("autodoc-process-signature", hide_fields)
     app.connect("autodoc-process-docstring", arrange, priority=400)
     app.connect("autodoc-process-docstring", rejoin, priority=600)
     app.connect("doctree-read", unlink_builtins)

@@ -1,7 +1,8 @@
 """Links from pages to files and folders of the repository that are not pages of the site.
 
 A code host shows such a file or folder. Here the link leads to a page `files/PATH.html`, which shows the text of the
-file or the list of the folder's files. Files below docs/, such as the JSON Schemas, are downloads.
+file or the list of the folder's files. Files below docs/, such as the JSON Schemas, are downloads. A link to a page
+whose text is the page's file name shows the page's title.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ def link_files(app: Sphinx, doctree: nodes.document) -> None:
         doctree.findall(lambda each: isinstance(each, addnodes.download_reference | addnodes.pending_xref))
     ):
         is_file = isinstance(node, addnodes.download_reference)
+        if not is_file and node["refdomain"] == "doc" and node.astext().endswith(".md"):
+            node["refexplicit"] = False
         if not is_file and (node["reftype"] != "myst" or node["refdomain"] is not None):
             continue
         path = target(app, docname, node["reftarget"])
