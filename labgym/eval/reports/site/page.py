@@ -324,6 +324,8 @@ def _notes(entries: Sequence[Entry]) -> tuple[str, ...]:
         "Intervals are 95% intervals over floors. SR: share of episodes that succeeded, in shift of whole shifts."
     )
     notes.append("Collision rate: share of episodes in which the robot touched something.")
+    if len({len(one.tasks) for one in entries}) > 1:
+        notes.append("Both are over the tasks that the policy drove; a dash marks a task that it did not.")
     if any(one.published for one in entries):
         notes.append("Published results have no routes.")
     if any(one.summary.draft for one in entries):
