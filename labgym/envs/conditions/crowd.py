@@ -98,7 +98,6 @@ class Crowd:
         self._stops = tuple(role.stops for role in cast.people)
         # Shared by the copies that futures are made with, which plan the same ways again and again.
         self._ways: dict[tuple[Vector, Vector], tuple[Vector, ...]] = {}
-        self._yielding = np.array(self.yields, dtype=np.bool_)
         self._compiled = False
         self.walkers = [Walker(*role.start, standing=not role.stops) for role in cast.people]
 
@@ -130,7 +129,7 @@ class Crowd:
             velocities = compiled(
                 np.array([(each.x, each.y, each.vx, each.vy) for each in walkers]).reshape(-1, 4),
                 np.array(preferred).reshape(-1, 2),
-                self._yielding,
+                np.array(self.yields, dtype=np.bool_),
                 tuple(map(float, robot)),
                 rest >= REST,
                 rest > 0.0,
