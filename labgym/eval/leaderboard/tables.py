@@ -46,6 +46,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
             "LabNav is 100 (exp(mean ln(s + 0.05)) - 0.05) over the eight mean scores s, with its 95% interval over "
             "floors; Mean is 100 times their arithmetic mean.",
             "Touched: share of episodes with a contact.",
+            *(["A dash stands for a task that is not driven yet."] if _unfinished(results) else []),
             *_pairs([result for result in results if result.summary.labnav is not None]),
         ),
     )
@@ -69,6 +70,10 @@ def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
     if not order:
         return text, "Both means order all policies in the same way."
     return text, f"The means order these pairs differently: {', '.join(f'{a} and {b}' for a, b in order)}."
+
+
+def _unfinished(results: Sequence[LabNavResult]) -> bool:
+    return any(len(result.summary.tasks) < len(ALL) for result in results)
 
 
 def _figure(estimate: Estimate | None) -> str:

@@ -59,6 +59,7 @@ def test_a_result_keeps_the_outcome_of_every_episode(folder, tmp_path):
     assert result.by_key == {row.key: Outcome.of(row)}
     (line,) = published_table([result]).rows
     assert line[:2] == ("straight", "-")
+    assert "A dash stands for a task that is not driven yet." in published_table([result]).notes
 
 
 @pytest.fixture(scope="module")
