@@ -2,42 +2,30 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from signed_folders import SignedFolder
 
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.runner import evaluate
-from labgym.runs.identity import RunIdentity
-from labgym.runs.manifest import RunManifest, file_digest
 from labgym.suites import Jitter, Suite
 
 Rows = list[dict[str, Any]]
 
 
-class Submission:
+class Submission(SignedFolder):
     """A copy of an evaluation, with the means of somebody who cheats: everything can be changed and signed again."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
     def rows(self) -> Rows:
-        return [json.loads(line) for line in (self.folder / "episodes.jsonl").read_text().splitlines()]
+        return self.lines("episodes.jsonl")
 
     def routes(self) -> Rows:
-        return [json.loads(line) for line in (self.folder / "routes.jsonl").read_text().splitlines()]
-
-    def document(self, name: str) -> dict[str, Any]:
-        return json.loads((self.folder / name).read_text())
-
-    def write(self, name: str, data: Any) -> None:
-        lines = [json.dumps(one) for one in data] if isinstance(data, list) else [json.dumps(data, indent=1)]
-        (self.folder / name).write_text("".join(f"{line}\n" for line in lines))
+        return self.lines("routes.jsonl")
 
     def change(self, change: Callable[[Rows, Rows], None]) -> None:
         """Change rows and routes, recompute the summary from them and sign everything."""
@@ -53,13 +41,6 @@ class Submission:
         """Change fields of a document and sign everything."""
         self.write(name, {**self.document(name), **fields})
         self.sign()
-
-    def sign(self) -> None:
-        """Write the manifest that belongs to the files."""
-        names = ("episodes.jsonl", "routes.jsonl", "summary.json")
-        identity = RunIdentity.load(self.folder / "run.json")
-        files = {name: file_digest(self.folder / name) or "" for name in names}
-        RunManifest(run=identity.digest, files=files).save(self.folder / "manifest.json")
 
 
 @pytest.fixture(scope="session")
