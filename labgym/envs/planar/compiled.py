@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any
 
 from labgym.errors import MissingDependencyError
 
@@ -18,18 +17,17 @@ try:
     import numba
     from numba.core import cgutils
     from numba.extending import intrinsic
+
+    from labgym import machine_code
+    from labgym.machine_code import Function
 except ImportError as error:
     raise MissingDependencyError("numba", "the planar kernel (physics='planar')", "fast") from error
 
 CONSTANTS = ("robot.py", "sensors.py", "simulation.py")
 """Files whose constants the compiled functions contain."""
 
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-def compiled(function: Function) -> Function:
-    """Compile a function when it is first called; other compiled functions may call it."""
-    return cast(Function, numba.njit(nogil=True)(function))
+compiled = machine_code.inner
+"""Compiles a function when it is first called; other compiled functions may call it."""
 
 
 def entry(function: Function) -> Function:
@@ -43,9 +41,7 @@ def entry(function: Function) -> Function:
     directory = settings.CACHE_DIR
     settings.CACHE_DIR = directory or str(_folder())
     try:
-        return cast(Function, numba.njit(nogil=True, cache=True)(function))
-    except RuntimeError:  # no folder can be written
-        return compiled(function)
+        return machine_code.entry(function)
     finally:
         settings.CACHE_DIR = directory
 
@@ -71,6 +67,7 @@ def _folder() -> Path:
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111 -- without a home it stays
     digest = hashlib.sha256()
     folder = Path(__file__).parent
-    for path in (*sorted(folder.glob("*.py")), *(folder.parent / name for name in CONSTANTS)):
+    others = (*(folder.parent / name for name in CONSTANTS), Path(machine_code.__file__))
+    for path in (*sorted(folder.glob("*.py")), *others):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return Path(base) / "labgym" / f"planar-{digest.hexdigest()[:16]}"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from labgym.envs.conditions.payload import beaker_of
 from labgym.envs.labnav.episodes import EpisodeTasks, LabNavEpisode
@@ -20,7 +21,7 @@ from labgym.eval.labnav.rules import delay_of, ending_of
 from labgym.eval.labnav.shift import drive_shift, shift_endings
 from labgym.layouts import Layout
 
-__all__ = ["Finished", "LabNavDrive", "LabNavDriver", "drive_floor", "score_of"]
+__all__ = ["Finished", "LabNavDrive", "LabNavDriver", "drive_floor", "score_from", "score_of"]
 
 
 @dataclass(frozen=True)
@@ -114,11 +115,23 @@ def score_of(row: LabNavRow | Finished, state: State) -> float:
     Args:
         row: the results, or those on which the score depends. state: at the end.
     """
-    outcomes = {name: one.outcome for name, one in state.presences.items()}
+    return score_from(row, {name: one.outcome for name, one in state.presences.items()}, state.conditions)
+
+
+def score_from(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:
+    """Return the score of an episode of one drive.
+
+    Args:
+        row: the results, or those on which the score depends. outcomes, conditions: outcome and data of each
+            condition by its name.
+
+    Raises:
+        KeyError, TypeError, ValueError, AttributeError: the outcomes of the conditions are not those of the task.
+    """
     if row.task == "aisle":
         return scores.timed(row.success, row.shortest, row.time)
     if row.task == "carry":
-        freeboard = beaker_of(state.conditions["payload"]).freeboard
+        freeboard = beaker_of(conditions["payload"]).freeboard
         rise = float(outcomes["payload"]["highest"])
         return scores.carry(row.success, row.shortest, row.time, rise, freeboard)
     if row.task == "people":

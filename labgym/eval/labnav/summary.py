@@ -201,13 +201,13 @@ def classes(rows: Iterable[LabNavRow], class_of: Callable[[LabNavRow], str | Non
         name = class_of(row)
         if name is not None:
             groups.setdefault(name, []).append(row.score)
-    order = sorted(groups, key=_rank)
+    order = sorted(groups, key=class_order)
     return {name: (sum(groups[name]) / len(groups[name]), len(groups[name])) for name in order}
 
 
-def _rank(name: str) -> tuple[float, str]:
+def class_order(name: str) -> tuple[float, str]:
     """Return the order of a class: by the first number in its name, "<" before it and ">=" after it."""
-    first = float(name.split()[0] if name[0].isdigit() else name.split()[1])
+    first = next((float(word) for word in name.split() if word.replace(".", "", 1).isdigit()), 0.0)
     return first - 1e-3 * name.startswith("<") + 1e-3 * name.startswith(">="), name
 
 

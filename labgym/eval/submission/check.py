@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import secrets
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -22,7 +23,7 @@ from labgym.eval.submission.route_checks import route_problems
 from labgym.eval.submission.row_checks import Terms, row_problems
 from labgym.eval.submission.second_drive import drive_problems, sampled
 from labgym.eval.submission.submitted_policy import PolicyChoice
-from labgym.eval.submission.verdict import Verdict, listed
+from labgym.eval.submission.verdict import Verdict, completeness_problems, listed
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess
 
@@ -74,7 +75,16 @@ def check_submission(
         *record_problems(record, summary, published, other_code),
         *suite_problems(summary.suite, published.suite),
         *listed(episodes.problems, "problems of files"),
-        *listed(_completeness(episodes, published), "episodes"),
+        *listed(
+            completeness_problems(
+                itertools.chain.from_iterable(published.keys.values()),
+                episodes.rows,
+                episodes.routes,
+                published.suite.label,
+                episode_name,
+            ),
+            "episodes",
+        ),
         *listed(_episode_problems(episodes, published, terms), "problems of episodes"),
         *summary_problems(summary, tuple(episodes.rows.values()), published, exactly=record.code_is_present),
     ]
@@ -96,18 +106,6 @@ def check_submission(
         driver.close()
     facts.append(f"{len(keys)} episodes driven again with {choice.name!r}, chosen with --seed {seed}")
     return Verdict(tuple(problems), tuple(facts))
-
-
-def _completeness(episodes: Episodes, published: Published) -> Iterator[str]:
-    expected = {key for keys in published.keys.values() for key in keys}
-    for keys in published.keys.values():
-        for key in keys:
-            parts = [name for name, there in (("row", episodes.rows), ("route", episodes.routes)) if key not in there]
-            if parts:
-                yield f"episode {episode_name(key)} has no {' and no '.join(parts)}"
-    for key in dict.fromkeys([*episodes.rows, *episodes.routes]):
-        if key not in expected:
-            yield f"episode {episode_name(key)} is not in suite {published.suite.label}"
 
 
 def _episode_problems(episodes: Episodes, published: Published, terms: Terms) -> Iterator[str]:

@@ -26,7 +26,7 @@ from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problem
 from labgym.eval.submission.record_checks import RunRecord, catalog_problems, run_problems, stated_problems
 from labgym.eval.submission.second_drive import random_tenth
 from labgym.eval.submission.submitted_policy import PolicyChoice
-from labgym.eval.submission.verdict import Verdict, listed
+from labgym.eval.submission.verdict import Verdict, completeness_problems, listed
 from labgym.layouts import Layout
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess
@@ -97,7 +97,12 @@ def check_labnav(
         *run_problems(record, _identity_problems(record, submission), other_code),
         *listed((*rows.problems, *routes.problems), "problems of files"),
         *_suite_problems(submission),
-        *listed(_completeness(submission), "episodes"),
+        *listed(
+            completeness_problems(
+                submission.episodes, submission.rows, submission.routes, published.name, lambda key: key[:120]
+            ),
+            "episodes",
+        ),
         *listed(_episode_problems(submission), "problems of episodes"),
         *_summary_problems(submission),
     ]
@@ -148,17 +153,6 @@ def _suite_problems(submission: LabNavSubmission) -> Iterator[str]:
     if claimed != expected:
         words = in_one_line(sorted(f"{name[:80]}: {claimed.get(name)}" for name in {**claimed, **expected})[:5])
         yield f"{SUMMARY} does not have the tasks and numbers of episodes of suite {suite.name} ({words})"
-
-
-def _completeness(submission: LabNavSubmission) -> Iterator[str]:
-    for key in submission.episodes:
-        files = (("row", submission.rows), ("route", submission.routes))
-        missing = [name for name, records in files if key not in records]
-        if missing:
-            yield f"episode {key} has no {' and no '.join(missing)}"
-    for key in dict.fromkeys([*submission.rows, *submission.routes]):
-        if key not in submission.episodes:
-            yield f"episode {key[:120]} is not in suite {submission.suite.name}"
 
 
 def _episode_problems(submission: LabNavSubmission) -> Iterator[str]:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from labgym.envs.conditions.payload import beaker_of
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
 from labgym.envs.labnav.worlds import prepared
 from labgym.envs.robot import ROBOT
 from labgym.eval.driving.drive import Route
 from labgym.eval.driving.kinematics import first_jump
-from labgym.eval.driving.navigation_metrics import spl
-from labgym.eval.labnav import scores
+from labgym.eval.labnav.drive import score_from
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.shift import score_of_legs
 from labgym.eval.submission.route_checks import POSITION_ERROR, RESOLUTION, shortest_drive
@@ -77,23 +74,9 @@ def recomputed_score(row: LabNavRow, episode: LabNavEpisode) -> float:
     Raises:
         KeyError, TypeError, ValueError, AttributeError: the outcomes of the conditions are not those of the task.
     """
-    outcomes: Mapping[str, Any] = row.outcomes
-    if row.task == "aisle":
-        return scores.timed(row.success, row.shortest, row.time)
-    if row.task == "carry":
-        freeboard = beaker_of(episode.conditions["payload"]).freeboard
-        rise = float(outcomes["payload"]["highest"])
-        return scores.carry(row.success, row.shortest, row.time, rise, freeboard)
-    if row.task == "people":
-        return scores.people(row.success, row.shortest, row.time, float(outcomes["people"]["close_seconds"]))
-    if row.task == "moved":
-        pushes = [(float(one["mass"]), float(one["way"])) for one in outcomes["changes"]["pushed"].values()]
-        return scores.moved(row.success, row.shortest, row.path_length, pushes)
-    if row.task == "dock":
-        return scores.dock(row.success, row.final_distance, row.final_heading)
     if row.task == "shift":
         return score_of_legs(row.legs, row.goals)
-    return spl(row.success, row.shortest, row.path_length)
+    return score_from(row, row.outcomes, episode.conditions)
 
 
 def labnav_route_problems(

@@ -32,7 +32,7 @@ def _around(
     """Return at which places the robot may not move, and at which it is near people; as `Crossing.around`."""
     apart, close, margin = limits
     size = len(points)
-    blocked, beside = np.zeros(size * coarse, dtype=np.bool_), np.zeros(size * coarse, dtype=np.bool_)
+    blocked, near_people = np.zeros(size * coarse, dtype=np.bool_), np.zeros(size * coarse, dtype=np.bool_)
     if len(people):
         left, right, below, above = points[0, 0], points[0, 0], points[0, 1], points[0, 1]
         for k in range(1, size):
@@ -49,8 +49,8 @@ def _around(
                 if square < apart:
                     blocked[coarse * k : coarse * (k + 1)] = True
                 if square < close:
-                    beside[coarse * k : coarse * (k + 1)] = True
-    return blocked, beside
+                    near_people[coarse * k : coarse * (k + 1)] = True
+    return blocked, near_people
 
 
 @entry
@@ -75,13 +75,13 @@ def advance(
             distance from all places beyond which people do not count, meters. dt: seconds.
     """
     levels, reached = came.shape
-    blocked, beside = _around(people, points, coarse, limits)
+    blocked, near_people = _around(people, points, coarse, limits)
     infinite = np.float32(np.inf)
     barred, added = np.zeros(reached, dtype=np.float32), np.zeros(reached, dtype=np.float32)
     for place in range(reached):
         if blocked[place]:
             barred[place] = infinite
-        if beside[place]:
+        if near_people[place]:
             added[place] = dt
     for level in range(levels):
         after[level, :reached] = infinite

@@ -18,7 +18,7 @@ from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant
 from labgym.eval.labnav.row import Track
 from labgym.eval.labnav.suites import ALL
-from labgym.eval.labnav.summary import TaskSummary
+from labgym.eval.labnav.summary import TaskSummary, class_order
 from labgym.eval.reports.environment import PACKAGE, page_environment
 from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS, interval
 from labgym.eval.reports.site.card import card_html
@@ -274,14 +274,10 @@ def _classes(one: Entry, field: str) -> tuple[tuple[str, float, int], ...]:
         for name, (mean, count) in groups.items():
             score, episodes = totals.get(name, (0.0, 0))
             totals[name] = score + mean * count, episodes + count
-    return tuple((name, score / count, count) for name, (score, count) in sorted(totals.items(), key=_class_order))
-
-
-def _class_order(item: tuple[str, Any]) -> tuple[float, str]:
-    """Return the order of a class by the first number in its name, "<" before it and ">=" after it."""
-    name = item[0]
-    number = next((float(word) for word in name.split() if word.replace(".", "", 1).isdigit()), 0.0)
-    return number - 1e-3 * name.startswith("<") + 1e-3 * name.startswith(">="), name
+    return tuple(
+        (name, score / count, count)
+        for name, (score, count) in sorted(totals.items(), key=lambda item: class_order(item[0]))
+    )
 
 
 def _touched(one: Entry) -> str:
