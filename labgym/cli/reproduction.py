@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber, Texts
+from labgym.cli.arguments import (
+    THIS_PROCESS,
+    Execution,
+    OptionalPath,
+    OptionalWholeNumber,
+    Texts,
+    allow_local_modules,
+)
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import complaints, findings, written
 from labgym.cli.scores import OptionalMode
@@ -172,6 +179,25 @@ def repair(
     return _reproduced(RepairStudy(draws, seed, profile), run)
 
 
+@reproduce_app.command
+def nuisances(policy: str = "astar", tasks: Texts = (), level: int = 2, run: Run = HERE) -> int:
+    """LabNav on floors-val with one nuisance off at a time: what drift, people, panes and others cost a policy.
+
+    By default the files are in runs/reproduce/nuisances-POLICY (docs/labnav.md). They are no results of LabNav.
+
+    Args:
+        policy: A name such as astar (labgym policies lists them), module:Class, or a file.
+        tasks: Tasks, such as aisle glass; by default all eight.
+        level: Level of the tasks: 1, 2 or 3.
+    """
+    from labgym.eval.driving.folders import short_name
+    from labgym.eval.reproduction.nuisances import nuisance_study
+
+    allow_local_modules()
+    study = nuisance_study(policy, tasks, level)
+    return _reproduced(study, run, f"{study.name}-{short_name(policy)}", study.entrant.foresees)
+
+
 @reproduce_app.command(name="all")
 def all_(scope: Scope = WHOLE, scenes: OptionalPath = None, run: Run = HERE) -> int:
     """All of these, one after the other, and a page that links to theirs.
@@ -244,12 +270,18 @@ def _navigation(arguments: ScopeArguments, policies: Sequence[str] = ()) -> Stud
     return NavigationStudy(chosen, "sampler", scope.protocols, scope.seeds)
 
 
-def _reproduced(study: Study[Any], run: RunArguments) -> int:
-    """Run a study, print its tables and the path of its page."""
+def _reproduced(study: Study[Any], run: RunArguments, name: str = "", foresees: bool = False) -> int:
+    """Run a study, print its tables and the path of its page.
+
+    Args:
+        study: the study. run: where it runs. name: of its folder, by default the study's.
+        foresees: whether it drives a policy that foresees the world.
+    """
+    from labgym.eval.labnav.foresight import executor_for
     from labgym.eval.reproduction.study import PAGE, reproduce
 
-    folder = run.out if run.out is not None else RUNS / study.name
-    _print(reproduce(study, folder, run.execution.options(), run.fresh))
+    folder = run.out if run.out is not None else RUNS / (name or study.name)
+    _print(reproduce(study, folder, executor_for(run.execution.options(), foresees), run.fresh))
     return written(folder / PAGE)
 
 

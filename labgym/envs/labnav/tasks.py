@@ -287,7 +287,13 @@ def randomizations_of(level: Level) -> tuple[Randomization, ...]:
 
 
 def config_of(
-    name: str, level: int = HEADLINE, observation: str = "lidar", stop: bool = True, delay: int = 0, **fields: Any
+    name: str,
+    level: int = HEADLINE,
+    observation: str = "lidar",
+    stop: bool = True,
+    delay: int = 0,
+    properties: Level | None = None,
+    **fields: Any,
 ) -> PointNavConfig:
     """Return the environment of a task.
 
@@ -296,6 +302,7 @@ def config_of(
         observation: "lidar", "depth" or "rgbd".
         stop: whether the action has a third component, STOP, that ends the drive.
         delay: number of control steps by which the robot obeys later.
+        properties: those of the drives, by default those of the level.
         fields: further fields of `PointNavConfig`.
 
     Raises:
@@ -304,7 +311,7 @@ def config_of(
     task = task_of(name)
     if observation not in ("lidar", "depth", "rgbd"):
         raise UnknownNameError("observation", observation, ("lidar", "depth", "rgbd"))
-    number = task.level(level)
+    number = task.level(level) if properties is None else properties
     if not isinstance(stop, bool):
         raise OptionError(f"stop is {stop!r}, expected True or False")
     values: dict[str, Any] = {

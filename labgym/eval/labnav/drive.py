@@ -8,7 +8,7 @@ from typing import Any
 
 from labgym.envs.conditions.payload import beaker_of
 from labgym.envs.labnav.episodes import EpisodeTasks, LabNavEpisode
-from labgym.envs.labnav.tasks import SECONDS, config_of, task_of
+from labgym.envs.labnav.tasks import SECONDS, Level, config_of, task_of
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
@@ -53,6 +53,7 @@ def drive_floor(
     seed: int,
     seconds: float = SECONDS,
     watch: Callable[[State], None] | None = None,
+    properties: Level | None = None,
 ) -> tuple[LabNavDrive, ...]:
     """Drive episodes of a task on one floor.
 
@@ -64,6 +65,7 @@ def drive_floor(
         seed: random seed of the policy.
         seconds: time limit of a drive; in `shift` of each of its drives.
         watch: receives the state at the start and after each control step.
+        properties: of the drives, by default those of the level (`labgym.envs.labnav.nuisances`).
     """
     tasks = EpisodeTasks(layout, tuple(episodes))
     evaluated = Evaluated(task_of(task), level, label, suite, seed, round(seconds / ROBOT.control_dt))
@@ -74,6 +76,7 @@ def drive_floor(
         driver.observation,
         stop=False,
         delay=delay_of(driver.latency),
+        properties=properties,
         tasks=tasks,
         exact=True,
         rewards=("time",),
@@ -119,7 +122,7 @@ def score_of(row: LabNavRow | Finished, state: State) -> float:
 
 
 def score_from(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:
-    """Return the score of an episode of one drive.
+    """Return the score of an episode of one drive; one of `carry` without a beaker counts as one of `aisle`.
 
     Args:
         row: the results, or those on which the score depends. outcomes, conditions: outcome and data of each
@@ -128,7 +131,7 @@ def score_from(row: LabNavRow | Finished, outcomes: Mapping[str, Any], condition
     Raises:
         KeyError, TypeError, ValueError, AttributeError: the outcomes of the conditions are not those of the task.
     """
-    if row.task == "aisle":
+    if row.task == "aisle" or (row.task == "carry" and "payload" not in conditions):
         return scores.timed(row.success, row.shortest, row.time)
     if row.task == "carry":
         freeboard = beaker_of(conditions["payload"]).freeboard

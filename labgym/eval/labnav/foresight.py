@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from labgym.policies import Policy
 from labgym.policies.foreknowledge import Forecast, Foreknowledge, RobotPath
 from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.registry import BUILT_IN
+from labgym.runs import ExecutorOptions
 
 
 class TrueWorld(Foreknowledge):
@@ -104,6 +106,17 @@ def in_place(driver: PolicyProcess | Policy, source: PolicySource) -> PolicyProc
         return driver
     check_foresight(source)
     return source.make()
+
+
+def executor_for(executor: ExecutorOptions, foresees: bool) -> ExecutorOptions:
+    """Return where a policy drives: one that foresees the world in a worker with one thread, never in this process.
+
+    With all cores, numerical libraries spend their time waiting in its tiny problems.
+
+    Args:
+        executor: that was asked for. foresees: whether the policy does.
+    """
+    return replace(executor, apart=True) if foresees and executor == ExecutorOptions() else executor
 
 
 def check_foresight(source: PolicySource) -> None:

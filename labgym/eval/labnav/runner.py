@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from labgym.eval.driving.runner import (
 )
 from labgym.eval.driving.shard import policy_process
 from labgym.eval.labnav.drive import LabNavDrive, drive_floor
-from labgym.eval.labnav.foresight import check_foresight, in_place, track_of
+from labgym.eval.labnav.foresight import check_foresight, executor_for, in_place, track_of
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, summarise
@@ -105,8 +105,8 @@ def evaluate_labnav(
             raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with workers=1")
         if driver.foresees:
             check_foresight(source)
-            if here:  # with all cores, numerical libraries spend their time waiting in its tiny problems
-                executor, here = replace(executor, apart=True), False
+        executor = executor_for(executor, driver.foresees)
+        here = executor == ExecutorOptions()
         if executor.kind == "dask":
             source = source.portable(driver.files())
         run = _Run(source, driver, label, suite, seed, limits, mode.kind)

@@ -19,7 +19,7 @@ from labgym.eval.driving.runner import (
 )
 from labgym.eval.driving.shard import policy_process
 from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.foresight import in_place
+from labgym.eval.labnav.foresight import executor_for, in_place
 from labgym.eval.labnav.runner import drive_files
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.layouts import Layout
@@ -36,12 +36,14 @@ class Entrant:
 
     Attributes:
         source: of its process. label: in the rows. files: digest of its files. fingerprint: of all it depends on.
+        foresees: whether it receives the world as it is and will be.
     """
 
     source: PolicySource
     label: str
     files: str
     fingerprint: dict[str, Any]
+    foresees: bool = False
 
     @classmethod
     def of(cls, policy: str) -> Entrant:
@@ -55,7 +57,8 @@ class Entrant:
             files = driver.files()
             label = short_name(source.name)
             fingerprint = policy_fingerprint(policy, source, label, files).model_dump()
-        return cls(source, label, files_digest(files), fingerprint)
+            foresees = driver.foresees
+        return cls(source, label, files_digest(files), fingerprint, foresees)
 
 
 def drive_together(
@@ -74,7 +77,7 @@ def drive_together(
         policies: names for `make_policy`.
         suite: the suite.
         folder: an open run, which keeps finished floors; None writes nothing.
-        executor: where floors are driven.
+        executor: where floors are driven; by default in this process, or in one worker if a policy foresees.
         seed: random seed of the policies.
         progress: whether to show a progress bar.
 
@@ -82,6 +85,7 @@ def drive_together(
         LabgymError: a policy cannot be loaded, or workers died.
     """
     entrants = tuple(map(Entrant.of, policies))
+    executor = executor_for(executor, any(one.foresees for one in entrants))
     shards = []
     for part in suite.parts:
         for floor, episodes in part.floors.items():

@@ -1,0 +1,117 @@
+"""The nuisances of LabNav's tasks, each of which can be switched off while the others stay as they are.
+
+The parts of an environment draw from generators of their own, so that without one nuisance the others have the same
+values in an episode. Drives without a nuisance are not LabNav's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from labgym.envs.labnav.episodes import LabNavEpisode
+from labgym.envs.labnav.tasks import Level, task_of
+from labgym.envs.labnav.worlds import prepared
+from labgym.envs.world import world_of
+from labgym.errors import UnknownNameError
+from labgym.layouts import Layout
+
+ERRORS = {
+    "wheels": "errors of the wheels",
+    "odometry": "drift of the odometry",
+    "noise": "noise of the sensors",
+    "mounting": "errors of the sensors' places",
+}
+"""Nuisances that are properties of a level, and what they are."""
+CONDITIONS = {
+    "parked": "parked things",
+    "changes": "changes since the map",
+    "people": "people",
+    "station": "move of the station",
+    "glass": "panes",
+    "payload": "beaker",
+}
+"""Nuisances that are conditions, by the condition's name, and what they are."""
+NUISANCES = ERRORS | CONDITIONS
+FLOOR = frozenset({"parked", "changes", "station", "glass"})
+"""Nuisances without which the floor, or the goal, is another one: L* is computed anew."""
+_EXACT: dict[str, Mapping[str, Any]] = {
+    "wheels": {"slip": (0.0, 0.0)},
+    "odometry": {"odometry": {}},
+    "noise": {"lidar": 0.0, "color": 0.0, "redwood": False},
+    "mounting": {"mounting": (0.0, 0.0)},
+}
+"""Properties of a level without its errors."""
+
+
+def nuisances_of(task: str, level: int) -> tuple[str, ...]:
+    """Return the nuisances of a task at a level, in the order of `NUISANCES`.
+
+    Raises:
+        UnknownNameError: there is no such task or level.
+    """
+    properties = task_of(task).level(level)
+    kinds = {_condition(each) for each in properties.conditions}
+    return tuple(name for name in NUISANCES if name in kinds or _without_error(properties, name) != properties)
+
+
+def properties_without(task: str, level: int, nuisances: Sequence[str]) -> Level:
+    """Return the properties of a level without some nuisances.
+
+    Raises:
+        UnknownNameError: there is no such task or level, or it has no such nuisance.
+    """
+    names, properties = nuisances_of(task, level), task_of(task).level(level)
+    for name in nuisances:
+        if name not in names:
+            raise UnknownNameError(f"nuisance of {task} {level}", name, names)
+        properties = _without_error(properties, name)
+    if "payload" not in nuisances:
+        return properties
+    others = tuple(each for each in properties.conditions if _condition(each) != "payload")
+    return replace(properties, conditions=others)
+
+
+def episode_without(
+    episode: LabNavEpisode, layout: Layout, task: str, level: int, nuisances: Sequence[str]
+) -> LabNavEpisode:
+    """Return an episode without some nuisances: the data of conditions is empty, and L* that of the floor without them.
+
+    Args:
+        episode: of the task and level, on the layout. layout: as published.
+        nuisances: of `nuisances_of(task, level)`.
+    """
+    data = {name: value for name, value in episode.conditions.items() if name != "payload" or name not in nuisances}
+    data |= {name: _nothing(name, data[name]) for name in nuisances if name in data}
+    calm = episode.model_copy(update={"conditions": data})
+    return _measured(calm, layout, task, level) if FLOOR & set(nuisances) else calm
+
+
+def _measured(episode: LabNavEpisode, layout: Layout, task: str, level: int) -> LabNavEpisode:
+    """Return an episode with L* on its true floor."""
+    true, radius = prepared(task, level, episode, layout), task_of(task).radius
+    world = world_of(true.layout)
+    lengths = [round(world.length_to_disc(pair, radius), 6) for pair in (true.pair, *true.following)]
+    following = [
+        leg.model_copy(update={"length": length}) for leg, length in zip(episode.following, lengths[1:], strict=True)
+    ]
+    return episode.model_copy(update={"length": lengths[0], "following": tuple(following)})
+
+
+def _without_error(properties: Level, nuisance: str) -> Level:
+    return replace(properties, **_EXACT.get(nuisance, {}))
+
+
+def _condition(data: Mapping[str, Any]) -> str:
+    """Return the name of a condition in a level."""
+    return "payload" if data["kind"] == "leg_payload" else str(data["kind"])
+
+
+def _nothing(condition: str, data: Any) -> Any:
+    """Return data of a condition with nothing in it."""
+    if condition in ("parked", "changes"):
+        return []
+    if condition == "station":
+        return {**data, "shift": [0.0, 0.0, 0.0]}
+    return {**data, {"people": "people", "glass": "panes"}[condition]: []}
