@@ -8,7 +8,7 @@ from pathlib import Path
 from labgym.documents import write_bytes
 from labgym.eval.driving.files import EPISODES
 from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.suites import MINI, MINI_SECONDS, load_labnav
+from labgym.eval.labnav.suites import MINI, MINI_GOALS, MINI_SECONDS, load_labnav
 from labgym.eval.labnav.together import FOLDER, drive_together
 from labgym.eval.leaderboard.check import agreement
 from labgym.eval.leaderboard.lab30 import published_lab30
@@ -47,16 +47,24 @@ def published_tables(folder: Path) -> tuple[tuple[Table, ...], tuple[str, ...]]:
     rows = {policy: read_rows(paths[policy]) for policy in dict.fromkeys((*LABNAV, *paths)) if policy in paths}
     lines: list[tuple[str, ...]] = []
     problems: list[str] = []
+    missing: dict[tuple[str, ...], list[str]] = {}
     tasks = list(dict.fromkeys(row.task for own in rows.values() for row in own))
     for policy, own in rows.items():
         result = agreement(own, outcomes.get(policy, {}), MINI_SECONDS)
         problems += result.differing
+        if result.compared and result.missing:
+            missing.setdefault(result.missing, []).append(policy)
         shares = [_mean([row for row in own if row.task == task]) for task in tasks]
         lines.append((policy, *shares, f"{result.equal} of {result.compared}" if result.compared else "-"))
     notes = (
         f"Mean scores of the first episodes of each task, cut off after {MINI_SECONDS:g} s: too few to compare "
         "policies, they check the installation.",
-        "Equal: rows that are those of the published table; - where the policy has none there.",
+        "Equal: rows that are those of the published table; - where the policy has none there. Of a shift, its first "
+        f"{MINI_GOALS} drives are compared, up to the first one that is cut off.",
+        *(
+            f"Not compared, for they are not published: {', '.join(each)} of {', '.join(missing[each])}."
+            for each in missing
+        ),
     )
     mini = Table(f"Check of LabNav, suite {MINI}", ("Policy", *tasks, "Equal"), tuple(lines), notes)
     return (*tables, mini), tuple(problems)

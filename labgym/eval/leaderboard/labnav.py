@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -10,15 +10,18 @@ from pydantic import Field
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
+from labgym.envs.conditions.leg_payload import MOST_LEGS
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import Length, Share
 from labgym.eval.driving.evaluation import sessions_of
 from labgym.eval.driving.files import EPISODES, SUMMARY, read_lines
 from labgym.eval.labnav.figure import arithmetic, figure
-from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.row import LabNavLegRow, LabNavRow
 from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.shift import score_of_legs
 from labgym.eval.labnav.suites import PREFIX, load_labnav
-from labgym.eval.labnav.summary import LabNavSummary
+from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
+from labgym.layouts.floor.fields import Growing
 
 FOLDER = "leaderboard/labnav"
 SAME = ("policy", "options", "track", "sensors", "seed", "latency")
@@ -27,22 +30,49 @@ DIGITS = 9
 """Decimal places of published scores and times."""
 
 
-class Outcome(Record):
-    """The outcome of an episode.
+class LegOutcome(Record):
+    """The outcome of a drive of a shift.
 
     Attributes:
-        key: task, floor and number. score: of the episode. ending: how it ended. time: T, seconds.
+        score: its share of the shift's score, times the number of drives. ending: how it ended. time: seconds.
     """
 
-    key: Annotated[str, Field(max_length=200)]
     score: Share
     ending: Ending
     time: Length
 
     @classmethod
+    def of(cls, leg: LabNavLegRow) -> LegOutcome:
+        """Return the outcome of a drive."""
+        return cls(score=round(score_of_legs([leg], 1), DIGITS), ending=leg.ending, time=round(leg.time, DIGITS))
+
+
+class Outcome(Growing):
+    """The outcome of an episode.
+
+    Attributes:
+        key: task, floor and number. score: of the episode. ending: how it ended. time: T, seconds.
+        legs: in `shift`, of the drives that were begun.
+    """
+
+    ADDED: ClassVar[frozenset[str]] = frozenset({"legs"})
+
+    key: Annotated[str, Field(max_length=200)]
+    score: Share
+    ending: Ending
+    time: Length
+    legs: Annotated[tuple[LegOutcome, ...], Field(max_length=MOST_LEGS)] = ()
+
+    @classmethod
     def of(cls, row: LabNavRow) -> Outcome:
         """Return the outcome of a row."""
-        return cls(key=row.key, score=round(row.score, DIGITS), ending=row.ending, time=round(row.time, DIGITS))
+        return cls(
+            key=row.key,
+            score=round(row.score, DIGITS),
+            ending=row.ending,
+            time=round(row.time, DIGITS),
+            legs=tuple(map(LegOutcome.of, row.legs)),
+        )
 
 
 class LabNavResult(Document):
@@ -96,9 +126,7 @@ class LabNavResult(Document):
         suite = load_labnav(PREFIX)
         tasks = {task.suite: task for task in (*self.summary.tasks, *other.summary.tasks)}
         order = [part.label for part in suite.parts]
-        foreign = [label for label in tasks if label not in order]
-        if foreign:
-            raise OptionError(f"{foreign[0]} is not a part of the suite {suite.name}: its result cannot be joined")
+        _refuse_foreign((*self.summary.tasks, *other.summary.tasks))
         parts = tuple(tasks[label] for label in order if label in tasks)
         outcomes = {**self.by_key, **other.by_key}
         keys = [f"{part.task}-{part.level}/{episode.key}" for part in suite.parts for episode in part.episodes]
@@ -158,14 +186,30 @@ def publish(folder: str | Path, place: Path | None = None) -> Path:
 
     Raises:
         DocumentError: the folder holds no complete LabNav evaluation.
-        OptionError: the published result of the policy is of other options, or of another suite.
+        OptionError: the result is not of whole tasks of the suite labnav, or that of the policy is of other options.
     """
     result = LabNavResult.of(folder)
+    _refuse_foreign(result.summary.tasks)
     place = artefacts("eval") / FOLDER if place is None else place
     path = place / f"{result.summary.policy}.json"
     if path.is_file():
         result = LabNavResult.load(path).joined(result)
     return result.save(path)
+
+
+def _refuse_foreign(tasks: Iterable[TaskSummary]) -> None:
+    """Refuse tasks that are not those of the suite labnav, with all their episodes.
+
+    Raises:
+        OptionError: there is one, such as of floors-val, of another level or of the small suite.
+    """
+    counts = {part.label: len(part.episodes) for part in load_labnav(PREFIX).parts}
+    for task in tasks:
+        if counts.get(task.suite) != task.episodes:
+            raise OptionError(
+                f"{task.suite} with {task.episodes} episodes is no part of the suite {PREFIX}: results of "
+                f"{', '.join(counts)} are published, of {max(counts.values())} episodes each"
+            )
 
 
 def _rank(result: LabNavResult) -> float:

@@ -92,6 +92,12 @@ def test_a_careful_robot_reaches_all_goals_and_the_score_is_the_mean_of_its_driv
     assert row.shortest == pytest.approx(5.0 + 3.2 + 4.5 - 3 * RADIUS)
 
 
+def test_the_first_drives_of_a_shift_do_not_depend_on_how_many_follow(reached):
+    fewer = driven(Watching(), shift(GOALS[:2]))
+    assert fewer.row.legs == reached[1].row.legs[:2]
+    assert fewer.route == reached[1].route[: len(fewer.route)]
+
+
 def test_the_shortest_paths_begin_where_the_robot_really_stands(reached):
     drive = reached[1]
     steps = np.cumsum([0, *(round(leg.time / 0.1) for leg in drive.row.legs)])

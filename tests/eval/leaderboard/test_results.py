@@ -9,12 +9,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
+from labnav_folders import write_folder
 
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.files import EPISODES, ROUTES, parse_lines
 from labgym.eval.driving.runner import evaluate
+from labgym.eval.labnav import together
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import ALL, LabNavSuite, load_labnav
@@ -51,15 +53,40 @@ def test_policies_that_share_worlds_drive_as_each_alone(suite, folder):
     assert [route.poses[0] for route in routes.values()] == [route.poses[-1] for route in routes.values()]
 
 
-def test_a_result_keeps_the_outcome_of_every_episode(folder, tmp_path):
+class OpenedError(Exception):
+    """Workers were asked for."""
+
+
+@pytest.mark.parametrize(("policies", "apart"), [(["still"], False), (["still", "clairvoyant"], True)])
+def test_policies_that_share_worlds_drive_with_one_thread_if_one_foresees(suite, monkeypatch, policies, apart):
+    def run_shards(shards, folder, executor, *arguments, **options):
+        assert executor == ExecutorOptions(apart=apart)
+        raise OpenedError
+
+    monkeypatch.setattr(together, "run_shards", run_shards)
+    with pytest.raises(OpenedError):
+        drive_together(policies, suite, None, ExecutorOptions(), progress=False)
+
+
+def test_a_result_keeps_the_outcome_of_every_episode(tmp_path):
+    folder = write_folder(tmp_path / "mine", load_labnav("labnav-odometry"), "mine", "mapless", lambda *_: 0.5)
     path = labnav.publish(folder, tmp_path)
-    assert path.name == "straight.json"
+    assert path.name == "mine.json"
     result = LabNavResult.load(path)
-    (row,) = labnav.read_rows(folder / "episodes.jsonl")
-    assert result.by_key == {row.key: Outcome.of(row)}
+    rows = labnav.read_rows(folder / "episodes.jsonl")
+    assert result.by_key == {row.key: Outcome.of(row) for row in rows}
     (line,) = published_table([result]).rows
-    assert line[:2] == ("straight", "-")
+    assert line[:2] == ("mine", "-")
     assert "A dash stands for a task that is not driven yet." in published_table([result]).notes
+
+
+@pytest.mark.parametrize("name", ["labnav-mini", "labnav-val-odometry", "labnav-odometry-1"])
+def test_only_whole_tasks_of_the_suite_labnav_are_published(name, tmp_path):
+    suite = load_labnav(name)
+    folder = write_folder(tmp_path / "mine", suite, "mine", "mapless", lambda *_: 0.5)
+    with pytest.raises(OptionError, match=r"with \d+ episodes is no part of the suite labnav"):
+        labnav.publish(folder, tmp_path)
+    assert not (tmp_path / "mine.json").exists()
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +169,7 @@ def test_rows_agree_with_published_drives_that_the_shorter_limit_cuts_off(folder
 def test_a_row_that_differs_is_named(folder, change):
     (row,) = labnav.read_rows(folder / "episodes.jsonl")
     expected = Outcome.of(row).model_copy(update=change)
-    result = agreement([row], {row.key: expected}, SECONDS)
+    result = agreement([row], {row.key: expected}, 2.0 * SECONDS)
     assert (result.equal, result.compared) == (0, 1)
     assert row.key in result.differing[0]
 
