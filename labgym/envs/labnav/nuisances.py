@@ -1,6 +1,6 @@
 """The nuisances of LabNav's tasks, each of which can be switched off while the others stay as they are.
 
-The parts of an environment draw from generators of their own, so that without one nuisance the others have the same
+Each part of an environment draws from a separate generator, so that without one nuisance the others have the same
 values in an episode. Drives without a nuisance are not LabNav's.
 """
 

@@ -48,7 +48,7 @@ def agreement(rows: Iterable[LabNavRow], published: Mapping[str, Outcome], secon
         compared += 1
         if not (_equal_legs if chain else _equal)(row, expected, seconds):
             differing.append(
-                f"{row.policy}, {row.key}: {_told(Outcome.of(row), row.goals)}; published: {_told(expected, row.goals)}"
+                f"{row.policy}, {row.key}: {_words(Outcome.of(row), row.goals)}; published: {_words(expected, row.goals)}"
             )
     return Agreement(compared - len(differing), compared, tuple(differing), tuple(missing))
 
@@ -74,7 +74,7 @@ def _near(a: LabNavRow | Outcome | LegOutcome, b: Outcome | LegOutcome) -> bool:
     return abs(a.time - b.time) <= TOLERANCE and abs(a.score - b.score) <= TOLERANCE
 
 
-def _told(outcome: Outcome, goals: int = 1) -> str:
+def _words(outcome: Outcome, goals: int = 1) -> str:
     """Return an outcome in words, that of a shift by its first drives."""
     parts = outcome.legs[:goals] if outcome.legs else (outcome,)
     return ", ".join(f"{each.ending} after {each.time:g} s, score {each.score:.3f}" for each in parts)

@@ -1,4 +1,4 @@
-"""What each nuisance of LabNav's tasks costs a policy: its drives on floors-val with one nuisance off at a time."""
+"""Cost of each nuisance of LabNav's tasks: drives of a policy on floors-val with one nuisance off at a time."""
 
 from __future__ import annotations
 
