@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from PIL import Image
 
+from labgym.artefacts import artefacts
 from labgym.assets import AssetFile
 from labgym.assets.articulation import FOOTINGS
 from labgym.assets.forge import Annotation
@@ -37,12 +38,14 @@ from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, save_episode_picture
 from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.leaderboard.correlation import correlation_tables
 from labgym.eval.leaderboard.lab30 import Lab30Result
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reports.labnav_comparison import LabNavComparison
-from labgym.eval.reproduction.figures import Figures
+from labgym.eval.reproduction.figures import Cell, Figures
+from labgym.eval.reproduction.nuisances import NOTES
 from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.exchange.inventory import Inventory
 from labgym.layouts import Layout, generate
@@ -65,11 +68,15 @@ from labgym.protocols.synthesis.operations import Operations
 from labgym.protocols.synthesis.transformations import Transformations
 from labgym.scenes.tracing import trace
 from labgym.suites import Suite
+from labgym.table import Table
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
 SHOWN = "test-alk_01"
 """The published layout shown in the README's pictures."""
+
+NUISANCES = "leaderboard/nuisances"
+"""Folder of the published figures of `labgym reproduce nuisances`, in eval/."""
 
 PICTURES = {
     "laboratory": ("double", 9, ("sub_01",), 3, "space/laboratory"),
@@ -154,11 +161,13 @@ def environment_page(environment: type, goals: type) -> str:
 def pages() -> dict[Path, str]:
     """Return the contents of all generated files in docs/ by path."""
     schemas = {DOCS / "schemas" / f"{d.SCHEMA.partition('.')[2].replace('/', '-')}.json": schema(d) for d in DOCUMENTS}
-    floors, moving = DOCS / "floors.md", DOCS / "moving-parts.md"
+    floors, moving, labnav = DOCS / "floors.md", DOCS / "moving-parts.md", DOCS / "labnav.md"
+    text = with_tables(labnav.read_text(encoding="utf-8"), correlations(), "correlation of tasks")
     return {
         **schemas,
         README: with_tables(README.read_text(encoding="utf-8"), results_tables(), "results of LabNav"),
         DOCS / "environment.md": environment_page(LabPointNavEnv, LabPointNavGoalEnv),
+        labnav: with_tables(text, nuisance_table(), "nuisances"),
         floors: with_tables(floors.read_text(encoding="utf-8"), parameter_tables()),
         moving: with_tables(moving.read_text(encoding="utf-8"), moving_tables()),
     }
@@ -238,6 +247,37 @@ def results_tables() -> str:
     """Return the table of the published results of LabNav."""
     results = published_results()
     return published_table(results).markdown() if results else "No results are published yet."
+
+
+def correlations() -> str:
+    """Return the tables of the correlation between the tasks of LabNav, of the published results."""
+    results = published_results()
+    tables = correlation_tables(results) if results else ()
+    return "\n\n".join(table.markdown() for table in tables) or "No results are published yet."
+
+
+def nuisance_table() -> str:
+    """Return the table of the published figures of `labgym reproduce nuisances`, with columns for each policy."""
+    policies = {
+        table.key: {(line.name, line.detail): line for line in table.lines}
+        for path in sorted((artefacts("eval") / NUISANCES).glob("*.json"))
+        for table in Figures.load(path).tables
+    }
+    if not policies:
+        return "No figures are published yet."
+    keys = [("with", "{}"), ("without", "{} without"), ("difference", "difference")]
+    names = dict.fromkeys(name for lines in policies.values() for name in lines)
+    missing = Cell(value=None)
+    rows = [
+        (task, detail, *(
+            (lines[task, detail].cells[key] if (task, detail) in lines else missing).text(2)
+            for lines in policies.values()
+            for key, _ in keys
+        ))
+        for task, detail in names
+    ]  # fmt: skip
+    heads = (head.format(policy) for policy in policies for _, head in keys)
+    return Table("", ("Task", "Nuisance", *heads), tuple(rows), tuple(NOTES)).markdown()
 
 
 def with_tables(page: str, tables: str, name: str = "tables") -> str:

@@ -47,9 +47,8 @@ def agreement(rows: Iterable[LabNavRow], published: Mapping[str, Outcome], secon
             continue
         compared += 1
         if not (_equal_legs if chain else _equal)(row, expected, seconds):
-            differing.append(
-                f"{row.policy}, {row.key}: {_words(Outcome.of(row), row.goals)}; published: {_words(expected, row.goals)}"
-            )
+            here, there = _words(Outcome.of(row), row.goals), _words(expected, row.goals)
+            differing.append(f"{row.policy}, {row.key}: {here}; published: {there}")
     return Agreement(compared - len(differing), compared, tuple(differing), tuple(missing))
 
 
