@@ -67,7 +67,7 @@ def number(value: str | float | None, digits: int) -> str:
     """Return a number with fixed digits, a dash for None, a text unchanged."""
     if value is None:
         return "-"
-    return value if isinstance(value, str) else f"{value:.{digits}f}"
+    return value if isinstance(value, str) else f"{value:z.{digits}f}"
 
 
 def _padded(column: Sequence[str], right: bool) -> list[str]:

@@ -1,4 +1,4 @@
-"""`labgym view --task`: the world of a LabNav episode as a picture, or in the browser."""
+"""`labgym view --task` and `labgym play`: a LabNav episode as a picture, or in the browser."""
 
 from __future__ import annotations
 
@@ -56,6 +56,38 @@ def watch_episode(
         with suppress(KeyboardInterrupt):
             run_viewer(show, port, 0, opened)
     return DONE
+
+
+def play_episodes(suite: str, out: Path | None, name: str, port: int) -> int:
+    """Let a person drive the episodes of a suite of LabNav in the browser; the arguments are those of `labgym play`."""
+    from labgym.cli.viewing import opened
+    from labgym.eval.labnav.suites import load_labnav
+    from labgym.viewer import Console, LabNavPerson, LabNavShow, LabNavWatch, run_viewer
+    from labgym.viewer.records import LabNavRecords
+
+    chosen = load_labnav(suite)
+    records = None if out is None else LabNavRecords(out, chosen, name)
+    watches = []
+    for part in chosen.parts:
+        for floor, episodes in part.floors.items():
+            layout = part.layout(floor)
+            watches += [LabNavWatch(part.task, part.level, layout, one, part.label) for one in episodes]
+    driven = []
+
+    def finished(drive: LabNavDrive) -> None:
+        _print(drive)
+        driven.append(drive.row.key)
+        if records is not None:
+            records.add(drive)
+
+    console = Console()
+    driver = LabNavPerson(console)
+    show = LabNavShow(
+        watches, driver, name, console, finished=finished, waits=True, seconds=chosen.seconds, suite=suite
+    )
+    with suppress(KeyboardInterrupt):
+        run_viewer(show, port, 0, opened)
+    return written(out) if out is not None and driven else DONE
 
 
 def _print(drive: LabNavDrive) -> None:

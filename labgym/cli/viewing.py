@@ -11,7 +11,9 @@ from tyro.conf import Positional, arg
 
 from labgym.cli.arguments import OptionalPath, OptionalText, PolicyOptions, allow_local_modules, parse_options
 from labgym.cli.describe import episode_outcome
+from labgym.cli.episodes import play_episodes
 from labgym.cli.outcome import DONE, written
+from labgym.errors import OptionError
 
 if TYPE_CHECKING:
     from labgym.eval.driving.drive import Drive
@@ -62,11 +64,11 @@ def play(
     """Drive the robot by keyboard in the browser, under the rules of a suite, until Ctrl-C.
 
     A person's episodes count as a policy's: the same start, time limit and metrics. The page shows the laboratory, the
-    robot's sensors and the shortest path.
+    robot's sensors and the shortest path. In LabNav the Enter key gives STOP.
 
     Args:
         layouts: Layouts to drive in instead of a suite: .json files, folders of them, or ids of published layouts.
-        suite: Name of a suite (lab30, val, navdp_compat), or its .json file.
+        suite: Name of a suite (lab30, val, navdp_compat, labnav-val-people), or its .json file.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         out: Folder for the finished episodes, in the files of labgym eval, so that labgym report reads it. An episode
             that is driven again replaces its row.
@@ -75,9 +77,14 @@ def play(
         port: Port of the page on 127.0.0.1; 0 takes a free port.
     """
     from labgym.eval.drawing.film import check_film_path
+    from labgym.eval.labnav.suites import is_labnav
     from labgym.viewer import Console, Person, Show, episodes_of, run_viewer
     from labgym.viewer.records import DriveRecords
 
+    if is_labnav(suite):
+        if layouts or protocol is not None or film is not None:
+            raise OptionError(f"suite {suite!r} has fixed episodes and no film: leave out layouts, protocol and film")
+        return play_episodes(suite, out, name, port)
     if film is not None:
         check_film_path(film)
     chosen, rules = _choice(layouts, suite, protocol)
@@ -110,7 +117,6 @@ def _choice(names: Sequence[str], suite: str | None, protocol: str | None) -> tu
         OptionError: neither layouts nor a suite, or a protocol without layouts.
     """
     from labgym.envs.tasks import resolve_layouts
-    from labgym.errors import OptionError
     from labgym.suites import load_suite, suite_of
 
     if protocol is not None and not names:
@@ -131,7 +137,7 @@ def _first(episodes: Sequence[Episode], pair: int) -> int:
         OptionError: there are no episodes.
         UnknownNameError: the layout has no such pair.
     """
-    from labgym.errors import OptionError, UnknownNameError
+    from labgym.errors import UnknownNameError
 
     if not episodes:
         raise OptionError("the layouts have no goal pair to drive: pass another --protocol")

@@ -3,7 +3,7 @@
 from labgym.viewer.console import Command, Console
 from labgym.viewer.episodes import Episode, episodes_of
 from labgym.viewer.labnav import LabNavShow, LabNavWatch
-from labgym.viewer.person import Person
+from labgym.viewer.person import LabNavPerson, Person
 from labgym.viewer.server import ViewerServer
 from labgym.viewer.session import run_viewer
 from labgym.viewer.show import Show
@@ -12,6 +12,7 @@ __all__ = [
     "Command",
     "Console",
     "Episode",
+    "LabNavPerson",
     "LabNavShow",
     "LabNavWatch",
     "Person",

@@ -21,6 +21,7 @@ class Command(Record):
 
     Attributes:
         forward, turn: action of a person, in [-1, 1]; see `LabPointNavEnv`.
+        stop: whether the person has arrived: STOP in LabNav.
         paused: whether time stands still.
         speed: simulated seconds per second.
         episode: number of the episode to start now.
@@ -29,6 +30,7 @@ class Command(Record):
 
     forward: Component | None = None
     turn: Component | None = None
+    stop: bool | None = None
     paused: bool | None = None
     speed: Annotated[float, Field(ge=0.1, le=16.0)] | None = None
     episode: Annotated[int, Field(ge=0, lt=1_000_000)] | None = None
@@ -46,6 +48,7 @@ class Console:
         self.paused, self.speed = False, 1.0
         self._changed = threading.Condition()
         self._action, self._until = (0.0, 0.0), 0.0
+        self._stop = False
         self._episode: int | None = None
         self._loaded: int | None = None
         self._pages = 0
@@ -56,6 +59,8 @@ class Console:
             if command.forward is not None or command.turn is not None:
                 self._action = (command.forward or 0.0, command.turn or 0.0)
                 self._until = time.monotonic() + KEY_LIFE
+            if command.stop is not None:
+                self._stop = command.stop
             if command.paused is not None:
                 self.paused = command.paused
             if command.speed is not None:
@@ -71,6 +76,12 @@ class Console:
         """Forward and turn of a person; zero once the last command is older than `KEY_LIFE`."""
         with self._changed:
             return self._action if time.monotonic() < self._until else (0.0, 0.0)
+
+    def take_stop(self) -> bool:
+        """Return whether the person gave STOP, once."""
+        with self._changed:
+            stop, self._stop = self._stop, False
+            return stop
 
     def enter(self) -> None:
         """Note a page that watches."""

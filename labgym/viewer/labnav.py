@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,23 +37,30 @@ class LabNavWatch:
     """An episode to watch.
 
     Attributes:
-        name, level: of the task. layout: as published. episode: on it. task: after its conditions.
+        name, level: of the task. layout: as published. episode: on it. suite: its name and version in rows.
     """
 
     name: str
     level: int
     layout: Layout
     episode: LabNavEpisode
-    task: Task
+    suite: str = "labnav"
 
     @classmethod
     def of(cls, name: str, level: int, layout: Layout, episode: LabNavEpisode) -> LabNavWatch:
-        """Return an episode with its world.
+        """Return an episode whose world has been prepared.
 
         Raises:
             OptionError: the data of a condition is not of this layout.
         """
-        return cls(name, level, layout, episode, prepared(name, level, episode, layout))
+        watch = cls(name, level, layout, episode)
+        _ = watch.task
+        return watch
+
+    @cached_property
+    def task(self) -> Task:
+        """The task after its conditions."""
+        return prepared(self.name, self.level, self.episode, self.layout)
 
     @property
     def label(self) -> str:
@@ -64,9 +72,11 @@ class LabNavShow(Stage):
     """Drives episodes of LabNav.
 
     Args:
-        episodes: the episodes. driver: the policy. label: its name.
+        episodes: the episodes. driver: the policy, or a `LabNavPerson`. label: its name.
         console: the commands of the page. seed: random seed of the policy.
         finished: receives every finished drive.
+        waits: whether the driver is a person, for whom the clock waits.
+        seconds: time limit of a drive. suite: name of the suite on the page.
     """
 
     def __init__(
@@ -77,10 +87,14 @@ class LabNavShow(Stage):
         console: Console,
         seed: int = 0,
         finished: Callable[[LabNavDrive], None] = lambda _: None,
+        waits: bool = False,
+        seconds: float = SECONDS,
+        suite: str = "labnav",
     ) -> None:
-        super().__init__(console, label)
+        super().__init__(console, label, waits)
         self.episodes = episodes
         self._driver, self._seed, self._finished = driver, seed, finished
+        self._seconds, self._suite = seconds, suite
         self._senses = Senses()
         self._shapes: list[Shape] = []
 
@@ -91,8 +105,8 @@ class LabNavShow(Stage):
 
     @property
     def suite_label(self) -> str:
-        """The benchmark."""
-        return "labnav"
+        """Name of the suite."""
+        return self._suite
 
     def layout(self, number: int) -> Layout:
         """Return the true floor of an episode without the things that the robot can push."""
@@ -110,6 +124,7 @@ class LabNavShow(Stage):
             "protocol": task_of(watch.name).summary,
             "start": list(task.pair.start),
             "goal": list((task.pair, *task.following)[-1].goal),
+            "docks": task_of(watch.name).docks,
             "success_distance": task_of(watch.name).radius,
             "shortest": round(sum(watch.episode.lengths), 3),
             "path": np.round(route, 3).tolist(),
@@ -138,9 +153,9 @@ class LabNavShow(Stage):
                 episode.name,
                 episode.level,
                 self.label,
-                self.suite_label,
+                episode.suite,
                 self._seed,
-                SECONDS,
+                self._seconds,
                 watch,
             )
         except AnotherEpisodeError:

@@ -27,6 +27,7 @@ class Moment:
         phase: "driving"; "ready" before a person's first key; "finished" at the end.
         episode: number of the episode. attempt: number of drives begun so far.
         pose: x, y, yaw. distance: to the goal. touching: whether the robot touches something.
+        goal: x, y, yaw of the drive in progress; None for that of the episode.
         lidar: ranges as in the environment's observation. color, depth: camera images, PNG in base64.
         result: outcome of the finished episode, and None before.
         bodies: what moves besides the robot: number of its shape, x, y, yaw. people: x, y, yaw of each person, and
@@ -51,6 +52,7 @@ class Moment:
     result: dict[str, Any] | None = None
     bodies: tuple[tuple[int, float, float, float], ...] = ()
     people: tuple[tuple[float, float, float, int], ...] = ()
+    goal: tuple[float, float, float] | None = None
 
     def record(self) -> dict[str, Any]:
         """Return the data of a message to the page."""
@@ -112,6 +114,7 @@ class Senses:
             depth=_png(_shades(depth)),
             bodies=bodies,
             people=people,
+            goal=(round(state.goal[0], 3), round(state.goal[1], 3), round(state.goal[2], 4)),
         )
 
 

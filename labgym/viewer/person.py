@@ -31,3 +31,23 @@ class Person(Policy):
     def act(self, observation: Observation) -> NDArray[np.float32]:  # noqa: ARG002
         """Return the action of the keys that are down."""
         return np.array(self._console.action, dtype=np.float32)
+
+
+class LabNavPerson(Person):
+    """Drives an episode of LabNav, and gives STOP.
+
+    The page shows the floor as it is, people, glass and the true pose, so that rows are of the privileged track.
+
+    Args:
+        console: receives the keys.
+    """
+
+    foresees = True
+
+    def reset(self, episode: EpisodeStart) -> None:  # noqa: ARG002
+        """Forget a STOP of the drive before."""
+        self._console.take_stop()
+
+    def stop(self, observation: Observation) -> bool:  # noqa: ARG002
+        """Return whether STOP was given since the last step."""
+        return self._console.take_stop()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from labgym.documents import json_bytes, write_bytes
@@ -11,6 +11,10 @@ from labgym.eval.driving.drive import Drive
 from labgym.eval.driving.episode_row import Key
 from labgym.eval.driving.files import EPISODES, SUMMARY, drive_files
 from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.labnav.drive import LabNavDrive
+from labgym.eval.labnav.runner import drive_files as labnav_files
+from labgym.eval.labnav.suites import LabNavSuite
+from labgym.eval.labnav.summary import summarise
 from labgym.layouts import Layout
 from labgym.suites import Suite
 from labgym.viewer.episodes import Episode
@@ -31,8 +35,7 @@ class DriveRecords:
     """
 
     def __init__(self, folder: Path, episodes: Sequence[Episode], suite: Suite, label: str) -> None:
-        if (folder / EPISODES).exists():
-            raise OptionError(f"{folder} has episodes: name another folder with --out")
+        _check_empty(folder)
         self._folder, self._expected, self._suite, self._label = folder, len(episodes), suite, label
         self._layouts: dict[str, Layout] = {episode.layout.id: episode.layout for episode in episodes}
         self._drives: dict[Key, Drive] = {}
@@ -44,10 +47,7 @@ class DriveRecords:
         files[SUMMARY] = json_bytes(self._summary().to_json())
         if self._suite.split is None:
             files |= {f"layouts/{name}.json": json_bytes(layout.to_json()) for name, layout in self._layouts.items()}
-        for name, content in files.items():
-            path = self._folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_bytes(path, content)
+        _write(self._folder, files)
 
     def _summary(self) -> NavigationSummary:
         summary = NavigationSummary(
@@ -65,3 +65,50 @@ class DriveRecords:
             metrics={},
         )
         return summary.recomputed(tuple(drive.row for drive in self._drives.values()))
+
+
+class LabNavRecords:
+    """Writes drives of LabNav into a folder, as `labgym eval` does; a repeated episode replaces the earlier drive.
+
+    The folder has rows, routes, times and the summary of the episodes driven so far. It has no identity and no
+    manifest.
+
+    Args:
+        folder: a new folder; it is created with the first drive. suite: the suite. label: name of the driver.
+
+    Raises:
+        OptionError: the folder has episodes.
+    """
+
+    def __init__(self, folder: Path, suite: LabNavSuite, label: str) -> None:
+        _check_empty(folder)
+        self._folder, self._suite, self._label = folder, suite, label
+        self._drives: dict[str, LabNavDrive] = {}
+
+    def add(self, drive: LabNavDrive) -> None:
+        """Write the files with another drive."""
+        self._drives[drive.row.key] = drive
+        rows = tuple(each.row for each in self._drives.values())
+        summary = summarise(
+            self._suite,
+            rows,
+            policy=self._label,
+            options={},
+            track=drive.row.track,
+            sensors="lidar",
+            seed=0,
+            latency=0.0,
+        )
+        _write(self._folder, {**labnav_files(self._drives.values()), SUMMARY: json_bytes(summary.to_json())})
+
+
+def _check_empty(folder: Path) -> None:
+    if (folder / EPISODES).exists():
+        raise OptionError(f"{folder} has episodes: name another folder with --out")
+
+
+def _write(folder: Path, files: Mapping[str, bytes]) -> None:
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, content)

@@ -119,18 +119,18 @@ class NuisanceStudy(Study[NuisanceRow]):
             for variant in variants_of(part.task, part.level)[1:]:
                 line, apart = _line(own, part, variant)
                 lines.append(line)
-                found += [f"{part.task} {_words(variant)} {line.cells['difference'].text(2)}"] if apart else []
+                found += [f"{part.task} without {_words(variant)}, {line.cells['difference'].text(2)}"] if apart else []
         label = self.entrant.label
         table = FigureTable(
             key=label, title=f"What each nuisance costs {label}", first="Task", second="Nuisance", columns=COLUMNS,
             lines=tuple(lines), notes=NOTES,
         )  # fmt: skip
-        words = "; ".join(found) if found else "none"
+        words = "; ".join(found) or "none"
         return Figures(
             study=self.name,
             title=f"LabNav without its nuisances: {label}",
             source="",
-            summary=(f"Scores that differ without a nuisance: {words}.",),
+            summary=(f"Scores that differ: {words}.",),
             facts={
                 "policy": label,
                 "suites": ", ".join(part.label for part in self.parts),

@@ -171,7 +171,7 @@ function light([x0, y0, x1, y1]) {
   renderer.shadowMap.needsUpdate = true;
 }
 
-function mark({ goal, path, success_distance: radius }) {
+function mark({ goal, path, docks, success_distance: radius }) {
   release(marks);
   const green = new THREE.MeshBasicMaterial({ color: '#2f9e4f', side: THREE.DoubleSide });
   const ring = new THREE.Mesh(new THREE.RingGeometry(radius - 0.04, radius, 64), green);
@@ -180,6 +180,8 @@ function mark({ goal, path, success_distance: radius }) {
   pole.rotation.x = Math.PI / 2;
   pole.position.set(goal[0], goal[1], 0.75);
   marks.add(ring, pole);
+  // The heading in which the robot must stand.
+  if (docks) marks.add(new THREE.Mesh(band([[goal[0], goal[1]], [goal[0] + 0.5 * Math.cos(goal[2]), goal[1] + 0.5 * Math.sin(goal[2])]], 0.05, 0.013), green));
   if (path.length > 1) marks.add(new THREE.Mesh(band(path, 0.06, 0.009), new THREE.MeshBasicMaterial({ color: '#0f6fb5', side: THREE.DoubleSide, transparent: true, opacity: 0.7 })));
 }
 
@@ -224,6 +226,11 @@ function receive(next) {
     drawn = null;
   }
   paused = next.paused;
+  // In an episode of several drives the goal changes.
+  if (next.goal && episode && next.episode === CHOICES.episode && String(next.goal) !== String(episode.goal)) {
+    episode.goal = next.goal;
+    mark(episode);
+  }
   const [x, y, yaw] = next.pose, last = trail[trail.length - 1];
   if (!last || Math.hypot(x - last[0], y - last[1]) > 0.03) trail.push([x, y]);
   const rays = next.lidar.length, positions = [], rim = [];
@@ -278,7 +285,7 @@ function say(headline, words = '', tone = '', choices = false) {
 
 function announce() {
   if (document.body.dataset.scene !== 'ready' || !moment) return;
-  if (moment.phase === 'ready') return say('Your turn', 'Drive to the green ring with the arrow keys or W A S D. The clock starts with the first key.');
+  if (moment.phase === 'ready') return say('Your turn', `Drive to the green ring with the arrow keys or W A S D. ${'docks' in episode ? 'Press Enter when you have arrived: STOP. ' : ''}The clock starts with the first key.`);
   if (moment.phase !== 'finished') return say(paused ? 'Paused' : '');
   const r = moment.result, spl = r.spl === undefined || r.spl === null ? '' : `SPL ${r.spl.toFixed(3)}, `;
   const words = r.words ?? `${spl}${r.contacts} contacts, ${r.path_length.toFixed(2)} m in ${r.time.toFixed(1)} s${r.error ? `; ${r.error}` : ''}`;
@@ -323,6 +330,7 @@ addEventListener('keydown', (event) => {
       drive();
     }
   } else if (event.repeat || event.target.tagName === 'BUTTON') return;
+  else if (event.code === 'Enter' && CHOICES.person) send({ stop: true });
   else if (event.code === 'Space') pause();
   else if (event.code === 'KeyR') start(CHOICES.episode);
   else if (event.code === 'KeyN') start(CHOICES.episode + 1);

@@ -81,7 +81,7 @@ def test_the_study_has_a_line_for_each_nuisance_and_one_for_all(folder):
         [row.without for row in rows] == ["", "wheels", "odometry", "noise", "all"] == list(variants_of("odometry", 2))
     )
     assert {line.cells["difference"].value for line in table.lines} == {0.0}
-    assert folder[1].summary == ("Scores that differ without a nuisance: none.",)
+    assert folder[1].summary == ("Scores that differ: none.",)
 
 
 def test_differences_are_those_of_the_same_episodes(folder):
@@ -101,7 +101,7 @@ def test_differences_are_those_of_the_same_episodes(folder):
     assert values == [
         pytest.approx(each) for each in ([0.2, 0.2, 0.0], [0.2, 0.5, 0.3], [0.2, 0.1, -0.1], [0.2, 0.8, 0.6])
     ]
-    assert "odometry drift of the odometry 0.30 [" in figures.summary[0]
+    assert "odometry without drift of the odometry, 0.30 [" in figures.summary[0]
     assert "wheels" not in figures.summary[0]
 
 
