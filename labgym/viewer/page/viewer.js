@@ -119,9 +119,9 @@ async function load(number) {
   element('protocol').textContent = next.protocol;
   element('shortest').textContent = next.shortest === null ? 'none' : `${next.shortest.toFixed(1)} m`;
   plan.load(next);
+  CHOICES.episode = number;
   mark(next);
   place();
-  CHOICES.episode = number;
   element('episode').value = String(number);
   document.body.dataset.meshes = laboratory.children.length;
   document.body.dataset.scene = 'ready';
@@ -171,8 +171,12 @@ function light([x0, y0, x1, y1]) {
   renderer.shadowMap.needsUpdate = true;
 }
 
-function mark({ goal, path, docks, success_distance: radius }) {
+function mark(of) {
   release(marks);
+  // In an episode of several drives the goal changes.
+  if (moment && moment.goal && moment.episode === CHOICES.episode) of.goal = moment.goal;
+  document.body.dataset.goal = JSON.stringify(of.goal);
+  const { goal, path, docks, success_distance: radius } = of;
   const green = new THREE.MeshBasicMaterial({ color: '#2f9e4f', side: THREE.DoubleSide });
   const ring = new THREE.Mesh(new THREE.RingGeometry(radius - 0.04, radius, 64), green);
   ring.position.set(goal[0], goal[1], 0.012);
@@ -226,11 +230,7 @@ function receive(next) {
     drawn = null;
   }
   paused = next.paused;
-  // In an episode of several drives the goal changes.
-  if (next.goal && episode && next.episode === CHOICES.episode && String(next.goal) !== String(episode.goal)) {
-    episode.goal = next.goal;
-    mark(episode);
-  }
+  if (episode && next.episode === CHOICES.episode && next.goal && String(next.goal) !== String(episode.goal)) mark(episode);
   const [x, y, yaw] = next.pose, last = trail[trail.length - 1];
   if (!last || Math.hypot(x - last[0], y - last[1]) > 0.03) trail.push([x, y]);
   const rays = next.lidar.length, positions = [], rim = [];
