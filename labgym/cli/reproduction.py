@@ -200,7 +200,7 @@ def nuisances(policy: str = "astar", tasks: Texts = (), level: int = 2, run: Run
 
 @reproduce_app.command(name="all")
 def all_(scope: Scope = WHOLE, scenes: OptionalPath = None, run: Run = HERE) -> int:
-    """All of these, one after the other, and a page that links to theirs.
+    """All of these but nuisances, one after the other, and a page that links to theirs.
 
     Each has its files in OUT/NAME, by default runs/reproduce/NAME.
 
