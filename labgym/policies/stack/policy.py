@@ -26,7 +26,7 @@ from labgym.policies.stack.localization import Localizer
 from labgym.policies.stack.mounting import Mounting
 from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.panes import Panes
-from labgym.policies.stack.people import Crowd
+from labgym.policies.stack.people import Crowd, Person
 from labgym.policies.stack.planner import Plan, planned
 from labgym.policies.stack.recovery import Recovery
 from labgym.policies.stack.waiting import Waiting, too_late
@@ -229,10 +229,8 @@ class StackPolicy(Policy):
         """Return the velocities to command, m/s and rad/s."""
         if self._docking and (self._parked is not None or self._at_axis(pose)):
             return self._dock(pose, velocity)
-        people = () if self._crowd is None else self._crowd.alive
         self._since_plan += 1
-        near = any(math.dist(person.place, pose[:2]) < ALONGSIDE for person in people)
-        recovered = self._recovery.step(pose, near, self._stopping, self._points, self._costmap)
+        recovered = self._recovery.step(pose, self._alongside(pose), self._stopping, self._points, self._costmap)
         if recovered is not None:
             if self._panes is not None and self._plan is not None:
                 self._panes.doubt()
@@ -244,39 +242,62 @@ class StackPolicy(Policy):
             return self._robot.twist(*turn_towards(1.0, self._robot))
         self._plan.advance(pose)
         left = self._plan.remaining - (0.0 if self._docking else self._arrival.short)
+        return self._follow(self._plan, pose, velocity, left)
+
+    def _follow(self, plan: Plan, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
+        """Return the velocities along a plan, m/s and rad/s: rest for people and at the goal, turn, or drive.
+
+        Args:
+            plan: the path. pose, velocity: of the robot when the command takes effect.
+            left: length of the path to the place of rest, meters.
+        """
+        people = self._people
         if self._waiting.step(pose, velocity[0], people):
             self._controller.restart()
-            bearing = bearing_of(self._plan, pose)
+            bearing = bearing_of(plan, pose)
             # A turn on the spot takes no floor from anybody.
             turn = self._robot.twist(*turn_towards(bearing, self._robot))[1] if abs(velocity[0]) < AT_EASE else 0.0
             return self._rest_at_goal(pose) or (0.0, turn)
-        if not self._docking and (self._stopping or (left < 0.03 and self._plan.offset(pose) < 0.15)):
-            self._stopping = self._arrival.active
-            if self._stopping:
-                return 0.0, 0.0
-        bearing = bearing_of(self._plan, pose)
+        if self._arrives(plan, pose, left):
+            return 0.0, 0.0
+        bearing = bearing_of(plan, pose)
         if abs(bearing) > TURN_IN_PLACE and velocity[0] < 0.1 and left > 0.3:
             self._controller.restart()
             return self._robot.twist(*turn_towards(bearing, self._robot))
         fastest = approach_speed(left, 0.7) if self._arrival.active else math.inf
         gentle = self._gentle
         shaping = None if gentle is None else Shaping(gentle.limits.weights, gentle.history)
-        v, w = self._controller.command(pose, velocity, self._plan, self._costmap, people, fastest, shaping)
-        if self._controller.fastest_soon < CREEP and near:
+        v, w = self._controller.command(pose, velocity, plan, self._costmap, people, fastest, shaping)
+        if self._controller.fastest_soon < CREEP and self._alongside(pose):
             # Nobody walks into a robot at rest; one that creeps is at fault.
             self._controller.restart()
             self._rest_at_goal(pose)
             return 0.0, 0.0
         return v, w
 
+    def _arrives(self, plan: Plan, pose: Pose, left: float) -> bool:
+        """Return whether the robot is where it has to rest, and note that it is about to stop."""
+        if self._docking or not (self._stopping or (left < 0.03 and plan.offset(pose) < 0.15)):
+            return False
+        self._stopping = self._arrival.active
+        return self._stopping
+
+    @property
+    def _people(self) -> tuple[Person, ...]:
+        """The people who are tracked."""
+        return () if self._crowd is None else self._crowd.alive
+
+    def _alongside(self, pose: Pose) -> bool:
+        """Return whether a person is near the robot."""
+        return any(math.dist(person.place, pose[:2]) < ALONGSIDE for person in self._people)
+
     def _emergency(self, pose: Pose, speed: float) -> bool:
         """Return whether the robot has to brake for somebody who is too near to brake gently."""
-        if self._gentle is None or self._crowd is None or not self._waiting.resting:
+        if self._gentle is None or not self._waiting.resting:
             return False
         braking = self._gentle.limits.acceleration
         return any(
-            person.sure and too_late(person, pose, speed, braking, GENTLY_LATE, TOO_NEAR)
-            for person in self._crowd.alive
+            person.sure and too_late(person, pose, speed, braking, GENTLY_LATE, TOO_NEAR) for person in self._people
         )
 
     def _rest_at_goal(self, pose: Pose) -> tuple[float, float] | None:

@@ -1,0 +1,123 @@
+"""The learned local planner as a policy."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from labgym.artefacts import artefacts
+from labgym.errors import DocumentError
+from labgym.navigation import Pose
+from labgym.policies.adapters.actor_file import Perceptron
+from labgym.policies.local.inputs import SIZE, SIZES, Knowledge, Motion, Vector, network_input
+from labgym.policies.policy import EpisodeStart, GroundTruth, Observation
+from labgym.policies.stack.old_map import OldMap
+from labgym.policies.stack.planner import Plan
+from labgym.policies.stack.policy import DRIFTING, MISMOUNTED, PEOPLED, SEE_THROUGH, StackPolicy
+from labgym.policies.tracking import approach_speed
+
+FILE = "policy.safetensors"
+
+
+class LocalPolicy(StackPolicy):
+    """Drives along the path of the navigation stack by a network. Privileged: it knows the old map.
+
+    Localization, costmap, global planner, tracks of people, recovery, the last half meter at a dock and the end at the
+    goal are those of `stack`. The network takes the place of its controller and of its rules for waiting: it decides
+    all velocities in between.
+
+    Args:
+        weights: file of the network; None uses the published one.
+        actor: a network to use in place of a file.
+
+    Raises:
+        DocumentError: the file is damaged, or its network has another input.
+    """
+
+    weights: ClassVar[str] = ""
+
+    def __init__(self, weights: str | Path | None = None, actor: Perceptron | None = None) -> None:
+        super().__init__()
+        self._file = None if actor else Path(weights) if weights else artefacts("policies") / self.weights / FILE
+        if actor is None:
+            assert self._file is not None
+            actor = checked_actor(self._file)
+        self._network = actor.network()
+
+    def files(self) -> tuple[Path, ...]:
+        """Return the file of the weights."""
+        return () if self._file is None else (self._file,)
+
+    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+        """Localize, update the costmap, and drive."""
+        action = super().act(observation)
+        self._motion.commanded((float(action[0]), float(action[1])))
+        return action
+
+    def _begin(self, episode: EpisodeStart, truth: GroundTruth, old: OldMap) -> None:
+        super()._begin(episode, truth, old)
+        self._motion = Motion(episode.robot)
+        self._knowledge = Knowledge(
+            drifts=episode.task in DRIFTING,
+            docks=self._docking,
+            glass=episode.task in SEE_THROUGH,
+            peopled=episode.task in PEOPLED,
+            mismounted=episode.task in MISMOUNTED,
+            freeboard=0.0 if episode.beaker is None else episode.beaker.freeboard,
+            acceleration=self._controller.limits.acceleration,
+            stops=self._arrival.active,
+        )
+
+    def _drive(self, pose: Pose, velocity: tuple[float, float]) -> tuple[float, float]:
+        self._motion.moved(pose)
+        return super()._drive(pose, velocity)
+
+    def _follow(self, plan: Plan, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
+        if self._arrives(plan, pose, left):
+            return 0.0, 0.0
+        vector = network_input(
+            plan, pose, velocity, left, self._costmap, self._people, self._motion, self._knowledge, self._robot
+        )
+        action = self._decided(vector)
+        v, w = self._robot.twist(float(action[0]), float(action[1]))
+        return min(v, approach_speed(left, 0.7) if self._arrival.active else math.inf), w
+
+    def _decided(self, vector: Vector) -> Vector:
+        """Return the action of the network, (2,)."""
+        with torch.inference_mode():
+            return np.asarray(self._network(torch.from_numpy(vector)[None])[0].numpy())
+
+    def _emergency(self, pose: Pose, speed: float) -> bool:  # noqa: ARG002 - the network does not wait by rules
+        return False
+
+
+class ImitationPolicy(LocalPolicy):
+    """The local planner trained by imitation of `stack`, without a reward."""
+
+    name: ClassVar[str] = "local-imitation"
+    weights: ClassVar[str] = "local-imitation"
+
+
+class ReinforcementPolicy(LocalPolicy):
+    """The local planner trained by PPO, from the weights of the imitation."""
+
+    name: ClassVar[str] = "local-ppo"
+    weights: ClassVar[str] = "local-ppo"
+
+
+def checked_actor(path: Path) -> Perceptron:
+    """Return the actor of a file.
+
+    Raises:
+        DocumentError: the file is damaged, or its network has another input.
+    """
+    actor = Perceptron.load(path)
+    ends = actor.layers[0][0].shape[1], actor.layers[-1][0].shape[0]
+    if actor.header.inputs != tuple(SIZES) or ends != (SIZE, 2):
+        raise DocumentError(path, "layers", f"lead from {ends[0]} to {ends[1]} numbers, expected {SIZE} to 2")
+    return actor

@@ -1,0 +1,168 @@
+"""Driving practice episodes, by LabNav's rules, and recording what the network saw, did and should have done."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from labgym.envs.labnav.tasks import HEADLINE
+from labgym.envs.state import State
+from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.row import LabNavRow
+from labgym.navigation import Pose
+from labgym.policies.adapters.actor_file import Perceptron
+from labgym.policies.local.inputs import SIZE, Vector
+from labgym.policies.local.policy import LocalPolicy, checked_actor
+from labgym.policies.policy import EpisodeStart
+from labgym.policies.stack.planner import Plan
+from labgym.policies.stack.policy import StackPolicy
+from labgym.policies.tracking import velocities_to_action
+from labgym.runs import ShardOutput
+from labgym.training.local.practice import read_floor
+from labgym.training.local.rewards import Meter, final_reward, rewards_of
+
+Mode = Literal["expert", "network", "noisy"]
+"""Who drives: the expert, the network, or the network with noise."""
+Arrays = Mapping[str, NDArray[np.float32]]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A drive to record.
+
+    Attributes:
+        floor: file of the practice floor. task: name. number: of the episode. seed: of the policy and the noise.
+    """
+
+    floor: Path
+    task: str
+    number: int
+    seed: int
+
+
+class Apprentice(LocalPolicy):
+    """The local planner while it learns: drives by itself, with noise or by its expert, and records each decision.
+
+    Args:
+        actor: the network. mode: who drives. noise: standard deviations of the noise, (2,).
+    """
+
+    name = "apprentice"
+
+    def __init__(self, actor: Perceptron, mode: Mode, noise: NDArray[np.float32] | None = None) -> None:
+        super().__init__(actor=actor)
+        self._mode, self._noise = mode, noise
+        self.begin(0)
+
+    def begin(self, seed: int) -> None:
+        """Forget the records; the noise of the next drive depends on the seed."""
+        self._rng = np.random.default_rng(seed)
+        self.inputs: list[Vector] = []
+        self.actions: list[Vector] = []
+        self.advice: list[Vector] = []
+        self.steps: list[int] = []
+        self.progress: list[float] = []
+        self.meter = Meter()
+        self._followed: tuple[Plan, float] | None = None
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Begin an episode."""
+        super().reset(episode)
+        self.meter = Meter(0.0 if episode.beaker is None else episode.beaker.freeboard)
+
+    def watch(self, state: State) -> None:
+        """Note the state after a control step."""
+        if state.steps:
+            self.meter.watch(state)
+
+    def _follow(self, plan: Plan, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
+        stopping, advice = self._stopping, None
+        if self._mode != "noisy":
+            advice = StackPolicy._follow(self, plan, pose, velocity, left)
+        if self._mode == "network":
+            self._stopping = stopping  # The expert may have decided to stop; the network has not.
+        if self._followed is not None and self._followed[0] is plan and self.progress:
+            self.progress[-1] = self._followed[1] - left
+        self._followed = plan, left
+        decided = len(self.inputs)
+        v, w = LocalPolicy._follow(self, plan, pose, velocity, left)
+        if advice is None:
+            return v, w
+        if len(self.inputs) > decided:
+            self.advice.append(velocities_to_action(*advice, self._robot).astype(np.float32))
+        return advice if self._mode == "expert" else (v, w)
+
+    def _decided(self, vector: Vector) -> Vector:
+        action = super()._decided(vector)
+        if self._mode == "noisy" and self._noise is not None:
+            action = (action + self._noise * self._rng.standard_normal(2)).astype(np.float32)
+        self.inputs.append(vector)
+        self.actions.append(action)
+        self.steps.append(len(self.meter.costs))
+        self.progress.append(0.0)
+        return action
+
+
+def drive(apprentice: Apprentice, one: Drive) -> tuple[LabNavRow, dict[str, NDArray[np.float32]]]:
+    """Drive an episode and return its row, and what was recorded.
+
+    The records are `inputs` (n, SIZE), `actions` (n, 2), `advice` (n, 2) or (0, 2) and `rewards` (n,), a row for each
+    decision of the network.
+    """
+    layout, floor = read_floor(one.floor)
+    apprentice.begin(one.seed)
+    episodes = [floor.episodes[one.task][one.number]]
+    (result,) = drive_floor(
+        apprentice, layout, episodes, one.task, HEADLINE, "apprentice", "practice", one.seed, watch=apprentice.watch
+    )
+    row = result.row
+    count = len(apprentice.inputs)
+    rewards = np.zeros(0)
+    if count:
+        final = final_reward(row.score, row.success, row.ending == "contact")
+        rewards = rewards_of(apprentice.meter.costs, apprentice.steps, apprentice.progress, final)
+    return row, {
+        "inputs": np.array(apprentice.inputs, np.float32).reshape(count, SIZE),
+        "actions": np.array(apprentice.actions, np.float32).reshape(count, 2),
+        "advice": np.array(apprentice.advice, np.float32).reshape(-1, 2),
+        "rewards": rewards.astype(np.float32),
+    }
+
+
+def record_drives(
+    drives: Sequence[Drive],
+    network: Path,
+    mode: Mode,
+    noise: tuple[float, float] | None = None,
+    file: str = "drives.npz",
+) -> ShardOutput:
+    """Drive episodes and return the records in one file, and scores as the record of the shard.
+
+    The arrays of all drives follow each other; `lengths` has the number of decisions of each.
+    """
+    torch.set_num_threads(1)
+    apprentice = Apprentice(checked_actor(network), mode, None if noise is None else np.array(noise, np.float32))
+    rows: list[dict[str, object]] = []
+    parts: list[Arrays] = []
+    for one in drives:
+        row, arrays = drive(apprentice, one)
+        rows.append({"task": one.task, "score": row.score, "success": row.success, "ending": row.ending})
+        parts.append(arrays)
+    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    lengths = np.array([len(part["inputs"]) for part in parts], np.int64)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, lengths=lengths, **joined)
+    return ShardOutput({file: buffer.getvalue()}, rows)
+
+
+def read_records(content: bytes) -> dict[str, NDArray[np.float32]]:
+    """Return the arrays of a file of `record_drives`."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+        return {name: arrays[name] for name in arrays.files}

@@ -1,0 +1,142 @@
+"""Imitation of the navigation stack: DAgger, with the stack's advice in every state that the network drives into."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from stable_baselines3.common.policies import ActorCriticPolicy
+from torch.nn.functional import smooth_l1_loss
+from tqdm import tqdm
+
+from labgym.documents import write_text
+from labgym.envs.labnav.tasks import TASKS
+from labgym.layouts.batch import catalog_digest
+from labgym.policies.learned.training_run import finish, train_identity
+from labgym.policies.local.policy import FILE
+from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
+from labgym.runs.manifest import file_digest
+from labgym.training.local.collection import read_records, record_drives
+from labgym.training.local.model import mean_actions, new_model, save_actor
+from labgym.training.local.options import ImitationOptions
+from labgym.training.local.practice import practice_floors
+from labgym.training.local.schedule import drawn_drives, known_tasks, split
+
+OPTIONS, HISTORY = "options.json", "history.jsonl"
+NOISE = 0.15
+"""Standard deviation of the actions in the model; imitation does not use it."""
+HELD_OUT = 10
+"""One in so many units of work measures the error and is not learned from."""
+
+Records = dict[str, NDArray[np.float32]]
+
+
+def imitate(options: ImitationOptions, out: Path, executor: ExecutorOptions | None = None, fresh: bool = False) -> Path:
+    """Train, or resume, the run in a folder and return the file of the policy.
+
+    Args:
+        options: of the run.
+        out: its folder: the policy, `history.jsonl`, the practice floors and the recorded drives.
+        executor: where drives are driven. fresh: move the files of the folder aside and start anew.
+
+    Raises:
+        UnknownNameError: a task does not exist.
+        OptionError: the folder is in use or holds another run.
+        DocumentError: a finished run was changed.
+    """
+    known_tasks(options.tasks, tuple(TASKS))
+    torch.set_num_threads(1)
+    inputs = options.to_json() | {"catalog": catalog_digest()}
+    identity = train_identity("local-imitation", ("stable-baselines3",), **inputs)
+    with RunFolder.open(out, identity, fresh) as run:
+        if not run.finished:
+            options.save(out / OPTIONS)
+            _train(options, run, executor)
+            finish(run, (OPTIONS, HISTORY, FILE))
+    return out / FILE
+
+
+def _train(options: ImitationOptions, run: RunFolder, executor: ExecutorOptions | None) -> None:
+    floors = practice_floors(run, options.floors, options.per_task, executor=executor)
+    model = new_model(options.seed, NOISE)
+    network = run.path / "network.safetensors"
+    records: list[Records] = []
+    history: list[dict[str, Any]] = []
+    for number in range(options.rounds):
+        save_actor(model, network, "imitation")
+        drives = drawn_drives(floors, options.tasks, options.drives, options.seed, number)
+        mode = "network" if number else "expert"
+        weights = file_digest(network)
+        shards = []
+        for k, part in enumerate(split(drives, options.shard)):
+            name = f"round {number} {k:04d}"
+            file = f"rounds/{number}-{k:04d}.npz"
+            shards.append(Shard(name, record_drives, (part, network, mode, None, file), len(part), weights))
+        outputs = sorted(run_shards(shards, run, executor, f"round {number}", "drive"), key=lambda one: one[0].name)
+        records += [read_records(next(iter(output.files.values()))) for _, output in outputs]
+        last = number == options.rounds - 1
+        errors = fit(model, records, options, number, options.last_epochs if last else options.epochs)
+        rows = [row for _, output in outputs for row in output.record]
+        history.append({"round": number, "driver": mode, "samples": _count(records), **errors, **means(rows)})
+        write_text(run.path / HISTORY, "".join(json.dumps(record) + "\n" for record in history))
+    network.unlink(missing_ok=True)
+    save_actor(model, run.path / FILE, "imitation")
+
+
+def means(rows: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    """Return mean scores by task, and the number of drives by ending."""
+    scores: dict[str, list[float]] = {}
+    endings: dict[str, int] = {}
+    for row in rows:
+        scores.setdefault(row["task"], []).append(row["score"])
+        endings[row["ending"]] = endings.get(row["ending"], 0) + 1
+    by_task = {task: round(math.fsum(each) / len(each), 4) for task, each in sorted(scores.items())}
+    return {"scores": by_task, "endings": dict(sorted(endings.items()))}
+
+
+def _count(records: list[Records]) -> int:
+    return sum(len(each["advice"]) for each in records)
+
+
+def fit(
+    model: ActorCriticPolicy, records: list[Records], options: ImitationOptions, number: int, epochs: int
+) -> dict[str, float]:
+    """Teach the actor the expert's advice by all samples, and return the errors of those that it learns and does not.
+
+    Args:
+        model: learns. records: of all rounds. options: of the run. number: of the round. epochs: passes.
+    """
+    inputs, advice = _joined([each for k, each in enumerate(records) if k % HELD_OUT])
+    held_inputs, held_advice = _joined(records[::HELD_OUT])
+    rng = np.random.default_rng([options.seed, number])
+    optimizer = torch.optim.Adam(model.parameters(), options.rate)
+    batches = math.ceil(len(inputs) / options.batch)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, epochs * batches)
+    model.train()
+    total = 0.0
+    for _ in tqdm(range(epochs), desc=f"learning {number}", unit="epoch", leave=False):
+        total = 0.0
+        for batch in np.array_split(rng.permutation(len(inputs)), batches):
+            loss = smooth_l1_loss(mean_actions(model, inputs[batch]), advice[batch], beta=0.1)
+            optimizer.zero_grad()
+            loss.backward()  # type: ignore[no-untyped-call]
+            optimizer.step()
+            schedule.step()
+            total += float(loss.detach()) * len(batch)
+    model.eval()
+    with torch.inference_mode():
+        error = float(smooth_l1_loss(mean_actions(model, held_inputs), held_advice, beta=0.1))
+    return {"error": round(total / len(inputs), 6), "held_out": round(error, 6)}
+
+
+def _joined(records: list[Records]) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return the inputs (n, SIZE) and the advice (n, 2) of some records."""
+    joined = (np.concatenate([each[name] for each in records]) for name in ("inputs", "advice"))
+    inputs, advice = (torch.from_numpy(each) for each in joined)
+    return inputs, advice
