@@ -28,8 +28,8 @@ from labgym.runs import ShardOutput
 from labgym.training.local.practice import read_floor
 from labgym.training.local.rewards import Meter, final_reward, rewards_of
 
-Mode = Literal["expert", "network", "noisy"]
-"""Who drives: the expert, the network, or the network with noise."""
+Mode = Literal["expert", "network", "noisy", "alone"]
+"""Who drives: the expert; the network, with the expert's advice; the network with noise; or the network alone."""
 Arrays = Mapping[str, NDArray[np.float32]]
 
 
@@ -84,7 +84,7 @@ class Apprentice(LocalPolicy):
 
     def _follow(self, plan: Plan, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
         stopping, advice = self._stopping, None
-        if self._mode != "noisy":
+        if self._mode in ("expert", "network"):
             advice = StackPolicy._follow(self, plan, pose, velocity, left)
         if self._mode == "network":
             self._stopping = stopping  # The expert may have decided to stop; the network has not.
@@ -140,7 +140,7 @@ def record_drives(
     drives: Sequence[Drive],
     network: Path,
     mode: Mode,
-    noise: tuple[float, float] | None = None,
+    noise: tuple[float, ...] | None = None,
     file: str = "drives.npz",
 ) -> ShardOutput:
     """Drive episodes and return the records in one file, and scores as the record of the shard.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ from tqdm import tqdm
 
 from labgym.documents import write_text
 from labgym.envs.labnav.tasks import TASKS
-from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.training_run import finish, train_identity
 from labgym.policies.local.policy import FILE
 from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
@@ -25,7 +24,7 @@ from labgym.runs.manifest import file_digest
 from labgym.training.local.collection import read_records, record_drives
 from labgym.training.local.model import mean_actions, new_model, save_actor
 from labgym.training.local.options import ImitationOptions
-from labgym.training.local.practice import practice_floors
+from labgym.training.local.practice import digest_of
 from labgym.training.local.schedule import drawn_drives, known_tasks, split
 
 OPTIONS, HISTORY = "options.json", "history.jsonl"
@@ -41,8 +40,8 @@ def imitate(options: ImitationOptions, out: Path, executor: ExecutorOptions | No
     """Train, or resume, the run in a folder and return the file of the policy.
 
     Args:
-        options: of the run.
-        out: its folder: the policy, `history.jsonl`, the practice floors and the recorded drives.
+        options: of the run. floors: files of `make_practice`.
+        out: its folder: the policy, `history.jsonl` and the recorded drives.
         executor: where drives are driven. fresh: move the files of the folder aside and start anew.
 
     Raises:
@@ -52,18 +51,17 @@ def imitate(options: ImitationOptions, out: Path, executor: ExecutorOptions | No
     """
     known_tasks(options.tasks, tuple(TASKS))
     torch.set_num_threads(1)
-    inputs = options.to_json() | {"catalog": catalog_digest()}
+    inputs = options.to_json() | {"practice": digest_of(floors)}
     identity = train_identity("local-imitation", ("stable-baselines3",), **inputs)
     with RunFolder.open(out, identity, fresh) as run:
         if not run.finished:
             options.save(out / OPTIONS)
-            _train(options, run, executor)
+            _train(options, floors, run, executor)
             finish(run, (OPTIONS, HISTORY, FILE))
     return out / FILE
 
 
-def _train(options: ImitationOptions, run: RunFolder, executor: ExecutorOptions | None) -> None:
-    floors = practice_floors(run, options.floors, options.per_task, executor=executor)
+def _train(options: ImitationOptions, floors: Sequence[Path], run: RunFolder, executor: ExecutorOptions | None) -> None:
     model = new_model(options.seed, NOISE)
     network = run.path / "network.safetensors"
     records: list[Records] = []

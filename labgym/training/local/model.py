@@ -19,23 +19,32 @@ WIDTHS = (256, 256)
 ENVIRONMENT = "LabNav"
 
 
+def model_arguments(noise: float) -> tuple[spaces.Box, spaces.Box, dict[str, Any]]:
+    """Return the spaces of inputs and actions, and the arguments of an actor and a critic that share no weights.
+
+    Args:
+        noise: standard deviation of the actions.
+    """
+    inputs = spaces.Box(-np.inf, np.inf, (SIZE,), np.float32)
+    actions = spaces.Box(-1.0, 1.0, (2,), np.float32)
+    arguments = {
+        "net_arch": {"pi": list(WIDTHS), "vf": list(WIDTHS)},
+        "activation_fn": nn.ReLU,
+        "ortho_init": False,
+        "log_std_init": math.log(noise),
+    }
+    return inputs, actions, arguments
+
+
 def new_model(seed: int, noise: float, rate: float = 3e-4) -> ActorCriticPolicy:
-    """Return an actor and a critic with new weights, which share none.
+    """Return an actor and a critic with new weights.
 
     Args:
         seed: random seed of the weights. noise: standard deviation of the actions. rate: learning rate of Adam.
     """
     torch.manual_seed(seed)
-    return ActorCriticPolicy(
-        spaces.Box(-np.inf, np.inf, (SIZE,), np.float32),
-        spaces.Box(-1.0, 1.0, (2,), np.float32),
-        lambda _: rate,
-        net_arch={"pi": list(WIDTHS), "vf": list(WIDTHS)},
-        activation_fn=nn.ReLU,
-        ortho_init=False,
-        log_std_init=math.log(noise),
-        share_features_extractor=True,
-    )
+    inputs, actions, arguments = model_arguments(noise)
+    return ActorCriticPolicy(inputs, actions, lambda _: rate, **arguments)
 
 
 def actor_parts(model: ActorCriticPolicy) -> list[nn.Module]:

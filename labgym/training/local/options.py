@@ -19,9 +19,8 @@ class ImitationOptions(Document):
     """Options of the imitation of `stack` by DAgger (Ross, Gordon and Bagnell 2011).
 
     Attributes:
-        seed: random seed of weights, practice and order of samples.
+        seed: random seed of weights, choice of drives and order of samples.
         tasks: to practice.
-        floors: number of training floors. per_task: most drives of each task on a floor.
         rounds: of drives and learning; in the first one the expert drives, in the others the network.
         drives: of each round. shard: drives of a unit of work.
         epochs: passes over all samples so far, after each round. last_epochs: after the last round.
@@ -32,8 +31,6 @@ class ImitationOptions(Document):
 
     seed: Annotated[int, Field(ge=0)] = 0
     tasks: Tasks = tuple(TASKS)
-    floors: Count = 80
-    per_task: Count = 3
     rounds: Count = 5
     drives: Count = 320
     shard: Count = 8
@@ -47,8 +44,8 @@ class ReinforcementOptions(Document):
     """Options of PPO (Schulman et al. 2017) from the weights of the imitation.
 
     Attributes:
-        seed: random seed of the critic's weights, practice, noise and order of samples.
-        tasks: to practice.
+        seed: random seed of the critic's weights, choice of drives, noise and order of samples.
+        tasks: to practice, and to be judged by.
         iterations: number of updates. drives: of each. shard: drives of a unit of work.
         critic_iterations: first iterations, in which only the critic learns.
         epochs: passes over the drives of an iteration. batch: samples of a gradient step.
@@ -56,7 +53,8 @@ class ReinforcementOptions(Document):
         discount: gamma. trace: lambda of generalized advantage estimation. clip: range of the probability ratio.
         divergence: mean KL divergence from the weights before at which an update ends.
         entropy: weight of the entropy bonus. noise: standard deviation of the actions at the start.
-        evaluate_every: iterations between two evaluations on floors-val.
+        evaluate_every: iterations between two evaluations on floors-val. validation: drives of a task on each of its
+            floors in an evaluation.
     """
 
     SCHEMA: ClassVar[str] = "labgym.local-ppo-options/1"
@@ -77,3 +75,4 @@ class ReinforcementOptions(Document):
     entropy: Annotated[float, Field(ge=0.0)] = 0.0
     noise: Positive = 0.15
     evaluate_every: Count = 10
+    validation: Annotated[int, Field(ge=1, le=3)] = 2

@@ -21,6 +21,8 @@ SLOSH = -4.0
 """Reward of a rise of the liquid by its freeboard, beyond half of it."""
 SCORE, SUCCESS, CONTACT, FAILURE = 5.0, 2.0, -4.0, -1.0
 """Rewards at the end: of the task's score, of success, of a touch, and of any other failure."""
+SCALE = 0.1
+"""Factor on all of them that makes returns of order one."""
 
 
 @dataclass
@@ -68,4 +70,4 @@ def rewards_of(costs: list[float], steps: list[int], progress: list[float], fina
         for begin, end, way in zip(steps, ends, progress, strict=True)
     ]
     rewards[-1] += final
-    return np.array(rewards)
+    return SCALE * np.array(rewards)
