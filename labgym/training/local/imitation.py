@@ -36,7 +36,13 @@ HELD_OUT = 10
 Records = dict[str, NDArray[np.float32]]
 
 
-def imitate(options: ImitationOptions, out: Path, executor: ExecutorOptions | None = None, fresh: bool = False) -> Path:
+def imitate(
+    options: ImitationOptions,
+    floors: Sequence[Path],
+    out: Path,
+    executor: ExecutorOptions | None = None,
+    fresh: bool = False,
+) -> Path:
     """Train, or resume, the run in a folder and return the file of the policy.
 
     Args:
